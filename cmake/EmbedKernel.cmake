@@ -1,0 +1,73 @@
+# Flattens one OpenCL kernel into a C++ source, with #line marks and a depfile.
+#
+# Run as: cmake -DINPUT=kernels/ray.cl -DROOT=kernels -DOUTPUT=ray.cpp -DDEPFILE=ray.d
+#               -DFAMILY=ray -P EmbedKernel.cmake
+#
+# `#include "lib/x.clh"` is resolved against ROOT, once a file. Each line of the result keeps the file
+# and line it came from, so that a compiler's message or a debugger names the true place.
+
+cmake_policy(VERSION 3.25)
+
+set(dependencies "")
+set(included "")
+set(text "")
+
+# Raw string literals hold any text but their own end mark; long literals are cut, since compilers
+# limit a single one's length.
+function(flatten file)
+  if(file IN_LIST included)
+    return()
+  endif()
+  list(APPEND included "${file}")
+  set(path "${ROOT}/${file}")
+  list(APPEND dependencies "${path}")
+  file(READ "${path}" content)
+  # Semicolons and brackets confuse CMake lists: hide them while splitting into lines.
+  string(REPLACE "\\" "@KILN_BACKSLASH@" content "${content}")
+  string(REPLACE ";" "@KILN_SEMICOLON@" content "${content}")
+  string(REPLACE "[" "@KILN_OPEN@" content "${content}")
+  string(REPLACE "]" "@KILN_CLOSE@" content "${content}")
+  string(REPLACE "\n" ";" lines "${content}")
+  set(number 0)
+  string(APPEND text "#line 1 \"kernels/${file}\"\n")
+  foreach(line IN LISTS lines)
+    math(EXPR number "${number} + 1")
+    if(line MATCHES "^[ \t]*#[ \t]*include[ \t]+\"([^\"]+)\"")
+      flatten("${CMAKE_MATCH_1}")
+      math(EXPR next "${number} + 1")
+      string(APPEND text "#line ${next} \"kernels/${file}\"\n")
+    else()
+      string(APPEND text "${line}\n")
+    endif()
+  endforeach()
+  set(dependencies "${dependencies}" PARENT_SCOPE)
+  set(included "${included}" PARENT_SCOPE)
+  set(text "${text}" PARENT_SCOPE)
+endfunction()
+
+get_filename_component(name "${INPUT}" NAME)
+flatten("${name}")
+
+string(REPLACE "@KILN_SEMICOLON@" ";" text "${text}")
+string(REPLACE "@KILN_OPEN@" "[" text "${text}")
+string(REPLACE "@KILN_CLOSE@" "]" text "${text}")
+string(REPLACE "@KILN_BACKSLASH@" "\\" text "${text}")
+
+set(literals "")
+string(LENGTH "${text}" length)
+set(start 0)
+while(start LESS length)
+  string(SUBSTRING "${text}" ${start} 12000 piece)
+  string(APPEND literals "    R\"KILN(${piece})KILN\"\n")
+  math(EXPR start "${start} + 12000")
+endwhile()
+
+file(WRITE "${OUTPUT}.new"
+  "// Generated from kernels/${name} by cmake/EmbedKernel.cmake.\n"
+  "namespace kiln::cl::embedded {\n"
+  "extern const char ${FAMILY}[];\n"
+  "const char ${FAMILY}[] =\n${literals}    ;\n"
+  "}  // namespace kiln::cl::embedded\n")
+file(RENAME "${OUTPUT}.new" "${OUTPUT}")
+string(REPLACE ";" " \\\n  " dependency_text "${dependencies}")
+file(WRITE "${DEPFILE}" "${OUTPUT}: \\\n  ${dependency_text}\n")

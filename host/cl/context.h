@@ -1,0 +1,194 @@
+// The only folder that calls OpenCL. Everything else in host/ speaks Context, Array and Kernel.
+#pragma once
+
+#define CL_TARGET_OPENCL_VERSION 120
+#include <CL/cl.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "kiln/device.h"
+
+namespace kiln::cl {
+
+class Context;
+
+/// Turns an OpenCL status into Error(device). The one conversion point.
+void check(cl_int status, std::string_view what);
+
+/// Device memory that owns itself. Byte-level; use Array.
+class Buffer {
+ public:
+  Buffer() = default;
+  Buffer(Context& context, std::size_t bytes);
+  Buffer(Buffer&& other) noexcept { swap(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    Buffer moved(std::move(other));
+    swap(moved);
+    return *this;
+  }
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+  ~Buffer();
+
+  cl_mem get() const { return memory_; }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  void swap(Buffer& other) noexcept {
+    std::swap(memory_, other.memory_);
+    std::swap(bytes_, other.bytes_);
+    std::swap(context_, other.context_);
+  }
+  cl_mem memory_ = nullptr;
+  std::size_t bytes_ = 0;
+  Context* context_ = nullptr;
+};
+
+/// A typed device array of fixed size. An empty one may be passed to kernels as a null pointer.
+template <typename T>
+class Array {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  Array() = default;
+  /// Uninitialised.
+  Array(Context& context, std::size_t size) : buffer_(context, size * sizeof(T)), size_(size) {}
+  /// Copied from the host (blocking).
+  Array(Context& context, std::span<const T> data) : Array(context, data.size()) {
+    write(context, data);
+  }
+
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  const Buffer& buffer() const { return buffer_; }
+
+  /// Blocking copies; offset in elements.
+  void write(Context& context, std::span<const T> data, std::size_t offset = 0);
+  void read(Context& context, std::span<T> data, std::size_t offset = 0) const;
+  std::vector<T> download(Context& context) const {
+    std::vector<T> result(size_);
+    if (size_ != 0) read(context, result);
+    return result;
+  }
+
+ private:
+  Buffer buffer_;
+  std::size_t size_ = 0;
+};
+
+/// A kernel of a built program. Arguments are set in order by Context::launch.
+class Kernel {
+ public:
+  Kernel() = default;
+  Kernel(cl_kernel kernel, std::string name) : kernel_(kernel), name_(std::move(name)) {}
+  cl_kernel get() const { return kernel_; }
+  const std::string& name() const { return name_; }
+
+ private:
+  cl_kernel kernel_ = nullptr;  // owned by the context's program cache
+  std::string name_;
+};
+
+/// Context, in-order queue, built programs and memory account of one device.
+class Context {
+ public:
+  Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  const DeviceInfo& info() const { return info_; }
+  cl_context get() const { return context_; }
+  cl_command_queue queue() const { return queue_; }
+
+  /// A kernel by program family ("ray" for kernels/ray.cl) and full kernel name. The program is
+  /// built at first use and kept. `defines` is a string of -D options that change the code's shape.
+  /// \throws Error(device) with the whole build log
+  Kernel kernel(const std::string& family, const std::string& name, const std::string& defines = {});
+
+  /// Enqueues one dimension of work: `count` items, padded up to a multiple of `local`. Kernels must
+  /// check their index against a count that they are given. Trivially copyable values, Arrays and
+  /// Buffers may be arguments, in the order of the kernel's parameters.
+  template <typename... Args>
+  void launch(const Kernel& kernel, std::size_t count, std::size_t local, const Args&... args) {
+    if (count == 0) return;
+    cl_uint index = 0;
+    (set_argument(kernel, index++, args), ...);
+    enqueue(kernel, count, local);
+  }
+
+  /// Fills with a repeated byte-pattern value.
+  template <typename T>
+  void fill(const Array<T>& array, const T& value) {
+    fill_bytes(array.buffer(), &value, sizeof(T), array.size() * sizeof(T));
+  }
+
+  /// Waits for everything enqueued.
+  void finish();
+
+  /// Seconds spent in clBuildProgram (and loading from the driver's cache) so far.
+  double build_seconds() const { return build_seconds_; }
+  /// Bytes of device memory held now, and the most there ever were.
+  std::uint64_t device_bytes() const { return device_bytes_; }
+  std::uint64_t peak_device_bytes() const { return peak_device_bytes_; }
+
+ private:
+  friend class Buffer;
+  template <typename T>
+  friend class Array;
+
+  template <typename T>
+  void set_argument(const Kernel& kernel, cl_uint index, const Array<T>& array) {
+    set_buffer_argument(kernel, index, array.buffer());
+  }
+  void set_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {
+    set_buffer_argument(kernel, index, buffer);
+  }
+  template <typename T>
+    requires std::is_trivially_copyable_v<T>
+  void set_argument(const Kernel& kernel, cl_uint index, const T& value) {
+    set_raw_argument(kernel, index, &value, sizeof(T));
+  }
+  void set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer);
+  void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
+  void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
+  void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
+                  std::size_t bytes);
+  void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
+  void read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes);
+
+  struct Program;
+  DeviceInfo info_;
+  cl_device_id device_ = nullptr;
+  cl_context context_ = nullptr;
+  cl_command_queue queue_ = nullptr;
+  std::map<std::string, std::unique_ptr<Program>> programs_;
+  double build_seconds_ = 0;
+  std::uint64_t device_bytes_ = 0;
+  std::uint64_t peak_device_bytes_ = 0;
+};
+
+template <typename T>
+void Array<T>::write(Context& context, std::span<const T> data, std::size_t offset) {
+  if (!data.empty()) {
+    context.write_bytes(buffer_, offset * sizeof(T), data.data(), data.size_bytes());
+  }
+}
+template <typename T>
+void Array<T>::read(Context& context, std::span<T> data, std::size_t offset) const {
+  if (!data.empty()) {
+    context.read_bytes(buffer_, offset * sizeof(T), data.data(), data.size_bytes());
+  }
+}
+
+}  // namespace kiln::cl

@@ -1,0 +1,156 @@
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+
+#include "cl/context.h"
+#include "kiln/version.h"
+
+namespace kiln {
+namespace {
+
+struct Found {
+  cl_platform_id platform = nullptr;
+  cl_device_id device = nullptr;
+  DeviceInfo info;
+};
+
+std::string device_text(cl_device_id device, cl_device_info what) {
+  std::size_t size = 0;
+  if (clGetDeviceInfo(device, what, 0, nullptr, &size) != CL_SUCCESS || size == 0) return {};
+  std::string text(size, '\0');
+  clGetDeviceInfo(device, what, size, text.data(), nullptr);
+  while (!text.empty() && (text.back() == '\0' || text.back() == ' ')) text.pop_back();
+  return text;
+}
+
+template <typename T>
+T device_value(cl_device_id device, cl_device_info what) {
+  T value{};
+  clGetDeviceInfo(device, what, sizeof(T), &value, nullptr);
+  return value;
+}
+
+std::string platform_name(cl_platform_id platform) {
+  std::size_t size = 0;
+  if (clGetPlatformInfo(platform, CL_PLATFORM_NAME, 0, nullptr, &size) != CL_SUCCESS) return {};
+  std::string text(size, '\0');
+  clGetPlatformInfo(platform, CL_PLATFORM_NAME, size, text.data(), nullptr);
+  while (!text.empty() && text.back() == '\0') text.pop_back();
+  return text;
+}
+
+DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
+  DeviceInfo info;
+  info.name = device_text(device, CL_DEVICE_NAME);
+  info.platform = platform_name(platform);
+  info.vendor = device_text(device, CL_DEVICE_VENDOR);
+  info.driver = device_text(device, CL_DRIVER_VERSION);
+  info.opencl_version = device_text(device, CL_DEVICE_VERSION);
+  info.is_gpu = (device_value<cl_device_type>(device, CL_DEVICE_TYPE) & CL_DEVICE_TYPE_GPU) != 0;
+  info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
+  info.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
+  info.largest_buffer_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
+  const std::string extensions = " " + device_text(device, CL_DEVICE_EXTENSIONS) + " ";
+  const auto has = [&](const char* name) { return extensions.find(name) != std::string::npos; };
+  info.has_atomics_64 =
+      has(" cl_khr_int64_base_atomics ") && has(" cl_khr_int64_extended_atomics ");
+  const auto single = device_value<cl_device_fp_config>(device, CL_DEVICE_SINGLE_FP_CONFIG);
+  info.has_correct_division = (single & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
+  info.has_denormals = (single & CL_FP_DENORM) != 0;
+  return info;
+}
+
+std::vector<Found> find_devices() {
+  cl_uint platform_count = 0;
+  if (clGetPlatformIDs(0, nullptr, &platform_count) != CL_SUCCESS) return {};
+  std::vector<cl_platform_id> platforms(platform_count);
+  if (platform_count == 0 ||
+      clGetPlatformIDs(platform_count, platforms.data(), nullptr) != CL_SUCCESS) {
+    return {};
+  }
+  std::vector<Found> found;
+  for (cl_platform_id platform : platforms) {
+    cl_uint count = 0;
+    if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS) continue;
+    std::vector<cl_device_id> devices(count);
+    if (count == 0 ||
+        clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, devices.data(), nullptr) != CL_SUCCESS) {
+      continue;
+    }
+    for (cl_device_id device : devices) {
+      if (device_value<cl_bool>(device, CL_DEVICE_AVAILABLE) == CL_FALSE ||
+          device_value<cl_bool>(device, CL_DEVICE_COMPILER_AVAILABLE) == CL_FALSE) {
+        continue;
+      }
+      found.push_back({platform, device, describe(platform, device)});
+    }
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Found& a, const Found& b) { return a.info.is_gpu > b.info.is_gpu; });
+  for (std::size_t i = 0; i < found.size(); ++i) found[i].info.index = static_cast<int>(i);
+  return found;
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+const Found* select(const std::vector<Found>& found, std::string_view selector) {
+  if (selector.empty()) return found.data();
+  if (std::all_of(selector.begin(), selector.end(), [](unsigned char c) { return std::isdigit(c); })) {
+    const std::size_t index = selector.size() < 6 ? std::stoul(std::string(selector)) : found.size();
+    return index < found.size() ? &found[index] : nullptr;
+  }
+  const std::string wanted = lower(selector);
+  for (const Found& candidate : found) {
+    const std::string text = lower(candidate.info.name + " " + candidate.info.platform);
+    if (text.find(wanted) != std::string::npos) return &candidate;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+const char* version() noexcept { return KILN_VERSION; }
+
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> result;
+  for (Found& entry : find_devices()) result.push_back(std::move(entry.info));
+  return result;
+}
+
+Device Device::open(std::string_view selector) {
+  const std::vector<Found> found = find_devices();
+  if (found.empty()) {
+    throw Error(ErrorCode::device,
+                "No OpenCL device was found: install one with 'apt install pocl-opencl-icd' (any CPU) "
+                "or your GPU vendor's OpenCL driver.");
+  }
+  std::string origin = "--device";
+  if (selector.empty()) {
+    if (const char* environment = std::getenv("KILN_DEVICE")) {
+      selector = environment;
+      origin = "KILN_DEVICE";
+    }
+  }
+  const Found* chosen = select(found, selector);
+  if (chosen == nullptr) {
+    std::string message = "No OpenCL device matches " + origin + " '" + std::string(selector) +
+                          "'. Use an index or part of a name:";
+    for (const Found& entry : found) {
+      message += "\n  " + std::to_string(entry.info.index) + "  " + entry.info.name + " (" +
+                 entry.info.platform + ")";
+    }
+    throw Error(ErrorCode::device, message);
+  }
+  return Device(std::make_shared<cl::Context>(chosen->platform, chosen->device, chosen->info));
+}
+
+Device::Device(std::shared_ptr<cl::Context> context) : context_(std::move(context)) {}
+
+const DeviceInfo& Device::info() const { return context_->info(); }
+
+}  // namespace kiln

@@ -1,0 +1,11 @@
+// The kernels' sources, embedded at build time by cmake/EmbedKernels.cmake.
+#pragma once
+
+#include <string_view>
+
+namespace kiln::cl {
+
+/// The flattened source of kernels/<family>.cl, with #line marks; empty where there is none.
+std::string_view embedded_source(std::string_view family);
+
+}  // namespace kiln::cl

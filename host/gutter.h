@@ -1,0 +1,37 @@
+// Filling what the charts leave empty.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cl/context.h"
+#include "kiln/image.h"
+
+namespace kiln {
+
+/// Coverage of a texel, as BakeResult::coverage holds it.
+enum Coverage : std::uint8_t {
+  kCoverageEmpty = 0,
+  kCoverageBaked = 1,
+  kCoverageMissed = 2,
+  kCoverageGutter = 3,
+};
+
+struct GutterOptions {
+  std::int32_t texels = 16;      ///< How far out; 0: none; -1: everywhere (push-pull)
+  bool fill_missed = false;      ///< Also fill texels marked missed, however far from a baked one
+  bool unit_vectors = false;     ///< Values are vectors: averages are normalised again
+};
+
+/// Fills empty texels near charts in place and marks them kCoverageGutter.
+///
+/// With a finite width, an empty texel takes the value of the nearest baked texel (Euclidean distance
+/// between centres, ties to the lowest row, then column) where that is at most `texels` away. With -1, the
+/// rest is filled by push-pull (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring of
+/// nearest values. Baked texels never change. Missed texels that are to be filled take push-pull values
+/// from baked ones and stay marked missed; missed texels that are not count as baked.
+/// \returns how many texels became gutter
+std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
+                          const GutterOptions& options);
+
+}  // namespace kiln

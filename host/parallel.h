@@ -1,0 +1,52 @@
+// Threads for the work that stays on the host.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace kiln {
+
+/// Hardware threads, or the KILN_THREADS environment variable where that is set.
+int thread_count();
+
+/// Calls body(begin, end) over [0, count) in pieces of `grain`, on thread_count() threads. Which
+/// thread takes which piece is not defined, so bodies must write to disjoint places. The first
+/// exception thrown is thrown again here, after all threads have stopped.
+template <typename Body>
+void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
+  const std::size_t pieces = (count + grain - 1) / grain;
+  const auto threads =
+      static_cast<std::size_t>(std::min<std::size_t>(pieces, static_cast<std::size_t>(thread_count())));
+  if (threads <= 1) {
+    if (count != 0) body(std::size_t{0}, count);
+    return;
+  }
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr error;
+  std::mutex error_mutex;
+  const auto work = [&] {
+    try {
+      for (std::size_t piece = next++; piece < pieces; piece = next++) {
+        body(piece * grain, std::min(count, (piece + 1) * grain));
+      }
+    } catch (...) {
+      next = pieces;
+      const std::lock_guard lock(error_mutex);
+      if (!error) error = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> pool;
+    pool.reserve(threads - 1);
+    for (std::size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+    work();
+  }
+  if (error) std::rethrow_exception(error);
+}
+
+}  // namespace kiln

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+namespace kiln {
+
+/// What kind of failure an Error reports. The values are the command line's exit codes.
+enum class ErrorCode {
+  internal = 1,  ///< A defect of Kiln's own, or memory ran out.
+  usage = 2,     ///< A parameter is out of its range, or two contradict each other.
+  input = 3,     ///< A file or a mesh cannot be used.
+  device = 4,    ///< No OpenCL device, or a device call failed.
+  output = 5,    ///< A result could not be written. Nothing partial is left behind.
+};
+
+/// The one exception type that leaves the library (beside std::bad_alloc).
+///
+/// The message is one or two sentences that name the file or parameter, the problem and the remedy,
+/// ready to show to a person.
+class Error : public std::runtime_error {
+ public:
+  Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  ErrorCode code() const noexcept { return code_; }
+
+ private:
+  ErrorCode code_;
+};
+
+/// Something imperfect in the data that was handled by a documented rule.
+struct Warning {
+  std::string code;         ///< Stable identifier for scripts, such as "degenerate-triangles".
+  std::string message;      ///< One sentence for a person: what, how many, one example, what was done.
+  std::uint64_t count = 0;  ///< How many elements it concerns.
+};
+
+}  // namespace kiln

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "kiln/error.h"
+
+namespace kiln {
+
+/// A float image, rows from the top (row 0 is at v = 1), channels interleaved.
+struct Image {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::uint32_t channels = 0;       ///< 1 to 4
+  std::vector<float> pixels;        ///< width * height * channels
+
+  float* at(std::size_t x, std::size_t y) { return &pixels[(y * width + x) * channels]; }
+  const float* at(std::size_t x, std::size_t y) const {
+    return &pixels[(y * width + x) * channels];
+  }
+};
+
+enum class ImageFormat {
+  exr_half,   ///< OpenEXR, 16-bit float, ZIP
+  exr_float,  ///< OpenEXR, 32-bit float, ZIP
+  png16,      ///< PNG, 16 bits a channel, [0, 1] rounded to nearest
+  png8,       ///< PNG, 8 bits a channel
+};
+
+struct SaveImageOptions {
+  ImageFormat format = ImageFormat::exr_half;
+  bool dither = false;  ///< png8 only: ordered dither instead of rounding.
+  int threads = 0;      ///< For compression; 0 takes all cores.
+};
+
+/// Reads PNG (8 or 16 bit, to [0, 1]) or EXR (R, G, B, A or Y; half or float), chosen by content.
+/// \throws Error(input)
+Image load_image(const std::filesystem::path& path);
+
+/// Writes an image. The file appears whole or not at all, also when the disk is full or the process
+/// is killed. The same image gives the same bytes.
+/// \throws Error(output) for the disk, Error(usage) for an impossible size.
+void save_image(const Image& image, const std::filesystem::path& path,
+                const SaveImageOptions& options = {});
+
+/// How far two images differ, over the texels that count.
+struct ImageDifference {
+  std::uint64_t compared = 0;        ///< Texels compared
+  double mean_angle_degrees = 0;     ///< Between decoded normals; 3 or more channels only
+  double p95_angle_degrees = 0;
+  double p99_angle_degrees = 0;
+  double max_angle_degrees = 0;
+  double mean_error = 0;             ///< Mean absolute channel difference, [0, 1] scale
+  double max_error = 0;
+  std::uint32_t worst_x = 0, worst_y = 0;  ///< Where max_angle (or max_error) is
+};
+
+/// Compares two images as normal maps (n/2 + 1/2 in the first three channels) and by channel.
+/// \param mask  optional: texels whose first channel is 0 there are left out
+/// \throws Error(input) where sizes differ.
+ImageDifference compare_images(const Image& a, const Image& b, const Image* mask = nullptr);
+
+}  // namespace kiln

@@ -1,0 +1,14 @@
+/// \file
+/// Kiln bakes the detail of dense meshes into the textures of light ones. This header includes the
+/// whole public API; each part's header documents it.
+#pragma once
+
+#include "kiln/bake.h"
+#include "kiln/device.h"
+#include "kiln/error.h"
+#include "kiln/image.h"
+#include "kiln/lowpoly.h"
+#include "kiln/mesh.h"
+#include "kiln/render.h"
+#include "kiln/types.h"
+#include "kiln/version.h"

@@ -1,0 +1,59 @@
+#include "support/environment.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+namespace kiln::test {
+namespace {
+
+std::unique_ptr<Device> shared_device;
+std::filesystem::path scratch_root;
+int scratch_counter = 0;
+
+class Environment : public testing::Environment {
+ public:
+  void TearDown() override {
+    shared_device.reset();
+    std::error_code ignored;
+    if (!scratch_root.empty()) std::filesystem::remove_all(scratch_root, ignored);
+  }
+};
+
+[[maybe_unused]] const testing::Environment* const registered =
+    testing::AddGlobalTestEnvironment(new Environment);
+
+}  // namespace
+
+const Device* device() {
+  if (!shared_device) {
+    try {
+      shared_device = std::make_unique<Device>(Device::open());
+    } catch (const Error& error) {
+      std::fprintf(stderr, "%s\n", error.what());
+    }
+  }
+  return shared_device.get();
+}
+
+std::optional<std::filesystem::path> shared_data(const std::string& name) {
+  const char* folder = std::getenv("KILN_SHARED_DATA");
+  std::filesystem::path path = std::filesystem::path(folder ? folder : KILN_SHARED_DATA) / name;
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  return path;
+}
+
+std::filesystem::path scratch_folder() {
+  if (scratch_root.empty()) {
+    scratch_root = std::filesystem::temp_directory_path() /
+                   ("kiln-test-" + std::to_string(static_cast<long>(getpid())));
+  }
+  std::filesystem::path folder = scratch_root / std::to_string(scratch_counter++);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+}  // namespace kiln::test
