@@ -1,9 +1,8 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,12 +17,18 @@
 
 namespace kiln {
 
+/// Which ray kernels run: explicit vectors for CPU devices, one ray a work-item for GPUs, or by the
+/// device's type.
+enum class RayTraversal { automatic, cpu, gpu };
+
 /// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
 /// immutable. Cheap to copy (shared).
 class Source {
  public:
+  /// \param traversal  which ray kernels to use; all give the same answer to the bit
   /// \throws Error(input) where no triangle is usable, Error(device) where memory runs out
-  Source(const Device& device, const Mesh& high);
+  explicit Source(const Device& device, const Mesh& high,
+                  RayTraversal traversal = RayTraversal::automatic);
 
   struct Stats {
     std::uint64_t triangles = 0;
@@ -62,8 +67,6 @@ struct Length {
   static Length absolute(double units) { return {units, false}; }
 };
 
-enum class RayTraversal { automatic, cpu, gpu };
-
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 using Progress = std::function<bool(double done, std::string_view stage)>;
 
@@ -79,7 +82,6 @@ struct BakeOptions {
   std::optional<Length> cage;       ///< Cast from this far outside, inward, first hit
   const Mesh* cage_mesh = nullptr;  ///< ... or from this mesh (the light mesh's topology)
   bool two_sided = false;           ///< Keep source faces that are turned away
-  RayTraversal traversal = RayTraversal::automatic;
 
   NormalMapSpace space = NormalMapSpace::tangent;
   bool flip_y = false;         ///< Green down (DirectX); default up (OpenGL)

@@ -1,0 +1,6 @@
+// The structs that host and kernels share.
+#pragma once
+
+#include "shared/common.h"
+#include "shared/detail.h"
+#include "shared/match.h"
