@@ -156,4 +156,6 @@ Device::Device(std::shared_ptr<cl::Context> context) : context_(std::move(contex
 
 const DeviceInfo& Device::info() const { return context_->info(); }
 
+double Device::compile_seconds() const { return context_->build_seconds(); }
+
 }  // namespace kiln

@@ -39,8 +39,4 @@ class AtomicFile {
   int slot_ = -1;
 };
 
-/// Removes every temporary file there is now. Async-signal-safe: for a signal handler that ends the
-/// process.
-void remove_temporary_files() noexcept;
-
 }  // namespace kiln

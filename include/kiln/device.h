@@ -47,6 +47,9 @@ class Device {
 
   const DeviceInfo& info() const;
 
+  /// Seconds spent building kernels so far (little where the driver has them cached).
+  double compile_seconds() const;
+
   /// \cond Used by the library's own parts and by interop_opencl.h.
   explicit Device(std::shared_ptr<cl::Context> context);
   cl::Context& context() const { return *context_; }
