@@ -1,6 +1,8 @@
 // The command as its users meet it: exit codes, messages, files, the report.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -292,7 +294,9 @@ TEST(Command, InterruptEndsItWithinHalfASecondAndLeavesNothing) {
                  options);
     EXPECT_EQ(result.exit_code, 130) << result.errors;
     EXPECT_LT(result.seconds_after_signal, 0.5) << "after " << delay << " s";
-    if (fs::exists(out)) EXPECT_TRUE(names(out).empty()) << names(out)[0];
+    if (fs::exists(out)) {
+      EXPECT_TRUE(names(out).empty()) << names(out)[0];
+    }
   }
 }
 
@@ -310,7 +314,9 @@ TEST(Command, KillLeavesNoPartialMap) {
              options);
     if (!fs::exists(out)) continue;
     for (const std::string& name : names(out)) {
-      if (name == "low_normal.png") EXPECT_EQ(load_image(out / name).width, 4096U);
+      if (name == "low_normal.png") {
+        EXPECT_EQ(load_image(out / name).width, 4096U);
+      }
     }
   }
 }
