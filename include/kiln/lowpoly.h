@@ -19,7 +19,7 @@ struct SimplifyOptions {
 struct SimplifyReport {
   std::uint64_t input_faces = 0;
   std::uint64_t faces = 0;
-  double error = 0;        ///< The simplifier's own estimate, as a share of the diagonal.
+  double error = 0;  ///< The simplifier's own estimate, as a share of the diagonal.
   double seconds = 0;
   std::vector<Warning> warnings;
 };
@@ -32,14 +32,14 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);
 
 struct UnwrapOptions {
-  std::uint32_t size = 2048;         ///< Map size that the border is meant for, texels (the smaller side)
-  std::uint32_t border_texels = 2;   ///< Empty texels around each patch, at least 1
+  std::uint32_t size = 2048;  ///< Map size that the border is meant for, texels (the smaller side)
+  std::uint32_t border_texels = 2;  ///< Empty texels around each patch, at least 1
 };
 
 struct UnwrapReport {
   std::uint64_t charts = 0;
-  double coverage = 0;         ///< Share of the unit square that triangles cover
-  double density_spread = 0;   ///< Standard deviation of log2(texel density) over the surface
+  double coverage = 0;        ///< Share of the unit square that triangles cover
+  double density_spread = 0;  ///< Standard deviation of log2(texel density) over the surface
   double seconds = 0;
   std::vector<Warning> warnings;
 };
