@@ -76,28 +76,22 @@ class RayBench {
     one_sided.two_sided = false;
 
     std::vector<Mode> modes;
-    modes.push_back({"kiln", false, [&] { cast(caster_, query); }, {}});
-    modes.push_back({"kiln one-sided", false, [&] { cast(caster_, one_sided); }, {}});
-    modes.push_back({"kiln scalar", false, [&] { cast(scalar_, query); }, {}});
+    modes.push_back({"kiln", false, [&] { cast(caster_, query); }});
+    modes.push_back({"kiln one-sided", false, [&] { cast(caster_, one_sided); }});
+    modes.push_back({"kiln scalar", false, [&] { cast(scalar_, query); }});
     for (EmbreeMode mode : kEmbreeModes) {
-      modes.push_back({embree_mode_name(mode),
-                       true,
-                       [this, &query, mode] {
+      modes.push_back({embree_mode_name(mode), true, [this, &query, mode] {
                          for (Band& band : bands_) {
                            embree_.intersect(planes(band, query), mode, band.peer);
                          }
-                       },
-                       {}});
+                       }});
     }
     // Not a peer for the ratio: slower by design.
-    modes.push_back({"embree robust 8",
-                     false,
-                     [this, &query] {
+    modes.push_back({"embree robust 8", false, [this, &query] {
                        for (Band& band : bands_) {
                          robust_.intersect(planes(band, query), EmbreeMode::packet8, band.peer);
                        }
-                     },
-                     {}});
+                     }});
     run_rounds(modes, 5);
     print_modes("texel rays", high_.name, device_.info(), rays_, modes,
                 {{"rays", rays_},
@@ -166,18 +160,13 @@ class RayBench {
       hits += hit[i];
     }
     std::vector<Mode> modes;
-    modes.push_back({"kiln",
-                     false,
-                     [&] {
+    modes.push_back({"kiln", false, [&] {
                        caster_.occluded(points, rays, rays, query, ours);
                        context.finish();
-                     },
-                     {}});
+                     }});
     for (EmbreeMode mode : kEmbreeModes) {
-      modes.push_back({embree_mode_name(mode),
-                       true,
-                       [this, &planes, &theirs, mode] { embree_.occluded(planes, mode, theirs); },
-                       {}});
+      modes.push_back({embree_mode_name(mode), true,
+                       [this, &planes, &theirs, mode] { embree_.occluded(planes, mode, theirs); }});
     }
     run_rounds(modes, 5);
     print_modes("occlusion rays", high_.name, device_.info(), static_cast<double>(count), modes,

@@ -2,11 +2,30 @@
 
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <limits>
 
 #include "parallel.h"
 
 namespace kiln::bench {
+
+namespace {
+
+/// Round by round the best peer's time by this mode's, the median of the rounds.
+double ratio_to_best_peer(const Mode& mode, const std::vector<Mode>& modes,
+                          std::vector<double> Mode::*times) {
+  std::vector<double> ratios;
+  for (std::size_t round = 0; round < (mode.*times).size(); ++round) {
+    double best = std::numeric_limits<double>::infinity();
+    for (const Mode& other : modes) {
+      if (other.peer) best = std::min(best, (other.*times)[round]);
+    }
+    ratios.push_back(best / (mode.*times)[round]);
+  }
+  return Mode::median_of(ratios);
+}
+
+}  // namespace
 
 Mesh procedural_sphere(std::size_t faces, float bumps, bool uvs) {
   const int rows = std::max(3, static_cast<int>(std::sqrt(static_cast<double>(faces) / 4)));
@@ -57,7 +76,11 @@ void run_rounds(std::vector<Mode>& modes, int rounds) {
       enough = enough && total >= 0.5;
     }
     if (enough) return;
-    for (Mode& mode : modes) mode.seconds.push_back(seconds_of(mode.run));
+    for (Mode& mode : modes) {
+      const std::clock_t before = std::clock();
+      mode.seconds.push_back(seconds_of(mode.run));
+      mode.cpu_seconds.push_back(static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
+    }
   }
 }
 
@@ -94,20 +117,15 @@ void print_modes(const std::string& bench, const std::string& scene, const Devic
                  double items, const std::vector<Mode>& modes,
                  const std::vector<std::pair<std::string, double>>& extra) {
   for (const Mode& mode : modes) {
-    std::vector<double> ratios;
-    for (std::size_t round = 0; round < mode.seconds.size(); ++round) {
-      double best = std::numeric_limits<double>::infinity();
-      for (const Mode& other : modes) {
-        if (other.peer) best = std::min(best, other.seconds[round]);
-      }
-      ratios.push_back(best / mode.seconds[round]);
-    }
-    std::sort(ratios.begin(), ratios.end());
+    const double ratio = ratio_to_best_peer(mode, modes, &Mode::seconds);
+    const double cpu_ratio = ratio_to_best_peer(mode, modes, &Mode::cpu_seconds);
     JsonLine line;
     line.add("bench", bench).add("scene", scene).add("mode", mode.name);
     line.add("million_per_second", items / mode.median() * 1e-6);
     line.add("best_million_per_second", items / mode.least() * 1e-6);
-    line.add("ratio_to_best_peer", ratios[ratios.size() / 2]);
+    line.add("ratio_to_best_peer", ratio);
+    line.add("million_per_cpu_second", items / Mode::median_of(mode.cpu_seconds) * 1e-6);
+    line.add("cpu_ratio_to_best_peer", cpu_ratio);
     line.add("rounds", static_cast<double>(mode.seconds.size()));
     for (const auto& [key, value] : extra) line.add(key, value);
     describe(line, info);

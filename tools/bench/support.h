@@ -30,13 +30,14 @@ struct Mode {
   std::string name;
   bool peer = false;  ///< Embree's
   std::function<void()> run;
-  std::vector<double> seconds;
+  std::vector<double> seconds{};
+  std::vector<double> cpu_seconds{};  ///< Of all threads: steadier where others use the machine
 
-  double median() const {
-    std::vector<double> sorted = seconds;
-    std::sort(sorted.begin(), sorted.end());
-    return sorted[sorted.size() / 2];
+  static double median_of(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
   }
+  double median() const { return median_of(seconds); }
   double least() const { return *std::min_element(seconds.begin(), seconds.end()); }
 };
 
