@@ -1,6 +1,7 @@
 // Texel rays and occlusion rays against Embree, on the same rays and threads, in one run.
 //
-// ray_bench [HIGH LOW [SIZE]]   default: a procedural pair, 2048
+// ray_bench [HIGH LOW [SIZE [MODE]]]   default: a procedural pair, 2048. With MODE only modes run whose
+// names begin with it.
 //
 // The texel rays are those of a bake with `--cage 1.2444% --max-distance 2.4887%`: from outside inward,
 // first hit. Embree has no run-time switch for facing, so the compared query keeps faces of both
@@ -38,11 +39,12 @@ struct Agreement {
 
 class RayBench {
  public:
-  RayBench(const Mesh& high, const Mesh& low, std::uint32_t size)
+  RayBench(const Mesh& high, const Mesh& low, std::uint32_t size, std::string only)
       : device_(Device::open()),
         frame_(Frame::of(high)),
         positions_(frame_.to_frame(high)),
         high_(high),
+        only_(std::move(only)),
         size_(size),
         caster_(device_.context(), positions_, high.triangles),
         scalar_(device_.context(), positions_, high.triangles, Traversal::gpu),
@@ -92,6 +94,7 @@ class RayBench {
                          robust_.intersect(planes(band, query), EmbreeMode::packet8, band.peer);
                        }
                      }});
+    std::erase_if(modes, [&](const Mode& mode) { return !mode.name.starts_with(only_); });
     run_rounds(modes, 5);
     print_modes("texel rays", high_.name, device_.info(), rays_, modes,
                 {{"rays", rays_},
@@ -168,6 +171,7 @@ class RayBench {
       modes.push_back({embree_mode_name(mode), true,
                        [this, &planes, &theirs, mode] { embree_.occluded(planes, mode, theirs); }});
     }
+    std::erase_if(modes, [&](const Mode& mode) { return !mode.name.starts_with(only_); });
     run_rounds(modes, 5);
     print_modes("occlusion rays", high_.name, device_.info(), static_cast<double>(count), modes,
                 {{"rays", static_cast<double>(count)},
@@ -225,6 +229,7 @@ class RayBench {
   Frame frame_;
   std::vector<Vec3> positions_;
   const Mesh& high_;
+  std::string only_;
   std::uint32_t size_;
   RayCaster caster_;
   RayCaster scalar_;
@@ -244,7 +249,7 @@ int main(int argc, char** argv) {
     const Mesh high = files ? load_mesh(argv[1]) : bench::procedural_sphere(70000, 0.01F, false);
     const Mesh low = files ? load_mesh(argv[2]) : bench::procedural_sphere(2000, 0, true);
     const int size = argc >= 4 ? std::atoi(argv[3]) : 2048;
-    bench::RayBench bench(high, low, static_cast<std::uint32_t>(size));
+    bench::RayBench bench(high, low, static_cast<std::uint32_t>(size), argc >= 5 ? argv[4] : "");
     bench.texel_rays();
     bench.occlusion_rays(1 << 21);
     return 0;
