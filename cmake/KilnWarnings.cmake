@@ -2,9 +2,7 @@
 add_library(kiln_warnings INTERFACE)
 target_compile_options(kiln_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Wunused
-  -Woverloaded-virtual -Wnull-dereference -Wformat=2
-  # GCC 12 sees overlap in "text" + std::string at -O3 where there is none (GCC bug 105651).
-  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-restrict>
+  -Woverloaded-virtual -Wformat=2
   $<$<BOOL:${KILN_WERROR}>:-Werror>)
 
 # KILN_SANITIZE=address;undefined and the like, for all of our own targets.

@@ -1,1 +1,264 @@
-// Not written yet.
+#include "kiln/bake.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "bake_match.h"
+#include "detail.h"
+#include "gutter.h"
+#include "kernels_shared.h"
+#include "parallel.h"
+#include "source.h"
+#include "texels.h"
+
+namespace kiln {
+namespace {
+
+class Stopwatch {
+ public:
+  /// Seconds since the last call.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+[[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
+
+double to_frame_length(const Length& length, const Frame& frame) {
+  return (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
+}
+
+void check_length(const char* name, const Length& length, bool may_be_zero) {
+  if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
+    usage(std::string(name) + " is " + std::to_string(length.value) +
+          ": it must be a finite length " + (may_be_zero ? "of 0 or more." : "above 0."));
+  }
+}
+
+void check_options(const BakeOptions& options) {
+  constexpr std::uint32_t kLargest = 16384;
+  if (options.width < 1 || options.width > kLargest || options.height < 1 ||
+      options.height > kLargest) {
+    usage("The map's size is " + std::to_string(options.width) + "x" +
+          std::to_string(options.height) + ": each side must be 1 to 16384 texels.");
+  }
+  if (options.samples < 1 || options.samples > 16) {
+    usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 a side.");
+  }
+  if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
+  check_length("max_distance", options.max_distance, false);
+  if (options.cage) check_length("cage", *options.cage, true);
+  if (options.cage && options.cage_mesh != nullptr) {
+    usage("Both a cage distance and a cage mesh were given: choose one.");
+  }
+  if (options.gutter < -1 || options.gutter > 4096) {
+    usage("gutter is " + std::to_string(options.gutter) +
+          ": it must be 0 to 4096 texels, or -1 for an infinite one.");
+  }
+  if (options.two_component && options.space == NormalMapSpace::object) {
+    usage(
+        "The two-component form needs normals on one side of the surface: use tangent or face "
+        "space.");
+  }
+}
+
+RayQuery make_query(const BakeOptions& options, const Frame& frame) {
+  const auto distance = static_cast<float>(to_frame_length(options.max_distance, frame));
+  RayQuery query;
+  query.two_sided = options.two_sided;
+  query.t_max = distance;
+  if (options.cage_mesh != nullptr || options.cage) {
+    query.inward = true;
+    query.use_reach = options.cage_mesh != nullptr;
+    if (options.cage) query.offset = static_cast<float>(to_frame_length(*options.cage, frame));
+  } else {
+    query.t_min = -distance;
+    query.outward_first = true;
+  }
+  return query;
+}
+
+/// Sums of a band's correspondences. Distances are added per block in a fixed order.
+void count_samples(cl::Context& context, const Correspondence& match, double unit,
+                   BakeReport& report, double& distance_sum) {
+  std::vector<std::uint8_t> status(match.count);
+  std::vector<float> distance(match.count);
+  match.status.read(context, status);
+  match.distance.read(context, distance);
+  struct Sums {
+    std::array<std::uint64_t, 5> counts{};
+    double distance = 0;
+  };
+  constexpr std::size_t kBlock = 1 << 16;
+  std::vector<Sums> blocks((match.count + kBlock - 1) / kBlock);
+  parallel_for(match.count, kBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Sums& sums = blocks[i / kBlock];
+      ++sums.counts[std::min<std::size_t>(status[i], 4)];
+      if (status[i] != KILN_STATUS_MISS) sums.distance += std::abs(distance[i]);
+    }
+  });
+  for (const Sums& sums : blocks) {
+    report.outward += sums.counts[KILN_STATUS_OUTWARD];
+    report.inward += sums.counts[KILN_STATUS_INWARD];
+    report.cage += sums.counts[KILN_STATUS_CAGE];
+    report.missed += sums.counts[KILN_STATUS_MISS];
+    distance_sum += sums.distance * unit;
+  }
+}
+
+/// What empty texels hold: the direction that lights like the plain surface.
+std::array<float, 3> background(const BakeOptions& options) {
+  if (options.space == NormalMapSpace::object) return {0, 0, 0};
+  return {0, 0, 1};
+}
+
+/// From unit vectors to what files hold.
+void encode(const BakeOptions& options, const std::vector<std::uint8_t>& coverage, Image& image) {
+  const bool mark = options.miss == MissPolicy::mark;
+  parallel_for(coverage.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      float* pixel = &image.pixels[i * 3];
+      const bool marked = mark && coverage[i] == kCoverageMissed;
+      if (options.two_component && !marked) pixel[2] = options.raw ? 0.0F : -1.0F;
+      if (options.raw) continue;
+      for (int c = 0; c < 3; ++c) pixel[c] = pixel[c] * 0.5F + 0.5F;
+    }
+  });
+}
+
+void warn_about_misses(BakeReport& report) {
+  if (report.samples == 0) {
+    report.warnings.push_back(
+        {"no-texels",
+         "No texel centre lies inside a UV triangle: the map is empty. Use a larger "
+         "size, or check the UV layout.",
+         1});
+  } else if (report.missed * 50 > report.samples) {
+    const auto percent = static_cast<int>(100.0 * static_cast<double>(report.missed) /
+                                          static_cast<double>(report.samples));
+    report.warnings.push_back({"many-misses",
+                               std::to_string(percent) +
+                                   "% of the samples found no point of the dense mesh within the "
+                                   "distance: raise --max-distance (or --cage), or check that both "
+                                   "meshes lie in the same place.",
+                               report.missed});
+  }
+}
+
+}  // namespace
+
+BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
+  check_options(options);
+  const Source::Impl& high = source.impl();
+  cl::Context& context = high.device.context();
+  if (options.match != nullptr) check_match(*options.match, options, high.stats.triangles);
+
+  BakeResult result;
+  BakeReport& report = result.report;
+  const double unit = 1 / high.frame.scale;
+  Stopwatch watch;
+
+  const LowSurface surface = LowSurface::of(low, high.frame, options.cage_mesh);
+  TexelSampler sampler(context, surface,
+                       {options.width, options.height, options.samples, 1U << 20});
+  NormalDetail detail(context, surface, high.attributes, options);
+  const RayQuery query = make_query(options, high.frame);
+  report.max_distance = query.t_max * unit;
+  report.seconds_texels = watch.lap();
+
+  const std::size_t texels = std::size_t{options.width} * options.height;
+  Image image{options.width, options.height, 3, std::vector<float>(texels * 3)};
+  result.coverage.resize(texels);
+  if (options.keep_match) {
+    result.match = make_match(options.width, options.height, options.samples, high.stats.triangles);
+  }
+  Correspondence match;
+  cl::Array<float> band_image;
+  cl::Array<std::uint8_t> band_coverage;
+  double distance_sum = 0;
+  report.seconds_image = watch.lap();
+
+  const std::uint32_t bands = sampler.band_count();
+  for (std::uint32_t b = 0; b < bands; ++b) {
+    if (options.progress && !options.progress(0.97 * b / bands, "baking")) {
+      result = BakeResult{};
+      result.cancelled = true;
+      return result;
+    }
+    const TexelBand band = sampler.sample(b);
+    context.finish();
+    report.seconds_texels += watch.lap();
+
+    if (match.capacity < band.capacity) {
+      match = Correspondence();
+      match = Correspondence(context, band.capacity);
+    }
+    match.count = band.sample_count;
+    if (options.match != nullptr) {
+      load_band(context, band, *options.match, unit, match);
+    } else if (band.sample_count != 0) {
+      high.rays->intersect(band.points, band.sample_count, band.capacity, query, match);
+    }
+    context.finish();
+    report.seconds_match += watch.lap();
+
+    const std::size_t band_texels = std::size_t{band.row_count} * options.width;
+    if (band_coverage.size() < band_texels) {
+      band_image = cl::Array<float>();
+      band_image = cl::Array<float>(context, band_texels * 3);
+      band_coverage = cl::Array<std::uint8_t>(context, band_texels);
+    }
+    context.fill(band_image, 0.0F);
+    context.fill(band_coverage, std::uint8_t{0});
+    detail.run(band, match, band_image, band_coverage);
+    context.finish();
+    report.seconds_detail += watch.lap();
+
+    const std::size_t offset = std::size_t{band.first_row} * options.width;
+    band_image.read(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
+    band_coverage.read(context, std::span(result.coverage).subspan(offset, band_texels));
+    if (result.match) store_band(context, band, match, unit, *result.match);
+    count_samples(context, match, unit, report, distance_sum);
+    report.texels += band.texel_count;
+    report.samples += band.sample_count;
+    report.seconds_image += watch.lap();
+  }
+
+  const std::array<float, 3> empty = background(options);
+  parallel_for(texels, 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (result.coverage[i] == kCoverageEmpty)
+        std::copy(empty.begin(), empty.end(), &image.pixels[i * 3]);
+    }
+  });
+  if (options.progress && !options.progress(0.97, "gutter")) {
+    result = BakeResult{};
+    result.cancelled = true;
+    return result;
+  }
+  report.gutter_texels = fill_gutter(context, image, result.coverage,
+                                     {options.gutter, options.miss == MissPolicy::fill, true});
+  encode(options, result.coverage, image);
+  report.seconds_image += watch.lap();
+
+  const std::uint64_t hits = report.samples - report.missed;
+  report.mean_abs_distance = hits != 0 ? distance_sum / static_cast<double>(hits) : 0;
+  report.peak_device_bytes = context.peak_device_bytes();
+  report.warnings = sampler.report().warnings;
+  warn_about_misses(report);
+  for (MapKind kind : options.maps) {
+    if (kind == MapKind::normal) result.maps.push_back({kind, std::move(image)});
+  }
+  if (options.progress) options.progress(1.0, "done");
+  return result;
+}
+
+}  // namespace kiln

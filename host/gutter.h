@@ -18,9 +18,9 @@ enum Coverage : std::uint8_t {
 };
 
 struct GutterOptions {
-  std::int32_t texels = 16;      ///< How far out; 0: none; -1: everywhere (push-pull)
-  bool fill_missed = false;      ///< Also fill texels marked missed, however far from a baked one
-  bool unit_vectors = false;     ///< Values are vectors: averages are normalised again
+  std::int32_t texels = 16;   ///< How far out; 0: none; -1: everywhere (push-pull)
+  bool fill_missed = false;   ///< Also fill texels marked missed, however far from a baked one
+  bool unit_vectors = false;  ///< Values are vectors: averages are normalised again
 };
 
 /// Fills empty texels near charts in place and marks them kCoverageGutter.

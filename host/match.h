@@ -11,11 +11,11 @@ namespace kiln {
 /// the signed distance along the sample's direction (frame units, outward positive), the status.
 struct Correspondence {
   std::uint32_t count = 0;
-  std::uint32_t capacity = 0;          ///< Elements of one plane
-  cl::Array<std::uint32_t> triangle;   ///< KILN_NO_TRIANGLE where nothing was found
-  cl::Array<float> barycentric;        ///< 2 planes
+  std::uint32_t capacity = 0;         ///< Elements of one plane
+  cl::Array<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE where nothing was found
+  cl::Array<float> barycentric;       ///< 2 planes
   cl::Array<float> distance;
-  cl::Array<std::uint8_t> status;      ///< kiln_status
+  cl::Array<std::uint8_t> status;  ///< kiln_status
 
   Correspondence() = default;
   Correspondence(cl::Context& context, std::uint32_t plane_capacity);

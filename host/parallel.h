@@ -20,8 +20,8 @@ int thread_count();
 template <typename Body>
 void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
   const std::size_t pieces = (count + grain - 1) / grain;
-  const auto threads =
-      static_cast<std::size_t>(std::min<std::size_t>(pieces, static_cast<std::size_t>(thread_count())));
+  const auto threads = static_cast<std::size_t>(
+      std::min<std::size_t>(pieces, static_cast<std::size_t>(thread_count())));
   if (threads <= 1) {
     if (count != 0) body(std::size_t{0}, count);
     return;

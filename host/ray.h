@@ -26,7 +26,7 @@ struct RayQuery {
   float t_min = 0;
   float t_max = 1;
   float offset = 0;
-  bool use_reach = false;      ///< The offset is each sample's own `reach` (cage meshes)
+  bool use_reach = false;  ///< The offset is each sample's own `reach` (cage meshes)
   bool inward = false;
   bool outward_first = false;  ///< t_min < 0: the nearest hit with t >= 0, else the nearest with
                                ///< t < 0 (Tarini et al., section 3.2). Otherwise the smallest t.
@@ -61,14 +61,14 @@ class RayCaster {
 
   struct Stats {
     std::uint64_t triangles = 0;
-    std::uint64_t skipped = 0;       ///< Non-finite or without area
+    std::uint64_t skipped = 0;  ///< Non-finite or without area
     std::uint64_t nodes = 0;
-    std::uint64_t bytes = 0;         ///< On the device
+    std::uint64_t bytes = 0;  ///< On the device
     double build_seconds = 0;
     double upload_seconds = 0;
   };
   const Stats& stats() const;
-  Traversal traversal() const;       ///< cpu or gpu, never automatic
+  Traversal traversal() const;  ///< cpu or gpu, never automatic
 
  private:
   struct Impl;

@@ -39,11 +39,11 @@ struct TexelOptions {
 
 /// What the UV layout looks like, counted over all bands.
 struct TexelReport {
-  std::uint64_t texels = 0;             ///< Texels with at least one sample
+  std::uint64_t texels = 0;  ///< Texels with at least one sample
   std::uint64_t samples = 0;
   std::uint64_t overlapping_samples = 0;  ///< Covered by more than one triangle
-  std::vector<Warning> warnings;        ///< "uv-overlap", "uv-outside", "uv-degenerate",
-                                        ///< "low-degenerate": count, rule and an example
+  std::vector<Warning> warnings;          ///< "uv-overlap", "uv-outside", "uv-degenerate",
+                                          ///< "low-degenerate": count, rule and an example
 };
 
 /// Scan-converts the UV charts of a light mesh, band by band.
@@ -62,7 +62,9 @@ class TexelSampler {
 
   std::uint32_t band_count() const;
   /// Samples one band. Bands may be asked for in any order; asking twice counts once.
-  TexelBand sample(std::uint32_t band);
+  /// \param recycled  a band that is no longer needed: its arrays are used again where they are large
+  ///                  enough, which saves allocating (a tenth of a second for 10 M samples on a CPU)
+  TexelBand sample(std::uint32_t band, TexelBand recycled = {});
   /// Complete after every band was sampled.
   const TexelReport& report() const;
 

@@ -45,7 +45,9 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-std::string megabytes(std::size_t bytes) { return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB"; }
+std::string megabytes(std::size_t bytes) {
+  return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
+}
 
 }  // namespace
 
@@ -58,8 +60,9 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
   if (bytes == 0) return;
   const DeviceInfo& info = context.info();
   if (bytes > info.largest_buffer_bytes) {
-    throw Error(ErrorCode::device, "A buffer of " + megabytes(bytes) + " is needed, but " + info.name +
-                                       " allows at most " + megabytes(info.largest_buffer_bytes) +
+    throw Error(ErrorCode::device, "A buffer of " + megabytes(bytes) + " is needed, but " +
+                                       info.name + " allows at most " +
+                                       megabytes(info.largest_buffer_bytes) +
                                        " in one. Use a smaller mesh, or another device.");
   }
   cl_int status = CL_SUCCESS;
@@ -90,8 +93,8 @@ struct Context::Program {
 
 Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
     : info_(std::move(info)), device_(device) {
-  const cl_context_properties properties[] = {
-      CL_CONTEXT_PLATFORM, reinterpret_cast<cl_context_properties>(platform), 0};
+  const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
+                                              reinterpret_cast<cl_context_properties>(platform), 0};
   cl_int status = CL_SUCCESS;
   context_ = clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
   check(status, "Opening " + info_.name);
@@ -131,7 +134,8 @@ Kernel Context::kernel(const std::string& family, const std::string& name,
       std::size_t size = 0;
       clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
       std::string log(size, '\0');
-      clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
+      clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, size, log.data(),
+                            nullptr);
       throw Error(ErrorCode::device, "Building kernels/" + family + ".cl (" + options + ") on " +
                                          info_.name + " failed with " + status_name(status) +
                                          ". The build log:\n" + log);
@@ -162,7 +166,8 @@ void Context::set_raw_argument(const Kernel& kernel, cl_uint index, const void* 
 
 void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local) {
   const std::size_t global = (count + local - 1) / local * local;
-  check(clEnqueueNDRangeKernel(queue_, kernel.get(), 1, nullptr, &global, &local, 0, nullptr, nullptr),
+  check(clEnqueueNDRangeKernel(queue_, kernel.get(), 1, nullptr, &global, &local, 0, nullptr,
+                               nullptr),
         "Launching " + kernel.name() + " on " + info_.name);
 }
 
@@ -171,19 +176,22 @@ void Context::finish() { check(clFinish(queue_), "Waiting for " + info_.name); }
 void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                          std::size_t bytes) {
   if (bytes == 0) return;
-  check(clEnqueueFillBuffer(queue_, buffer.get(), value, value_bytes, 0, bytes, 0, nullptr, nullptr),
-        "clEnqueueFillBuffer");
+  check(
+      clEnqueueFillBuffer(queue_, buffer.get(), value, value_bytes, 0, bytes, 0, nullptr, nullptr),
+      "clEnqueueFillBuffer");
 }
 
 void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* data,
                           std::size_t bytes) {
-  check(clEnqueueWriteBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr, nullptr),
-        "clEnqueueWriteBuffer");
+  check(
+      clEnqueueWriteBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr, nullptr),
+      "clEnqueueWriteBuffer");
 }
 
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
-  check(clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr, nullptr),
-        "clEnqueueReadBuffer");
+  check(
+      clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr, nullptr),
+      "clEnqueueReadBuffer");
 }
 
 }  // namespace kiln::cl

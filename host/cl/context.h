@@ -114,7 +114,8 @@ class Context {
   /// A kernel by program family ("ray" for kernels/ray.cl) and full kernel name. The program is
   /// built at first use and kept. `defines` is a string of -D options that change the code's shape.
   /// \throws Error(device) with the whole build log
-  Kernel kernel(const std::string& family, const std::string& name, const std::string& defines = {});
+  Kernel kernel(const std::string& family, const std::string& name,
+                const std::string& defines = {});
 
   /// Enqueues one dimension of work: `count` items, padded up to a multiple of `local`. Kernels must
   /// check their index against a count that they are given. Trivially copyable values, Arrays and
@@ -155,7 +156,7 @@ class Context {
     set_buffer_argument(kernel, index, buffer);
   }
   template <typename T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void set_argument(const Kernel& kernel, cl_uint index, const T& value) {
     set_raw_argument(kernel, index, &value, sizeof(T));
   }

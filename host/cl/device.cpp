@@ -73,8 +73,8 @@ std::vector<Found> find_devices() {
     cl_uint count = 0;
     if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS) continue;
     std::vector<cl_device_id> devices(count);
-    if (count == 0 ||
-        clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, devices.data(), nullptr) != CL_SUCCESS) {
+    if (count == 0 || clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, devices.data(),
+                                     nullptr) != CL_SUCCESS) {
       continue;
     }
     for (cl_device_id device : devices) {
@@ -100,8 +100,10 @@ std::string lower(std::string_view text) {
 
 const Found* select(const std::vector<Found>& found, std::string_view selector) {
   if (selector.empty()) return found.data();
-  if (std::all_of(selector.begin(), selector.end(), [](unsigned char c) { return std::isdigit(c); })) {
-    const std::size_t index = selector.size() < 6 ? std::stoul(std::string(selector)) : found.size();
+  if (std::all_of(selector.begin(), selector.end(),
+                  [](unsigned char c) { return std::isdigit(c); })) {
+    const std::size_t index =
+        selector.size() < 6 ? std::stoul(std::string(selector)) : found.size();
     return index < found.size() ? &found[index] : nullptr;
   }
   const std::string wanted = lower(selector);
@@ -125,9 +127,10 @@ std::vector<DeviceInfo> list_devices() {
 Device Device::open(std::string_view selector) {
   const std::vector<Found> found = find_devices();
   if (found.empty()) {
-    throw Error(ErrorCode::device,
-                "No OpenCL device was found: install one with 'apt install pocl-opencl-icd' (any CPU) "
-                "or your GPU vendor's OpenCL driver.");
+    throw Error(
+        ErrorCode::device,
+        "No OpenCL device was found: install one with 'apt install pocl-opencl-icd' (any CPU) "
+        "or your GPU vendor's OpenCL driver.");
   }
   std::string origin = "--device";
   if (selector.empty()) {
@@ -152,5 +155,7 @@ Device Device::open(std::string_view selector) {
 Device::Device(std::shared_ptr<cl::Context> context) : context_(std::move(context)) {}
 
 const DeviceInfo& Device::info() const { return context_->info(); }
+
+double Device::compile_seconds() const { return context_->build_seconds(); }
 
 }  // namespace kiln

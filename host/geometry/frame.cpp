@@ -1,1 +1,66 @@
-// Not written yet.
+#include "geometry/frame.h"
+
+#include <cmath>
+#include <limits>
+
+#include "geometry/vector.h"
+#include "parallel.h"
+
+namespace kiln {
+
+Frame Frame::of(const Mesh& mesh) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::array<double, 3> low{kInfinity, kInfinity, kInfinity};
+  std::array<double, 3> high{-kInfinity, -kInfinity, -kInfinity};
+  for (const Triangle& triangle : mesh.triangles) {
+    const Vec3& a = mesh.positions[triangle[0]];
+    const Vec3& b = mesh.positions[triangle[1]];
+    const Vec3& c = mesh.positions[triangle[2]];
+    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) continue;
+    for (const Vec3* corner : {&a, &b, &c}) {
+      const double xyz[3] = {corner->x, corner->y, corner->z};
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], xyz[k]);
+        high[k] = std::max(high[k], xyz[k]);
+      }
+    }
+  }
+  Frame frame;
+  double squared = 0;
+  double largest = 0;
+  for (std::size_t k = 0; k < 3; ++k) largest = std::max(largest, high[k] - low[k]);
+  if (!(largest > 0)) {
+    throw Error(ErrorCode::input,
+                "'" + mesh.name +
+                    "' has no triangle with finite, distinct corners: nothing can be "
+                    "baked from it. Check the file's coordinates.");
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    frame.center[k] = mesh.origin[k] + (low[k] + high[k]) / 2;
+    const double side = (high[k] - low[k]) / largest;
+    squared += side * side;
+  }
+  frame.diagonal = largest * std::sqrt(squared);
+  int exponent = 0;
+  std::frexp(frame.diagonal, &exponent);  // diagonal = m * 2^exponent with m in [0.5, 1)
+  frame.scale = std::ldexp(1.0, -exponent);
+  return frame;
+}
+
+Vec3 Frame::to_frame(const Mesh& mesh, std::size_t vertex) const {
+  const Vec3& p = mesh.positions[vertex];
+  // The origin's offset first: both are large where the object is far away, their difference is not.
+  return {static_cast<float>((p.x + (mesh.origin[0] - center[0])) * scale),
+          static_cast<float>((p.y + (mesh.origin[1] - center[1])) * scale),
+          static_cast<float>((p.z + (mesh.origin[2] - center[2])) * scale)};
+}
+
+std::vector<Vec3> Frame::to_frame(const Mesh& mesh) const {
+  std::vector<Vec3> result(mesh.positions.size());
+  parallel_for(result.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) result[i] = to_frame(mesh, i);
+  });
+  return result;
+}
+
+}  // namespace kiln

@@ -14,11 +14,11 @@ namespace kiln {
 struct LowSurface {
   struct Corner {
     Vec3 position;
-    Vec3 direction;   ///< Unit: the continuous field along which rays leave; or, with a cage mesh,
-                      ///< the (unnormalised) offset from the surface to the cage.
-    Vec3 normal;      ///< Unit shading normal of this corner (split at hard edges).
-    Vec3 tangent;     ///< Unit, MikkTSpace
-    float sign = 1;   ///< Bitangent = sign * cross(normal, tangent)
+    Vec3 direction;  ///< Unit: the continuous field along which rays leave; or, with a cage mesh,
+                     ///< the (unnormalised) offset from the surface to the cage.
+    Vec3 normal;     ///< Unit shading normal of this corner (split at hard edges).
+    Vec3 tangent;    ///< Unit, MikkTSpace
+    float sign = 1;  ///< Bitangent = sign * cross(normal, tangent)
     Vec2 uv;
   };
   std::vector<std::array<Corner, 3>> triangles;

@@ -1,6 +1,7 @@
 // Vertex normals in the field's way: corner normals weighted by the corner's angle.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -14,18 +15,25 @@ namespace kiln {
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles);
 
-/// Normals per corner: the mesh's own where it has them (zero or non-finite ones replaced by the
-/// computed ones), else vertex_normals. Returned as pool and indices.
+/// Index of the first vertex with exactly the same position, for each vertex (-0 equals 0).
+std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions);
+
+/// Normals per corner, as a pool and indices into it.
 struct CornerNormals {
   std::vector<Vec3> normals;
   std::vector<Triangle> triangles;
 };
+
+/// The mesh's own corner normals where it has them (zero or non-finite ones replaced by computed
+/// ones), else computed angle-weighted vertex normals, shared by vertices of equal position.
+/// \param frame_positions  the mesh's positions in the working frame
 CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_positions);
 
-/// One direction per vertex, equal for all corners that share a position (exactly equal position,
-/// also where the file has split vertices): the angle-weighted average. Rays that leave along it
-/// leave no gaps at hard edges.
+/// One unit direction per vertex, equal for all vertices of exactly equal position: the
+/// angle-weighted average of all corner normals there. Rays that leave along it leave no gaps at hard
+/// edges or where the file has split vertices.
 std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
-                                        std::span<const Triangle> triangles);
+                                        std::span<const Triangle> triangles,
+                                        const CornerNormals& corners);
 
 }  // namespace kiln

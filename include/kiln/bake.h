@@ -1,9 +1,8 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,19 +17,25 @@
 
 namespace kiln {
 
+/// Which ray kernels run: explicit vectors for CPU devices, one ray a work-item for GPUs, or by the
+/// device's type.
+enum class RayTraversal { automatic, cpu, gpu };
+
 /// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
 /// immutable. Cheap to copy (shared).
 class Source {
  public:
+  /// \param traversal  which ray kernels to use; all give the same answer to the bit
   /// \throws Error(input) where no triangle is usable, Error(device) where memory runs out
-  Source(const Device& device, const Mesh& high);
+  explicit Source(const Device& device, const Mesh& high,
+                  RayTraversal traversal = RayTraversal::automatic);
 
   struct Stats {
     std::uint64_t triangles = 0;
     std::uint64_t skipped_triangles = 0;  ///< Non-finite or without area
     std::uint64_t device_bytes = 0;
-    double build_seconds = 0;             ///< Hierarchy
-    double diagonal = 0;                  ///< Of the bounding box, world units
+    double build_seconds = 0;  ///< Hierarchy
+    double diagonal = 0;       ///< Of the bounding box, world units
   };
   const Stats& stats() const;
   const std::vector<Warning>& warnings() const;
@@ -44,7 +49,7 @@ class Source {
 
 /// Which detail a map holds.
 enum class MapKind {
-  normal,    ///< Unit normal of the dense surface, in `BakeOptions::space`
+  normal,  ///< Unit normal of the dense surface, in `BakeOptions::space`
 };
 
 /// What a sample gets for which no point of the dense mesh was found.
@@ -62,47 +67,45 @@ struct Length {
   static Length absolute(double units) { return {units, false}; }
 };
 
-enum class RayTraversal { automatic, cpu, gpu };
-
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 using Progress = std::function<bool(double done, std::string_view stage)>;
 
 struct BakeOptions {
-  std::uint32_t width = 2048;             ///< 1 to 16384 texels
+  std::uint32_t width = 2048;  ///< 1 to 16384 texels
   std::uint32_t height = 2048;
-  std::uint32_t samples = 1;              ///< N x N samples a texel, 1 to 16
+  std::uint32_t samples = 1;  ///< N x N samples a texel, 1 to 16
   std::vector<MapKind> maps = {MapKind::normal};
 
-  Length max_distance = Length::share(0.02);  ///< How far the match looks each way; with a cage, the
-                                              ///< ray's length from the cage inward. Above 0.
-  std::optional<Length> cage;                 ///< Cast from this far outside, inward, first hit
-  const Mesh* cage_mesh = nullptr;            ///< ... or from this mesh (the light mesh's topology)
-  bool two_sided = false;                     ///< Keep source faces that are turned away
-  RayTraversal traversal = RayTraversal::automatic;
+  Length max_distance =
+      Length::share(0.02);          ///< How far the match looks each way; with a cage, the
+                                    ///< ray's length from the cage inward. Above 0.
+  std::optional<Length> cage;       ///< Cast from this far outside, inward, first hit
+  const Mesh* cage_mesh = nullptr;  ///< ... or from this mesh (the light mesh's topology)
+  bool two_sided = false;           ///< Keep source faces that are turned away
 
   NormalMapSpace space = NormalMapSpace::tangent;
-  bool flip_y = false;                    ///< Green down (DirectX); default up (OpenGL)
-  bool two_component = false;             ///< Third component left out (0): z = sqrt(1 - x^2 - y^2)
-  bool raw = false;                       ///< Components in [-1, 1] instead of n/2 + 1/2
+  bool flip_y = false;         ///< Green down (DirectX); default up (OpenGL)
+  bool two_component = false;  ///< Third component left out (0): z = sqrt(1 - x^2 - y^2)
+  bool raw = false;            ///< Components in [-1, 1] instead of n/2 + 1/2
   MissPolicy miss = MissPolicy::keep;
-  std::int32_t gutter = 16;               ///< Texels; -1: infinite (push-pull)
+  std::int32_t gutter = 16;  ///< Texels; -1: infinite (push-pull)
 
-  bool keep_match = false;                ///< Return the correspondence in BakeResult::match
-  const struct Match* match = nullptr;    ///< Reuse this one instead of matching
+  bool keep_match = false;              ///< Return the correspondence in BakeResult::match
+  const struct Match* match = nullptr;  ///< Reuse this one instead of matching
   Progress progress;
 };
 
 /// The correspondence of a bake, per sample of the map, kept on the host: everything else can be baked
 /// from it again. Arrays have width * height elements (of the supersampled map), rows from the top.
 struct Match {
-  std::uint32_t width = 0;       ///< map width * samples
+  std::uint32_t width = 0;  ///< map width * samples
   std::uint32_t height = 0;
   std::uint32_t samples = 1;
-  std::uint64_t source_triangles = 0;      ///< For checking against the mesh it is used with
-  std::vector<std::uint32_t> triangle;     ///< Source triangle, 0xFFFFFFFF: none
-  std::vector<float> u, v;                 ///< Weights of the triangle's corners 1 and 2
-  std::vector<float> distance;             ///< World units, outward positive
-  std::vector<std::uint8_t> status;        ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss
+  std::uint64_t source_triangles = 0;   ///< For checking against the mesh it is used with
+  std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
+  std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
+  std::vector<float> distance;          ///< World units, outward positive
+  std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss
 };
 
 /// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
@@ -117,12 +120,12 @@ struct BakedMap {
 };
 
 struct BakeReport {
-  std::uint64_t texels = 0;              ///< Covered by the light mesh
+  std::uint64_t texels = 0;  ///< Covered by the light mesh
   std::uint64_t samples = 0;
   std::uint64_t outward = 0, inward = 0, cage = 0, missed = 0;  ///< Samples by status
   std::uint64_t gutter_texels = 0;
-  double max_distance = 0;               ///< As used, world units
-  double mean_abs_distance = 0;          ///< Of the samples that hit, world units
+  double max_distance = 0;       ///< As used, world units
+  double mean_abs_distance = 0;  ///< Of the samples that hit, world units
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;
   std::uint64_t peak_device_bytes = 0;
   std::vector<Warning> warnings;
@@ -130,10 +133,10 @@ struct BakeReport {
 
 struct BakeResult {
   std::vector<BakedMap> maps;
-  std::vector<std::uint8_t> coverage;    ///< Per texel: 0 empty, 1 baked, 2 missed, 3 gutter
+  std::vector<std::uint8_t> coverage;  ///< Per texel: 0 empty, 1 baked, 2 missed, 3 gutter
   std::optional<Match> match;
   BakeReport report;
-  bool cancelled = false;                ///< The progress callback said stop: there are no maps.
+  bool cancelled = false;  ///< The progress callback said stop: there are no maps.
 };
 
 /// Bakes maps of the dense mesh for the light one.

@@ -16,19 +16,19 @@ class Context;
 
 /// What an OpenCL device says of itself, as far as it matters to a bake.
 struct DeviceInfo {
-  int index = 0;                       ///< Position in list_devices()
+  int index = 0;  ///< Position in list_devices()
   std::string name;
   std::string platform;
   std::string vendor;
-  std::string driver;                  ///< Driver's version
+  std::string driver;  ///< Driver's version
   std::string opencl_version;
   bool is_gpu = false;
   std::uint32_t compute_units = 0;
   std::uint64_t memory_bytes = 0;
   std::uint64_t largest_buffer_bytes = 0;
-  bool has_atomics_64 = false;         ///< cl_khr_int64_base_atomics and extended
-  bool has_correct_division = false;   ///< Correctly rounded single-precision division and root:
-                                       ///< needed for the same bytes as on other devices.
+  bool has_atomics_64 = false;        ///< cl_khr_int64_base_atomics and extended
+  bool has_correct_division = false;  ///< Correctly rounded single-precision division and root:
+                                      ///< needed for the same bytes as on other devices.
   bool has_denormals = false;
 };
 
@@ -46,6 +46,9 @@ class Device {
   static Device open(std::string_view selector = {});
 
   const DeviceInfo& info() const;
+
+  /// Seconds spent building kernels so far (little where the driver has them cached).
+  double compile_seconds() const;
 
   /// \cond Used by the library's own parts and by interop_opencl.h.
   explicit Device(std::shared_ptr<cl::Context> context);

@@ -30,8 +30,8 @@ class Error : public std::runtime_error {
 
 /// Something imperfect in the data that was handled by a documented rule.
 struct Warning {
-  std::string code;         ///< Stable identifier for scripts, such as "degenerate-triangles".
-  std::string message;      ///< One sentence for a person: what, how many, one example, what was done.
+  std::string code;     ///< Stable identifier for scripts, such as "degenerate-triangles".
+  std::string message;  ///< One sentence for a person: what, how many, one example, what was done.
   std::uint64_t count = 0;  ///< How many elements it concerns.
 };
 

@@ -14,8 +14,8 @@ namespace kiln {
 struct Image {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::uint32_t channels = 0;       ///< 1 to 4
-  std::vector<float> pixels;        ///< width * height * channels
+  std::uint32_t channels = 0;  ///< 1 to 4
+  std::vector<float> pixels;   ///< width * height * channels
 
   float* at(std::size_t x, std::size_t y) { return &pixels[(y * width + x) * channels]; }
   const float* at(std::size_t x, std::size_t y) const {
@@ -48,12 +48,12 @@ void save_image(const Image& image, const std::filesystem::path& path,
 
 /// How far two images differ, over the texels that count.
 struct ImageDifference {
-  std::uint64_t compared = 0;        ///< Texels compared
-  double mean_angle_degrees = 0;     ///< Between decoded normals; 3 or more channels only
+  std::uint64_t compared = 0;     ///< Texels compared
+  double mean_angle_degrees = 0;  ///< Between decoded normals; 3 or more channels only
   double p95_angle_degrees = 0;
   double p99_angle_degrees = 0;
   double max_angle_degrees = 0;
-  double mean_error = 0;             ///< Mean absolute channel difference, [0, 1] scale
+  double mean_error = 0;  ///< Mean absolute channel difference, [0, 1] scale
   double max_error = 0;
   std::uint32_t worst_x = 0, worst_y = 0;  ///< Where max_angle (or max_error) is
 };

@@ -6,6 +6,7 @@
 #include "kiln/bake.h"
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/files.h"
 #include "kiln/image.h"
 #include "kiln/lowpoly.h"
 #include "kiln/mesh.h"

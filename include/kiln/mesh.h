@@ -23,13 +23,13 @@ struct Mesh {
   std::vector<Vec3> positions;      ///< One per vertex, in the file's units.
   std::vector<Triangle> triangles;  ///< Indices into positions.
 
-  std::vector<Vec2> uvs;                ///< Pool of texture coordinates, origin at the lower left.
-  std::vector<Triangle> uv_triangles;   ///< Indices into uvs; empty where there are no UVs.
-  std::vector<Vec3> normals;            ///< Pool of unit normals.
+  std::vector<Vec2> uvs;               ///< Pool of texture coordinates, origin at the lower left.
+  std::vector<Triangle> uv_triangles;  ///< Indices into uvs; empty where there are no UVs.
+  std::vector<Vec3> normals;           ///< Pool of unit normals.
   std::vector<Triangle> normal_triangles;  ///< Indices into normals; empty: computed when needed.
 
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< RGBA per vertex, or empty.
-  std::vector<std::uint32_t> groups;                ///< Per triangle, index into group_names, or empty.
+  std::vector<std::uint32_t> groups;  ///< Per triangle, index into group_names, or empty.
   std::vector<std::string> group_names;
 };
 

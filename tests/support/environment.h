@@ -23,19 +23,19 @@ std::filesystem::path scratch_folder();
 }  // namespace kiln::test
 
 /// Skips visibly without a device; fails in CI (where the environment says CI=true).
-#define KILN_REQUIRE_DEVICE()                                                       \
-  do {                                                                              \
-    if (kiln::test::device() == nullptr) {                                          \
-      if (std::getenv("CI") != nullptr) FAIL() << "no OpenCL device";               \
-      GTEST_SKIP() << "no OpenCL device";                                           \
-    }                                                                               \
+#define KILN_REQUIRE_DEVICE()                                         \
+  do {                                                                \
+    if (kiln::test::device() == nullptr) {                            \
+      if (std::getenv("CI") != nullptr) FAIL() << "no OpenCL device"; \
+      GTEST_SKIP() << "no OpenCL device";                             \
+    }                                                                 \
   } while (false)
 
 /// Skips visibly without the shared data; fails in CI.
-#define KILN_REQUIRE_DATA(name)                                                     \
-  do {                                                                              \
-    if (!kiln::test::shared_data(name)) {                                           \
-      if (std::getenv("CI") != nullptr) FAIL() << "no shared data: " << (name);     \
-      GTEST_SKIP() << "no shared data: " << (name);                                 \
-    }                                                                               \
+#define KILN_REQUIRE_DATA(name)                                                 \
+  do {                                                                          \
+    if (!kiln::test::shared_data(name)) {                                       \
+      if (std::getenv("CI") != nullptr) FAIL() << "no shared data: " << (name); \
+      GTEST_SKIP() << "no shared data: " << (name);                             \
+    }                                                                           \
   } while (false)

@@ -1,0 +1,118 @@
+#include "bake_match.h"
+
+#include "kernels_shared.h"
+#include "parallel.h"
+
+namespace kiln {
+namespace {
+
+/// Calls body(sample of the band, element of the match) for every sample, in parallel.
+template <typename Body>
+void for_each_sample(cl::Context& context, const TexelBand& band, const Match& match,
+                     const Body& body) {
+  std::vector<std::uint32_t> index(band.texel_count);
+  std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
+  std::vector<std::uint32_t> slot(band.sample_count);
+  band.texel_index.read(context, index);
+  band.texel_first.read(context, first);
+  band.sample_slot.read(context, slot);
+  const std::uint32_t n = match.samples;
+  const std::uint32_t width = match.width / n;
+  parallel_for(band.texel_count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const std::size_t x = index[t] % width;
+      const std::size_t y = band.first_row + index[t] / width;
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+        body(s, (y * n + slot[s] / n) * match.width + x * n + slot[s] % n);
+      }
+    }
+  });
+}
+
+struct HostBand {
+  explicit HostBand(std::size_t count)
+      : triangle(count), u(count), v(count), distance(count), status(count) {}
+  std::vector<std::uint32_t> triangle;
+  std::vector<float> u, v, distance;
+  std::vector<std::uint8_t> status;
+};
+
+}  // namespace
+
+Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
+                 std::uint64_t source_triangles) {
+  Match match;
+  match.width = width * samples;
+  match.height = height * samples;
+  match.samples = samples;
+  match.source_triangles = source_triangles;
+  const std::size_t count = std::size_t{match.width} * match.height;
+  match.triangle.assign(count, KILN_NO_TRIANGLE);
+  match.u.assign(count, 0);
+  match.v.assign(count, 0);
+  match.distance.assign(count, 0);
+  match.status.assign(count, KILN_STATUS_NONE);
+  return match;
+}
+
+void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles) {
+  const auto fail = [](const std::string& text) {
+    throw Error(ErrorCode::input, "The saved match does not fit: " + text);
+  };
+  if (match.samples != options.samples || match.width != options.width * options.samples ||
+      match.height != options.height * options.samples) {
+    fail("it was made for a map of " + std::to_string(match.width / match.samples) + "x" +
+         std::to_string(match.height / match.samples) + " with " + std::to_string(match.samples) +
+         "x" + std::to_string(match.samples) + " samples a texel. Use that size, or match again.");
+  }
+  if (match.source_triangles != source_triangles) {
+    fail("it refers to a dense mesh of " + std::to_string(match.source_triangles) +
+         " triangles, this one has " + std::to_string(source_triangles) +
+         ". Give the same mesh, or match again.");
+  }
+  for (std::uint32_t triangle : match.triangle) {
+    if (triangle != KILN_NO_TRIANGLE && triangle >= source_triangles) {
+      fail("it names triangle " + std::to_string(triangle) + " of " +
+           std::to_string(source_triangles) + ". The file is damaged; match again.");
+    }
+  }
+}
+
+void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,
+                double unit, Match& match) {
+  HostBand host(band.sample_count);
+  from.triangle.read(context, host.triangle);
+  from.barycentric.read(context, host.u);
+  from.barycentric.read(context, host.v, from.capacity);
+  from.distance.read(context, host.distance);
+  from.status.read(context, host.status);
+  for_each_sample(context, band, match, [&](std::size_t sample, std::size_t element) {
+    match.triangle[element] = host.triangle[sample];
+    match.status[element] = host.status[sample];
+    if (host.triangle[sample] == KILN_NO_TRIANGLE) return;
+    match.u[element] = host.u[sample];
+    match.v[element] = host.v[sample];
+    match.distance[element] = static_cast<float>(host.distance[sample] * unit);
+  });
+}
+
+void load_band(cl::Context& context, const TexelBand& band, const Match& from, double unit,
+               Correspondence& match) {
+  HostBand host(band.sample_count);
+  for_each_sample(context, band, from, [&](std::size_t sample, std::size_t element) {
+    const bool covered = from.status[element] != KILN_STATUS_NONE;
+    host.triangle[sample] = from.triangle[element];
+    host.u[sample] = from.u[element];
+    host.v[sample] = from.v[element];
+    host.distance[sample] = static_cast<float>(from.distance[element] / unit);
+    host.status[sample] = covered ? from.status[element] : std::uint8_t{KILN_STATUS_MISS};
+  });
+  match.count = band.sample_count;
+  match.triangle.write(context, host.triangle);
+  match.barycentric.write(context, host.u);
+  match.barycentric.write(context, host.v, match.capacity);
+  match.distance.write(context, host.distance);
+  match.status.write(context, host.status);
+}
+
+}  // namespace kiln

@@ -1,0 +1,27 @@
+// Moving correspondences between a band on the device and a whole map on the host.
+#pragma once
+
+#include "cl/context.h"
+#include "kiln/bake.h"
+#include "match.h"
+#include "texels.h"
+
+namespace kiln {
+
+/// Empty arrays for a map of this size.
+Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
+                 std::uint64_t source_triangles);
+
+/// Checks that a match fits this map and source. \throws Error(input)
+void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles);
+
+/// Scatters a band's correspondences into the map's match. \param unit world length of a frame unit
+void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,
+                double unit, Match& match);
+
+/// The inverse: fills a band's correspondences from the map's match. Samples that the match does not
+/// cover become misses.
+void load_band(cl::Context& context, const TexelBand& band, const Match& from, double unit,
+               Correspondence& match);
+
+}  // namespace kiln

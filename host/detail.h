@@ -1,0 +1,44 @@
+// Detail (D): what is read at the corresponding points.
+#pragma once
+
+#include "cl/context.h"
+#include "geometry/low_surface.h"
+#include "geometry/normals.h"
+#include "kernels_shared.h"
+#include "kiln/bake.h"
+#include "match.h"
+#include "texels.h"
+
+namespace kiln {
+
+/// The dense mesh's attributes on the device.
+struct SourceAttributes {
+  cl::Array<std::uint32_t> normal_indices;  ///< [3 * triangles]
+  cl::Array<float> normals;                 ///< [3 * pool]
+
+  SourceAttributes() = default;
+  SourceAttributes(cl::Context& context, const CornerNormals& normals);
+};
+
+/// Reads normals at a band's correspondences and averages them to texels (kernels/detail.cl).
+class NormalDetail {
+ public:
+  NormalDetail(cl::Context& context, const LowSurface& surface, const SourceAttributes& source,
+               const BakeOptions& options);
+
+  /// \param image     [rows * width * 3] of the band, interleaved; texels that are not covered keep
+  ///                  what is there
+  /// \param coverage  [rows * width]: 1 baked, 2 missed
+  void run(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
+           const cl::Array<std::uint8_t>& coverage);
+
+ private:
+  cl::Context& context_;
+  const SourceAttributes& source_;
+  cl::Array<kiln_low_shading> shading_;
+  cl::Array<float> values_;  // 3 planes, grown to the largest band
+  kiln_detail_params detail_{};
+  kiln_resolve_params resolve_{};
+};
+
+}  // namespace kiln

@@ -1,0 +1,7 @@
+// The structs that host and kernels share.
+#pragma once
+
+#include "shared/common.h"
+#include "shared/detail.h"
+#include "shared/match.h"
+#include "shared/texel.h"

@@ -1,0 +1,236 @@
+#include "bake_arguments.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+#include "parse.h"
+
+namespace kiln::cli {
+namespace {
+
+const std::map<std::string, MapKind> kMaps = {{"normal", MapKind::normal}};
+const std::map<std::string, NormalMapSpace> kSpaces = {{"tangent", NormalMapSpace::tangent},
+                                                       {"object", NormalMapSpace::object},
+                                                       {"face", NormalMapSpace::face}};
+const std::map<std::string, MissPolicy> kMisses = {
+    {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
+const std::map<std::string, RayTraversal> kTraversals = {
+    {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
+const std::map<std::string, ImageFormat> kFormats = {{"exr", ImageFormat::exr_half},
+                                                     {"exr32", ImageFormat::exr_float},
+                                                     {"png16", ImageFormat::png16},
+                                                     {"png8", ImageFormat::png8}};
+
+template <typename T>
+CLI::Validator one_of(const std::map<std::string, T>& values) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : values) names.push_back(name);
+  return CLI::IsMember(names);
+}
+
+}  // namespace
+
+void add_bake_options(CLI::App& command, BakeArguments& a) {
+  command.add_option("HIGH", a.high, "The dense mesh (PLY, OBJ, STL, OFF)")->required();
+  command.add_option("LOW", a.low, "The light mesh, with UVs; left out, Kiln makes one from HIGH");
+  command
+      .add_option("--out", a.out, "Folder for the maps (made where only its last part is missing)")
+      ->required();
+
+  const char* const group_map = "The map";
+  command.add_option("--size", a.size, "Texels: one side, or WxH, 1 to 16384")
+      ->capture_default_str()
+      ->group(group_map);
+  command.add_option("--maps", a.maps, "Which maps, separated by commas")
+      ->delimiter(',')
+      ->check(one_of(kMaps))
+      ->capture_default_str()
+      ->group(group_map);
+  command
+      .add_option("--space", a.space,
+                  "Of the normals: tangent (MikkTSpace), object, or each face's own")
+      ->check(one_of(kSpaces))
+      ->capture_default_str()
+      ->group(group_map);
+  command.add_flag("--flip-y", a.flip_y, "Green points down (DirectX); the default is up (OpenGL)")
+      ->group(group_map);
+  command
+      .add_flag("--two-component", a.two_component,
+                "Leave out the third component: z = sqrt(1-x^2-y^2)")
+      ->group(group_map);
+  command.add_option("--format", a.format, "png16, png8, exr (half) or exr32 (float)")
+      ->check(one_of(kFormats))
+      ->capture_default_str()
+      ->group(group_map);
+  command.add_flag("--dither", a.dither, "png8: ordered dither instead of rounding")
+      ->group(group_map);
+  command.add_flag("--raw", a.raw, "EXR: components in [-1, 1] instead of n/2 + 1/2")
+      ->group(group_map);
+  command.add_option("--samples", a.samples, "N: N x N samples a texel, averaged")
+      ->check(CLI::Range(1U, 16U))
+      ->capture_default_str()
+      ->group(group_map);
+  command.add_option("--gutter", a.gutter, "Texels filled around charts, or inf")
+      ->capture_default_str()
+      ->group(group_map);
+
+  const char* const group_match = "The match";
+  command.add_option("--match", a.match, "How the dense surface is found")
+      ->check(CLI::IsMember({"ray"}))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option(
+          "--max-distance", a.max_distance,
+          "How far to look each way: world units, or P% of HIGH's diagonal; with a cage, the "
+          "ray's length from the cage inward")
+      ->capture_default_str()
+      ->group(group_match);
+  CLI::Option* cage =
+      command
+          .add_option("--cage", a.cage, "Cast from this far outside, inward, first hit: D or P%")
+          ->group(group_match);
+  command.add_option("--cage-mesh", a.cage_mesh, "Cast from this mesh, which has LOW's triangles")
+      ->excludes(cage)
+      ->group(group_match);
+  command.add_flag("--two-sided", a.two_sided, "Keep faces of HIGH that are turned away")
+      ->group(group_match);
+  command
+      .add_option("--miss", a.miss,
+                  "Where nothing is found: keep LOW's normal, fill from around, or mark")
+      ->check(one_of(kMisses))
+      ->capture_default_str()
+      ->group(group_match);
+  command.add_option("--traversal", a.traversal, "Ray kernels: the same answer to the bit")
+      ->check(one_of(kTraversals))
+      ->capture_default_str()
+      ->group(group_match);
+  CLI::Option* save =
+      command.add_option("--save-match", a.save_match, "Write the correspondence (EXR)")
+          ->group(group_match);
+  command
+      .add_option("--load-match", a.load_match, "Use a saved correspondence instead of matching")
+      ->excludes(save)
+      ->group(group_match);
+
+  const char* const group_low = "The light mesh";
+  CLI::Option* faces =
+      command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
+          ->check(CLI::Range(1U, 100000000U))
+          ->group(group_low);
+  command
+      .add_option("--max-error", a.max_error_percent,
+                  "Without LOW and --faces: as few triangles as stay within this percentage of the "
+                  "diagonal (default 0.2)")
+      ->check(CLI::Range(1e-6, 50.0))
+      ->excludes(faces)
+      ->group(group_low);
+  command.add_flag("--unwrap", a.unwrap, "Give LOW new UVs, and write it beside the maps")
+      ->group(group_low);
+
+  const char* const group_run = "The run";
+  command
+      .add_option("--device", a.device,
+                  "OpenCL device: index or part of its name (see kiln devices)")
+      ->group(group_run);
+  command.add_option("--json", a.json, "Write a report to this file")->group(group_run);
+  command.add_flag("--quiet", a.quiet, "Print nothing but errors")->group(group_run);
+}
+
+void check(const BakeArguments& a) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  if (!a.low.empty() && (a.faces != 0 || a.max_error_percent > 0)) {
+    fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
+         "' was given: leave one of them out.");
+  }
+  if (a.low.empty() && a.unwrap) {
+    fail("--unwrap is for a given LOW; a light mesh that Kiln makes is always unwrapped.");
+  }
+  if (a.low.empty() && !a.cage_mesh.empty()) {
+    fail("--cage-mesh needs the LOW that it belongs to.");
+  }
+  const bool is_exr = kFormats.at(a.format) == ImageFormat::exr_half ||
+                      kFormats.at(a.format) == ImageFormat::exr_float;
+  if (a.raw && !is_exr)
+    fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
+  if (a.dither && a.format != "png8") fail("--dither is for --format png8.");
+}
+
+BakeOptions bake_options(const BakeArguments& a) {
+  BakeOptions options;
+  std::tie(options.width, options.height) = parse_size(a.size);
+  options.samples = a.samples;
+  options.maps.clear();
+  for (const std::string& name : a.maps) {
+    const MapKind kind = kMaps.at(name);
+    if (std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
+      options.maps.push_back(kind);
+    }
+  }
+  options.max_distance = parse_length("--max-distance", a.max_distance);
+  if (options.max_distance.value == 0) {
+    throw Error(ErrorCode::usage, "--max-distance is 0: rays that reach nowhere find nothing.");
+  }
+  if (!a.cage.empty()) options.cage = parse_length("--cage", a.cage);
+  options.two_sided = a.two_sided;
+  options.space = kSpaces.at(a.space);
+  options.flip_y = a.flip_y;
+  options.two_component = a.two_component;
+  options.raw = a.raw;
+  options.miss = kMisses.at(a.miss);
+  options.gutter = parse_gutter(a.gutter);
+  options.keep_match = !a.save_match.empty();
+  return options;
+}
+
+SaveImageOptions image_options(const BakeArguments& a) {
+  SaveImageOptions options;
+  options.format = kFormats.at(a.format);
+  options.dither = a.dither;
+  return options;
+}
+
+RayTraversal traversal(const BakeArguments& a) { return kTraversals.at(a.traversal); }
+
+std::string map_name(MapKind kind) {
+  for (const auto& [name, value] : kMaps) {
+    if (value == kind) return name;
+  }
+  return "map";
+}
+
+std::string extension(const SaveImageOptions& options) {
+  const bool is_exr =
+      options.format == ImageFormat::exr_half || options.format == ImageFormat::exr_float;
+  return is_exr ? ".exr" : ".png";
+}
+
+Json describe(const BakeArguments& a, const BakeReport& report) {
+  const auto or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
+  return {{"size", a.size},
+          {"maps", a.maps},
+          {"match", a.load_match.empty() ? a.match : "loaded"},
+          {"max_distance", a.max_distance},
+          {"max_distance_world", report.max_distance},
+          {"cage", or_null(a.cage)},
+          {"cage_mesh", or_null(a.cage_mesh)},
+          {"two_sided", a.two_sided},
+          {"miss", a.miss},
+          {"traversal", a.traversal},
+          {"space", a.space},
+          {"flip_y", a.flip_y},
+          {"two_component", a.two_component},
+          {"format", a.format},
+          {"raw", a.raw},
+          {"dither", a.dither},
+          {"samples", a.samples},
+          {"gutter", a.gutter},
+          {"faces", a.faces == 0 ? Json() : Json(a.faces)},
+          {"max_error_percent", a.max_error_percent > 0 ? Json(a.max_error_percent) : Json()},
+          {"unwrap", a.unwrap},
+          {"save_match", or_null(a.save_match)},
+          {"load_match", or_null(a.load_match)}};
+}
+
+}  // namespace kiln::cli

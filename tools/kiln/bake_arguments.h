@@ -1,0 +1,54 @@
+// The bake command's options, as written and as the library takes them.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "report.h"
+
+namespace kiln::cli {
+
+struct BakeArguments {
+  std::string high, low, out;
+  std::string size = "2048";
+  std::vector<std::string> maps = {"normal"};
+  std::string match = "ray";
+  std::string max_distance = "2%";
+  std::string cage, cage_mesh;
+  bool two_sided = false;
+  std::string traversal = "auto";
+  std::string space = "tangent";
+  bool flip_y = false;
+  bool two_component = false;
+  std::string miss = "keep";
+  std::string format = "png16";
+  bool raw = false;
+  bool dither = false;
+  std::uint32_t samples = 1;
+  std::string gutter = "16";
+  std::uint32_t faces = 0;
+  double max_error_percent = 0;
+  bool unwrap = false;
+  std::string save_match, load_match;
+  std::string device, json;
+  bool quiet = false;
+};
+
+void add_bake_options(CLI::App& command, BakeArguments& arguments);
+
+/// What one option's own check cannot see: contradictions between several. \throws Error(usage)
+void check(const BakeArguments& arguments);
+
+BakeOptions bake_options(const BakeArguments& arguments);
+SaveImageOptions image_options(const BakeArguments& arguments);
+RayTraversal traversal(const BakeArguments& arguments);
+std::string map_name(MapKind kind);
+std::string extension(const SaveImageOptions& options);
+
+/// Every option in force, for the report.
+Json describe(const BakeArguments& arguments, const BakeReport& report);
+
+}  // namespace kiln::cli

@@ -1,0 +1,242 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "bake_arguments.h"
+#include "commands.h"
+#include "console.h"
+#include "interrupt.h"
+#include "kiln/kiln.h"
+#include "parse.h"
+#include "report.h"
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Shares of the whole work at which the stages begin, for a bar that moves steadily.
+constexpr double kAtLow = 0.08, kAtSource = 0.15, kAtBake = 0.3, kAtSave = 0.8;
+
+struct LowMesh {
+  Mesh mesh;
+  std::string stem;     // of the maps' names
+  std::string written;  // the file, where we made it
+  std::optional<SimplifyReport> simplified;
+  std::optional<UnwrapReport> unwrapped;
+};
+
+/// Reads LOW; or makes one from HIGH; or unwraps the given one.
+LowMesh prepare_low(const BakeArguments& arguments, const Mesh& high, Console& console,
+                    std::vector<Warning>& warnings) {
+  const auto [width, height] = parse_size(arguments.size);
+  UnwrapOptions unwrap_options;
+  unwrap_options.size = std::min(width, height);
+  LowMesh low;
+  if (!arguments.low.empty()) {
+    console.progress(kAtLow, "reading " + arguments.low);
+    low.mesh = load_mesh(arguments.low, &warnings);
+    low.stem = fs::path(arguments.low).stem().string();
+    if (!arguments.unwrap) return low;
+  } else {
+    console.progress(kAtLow, "simplifying");
+    low.simplified.emplace();
+    SimplifyOptions options;
+    options.faces = arguments.faces;
+    if (arguments.max_error_percent > 0) options.max_error = arguments.max_error_percent / 100;
+    low.mesh = simplify(high, options, &*low.simplified);
+    low.stem = fs::path(arguments.high).stem().string() + "_low";
+  }
+  low.unwrapped.emplace();
+  low.mesh = unwrap(low.mesh, unwrap_options, &*low.unwrapped);
+  if (!arguments.low.empty()) low.stem += "_unwrapped";
+  low.mesh.name = low.stem;
+  return low;
+}
+
+std::string percent(std::uint64_t part, std::uint64_t whole) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f%%",
+                whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+  return text;
+}
+
+struct Stages {
+  double load = 0, low = 0, build = 0, save = 0;
+};
+
+Json seconds(const Stages& stages, const BakeReport& report, double total) {
+  return {{"load", stages.load},
+          {"low", stages.low},
+          {"build", stages.build},
+          {"texels", report.seconds_texels},
+          {"match", report.seconds_match},
+          {"detail", report.seconds_detail},
+          {"image", report.seconds_image},
+          {"save", stages.save},
+          {"total", total}};
+}
+
+void print_summary(Console& console, const BakeReport& report, const Source::Stats& source,
+                   const Stages& stages, double total) {
+  char text[512];
+  const std::uint64_t found = report.samples - report.missed;
+  std::snprintf(
+      text, sizeof text,
+      "%s texels, %s matched (outward %s, inward %s, cage %s), %s missed; mean distance %.4g "
+      "(%.3f%% of the diagonal), looked %.4g far",
+      with_commas(report.texels).c_str(), percent(found, report.samples).c_str(),
+      percent(report.outward, report.samples).c_str(),
+      percent(report.inward, report.samples).c_str(), percent(report.cage, report.samples).c_str(),
+      percent(report.missed, report.samples).c_str(), report.mean_abs_distance,
+      100 * report.mean_abs_distance / source.diagonal, report.max_distance);
+  console.line(text);
+  std::snprintf(
+      text, sizeof text,
+      "%.2f s: load %.2f, low mesh %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "
+      "image %.2f, save %.2f; peak memory %llu MiB",
+      total, stages.load, stages.low, stages.build, report.seconds_texels, report.seconds_match,
+      report.seconds_detail, report.seconds_image, stages.save,
+      static_cast<unsigned long long>(peak_resident_bytes() >> 20));
+  console.line(text);
+}
+
+int run_bake(const BakeArguments& arguments) {
+  check(arguments);
+  BakeOptions options = bake_options(arguments);
+  const SaveImageOptions save_options = image_options(arguments);
+  Console console(arguments.quiet);
+  Stopwatch watch;
+  Stages stages;
+  std::vector<Warning> warnings;
+  const fs::path folder = arguments.out;
+  prepare_output_folder(folder);
+  if (!arguments.json.empty()) prepare_output_folder(fs::path(arguments.json).parent_path());
+
+  const Device device = Device::open(arguments.device);
+  if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
+  const Mesh high = load_mesh(arguments.high, &warnings);
+  stages.load = watch.lap();
+  LowMesh low = prepare_low(arguments, high, console, warnings);
+  (arguments.low.empty() ? stages.low : stages.load) += watch.lap();
+  std::optional<Mesh> cage_mesh;
+  if (!arguments.cage_mesh.empty()) {
+    cage_mesh = load_mesh(arguments.cage_mesh, &warnings);
+    options.cage_mesh = &*cage_mesh;
+  }
+  std::optional<Match> match;
+  if (!arguments.load_match.empty()) {
+    match = load_match(arguments.load_match);
+    options.match = &*match;
+  }
+  stages.load += watch.lap();
+
+  if (!console.progress(kAtSource, "building the hierarchy")) return kExitCancelled;
+  const Source source(device, high, traversal(arguments));
+  stages.build = watch.lap();
+
+  options.progress = [&](double done, std::string_view stage) {
+    return console.progress(kAtBake + (kAtSave - kAtBake) * done, stage);
+  };
+  BakeResult result = bake(source, low.mesh, options);
+  if (result.cancelled) return kExitCancelled;
+  watch.lap();
+
+  std::vector<std::string> outputs;
+  const auto saving = [&](const fs::path& path) {
+    outputs.push_back(path.string());
+    return console.progress(kAtSave, "writing " + path.string());
+  };
+  if (low.unwrapped) {
+    const fs::path path = folder / (low.stem + ".obj");
+    if (!saving(path)) return kExitCancelled;
+    save_obj(low.mesh, path);
+  }
+  for (const BakedMap& map : result.maps) {
+    const fs::path path = folder / (low.stem + "_" + map_name(map.kind) + extension(save_options));
+    if (!saving(path)) return kExitCancelled;
+    save_image(map.image, path, save_options);
+  }
+  if (!arguments.save_match.empty()) {
+    if (!saving(arguments.save_match)) return kExitCancelled;
+    save_match(*result.match, arguments.save_match);
+  }
+  stages.save = watch.lap();
+
+  const auto append = [&](const std::vector<Warning>& list) {
+    warnings.insert(warnings.end(), list.begin(), list.end());
+  };
+  if (low.simplified) append(low.simplified->warnings);
+  if (low.unwrapped) append(low.unwrapped->warnings);
+  append(source.warnings());
+  append(result.report.warnings);
+  const BakeReport& report = result.report;
+  const double total = watch.total();
+
+  if (!arguments.json.empty()) {
+    Json json = {
+        {"version", version()},
+        {"device", describe(device.info())},
+        {"inputs",
+         {{"high", describe(high, arguments.high)},
+          {"low", describe(low.mesh, arguments.low.empty() ? outputs[0] : arguments.low)}}},
+        {"options", describe(arguments, report)},
+        {"seconds", seconds(stages, report, total)},
+        {"compile_seconds", device.compile_seconds()},
+        {"texels",
+         {{"covered", report.texels},
+          {"samples", report.samples},
+          {"outward", report.outward},
+          {"inward", report.inward},
+          {"cage", report.cage},
+          {"missed", report.missed},
+          {"gutter", report.gutter_texels}}},
+        {"distance",
+         {{"mean", report.mean_abs_distance},
+          {"max_allowed", report.max_distance},
+          {"diagonal", source.stats().diagonal}}},
+        {"source",
+         {{"triangles", source.stats().triangles},
+          {"skipped", source.stats().skipped_triangles},
+          {"device_bytes", source.stats().device_bytes}}},
+        {"memory",
+         {{"peak_resident_bytes", peak_resident_bytes()},
+          {"peak_device_bytes", report.peak_device_bytes}}},
+        {"outputs", outputs},
+        {"warnings", describe(warnings)}};
+    if (low.simplified) {
+      json["low"] = {{"faces", low.simplified->faces},
+                     {"error", low.simplified->error},
+                     {"charts", low.unwrapped->charts},
+                     {"coverage", low.unwrapped->coverage},
+                     {"density_spread", low.unwrapped->density_spread}};
+    }
+    save_text(arguments.json, json.dump(2) + "\n");
+  }
+  console.progress(1, "done");
+  for (const Warning& warning : warnings) console.warning(warning.message);
+  if (low.simplified) {
+    char text[256];
+    std::snprintf(text, sizeof text, "low mesh: %s of %s faces, within %.3f%% of the diagonal",
+                  with_commas(low.simplified->faces).c_str(),
+                  with_commas(low.simplified->input_faces).c_str(), low.simplified->error * 100);
+    console.line(text);
+  }
+  print_summary(console, report, source.stats(), stages, total);
+  for (const std::string& output : outputs) console.line("wrote " + output);
+  return 0;
+}
+
+}  // namespace
+
+Run add_bake(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "bake", "Bake the detail of HIGH into textures of LOW (made from HIGH where none is given)");
+  auto arguments = std::make_shared<BakeArguments>();
+  add_bake_options(*command, *arguments);
+  return [arguments] { return run_bake(*arguments); };
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,34 @@
+// What a person sees while the command works.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+
+namespace kiln::cli {
+
+/// A progress bar on a terminal, plain lines elsewhere (one a stage), nothing when quiet. Everything goes
+/// to standard error, so that standard output stays for results.
+class Console {
+ public:
+  explicit Console(bool quiet);
+  ~Console();
+
+  /// Shows that `share` of the whole work is done. \returns false where the user interrupted
+  bool progress(double share, std::string_view stage);
+  /// A line of result, on standard output.
+  void line(const std::string& text);
+  /// A warning, on standard error; also shown when quiet is off only.
+  void warning(const std::string& text);
+
+ private:
+  void clear_bar();
+  bool quiet_;
+  bool terminal_;
+  bool bar_shown_ = false;
+  std::string last_stage_;
+  int last_percent_ = -1;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace kiln::cli

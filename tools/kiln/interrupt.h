@@ -1,0 +1,14 @@
+// Ctrl-C.
+#pragma once
+
+namespace kiln::cli {
+
+/// From now on an interrupt (SIGINT, SIGTERM, SIGHUP) sets a flag that the work polls; if the work has
+/// not ended a third of a second later, the process removes its temporary files and exits with 130.
+void catch_interrupts();
+
+bool interrupted();
+
+constexpr int kExitCancelled = 130;
+
+}  // namespace kiln::cli

@@ -1,0 +1,81 @@
+#include "parse.h"
+
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+namespace kiln::cli {
+namespace {
+
+[[noreturn]] void bad(const std::string& flag, const std::string& text, const char* expected) {
+  throw Error(ErrorCode::usage, flag + " '" + text + "': expected " + expected + ".");
+}
+
+template <typename T>
+bool parse_whole(std::string_view text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
+  constexpr const char* kExpected = "one side or WxH, each 1 to 16384, such as 2048 or 2048x1024";
+  const std::size_t cross = text.find_first_of("xX");
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  if (cross == std::string::npos) {
+    if (!parse_whole(text, width)) bad("--size", text, kExpected);
+    height = width;
+  } else if (!parse_whole(std::string_view(text).substr(0, cross), width) ||
+             !parse_whole(std::string_view(text).substr(cross + 1), height)) {
+    bad("--size", text, kExpected);
+  }
+  if (width < 1 || width > 16384 || height < 1 || height > 16384) bad("--size", text, kExpected);
+  return {width, height};
+}
+
+Length parse_length(const char* flag, const std::string& text) {
+  constexpr const char* kExpected =
+      "a length such as 0.05, or a share of the dense mesh's diagonal such as 2%";
+  std::string_view number = text;
+  const bool relative = !number.empty() && number.back() == '%';
+  if (relative) number.remove_suffix(1);
+  double value = 0;
+  if (!parse_whole(number, value) || !std::isfinite(value) || value < 0) bad(flag, text, kExpected);
+  return relative ? Length::share(value / 100) : Length::absolute(value);
+}
+
+std::int32_t parse_gutter(const std::string& text) {
+  if (text == "inf" || text == "infinite") return -1;
+  std::int32_t value = 0;
+  if (!parse_whole(text, value) || value < 0 || value > 4096) {
+    bad("--gutter", text, "0 to 4096 texels, or inf");
+  }
+  return value;
+}
+
+std::pair<double, double> parse_view(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  double azimuth = 0;
+  double elevation = 0;
+  if (comma == std::string::npos ||
+      !parse_whole(std::string_view(text).substr(0, comma), azimuth) ||
+      !parse_whole(std::string_view(text).substr(comma + 1), elevation) ||
+      !std::isfinite(azimuth) || !(elevation >= -90 && elevation <= 90)) {
+    bad("--view", text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
+  }
+  return {azimuth, elevation};
+}
+
+std::string with_commas(std::uint64_t value) {
+  const std::string digits = std::to_string(value);
+  std::string result;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i != 0 && (digits.size() - i) % 3 == 0) result += ',';
+    result += digits[i];
+  }
+  return result;
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,27 @@
+// Values as people write them on the command line.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "kiln/bake.h"
+
+namespace kiln::cli {
+
+/// "2048" or "2048x1024". \throws Error(usage)
+std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text);
+
+/// "0.05" in world units, or "2%" of the bounding box's diagonal. \throws Error(usage)
+Length parse_length(const char* flag, const std::string& text);
+
+/// "16" or "inf" (-1). \throws Error(usage)
+std::int32_t parse_gutter(const std::string& text);
+
+/// "AZ,EL" in degrees. \throws Error(usage)
+std::pair<double, double> parse_view(const std::string& text);
+
+/// 12345678 as "12,345,678".
+std::string with_commas(std::uint64_t value);
+
+}  // namespace kiln::cli

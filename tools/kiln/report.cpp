@@ -1,0 +1,46 @@
+#include "report.h"
+
+#include <sys/resource.h>
+
+namespace kiln::cli {
+
+Json describe(const DeviceInfo& info) {
+  return {{"index", info.index},
+          {"name", info.name},
+          {"platform", info.platform},
+          {"vendor", info.vendor},
+          {"driver", info.driver},
+          {"opencl", info.opencl_version},
+          {"type", info.is_gpu ? "gpu" : "cpu"},
+          {"compute_units", info.compute_units},
+          {"memory_bytes", info.memory_bytes},
+          {"largest_buffer_bytes", info.largest_buffer_bytes},
+          {"atomics_64", info.has_atomics_64},
+          {"correctly_rounded_division", info.has_correct_division},
+          {"denormals", info.has_denormals}};
+}
+
+Json describe(const Mesh& mesh, const std::filesystem::path& path) {
+  return {{"path", path.string()},
+          {"vertices", mesh.positions.size()},
+          {"triangles", mesh.triangles.size()},
+          {"has_uvs", !mesh.uv_triangles.empty()},
+          {"has_normals", !mesh.normal_triangles.empty()}};
+}
+
+Json describe(const std::vector<Warning>& warnings) {
+  Json result = Json::array();
+  for (const Warning& warning : warnings) {
+    result.push_back(
+        {{"code", warning.code}, {"message", warning.message}, {"count", warning.count}});
+  }
+  return result;
+}
+
+std::uint64_t peak_resident_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,41 @@
+// The --json report.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+
+namespace kiln::cli {
+
+using Json = nlohmann::ordered_json;
+
+Json describe(const DeviceInfo& info);
+Json describe(const Mesh& mesh, const std::filesystem::path& path);
+Json describe(const std::vector<Warning>& warnings);
+
+/// Most memory the process ever had resident, bytes.
+std::uint64_t peak_resident_bytes();
+
+/// Seconds since the process started working.
+class Stopwatch {
+ public:
+  double total() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point last_ = start_;
+};
+
+}  // namespace kiln::cli
