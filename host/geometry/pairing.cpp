@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "geometry/vector.h"
 #include "geometry/weld.h"
 
 namespace kiln {

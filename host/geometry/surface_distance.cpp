@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "geometry/vector.h"
 #include "parallel.h"
 
 namespace kiln {
@@ -13,28 +14,19 @@ namespace {
 
 constexpr std::uint32_t leaf_size = 4;
 
-struct Double3 {
-  double x, y, z;
-};
-
-Double3 minus(const Vec3& a, const Vec3& b) {
-  return {double{a.x} - double{b.x}, double{a.y} - double{b.y}, double{a.z} - double{b.z}};
-}
-double dot(const Double3& a, const Double3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-double squared_to_segment(const Double3& offset, const Double3& edge) {
+double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
   const double length2 = dot(edge, edge);
   const double t = length2 > 0 ? std::clamp(dot(offset, edge) / length2, 0.0, 1.0) : 0.0;
-  const Double3 rest{offset.x - t * edge.x, offset.y - t * edge.y, offset.z - t * edge.z};
+  const Vec3d rest = offset - edge * t;
   return dot(rest, rest);
 }
 
 /// The plane's distance where the foot lies inside the triangle, else the nearest edge's.
 double squared_to_triangle(const Vec3& p, const Vec3* c) {
-  const Double3 ab = minus(c[1], c[0]);
-  const Double3 ac = minus(c[2], c[0]);
-  const Double3 ap = minus(p, c[0]);
-  const Double3 n{ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x};
+  const Vec3d ab = Vec3d(c[1]) - Vec3d(c[0]);
+  const Vec3d ac = Vec3d(c[2]) - Vec3d(c[0]);
+  const Vec3d ap = Vec3d(p) - Vec3d(c[0]);
+  const Vec3d n = cross(ab, ac);
   const double n2 = dot(n, n);
   if (n2 > 0) {
     const double d00 = dot(ab, ab), d01 = dot(ab, ac), d11 = dot(ac, ac);
@@ -48,7 +40,7 @@ double squared_to_triangle(const Vec3& p, const Vec3* c) {
   }
   const double e0 = squared_to_segment(ap, ab);
   const double e1 = squared_to_segment(ap, ac);
-  const double e2 = squared_to_segment(minus(p, c[1]), minus(c[2], c[1]));
+  const double e2 = squared_to_segment(Vec3d(p) - Vec3d(c[1]), Vec3d(c[2]) - Vec3d(c[1]));
   return std::min({e0, e1, e2});
 }
 

@@ -1,13 +1,10 @@
 #include "geometry/weld.h"
 
 #include <bit>
-#include <cmath>
+
+#include "geometry/vector.h"
 
 namespace kiln {
-
-bool is_finite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
   // Open addressing with at most half the slots in use; a slot holds vertex + 1.

@@ -13,6 +13,4 @@ namespace kiln {
 /// that are not finite stand for themselves.
 std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions);
 
-bool is_finite(const Vec3& v);
-
 }  // namespace kiln

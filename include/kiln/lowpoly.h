@@ -12,22 +12,39 @@ struct SimplifyOptions {
   /// Target number of triangles. 0: as few as `max_error` allows ("model no more than the scene
   /// needs").
   std::uint32_t faces = 0;
-  /// With faces = 0: bound of the geometric deviation, as a share of the bounding box's diagonal.
+  /// With faces = 0: how far the dense surface may be from the light one anywhere, as a share of the
+  /// bounding box's diagonal; above 0, at most 1.
   double max_error = 0.002;
 };
 
 struct SimplifyReport {
-  std::uint64_t input_faces = 0;
-  std::uint64_t faces = 0;
-  double error = 0;  ///< The simplifier's own estimate, as a share of the diagonal.
+  std::uint64_t input_faces = 0;  ///< Triangles of the given mesh, unusable ones included.
+  std::uint64_t faces = 0;        ///< Triangles of the result.
+  /// Measured deviation: the largest distance from a sample of the dense mesh to the light one, as a
+  /// share of the diagonal. Samples are the corners and centroids of the dense triangles, or up to
+  /// 262,144 of them evenly spaced.
+  double error = 0;
+  double mean_error = 0;  ///< The mean distance of the same samples, as a share of the diagonal.
   double seconds = 0;
   std::vector<Warning> warnings;
 };
 
-/// Decimates by edge collapse with quadric errors. Degenerate and non-finite triangles, and
-/// duplicates, are dropped from the result (and counted); exactly coincident vertices are welded first.
-/// The result has smooth normals and no UVs, in the same place and units as the input (same origin).
-/// \throws Error(usage), Error(input) where nothing usable is left.
+/// Decimates by edge collapse with quadric errors (Garland and Heckbert 1997).
+///
+/// Exactly coincident vertices are welded first. Triangles without area, with a corner that is not
+/// finite, or that repeat another are left out and counted in the warnings ("degenerate-triangles",
+/// "non-finite-triangles", "duplicate-triangles"). Open borders, edges with more than two triangles and
+/// several parts are all allowed; topology is kept, so closed meshes stay closed, and no part
+/// vanishes. Where that needs more than `faces` triangles, "faces-not-reached" in the warnings says
+/// so; where the mesh has fewer, all are kept ("faces-above-input"). With a bound instead, the result's
+/// measured error never exceeds it.
+///
+/// The result has smooth angle-weighted normals, no UVs, colours or groups, and the input's name,
+/// place and units (same origin). Its triangle count is the target, or one below it where a collapse
+/// takes two. Works the same at any scale. Deterministic: the same on every run and number of threads.
+/// \param report  where to write what was done; may be null (which saves measuring with `faces`)
+/// \throws Error(usage) for options out of range, Error(input) where nothing usable is left
+/// Cost, two cores: 0.4 s for 70,000 faces to 2,000; 2 s for a million to 5,000.
 Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);
 
