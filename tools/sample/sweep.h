@@ -1,0 +1,50 @@
+// Turns a profile around the Y axis into an evenly triangulated closed mesh.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "noise.h"
+
+namespace kiln::sample {
+
+/// A smooth curve in the half plane (radius, height) by arc length.
+class Profile {
+ public:
+  struct Control {
+    double radius, height;
+  };
+  struct Sample {
+    double radius, height;                ///< On the curve
+    double normal_radius, normal_height;  ///< Unit, to the right of the curve's direction
+  };
+
+  /// A centripetal Catmull-Rom spline through the controls. The first and the last lie on the axis.
+  explicit Profile(const std::vector<Control>& controls);
+
+  double length() const { return arc_.back(); }
+  Sample at(double arc) const;
+  /// Arc length at which control `index` lies.
+  double arc_of(std::size_t index) const { return control_arc_[index]; }
+
+ private:
+  std::vector<Control> points_;
+  std::vector<double> arc_;
+  std::vector<double> control_arc_;
+};
+
+/// A place on the smooth surface of revolution.
+struct Place {
+  Point position, normal;
+  double arc, angle, radius;
+  double spacing;  ///< Edge length of the mesh: details finer than this would only alias.
+};
+
+/// Sweeps the profile into about `faces` near-equilateral triangles and moves each vertex to
+/// `displace(place)`. Closed; counter-clockwise from outside for a profile that runs upwards.
+Mesh sweep(const Profile& profile, std::uint64_t faces,
+           const std::function<Point(const Place&)>& displace);
+
+}  // namespace kiln::sample
