@@ -2,7 +2,7 @@
 add_library(kiln_warnings INTERFACE)
 target_compile_options(kiln_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Wunused
-  -Woverloaded-virtual -Wnull-dereference -Wformat=2
+  -Woverloaded-virtual -Wformat=2
   $<$<BOOL:${KILN_WERROR}>:-Werror>)
 
 # KILN_SANITIZE=address;undefined and the like, for all of our own targets.

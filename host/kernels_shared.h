@@ -4,3 +4,4 @@
 #include "shared/common.h"
 #include "shared/detail.h"
 #include "shared/match.h"
+#include "shared/texel.h"

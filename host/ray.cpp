@@ -1,1 +1,140 @@
-// Not written yet.
+#include "ray.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "bvh.h"
+#include "kiln/error.h"
+#include "shared/ray.h"
+
+namespace kiln {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+constexpr std::size_t kLocalSize = 64;
+// Bounds the work of one launch: a few milliseconds on a GPU, tens on a CPU.
+constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
+
+void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
+  if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
+    throw Error(ErrorCode::usage, "A ray's range [" + std::to_string(query.t_min) + ", " +
+                                      std::to_string(query.t_max) +
+                                      "] must be finite and not reversed.");
+  }
+  if (count > capacity) {
+    throw Error(ErrorCode::internal, "More rays than their arrays hold.");
+  }
+}
+
+}  // namespace
+
+struct RayCaster::Impl {
+  cl::Context* context = nullptr;
+  Traversal traversal = Traversal::cpu;
+  std::string defines;
+  cl::Array<kiln_bvh_node> nodes;
+  cl::Array<kiln_bvh_block> blocks;
+  Stats stats;
+
+  void choose_variant(Traversal wanted) {
+    traversal = wanted != Traversal::automatic ? wanted
+                : context->info().is_gpu       ? Traversal::gpu
+                                               : Traversal::cpu;
+    if (traversal == Traversal::gpu) {
+      defines = "-DKILN_RAY_SCALAR=1";
+      return;
+    }
+#if defined(__x86_64__)
+    // Whether the device's compiler has the x86 instruction is found out by building with it: only
+    // PoCL compiles for this very machine. Elsewhere the portable form is used.
+    if (context->info().platform.find("Portable Computing Language") != std::string::npos) {
+      try {
+        context->kernel("ray", "kiln_ray_closest_wide", "-DKILN_X86_MOVMSK=1");
+        defines = "-DKILN_X86_MOVMSK=1";
+      } catch (const Error&) {
+        defines.clear();
+      }
+    }
+#endif
+  }
+
+  kiln_ray_params params(const RayQuery& query, std::uint32_t capacity,
+                         std::uint32_t result_capacity) const {
+    kiln_ray_params params{};
+    params.t_min = query.t_min;
+    params.t_max = query.t_max;
+    params.offset = query.offset;
+    params.capacity = capacity;
+    params.result_capacity = result_capacity;
+    params.flags = (query.use_reach ? KILN_RAY_USE_REACH : 0) |
+                   (query.inward ? KILN_RAY_INWARD : 0) |
+                   (query.outward_first ? KILN_RAY_OUTWARD_FIRST : 0) |
+                   (query.two_sided ? KILN_RAY_TWO_SIDED : 0);
+    return params;
+  }
+
+  template <typename... Results>
+  void launch(const std::string& family, const std::string& verb, kiln_ray_params params,
+              std::uint32_t count, const cl::Array<float>& points, const Results&... results) {
+    const std::string name =
+        "kiln_" + family + "_" + verb + (traversal == Traversal::gpu ? "_scalar" : "_wide");
+    const cl::Kernel kernel = context->kernel(family, name, defines);
+    for (std::uint32_t first = 0; first < count; first += params.end - first) {
+      params.first = first;
+      params.end = first + std::min(count - first, kRaysPerLaunch);
+      context->launch(kernel, params.end - first, kLocalSize, params, nodes, blocks, points,
+                      results...);
+    }
+  }
+};
+
+RayCaster::RayCaster(cl::Context& context, std::span<const Vec3> positions,
+                     std::span<const Triangle> triangles, Traversal traversal)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->context = &context;
+  const auto start = Clock::now();
+  const Bvh bvh = build_bvh(positions, triangles);
+  Stats& stats = impl_->stats;
+  stats.build_seconds = seconds_since(start);
+  stats.triangles = bvh.triangles;
+  stats.skipped = bvh.skipped;
+  stats.nodes = bvh.node_count;
+  stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
+  const auto upload = Clock::now();
+  impl_->nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
+  impl_->blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
+  stats.upload_seconds = seconds_since(upload);
+  impl_->choose_variant(traversal);
+}
+
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
+
+void RayCaster::intersect(const cl::Array<float>& points, std::uint32_t count,
+                          std::uint32_t capacity, const RayQuery& query,
+                          Correspondence& result) const {
+  check_query(query, count, std::min(capacity, result.capacity));
+  result.count = count;
+  impl_->launch("ray", "closest", impl_->params(query, capacity, result.capacity), count, points,
+                result.triangle, result.barycentric, result.distance, result.status);
+}
+
+void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
+                         std::uint32_t capacity, const RayQuery& query,
+                         const cl::Array<std::uint8_t>& hit) const {
+  check_query(query, count, capacity);
+  impl_->launch("occlusion", "any", impl_->params(query, capacity, capacity), count, points, hit);
+}
+
+const RayCaster::Stats& RayCaster::stats() const { return impl_->stats; }
+Traversal RayCaster::traversal() const { return impl_->traversal; }
+
+}  // namespace kiln

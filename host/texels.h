@@ -62,7 +62,9 @@ class TexelSampler {
 
   std::uint32_t band_count() const;
   /// Samples one band. Bands may be asked for in any order; asking twice counts once.
-  TexelBand sample(std::uint32_t band);
+  /// \param recycled  a band that is no longer needed: its arrays are used again where they are large
+  ///                  enough, which saves allocating (a tenth of a second for 10 M samples on a CPU)
+  TexelBand sample(std::uint32_t band, TexelBand recycled = {});
   /// Complete after every band was sampled.
   const TexelReport& report() const;
 

@@ -1,3 +1,276 @@
-// Not written yet.
+// Scan conversion of the light mesh's UV triangles into samples.
+//
+// Purpose: for every sample of a band of the map, the UV triangle that covers it, and for the covered
+// ones, compacted, the barycentric weights, the point on the surface and the direction rays leave in.
+//
+// Algorithm: exact integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon
+// Rasterization") with the top-left rule, evaluated for eight samples at a time. The host lists for
+// each block of about 8x8 samples the pieces (triangles, or parts of clipped ones) that may touch it,
+// in ascending order; one work-item takes a block through its list, so the lowest triangle wins
+// without atomics. The host turns the counts into offsets; the second kernel compacts.
+//
+// | kernel            | one work-item | traffic                                                     |
+// | kiln_texel_cover  | block         | 64 B a listed piece; 4 B a sample, hot in cache              |
+// | kiln_texel_fill   | block         | 176 B a piece in the block; 48 B a covered sample, 8 a texel |
+//
+// Local size 64, any will do. No defines. All integer arithmetic is exact: |a|, |b| < 2^30, samples
+// up to 2^18 a side, |E| < 2^61. Floating point: +, -, *, fma, / and sqrt, correctly rounded.
+//
+// Strengths: no atomics, no sorting on the device; eight lanes whatever N is. Limits: a list is gone
+// through by one work-item, so thousands of triangles in one block make a long one.
 #include "shared/common.h"
-kernel void kiln_texel_nothing(global uint* a) { a[0] = 0; }
+#include "shared/texel.h"
+
+// The table of slots: planes of 8 * group_count values. A padding slot has x = 2^18, outside of any map.
+#define TEXEL_PLANE_X 0u      // sample within the block
+#define TEXEL_PLANE_Y 1u
+#define TEXEL_PLANE_PLACE 2u  // sample within the texel: sy * N + sx
+#define TEXEL_PLANE_TEXEL 3u  // entry t: texel t of the block, row * width + column
+
+/// Finds the piece that covers each slot of a block, and counts samples, texels and overlaps.
+kernel void kiln_texel_cover(const kiln_texel_params params,
+                             global const kiln_texel_block* restrict blocks,
+                             global const uint* restrict lists,
+                             global const kiln_texel_piece* restrict pieces,
+                             global const int* restrict slots,
+                             global uint* restrict ids,
+                             global uint* restrict counts) {
+  const size_t index = get_global_id(0);
+  if (index >= params.block_count) return;
+  const kiln_texel_block block = blocks[index];
+  const uint groups = params.group_count;
+  const size_t pitch = 8u * (size_t)groups;
+  global uint* own = ids + index * pitch;
+  global const int* slot_x = slots + TEXEL_PLANE_X * pitch;
+  global const int* slot_y = slots + TEXEL_PLANE_Y * pitch;
+
+  for (uint g = 0u; g < groups; ++g) vstore8((uint8)(KILN_TEXEL_EMPTY), g, own);
+
+  for (uint entry = block.list_begin; entry < block.list_end; ++entry) {
+    const uint id = lists[entry];
+    global const kiln_texel_piece* piece = pieces + id;
+    // E >= 0, or E > 0 where the edge is open, without the low bits that all samples have alike.
+    const long a0 = piece->a[0], a1 = piece->a[1], a2 = piece->a[2];
+    const long b0 = piece->b[0], b1 = piece->b[1], b2 = piece->b[2];
+    const uint open = ~piece->closed;
+    const long c0 = ((piece->c[0] - (long)(open & 1u)) >> params.shift) + a0 * block.x + b0 * block.y;
+    const long c1 =
+        ((piece->c[1] - (long)((open >> 1) & 1u)) >> params.shift) + a1 * block.x + b1 * block.y;
+    const long c2 =
+        ((piece->c[2] - (long)((open >> 2) & 1u)) >> params.shift) + a2 * block.x + b2 * block.y;
+    const uint first = piece->first;
+    for (uint g = 0u; g < groups; ++g) {
+      const int8 x = vload8(g, slot_x);
+      const int8 y = vload8(g, slot_y);
+      const long8 lx = convert_long8(x);
+      const long8 ly = convert_long8(y);
+      const long8 e = (lx * a0 + ly * b0 + c0) | (lx * a1 + ly * b1 + c1) | (lx * a2 + ly * b2 + c2);
+      const int8 inside = (convert_int8(e >> 32) >= 0) & (x + block.x < params.sample_width) &
+                          (y + block.y < params.sample_height);
+      const uint8 now = vload8(g, own);
+      const int8 fresh = inside & (now == KILN_TEXEL_EMPTY);
+      const int8 again = inside & ((now & KILN_TEXEL_EMPTY) < first);
+      const uint8 next = select(now, (uint8)(id), as_uint8(fresh));
+      vstore8(select(next, now | KILN_TEXEL_OVERLAP, as_uint8(again)), g, own);
+    }
+  }
+
+  uint samples = 0u;
+  uint texels = 0u;
+  uint overlaps = 0u;
+  for (uint t = 0u; t < params.block_texels; ++t) {
+    uint covered = 0u;
+    for (uint s = 0u; s < params.texel_samples; ++s) {
+      const uint id = own[t * params.texel_samples + s];
+      covered += id != KILN_TEXEL_EMPTY ? 1u : 0u;
+      overlaps += id >> 31;
+    }
+    samples += covered;
+    texels += covered != 0u ? 1u : 0u;
+  }
+  counts[index] = samples | (texels << 10) | (overlaps << 20);
+}
+
+/// Barycentric weight of a corner: its edge function over the doubled area. Exact but for the last
+/// bits of a 31-bit fraction and one rounding each of conversion, reciprocal and product.
+float8 texel_weight(const long a, const long b, const long c, const int8 x, const int8 y,
+                    const uint shift, const uint drop, const float reciprocal) {
+#pragma OPENCL FP_CONTRACT OFF
+  const long8 e = ((convert_long8(x) * a + convert_long8(y) * b) << (long8)((long)shift)) + c;
+  const int8 whole = convert_int8(as_ulong8(e) >> (ulong8)((ulong)drop));
+  return min(convert_float8(whole) * reciprocal, 1.0f);
+}
+
+float8 texel_blend(const float v0, const float v1, const float v2, const float8 w0, const float8 w1,
+                   const float8 w2) {
+#pragma OPENCL FP_CONTRACT OFF
+  return fma(w2, (float8)(v2), fma(w1, (float8)(v1), w0 * v0));
+}
+
+/// Unit normal of a triangle: the direction where interpolation gives none.
+float3 texel_face_normal(global const kiln_texel_corners* corners) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float3 p = vload3(0, corners->position);
+  const float3 e = vload3(1, corners->position) - p;
+  const float3 f = vload3(2, corners->position) - p;
+  float3 n = (float3)(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
+  const float largest = max(max(fabs(n.x), fabs(n.y)), fabs(n.z));
+  if (!(largest > 1e-30f)) return (float3)(0.0f, 0.0f, 1.0f);
+  n = n / largest;
+  return n / sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+}
+
+/// Compacts the covered slots of a block into the band's arrays, with points and barycentrics.
+kernel void kiln_texel_fill(const kiln_texel_params params,
+                            global const kiln_texel_block* restrict blocks,
+                            global const uint* restrict first_samples,  // per block
+                            global const uint* restrict first_texels,
+                            global const kiln_texel_piece* restrict pieces,
+                            global const kiln_texel_corners* restrict corners,
+                            global const int* restrict slots,
+                            global const uint* restrict ids,
+                            global uint* restrict texel_index,
+                            global uint* restrict texel_first,
+                            global uint* restrict sample_slot,
+                            global uint* restrict triangle,
+                            global float* restrict barycentric,
+                            global float* restrict points) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t index = get_global_id(0);
+  if (index >= params.block_count) return;
+  const kiln_texel_block block = blocks[index];
+  const size_t pitch = 8u * (size_t)params.group_count;
+  const size_t plane = params.capacity;
+  global const uint* own = ids + index * pitch;
+  uint sample = first_samples[index];
+
+  // The texels of the block, and where their samples will be.
+  const uint origin = ((uint)block.y / params.samples - params.first_row) * params.width +
+                      (uint)block.x / params.samples;
+  uint texel = first_texels[index];
+  uint cursor = sample;
+  for (uint t = 0u; t < params.block_texels; ++t) {
+    uint covered = 0u;
+    for (uint s = 0u; s < params.texel_samples; ++s) {
+      covered += own[t * params.texel_samples + s] != KILN_TEXEL_EMPTY ? 1u : 0u;
+    }
+    if (covered == 0u) continue;
+    texel_index[texel] = origin + (uint)slots[TEXEL_PLANE_TEXEL * pitch + t];
+    texel_first[texel] = cursor;
+    ++texel;
+    cursor += covered;
+  }
+
+  for (uint g = 0u; g < params.group_count; ++g) {
+    uint8 id = vload8(g, own) & KILN_TEXEL_EMPTY;
+    const int8 covered = id != KILN_TEXEL_EMPTY;
+    const int4 pairs = covered.lo + covered.hi;
+    const int count = -(pairs.x + pairs.y + pairs.z + pairs.w);
+    if (count == 0) continue;
+    const int8 x = vload8(g, slots + TEXEL_PLANE_X * pitch) + block.x;
+    const int8 y = vload8(g, slots + TEXEL_PLANE_Y * pitch) + block.y;
+    uint8 owner = (uint8)(0u);
+    float8 u = (float8)(0.0f), v = (float8)(0.0f);
+    float8 px = (float8)(0.0f), py = (float8)(0.0f), pz = (float8)(0.0f);
+    float8 dx = (float8)(0.0f), dy = (float8)(0.0f), dz = (float8)(0.0f);
+
+    // Once for every piece among the eight: mostly one.
+    uint pending[8];
+    vstore8(id, 0, pending);
+    for (uint lane = 0u; lane < 8u; ++lane) {
+      const uint current = pending[lane];
+      if (current == KILN_TEXEL_EMPTY) continue;
+      global const kiln_texel_piece* p = pieces + current;
+      global const kiln_texel_corners* c = corners + current;
+      float8 w1 = texel_weight(p->a[1], p->b[1], p->c[1], x, y, params.shift, p->drop, c->reciprocal);
+      float8 w2 = texel_weight(p->a[2], p->b[2], p->c[2], x, y, params.shift, p->drop, c->reciprocal);
+      w2 = min(w2, 1.0f - w1);
+      const float8 w0 = 1.0f - w1 - w2;
+      const int8 mine = id == current;
+      owner = select(owner, (uint8)(p->triangle), as_uint8(mine));
+      const float8 u_whole = min(
+          max(texel_blend(c->weight1[0], c->weight1[1], c->weight1[2], w0, w1, w2), 0.0f), 1.0f);
+      const float8 v_whole =
+          max(texel_blend(c->weight2[0], c->weight2[1], c->weight2[2], w0, w1, w2), 0.0f);
+      u = select(u, u_whole, mine);
+      v = select(v, min(v_whole, 1.0f - u_whole), mine);
+      px = select(px, texel_blend(c->position[0], c->position[3], c->position[6], w0, w1, w2), mine);
+      py = select(py, texel_blend(c->position[1], c->position[4], c->position[7], w0, w1, w2), mine);
+      pz = select(pz, texel_blend(c->position[2], c->position[5], c->position[8], w0, w1, w2), mine);
+      dx = select(dx, texel_blend(c->direction[0], c->direction[3], c->direction[6], w0, w1, w2), mine);
+      dy = select(dy, texel_blend(c->direction[1], c->direction[4], c->direction[7], w0, w1, w2), mine);
+      dz = select(dz, texel_blend(c->direction[2], c->direction[5], c->direction[8], w0, w1, w2), mine);
+      vstore8(select(vload8(0, pending), (uint8)(KILN_TEXEL_EMPTY), as_uint8(mine)), 0, pending);
+    }
+
+    const float8 squared = fma(dz, dz, fma(dy, dy, dx * dx));
+    const int8 vanishing = squared < 1e-30f;
+    const float8 reach = select(sqrt(squared), (float8)(0.0f), vanishing);
+    const float8 divisor = select(reach, (float8)(1.0f), vanishing);
+    dx = dx / divisor;
+    dy = dy / divisor;
+    dz = dz / divisor;
+    const int8 lost = vanishing & covered;
+    const int4 lost_pairs = lost.lo | lost.hi;
+    if ((lost_pairs.x | lost_pairs.y | lost_pairs.z | lost_pairs.w) != 0) {
+      float fallback[24];
+      vstore8(dx, 0, fallback);
+      vstore8(dy, 1, fallback);
+      vstore8(dz, 2, fallback);
+      uint piece_of[8];
+      int is_lost[8];
+      vstore8(id, 0, piece_of);
+      vstore8(lost, 0, is_lost);
+      for (uint lane = 0u; lane < 8u; ++lane) {
+        if (is_lost[lane] == 0) continue;
+        const float3 normal = texel_face_normal(corners + piece_of[lane]);
+        fallback[lane] = normal.x;
+        fallback[8u + lane] = normal.y;
+        fallback[16u + lane] = normal.z;
+      }
+      dx = vload8(0, fallback);
+      dy = vload8(1, fallback);
+      dz = vload8(2, fallback);
+    }
+
+    const uint8 place = as_uint8(vload8(g, slots + TEXEL_PLANE_PLACE * pitch));
+    if (count == 8) {
+      vstore8(place, 0, sample_slot + sample);
+      vstore8(owner, 0, triangle + sample);
+      vstore8(u, 0, barycentric + sample);
+      vstore8(v, 0, barycentric + plane + sample);
+      vstore8(px, 0, points + sample);
+      vstore8(py, 0, points + plane + sample);
+      vstore8(pz, 0, points + 2u * plane + sample);
+      vstore8(dx, 0, points + 3u * plane + sample);
+      vstore8(dy, 0, points + 4u * plane + sample);
+      vstore8(dz, 0, points + 5u * plane + sample);
+      vstore8(reach, 0, points + 6u * plane + sample);
+      sample += 8u;
+      continue;
+    }
+    uint whole[24];
+    float part[72];
+    vstore8(as_uint8(covered), 0, whole);
+    vstore8(place, 1, whole);
+    vstore8(owner, 2, whole);
+    vstore8(u, 0, part);
+    vstore8(v, 1, part);
+    vstore8(px, 2, part);
+    vstore8(py, 3, part);
+    vstore8(pz, 4, part);
+    vstore8(dx, 5, part);
+    vstore8(dy, 6, part);
+    vstore8(dz, 7, part);
+    vstore8(reach, 8, part);
+    for (uint lane = 0u; lane < 8u; ++lane) {
+      if (whole[lane] == 0u) continue;
+      sample_slot[sample] = whole[8u + lane];
+      triangle[sample] = whole[16u + lane];
+      barycentric[sample] = part[lane];
+      barycentric[plane + sample] = part[8u + lane];
+      for (uint k = 0u; k < 7u; ++k) points[k * plane + sample] = part[16u + 8u * k + lane];
+      ++sample;
+    }
+  }
+}

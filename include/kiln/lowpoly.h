@@ -32,22 +32,44 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);
 
 struct UnwrapOptions {
-  std::uint32_t size = 2048;  ///< Map size that the border is meant for, texels (the smaller side)
-  std::uint32_t border_texels = 2;  ///< Empty texels around each patch, at least 1
+  /// Map size that the border and the texel grid are meant for, texels (of a map that is not square:
+  /// the smaller side). 16 to 65536.
+  std::uint32_t size = 2048;
+  /// Empty texels between neighbouring charts, 1 to size / 4. Charts end on texel boundaries, so each
+  /// has half of them to itself: with 2, bilinear filtering of the full map never mixes charts, and
+  /// each further mip level needs twice as many.
+  std::uint32_t border_texels = 2;
 };
 
 struct UnwrapReport {
-  std::uint64_t charts = 0;
-  double coverage = 0;        ///< Share of the unit square that triangles cover
-  double density_spread = 0;  ///< Standard deviation of log2(texel density) over the surface
+  std::uint64_t charts = 0;   ///< Connected pieces of the layout.
+  double coverage = 0;        ///< Share of the unit square that triangles cover, 0 to 1.
+  double density_spread = 0;  ///< Standard deviation of log2(texture area / surface area) over the
+                              ///< surface: 0 is perfectly even.
+  double border_texels = 0;   ///< The border that was kept: as asked, or less (see warnings).
   double seconds = 0;
   std::vector<Warning> warnings;
 };
 
-/// Gives a mesh UVs: triangles are paired along shared edges and packed as squares and rectangles
-/// (Wang, Froehlich, Goebel, "Fast Normal Map Generation for Simplified Meshes", section 2), with
-/// sizes by surface area so that texel density is even, and a border around each patch so that
-/// filtering never bleeds. Every triangle of positive area gets at least one texel's worth of UV area.
+/// Gives a mesh UVs: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich,
+/// Goebel, "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).
+///
+/// A pair is the two halves of a rectangle whose sides follow the lengths of the quadrilateral's and
+/// whose area follows the pair's, so that texel density is even; triangles left over share rectangles
+/// with a border along the diagonal. The map from surface to texture is affine in each triangle, with
+/// some shear. Chart corners lie on whole texels of the given size; charts are `border_texels` apart
+/// (half of that, rounded down, from the map's edges); every chart keeps the triangle's orientation, so
+/// none is mirrored. Every triangle of positive area gets a texel's worth of area or more.
+///
+/// Where charts are too many for the size, the border shrinks to 1 texel, and then the layout goes on
+/// a grid finer than texels: still without overlap, but with less than a texel for a triangle
+/// ("border-shrunk" in the warnings). Triangles without area or with a corner that is not finite get
+/// UVs at one point and are counted ("degenerate-triangles").
+///
+/// UVs the mesh had are replaced; all else is kept. Deterministic.
+/// \param report  where to write what was done; may be null
+/// \throws Error(usage) for options out of range, Error(input) where no triangle has any area
+/// Cost: about 10 ms for 5,000 triangles, 2 s for a million, on one core.
 Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options = {}, UnwrapReport* report = nullptr);
 
 }  // namespace kiln

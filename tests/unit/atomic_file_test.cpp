@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/files.h"
 #include "support/environment.h"
 
 namespace kiln {

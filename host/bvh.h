@@ -1,0 +1,43 @@
+// Bounding volume hierarchy over triangles, built on the host.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "kiln/types.h"
+#include "shared/bvh.h"
+
+namespace kiln {
+
+/// A tree of 8-wide nodes over leaves of up to 4 triangles, in the layout that kernels read. Node 0
+/// is the root. A child's index is larger than its parent's.
+///
+/// Memory: about 256 B a node and 160 B a leaf; 70 to 90 B a triangle on scanned meshes.
+struct Bvh {
+  std::unique_ptr<kiln_bvh_node[]> node_data;
+  std::unique_ptr<kiln_bvh_block[]> block_data;
+  std::size_t node_count = 0;
+  std::size_t block_count = 0;
+  std::uint64_t triangles = 0;  ///< In the tree
+  std::uint64_t skipped = 0;    ///< With a non-finite corner, or without area: in no leaf
+  std::uint32_t depth = 0;      ///< Levels of nodes, at most KILN_BVH_MAX_DEPTH
+
+  std::span<const kiln_bvh_node> nodes() const { return {node_data.get(), node_count}; }
+  std::span<const kiln_bvh_block> blocks() const { return {block_data.get(), block_count}; }
+};
+
+/// Builds top down by the surface area heuristic over binned centroids (Wald 2007, "On fast
+/// construction of SAH-based bounding volume hierarchies"), opening the child with the largest
+/// surface until a node has 8 children (Wald, Benthin, Boulos 2008, section 3).
+///
+/// The tree is the same for any number of threads. Its depth is bounded for any input: from a fixed
+/// level on ranges are halved by count. Triangles whose boxes all coincide are halved by count too.
+///
+/// \param positions  in the working frame: about unit size
+/// \param triangles  any number, none included, below 2^31
+/// \throws Error(input) where an index lies beyond the positions
+/// Cost: O(n log n); about 1.5 million triangles a second and thread.
+Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+
+}  // namespace kiln

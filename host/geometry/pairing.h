@@ -1,0 +1,44 @@
+// Pairs of triangles that share an edge, chosen so that each pair unfolds to almost a rectangle.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "kiln/types.h"
+
+namespace kiln {
+
+/// Marks an absent triangle or edge.
+inline constexpr std::uint32_t no_index = std::numeric_limits<std::uint32_t>::max();
+
+/// For every triangle its partner, and its own corner that is opposite the shared edge.
+struct Pairing {
+  std::vector<std::uint32_t> partner;  ///< Index of the other triangle, or no_index.
+  std::vector<std::uint8_t> apex;      ///< 0, 1 or 2; meaningful where there is a partner.
+  std::uint64_t pairs = 0;
+};
+
+/// Squared side lengths and doubled area of a triangle, in double precision.
+struct TriangleShape {
+  double squared_edge[3] = {0, 0, 0};  ///< Of the edge opposite corner k.
+  double area = 0;                     ///< Zero where a corner is not finite.
+};
+TriangleShape triangle_shape(const Vec3& a, const Vec3& b, const Vec3& c);
+
+/// How far the map from a right triangle with legs `width` and `height` in the texture to a surface
+/// triangle is from keeping lengths: the mean over the axes of the squared logarithm of the singular
+/// values. 0: none. `leg_u` and `leg_v` are the squared lengths of the surface's legs, `hypotenuse`
+/// that of its third side.
+double stretch(double width, double height, double leg_u, double leg_v, double hypotenuse);
+
+/// Pairs triangles greedily, least stretched first, then lengthens alternating paths so that few stay
+/// single. Only triangles of positive area that run along the shared edge in opposite senses (a
+/// consistent orientation) are paired, and no pair whose stretch exceeds a limit: such triangles are
+/// better off single. Vertices at exactly the same position count as one. Deterministic.
+/// Cost: n log n; about 1 s for a million triangles.
+Pairing pair_triangles(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                       std::span<const TriangleShape> shapes);
+
+}  // namespace kiln

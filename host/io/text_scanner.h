@@ -1,0 +1,148 @@
+// A cursor over text in memory that knows its line.
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kiln {
+
+/// Splits text into tokens at blanks. Numbers are read by std::from_chars: locale-free, correctly
+/// rounded, "nan" and "inf" included; a leading '+' is allowed.
+class TextScanner {
+ public:
+  /// \param comment       the character that starts a comment to the end of its line, or 0
+  /// \param continuation  whether a backslash before a line's end joins the next line
+  explicit TextScanner(std::string_view text, char comment = 0, bool continuation = false)
+      : at_(text.data()),
+        begin_(at_),
+        end_(at_ + text.size()),
+        comment_(comment),
+        continuation_(continuation) {}
+
+  std::uint64_t line() const { return line_; }
+  std::size_t offset() const { return static_cast<std::size_t>(at_ - begin_); }
+  std::size_t remaining() const { return static_cast<std::size_t>(end_ - at_); }
+  std::string place() const { return "line " + std::to_string(line_); }
+
+  /// The next token of this line; empty at the line's end.
+  std::string_view token_in_line() {
+    skip_blanks();
+    const char* start = at_;
+    while (at_ != end_ && !is_blank(*at_) && *at_ != '\n' && *at_ != comment_ && !joins_lines())
+      ++at_;
+    return {start, static_cast<std::size_t>(at_ - start)};
+  }
+
+  /// The next token, over line ends; empty at the end of the text.
+  std::string_view token() {
+    for (;;) {
+      const std::string_view found = token_in_line();
+      if (!found.empty() || at_ == end_) return found;
+      next_line();
+    }
+  }
+
+  /// What is left of this line, without blanks at its ends.
+  std::string_view rest_of_line() {
+    skip_blanks();
+    const char* start = at_;
+    while (at_ != end_ && *at_ != '\n' && *at_ != comment_) ++at_;
+    const char* stop = at_;
+    while (stop != start && is_blank(stop[-1])) --stop;
+    return {start, static_cast<std::size_t>(stop - start)};
+  }
+
+  /// Goes to the start of the next line; false at the end of the text.
+  bool next_line() {
+    while (at_ != end_ && *at_ != '\n') {
+      if (!joins_lines()) {
+        ++at_;
+      } else {
+        join_lines();
+      }
+    }
+    if (at_ == end_) return false;
+    ++at_;
+    ++line_;
+    return true;
+  }
+
+ private:
+  static bool is_blank(char c) {
+    return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+  }
+
+  bool joins_lines() const {
+    if (!continuation_ || *at_ != '\\') return false;
+    const char* next = at_ + 1;
+    if (next != end_ && *next == '\r') ++next;
+    return next != end_ && *next == '\n';
+  }
+  void join_lines() {
+    while (*at_ != '\n') ++at_;
+    ++at_;
+    ++line_;
+  }
+
+  void skip_blanks() {
+    while (at_ != end_) {
+      if (is_blank(*at_)) {
+        ++at_;
+      } else if (comment_ != 0 && *at_ == comment_) {
+        while (at_ != end_ && *at_ != '\n') ++at_;
+      } else if (joins_lines()) {
+        join_lines();
+      } else {
+        return;
+      }
+    }
+  }
+
+  const char* at_;
+  const char* begin_;
+  const char* end_;
+  char comment_;
+  bool continuation_;
+  std::uint64_t line_ = 1;
+};
+
+/// The whole token as a number, or nothing. A double beyond its range reads as infinity or zero.
+inline std::optional<double> to_double(std::string_view token) {
+  if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
+  double value = 0;
+  const auto [stop, status] = std::from_chars(token.data(), token.data() + token.size(), value);
+  if (stop != token.data() + token.size() || token.empty()) return std::nullopt;
+  if (status == std::errc::result_out_of_range) {
+    const bool negative = token[0] == '-';
+    const std::size_t exponent = token.find_first_of("eE");
+    const bool tiny = exponent != token.npos ? token.find('-', exponent) != token.npos
+                                             : token[negative ? 1 : 0] == '0';
+    const double magnitude = tiny ? 0.0 : std::numeric_limits<double>::infinity();
+    return negative ? -magnitude : magnitude;
+  }
+  if (status != std::errc()) return std::nullopt;
+  return value;
+}
+
+inline std::optional<std::int64_t> to_integer(std::string_view token) {
+  if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
+  std::int64_t value = 0;
+  const auto [stop, status] = std::from_chars(token.data(), token.data() + token.size(), value);
+  if (status != std::errc() || stop != token.data() + token.size()) return std::nullopt;
+  return value;
+}
+
+/// A token for a message: at most 40 characters, anything unprintable as '?'.
+inline std::string printable(std::string_view token) {
+  std::string text(token.substr(0, 40));
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) > 126) c = '?';
+  }
+  return token.size() > 40 ? text + "..." : text;
+}
+
+}  // namespace kiln

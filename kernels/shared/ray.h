@@ -1,0 +1,28 @@
+// Parameters of the ray kernels.
+#ifndef KILN_SHARED_RAY_H
+#define KILN_SHARED_RAY_H
+
+#include "shared/common.h"
+
+#define KILN_RAY_USE_REACH 1u      ///< The offset is the sample's own reach
+#define KILN_RAY_INWARD 2u         ///< Against the sample's direction
+#define KILN_RAY_OUTWARD_FIRST 4u  ///< Nearest hit with t >= 0, else nearest with t < 0
+#define KILN_RAY_TWO_SIDED 8u      ///< Faces turned away from the sample's direction count too
+
+/// Origins with a coordinate beyond this many frame units miss: their arithmetic could overflow.
+#define KILN_RAY_FARTHEST 1048576.0f
+
+struct kiln_ray_params {
+  kiln_float t_min;
+  kiln_float t_max;
+  kiln_float offset;
+  kiln_uint flags;
+  kiln_uint first;     ///< First sample of this launch
+  kiln_uint end;       ///< One past its last sample
+  kiln_uint capacity;  ///< Elements of one plane of the points
+  kiln_uint result_capacity;  ///< Elements of one plane of the barycentrics
+};
+typedef struct kiln_ray_params kiln_ray_params;
+KILN_CHECK_SIZE(kiln_ray_params, 32);
+
+#endif

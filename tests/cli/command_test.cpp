@@ -1,0 +1,364 @@
+// The command as its users meet it: exit codes, messages, files, the report.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProcessOptions;
+using test::ProcessResult;
+using test::run_kiln;
+
+/// Writes a scene of a bumpy sphere and its light mesh; returns the folder.
+fs::path make_scene(std::uint32_t faces = 20000) {
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(faces), folder / "high.obj");
+  save_obj(test::BumpySphere::light(), folder / "low.obj");
+  return folder;
+}
+
+std::vector<std::string> names(const fs::path& folder) {
+  std::vector<std::string> result;
+  for (const auto& entry : fs::directory_iterator(folder))
+    result.push_back(entry.path().filename());
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+nlohmann::json read_json(const fs::path& path) {
+  std::ifstream stream(path);
+  return nlohmann::json::parse(stream);
+}
+
+/// Expects a failure with this code, one message that has all of `words`, and nothing in the folder.
+void expect_failure(const std::vector<std::string>& arguments, int code,
+                    const std::vector<std::string>& words, const fs::path& out = {}) {
+  const ProcessResult result = run_kiln(arguments);
+  EXPECT_EQ(result.exit_code, code) << result.errors;
+  for (const std::string& word : words) {
+    EXPECT_NE(result.errors.find(word), std::string::npos)
+        << "'" << word << "' in: " << result.errors;
+  }
+  std::size_t messages = 0;
+  for (std::size_t at = 0; (at = result.errors.find("kiln: ", at)) != std::string::npos; ++at)
+    ++messages;
+  EXPECT_EQ(messages, 1U) << result.errors;
+  if (!out.empty() && fs::exists(out)) {
+    EXPECT_TRUE(names(out).empty()) << names(out)[0];
+  }
+}
+
+TEST(Command, BakesTheContractsFilesAndReport) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const fs::path out = scene / "out";
+  const ProcessResult result =
+      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", out, "--size", "256x128",
+                "--max-distance", "10%", "--json", scene / "report.json"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(names(out), std::vector<std::string>{"low_normal.png"});
+  const Image map = load_image(out / "low_normal.png");
+  EXPECT_EQ(map.width, 256U);
+  EXPECT_EQ(map.height, 128U);
+
+  const nlohmann::json report = read_json(scene / "report.json");
+  for (const char* key : {"version", "device", "inputs", "options", "seconds", "texels", "warnings",
+                          "memory", "outputs"}) {
+    EXPECT_TRUE(report.contains(key)) << key;
+  }
+  double stages = 0;
+  for (const char* key : {"load", "low", "build", "texels", "match", "detail", "image", "save"}) {
+    ASSERT_TRUE(report["seconds"].contains(key)) << key;
+    stages += report["seconds"][key].get<double>();
+  }
+  EXPECT_LE(stages, report["seconds"]["total"].get<double>() * 1.001);
+  const auto& texels = report["texels"];
+  EXPECT_EQ(texels["samples"].get<std::uint64_t>(),
+            texels["outward"].get<std::uint64_t>() + texels["inward"].get<std::uint64_t>() +
+                texels["cage"].get<std::uint64_t>() + texels["missed"].get<std::uint64_t>());
+  EXPECT_GT(texels["covered"].get<std::uint64_t>(), 20000U);
+  EXPECT_EQ(report["inputs"]["low"]["triangles"], test::BumpySphere::light().triangles.size());
+  EXPECT_EQ(report["options"]["max_distance"], "10%");
+}
+
+TEST(Command, MakesTheLightMeshWhereNoneIsGiven) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const fs::path out = scene / "out";
+  const ProcessResult result =
+      run_kiln({"bake", scene / "high.obj", "--out", out, "--size", "512", "--faces", "500"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(names(out), (std::vector<std::string>{"high_low.obj", "high_low_normal.png"}));
+  const Mesh low = load_mesh(out / "high_low.obj");
+  EXPECT_NEAR(static_cast<double>(low.triangles.size()), 500, 10);
+  EXPECT_EQ(low.uv_triangles.size(), low.triangles.size());
+}
+
+TEST(Command, GivesTheSameBytesEveryTime) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto bake = [&](const std::string& name, const std::vector<std::string>& more,
+                        const ProcessOptions& options) {
+    std::vector<std::string> arguments = {"bake",  scene / "high.obj", scene / "low.obj",
+                                          "--out", scene / name,       "--size",
+                                          "300",   "--max-distance",   "10%"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(arguments, options);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    std::ifstream file(scene / name / "low_normal.png", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string expected = bake("a", {}, {});
+  ASSERT_GT(expected.size(), 1000U);
+  EXPECT_EQ(bake("b", {}, {}), expected) << "run twice";
+  ProcessOptions one_thread;
+  one_thread.environment = {{"KILN_THREADS", "1"}, {"POCL_MAX_PTHREAD_COUNT", "1"}};
+  EXPECT_EQ(bake("c", {}, one_thread), expected) << "one thread";
+  EXPECT_EQ(bake("d", {"--traversal", "gpu"}, {}), expected) << "the other traversal";
+  EXPECT_EQ(bake("e", {"--traversal", "cpu"}, one_thread), expected);
+}
+
+TEST(Command, SavedMatchBakesTheSameMap) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const std::vector<std::string> base = {"bake",
+                                         scene / "high.obj",
+                                         scene / "low.obj",
+                                         "--size",
+                                         "200",
+                                         "--samples",
+                                         "2",
+                                         "--max-distance",
+                                         "10%"};
+  std::vector<std::string> first = base;
+  first.insert(first.end(), {"--out", scene / "a", "--save-match", scene / "match.exr"});
+  ASSERT_EQ(run_kiln(first).exit_code, 0);
+  std::vector<std::string> second = base;
+  second.insert(second.end(), {"--out", scene / "b", "--load-match", scene / "match.exr"});
+  ASSERT_EQ(run_kiln(second).exit_code, 0);
+  EXPECT_EQ(run_kiln({"diff", scene / "a/low_normal.png", scene / "b/low_normal.png"}).exit_code,
+            0);
+
+  std::vector<std::string> wrong = {
+      "bake",  scene / "high.obj", scene / "low.obj", "--size",           "100",
+      "--out", scene / "c",        "--load-match",    scene / "match.exr"};
+  expect_failure(wrong, 3, {"match", "200"}, scene / "c");
+}
+
+TEST(Command, DiffTellsWithinFromBeyond) {
+  const fs::path folder = test::scratch_folder();
+  Image a{8, 8, 3, std::vector<float>(192, 0.5F)};
+  for (std::size_t i = 2; i < a.pixels.size(); i += 3) a.pixels[i] = 1;
+  Image b = a;
+  b.at(3, 4)[0] = 0.6F;  // 2 * 0.1 over 1: atan(0.2) = 11.3 degrees
+  save_image(a, folder / "a.png", {ImageFormat::png16});
+  save_image(b, folder / "b.png", {ImageFormat::png16});
+  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "a.png"}).exit_code, 0);
+  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png"}).exit_code, 1);
+  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-angle", "11.4"}).exit_code,
+            0);
+  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-angle", "11.2"}).exit_code,
+            1);
+  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-error", "0.11"}).exit_code,
+            0);
+  EXPECT_EQ(
+      run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-mean-angle", "0.1"}).exit_code,
+      1);
+  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-mean-angle", "0.2",
+                      "--json", folder / "d.json"})
+                .exit_code,
+            0);
+  const nlohmann::json report = read_json(folder / "d.json");
+  EXPECT_NEAR(report["max_angle_degrees"].get<double>(), 11.31, 0.01);
+  EXPECT_EQ(report["worst"], (std::vector<int>{3, 4}));
+  expect_failure({"diff", folder / "a.png", folder / "none.png"}, 3, {"none.png"});
+}
+
+TEST(Command, RefusesBadUsage) {
+  const fs::path scene = make_scene(500);
+  const std::string high = scene / "high.obj";
+  const std::string low = scene / "low.obj";
+  const fs::path out = scene / "out";
+  const auto bake = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"bake", high, low, "--out", out};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  expect_failure({}, 2, {"help"});
+  expect_failure({"fry"}, 2, {"fry"});
+  expect_failure({"bake"}, 2, {"HIGH"});
+  expect_failure({"bake", high, low}, 2, {"--out"});
+  expect_failure(bake({"--size", "0"}), 2, {"--size", "16384"}, out);
+  expect_failure(bake({"--size", "100000"}), 2, {"--size", "16384"}, out);
+  expect_failure(bake({"--size", "12x"}), 2, {"--size"}, out);
+  expect_failure(bake({"--size", "-5"}), 2, {"--size"}, out);
+  expect_failure(bake({"--maps", "normal,smell"}), 2, {"smell", "normal"}, out);
+  expect_failure(bake({"--match", "guess"}), 2, {"guess", "ray"}, out);
+  expect_failure(bake({"--max-distance", "0"}), 2, {"--max-distance"}, out);
+  expect_failure(bake({"--max-distance", "nan"}), 2, {"--max-distance"}, out);
+  expect_failure(bake({"--max-distance", "-1%"}), 2, {"--max-distance"}, out);
+  expect_failure(bake({"--samples", "0"}), 2, {"--samples"}, out);
+  expect_failure(bake({"--samples", "17"}), 2, {"--samples"}, out);
+  expect_failure(bake({"--gutter", "wide"}), 2, {"--gutter", "inf"}, out);
+  expect_failure(bake({"--raw"}), 2, {"--raw", "exr"}, out);
+  expect_failure(bake({"--dither"}), 2, {"--dither", "png8"}, out);
+  expect_failure(bake({"--faces", "100"}), 2, {"--faces", "LOW"}, out);
+  expect_failure(bake({"--cage", "1%", "--cage-mesh", low}), 2, {"--cage"}, out);
+  expect_failure(bake({"--save-match", "a.exr", "--load-match", "a.exr"}), 2, {"--load-match"},
+                 out);
+  expect_failure(bake({"--space", "object", "--two-component"}), 2, {"two-component"}, out);
+  expect_failure({"bake", high, "--out", out, "--unwrap"}, 2, {"--unwrap"}, out);
+  expect_failure({"bake", high, "--out", out, "--faces", "0"}, 2, {"--faces"}, out);
+  expect_failure({"simplify", high, "--out", scene / "low.ply"}, 2, {".obj"});
+}
+
+TEST(Command, NamesTheFileAndTheRemedyForBadInput) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(500);
+  const std::string high = scene / "high.obj";
+  const std::string low = scene / "low.obj";
+  const fs::path out = scene / "out";
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(scene / name, std::ios::binary) << text;
+    return (scene / name).string();
+  };
+  const auto expect_bad_high = [&](const std::string& path, const std::vector<std::string>& words) {
+    expect_failure({"bake", path, low, "--out", out}, 3, words, out);
+  };
+  expect_bad_high(scene / "none.ply", {"none.ply"});
+  expect_bad_high(scene, {scene.filename()});
+  expect_bad_high(write("empty.ply", ""), {"empty.ply", "empty"});
+  expect_bad_high(write("a.xyz", "1 2 3"), {"a.xyz", "OBJ"});
+  expect_bad_high(write("garbage.ply", std::string(2000, '\x93')), {"garbage.ply"});
+  expect_bad_high(write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), {"points.obj", "face"});
+  expect_bad_high(write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), {"flat"});
+  expect_bad_high(write("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), {"range.obj", "9"});
+  expect_bad_high(write("nan.obj", "v nan 0 0\nv nan 0 0\nv 0 nan 0\nf 1 2 3\n"), {"nan"});
+
+  // The light mesh.
+  const std::string plain = write("plain.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  expect_failure({"bake", high, plain, "--out", out}, 3, {"plain", "UV", "--unwrap"}, out);
+  const std::string zero =
+      write("zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 0 0\nvt 0 0\nf 1/1 2/2 3/3\n");
+  expect_failure({"bake", high, zero, "--out", out}, 3, {"zero", "UV"}, out);
+  expect_failure({"bake", high, low, "--out", out, "--cage-mesh", plain}, 3, {"cage"}, out);
+  expect_failure({"bake", high, low, "--out", out, "--load-match", plain}, 3, {"plain.obj"}, out);
+}
+
+TEST(Command, RefusesToWriteWhereItCannot) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(500);
+  const std::string high = scene / "high.obj";
+  const std::string low = scene / "low.obj";
+  expect_failure({"bake", high, low, "--out", scene / "no/such/folder"}, 5, {"no/such/folder"});
+  EXPECT_FALSE(fs::exists(scene / "no"));
+  expect_failure({"bake", high, low, "--out", high}, 5, {"high.obj", "folder"});
+  if (geteuid() != 0) {
+    fs::create_directory(scene / "locked");
+    fs::permissions(scene / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+    expect_failure({"bake", high, low, "--out", scene / "locked"}, 5, {"locked", "permissions"});
+  }
+  expect_failure({"bake", high, low, "--out", "/proc/self"}, 5, {"/proc/self"});
+  // A disk that fills up: a limit on file size stands in for it.
+  const fs::path out = scene / "full";
+  ProcessOptions options;
+  options.file_size_limit = 50000;
+  const ProcessResult result =
+      run_kiln({"bake", high, low, "--out", out, "--size", "512"}, options);
+  EXPECT_EQ(result.exit_code, 5) << result.errors;
+  EXPECT_NE(result.errors.find("low_normal.png"), std::string::npos) << result.errors;
+  EXPECT_TRUE(names(out).empty());
+}
+
+TEST(Command, InterruptEndsItWithinHalfASecondAndLeavesNothing) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(400000);
+  for (const double delay : {0.05, 0.4, 1.0, 2.0}) {
+    const fs::path out = scene / ("out" + std::to_string(delay));
+    ProcessOptions options;
+    options.interrupt_after_seconds = delay;
+    const ProcessResult result =
+        run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", out, "--size", "8192",
+                  "--samples", "3", "--max-distance", "10%"},
+                 options);
+    EXPECT_EQ(result.exit_code, 130) << result.errors;
+    EXPECT_LT(result.seconds_after_signal, 0.5) << "after " << delay << " s";
+    if (fs::exists(out)) {
+      EXPECT_TRUE(names(out).empty()) << names(out)[0];
+    }
+  }
+}
+
+TEST(Command, KillLeavesNoPartialMap) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(2000);
+  const fs::path out = scene / "out";
+  ProcessOptions options;
+  options.signal = 9;
+  // Somewhere while the file is written: try several moments.
+  for (const double delay : {0.5, 0.9, 1.3}) {
+    options.interrupt_after_seconds = delay;
+    run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", out, "--size", "4096",
+              "--max-distance", "10%"},
+             options);
+    if (!fs::exists(out)) continue;
+    for (const std::string& name : names(out)) {
+      if (name == "low_normal.png") {
+        EXPECT_EQ(load_image(out / name).width, 4096U);
+      }
+    }
+  }
+}
+
+TEST(Command, ShowsPlainLinesWithoutATerminalAndNothingWhenQuiet) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(500);
+  const std::vector<std::string> arguments = {"bake",  scene / "high.obj", scene / "low.obj",
+                                              "--out", scene / "out",      "--size",
+                                              "64",    "--max-distance",   "10%"};
+  const ProcessResult plain = run_kiln(arguments);
+  EXPECT_EQ(plain.errors.find('\r'), std::string::npos);
+  EXPECT_NE(plain.errors.find("baking"), std::string::npos);
+  EXPECT_NE(plain.output.find("wrote"), std::string::npos);
+  std::vector<std::string> quiet_arguments = arguments;
+  quiet_arguments.push_back("--quiet");
+  const ProcessResult quiet = run_kiln(quiet_arguments);
+  EXPECT_EQ(quiet.output, "");
+  EXPECT_EQ(quiet.errors, "");
+}
+
+TEST(Command, DevicesSaysWhatMatters) {
+  KILN_REQUIRE_DEVICE();
+  const ProcessResult result = run_kiln({"devices"});
+  EXPECT_EQ(result.exit_code, 0);
+  for (const char* word : {"driver", "memory", "largest buffer", "64-bit atomics", "rounded"}) {
+    EXPECT_NE(result.output.find(word), std::string::npos) << word;
+  }
+  const auto list = nlohmann::json::parse(run_kiln({"devices", "--json"}).output);
+  EXPECT_FALSE(list.empty());
+}
+
+TEST(Command, SaysHowToGetADeviceWhereThereIsNone) {
+  ProcessOptions options;
+  options.environment = {{"OCL_ICD_VENDORS", test::scratch_folder()}};
+  const fs::path scene = make_scene(500);
+  const ProcessResult result =
+      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out"}, options);
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_NE(result.errors.find("pocl-opencl-icd"), std::string::npos) << result.errors;
+  EXPECT_EQ(run_kiln({"devices"}, options).exit_code, 4);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,9 @@
+#include <kiln/kiln.h>
+
+int main() {
+  const kiln::Mesh high = kiln::load_mesh("high.ply");
+  const kiln::Mesh low = kiln::load_mesh("low.obj");
+  const kiln::Source source(kiln::Device::open(), high);
+  const kiln::BakeResult result = kiln::bake(source, low, {.width = 1024, .height = 1024});
+  kiln::save_image(result.maps.front().image, "normal.png", {.format = kiln::ImageFormat::png16});
+}

@@ -1,0 +1,92 @@
+#include "support/process.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <stdexcept>
+
+namespace kiln::test {
+namespace {
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+[[noreturn]] void become(const std::vector<std::string>& command, const ProcessOptions& options,
+                         int out, int err) {
+  dup2(out, STDOUT_FILENO);
+  dup2(err, STDERR_FILENO);
+  close(STDIN_FILENO);
+  for (const auto& [name, value] : options.environment) setenv(name.c_str(), value.c_str(), 1);
+  if (options.file_size_limit != 0) {
+    const rlimit limit{options.file_size_limit, options.file_size_limit};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  std::vector<char*> words;
+  for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  execvp(words[0], words.data());
+  _exit(127);
+}
+
+}  // namespace
+
+ProcessResult run_process(const std::vector<std::string>& command, const ProcessOptions& options) {
+  std::array<int, 2> out{}, err{};
+  if (pipe(out.data()) != 0 || pipe(err.data()) != 0) throw std::runtime_error("pipe");
+  const double start = now();
+  const pid_t child = fork();
+  if (child == 0) {
+    close(out[0]);
+    close(err[0]);
+    become(command, options, out[1], err[1]);
+  }
+  close(out[1]);
+  close(err[1]);
+  ProcessResult result;
+  std::array<pollfd, 2> streams{pollfd{out[0], POLLIN, 0}, pollfd{err[0], POLLIN, 0}};
+  int open_streams = 2;
+  double signalled = -1;
+  while (open_streams > 0) {
+    poll(streams.data(), streams.size(), 5);
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (streams[i].fd < 0 || streams[i].revents == 0) continue;
+      std::array<char, 65536> buffer{};
+      const ssize_t got = read(streams[i].fd, buffer.data(), buffer.size());
+      if (got > 0) {
+        (i == 0 ? result.output : result.errors)
+            .append(buffer.data(), static_cast<std::size_t>(got));
+      } else {
+        streams[i].fd = -1;
+        --open_streams;
+      }
+    }
+    const double elapsed = now() - start;
+    if (signalled < 0 && options.interrupt_after_seconds >= 0 &&
+        elapsed >= options.interrupt_after_seconds) {
+      kill(child, options.signal);
+      signalled = now();
+    }
+    if (elapsed > options.timeout_seconds) kill(child, SIGKILL);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  close(out[0]);
+  close(err[0]);
+  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  result.seconds = now() - start;
+  if (signalled >= 0) result.seconds_after_signal = now() - signalled;
+  return result;
+}
+
+ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions& options) {
+  arguments.insert(arguments.begin(), KILN_COMMAND);
+  return run_process(arguments, options);
+}
+
+}  // namespace kiln::test

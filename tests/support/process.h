@@ -1,0 +1,33 @@
+// Running a program and looking at what it did.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace kiln::test {
+
+struct ProcessOptions {
+  std::map<std::string, std::string> environment;  ///< Added to ours
+  double interrupt_after_seconds = -1;             ///< Send `signal` then
+  int signal = 2;
+  std::uint64_t file_size_limit = 0;  ///< Bytes (RLIMIT_FSIZE), 0: none
+  double timeout_seconds = 120;       ///< Killed then
+};
+
+struct ProcessResult {
+  int exit_code = -1;  ///< 128 + signal where a signal ended it
+  std::string output;  ///< Standard output
+  std::string errors;  ///< Standard error
+  double seconds = 0;
+  double seconds_after_signal = 0;
+};
+
+ProcessResult run_process(const std::vector<std::string>& command,
+                          const ProcessOptions& options = {});
+
+/// The kiln command of this build. \param arguments after the command's name
+ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions& options = {});
+
+}  // namespace kiln::test

@@ -1,0 +1,164 @@
+// Meshes and rays for tests of the ray family, and a way to cast them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "kiln/device.h"
+#include "ray.h"
+#include "support/environment.h"
+
+namespace kiln::test {
+
+struct Scene {
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  void add(Vec3 a, Vec3 b, Vec3 c) {
+    const auto first = static_cast<std::uint32_t>(positions.size());
+    positions.insert(positions.end(), {a, b, c});
+    triangles.push_back({first, first + 1, first + 2});
+  }
+};
+
+struct Ray {
+  Vec3 origin;
+  Vec3 direction;
+  float reach = 0;
+};
+
+inline Vec3 unit(Vec3 v) {
+  const float length = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+  return {v.x / length, v.y / length, v.z / length};
+}
+
+inline Vec3 random_unit(std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  return unit({normal(random), normal(random), normal(random)});
+}
+
+/// Triangles of about `size` in the unit cube around the origin.
+inline Scene random_soup(std::size_t count, unsigned seed, float size) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> place(-0.4f, 0.4f);
+  std::uniform_real_distribution<float> step(-size, size);
+  Scene scene;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 a{place(random), place(random), place(random)};
+    scene.add(a, {a.x + step(random), a.y + step(random), a.z + step(random)},
+              {a.x + step(random), a.y + step(random), a.z + step(random)});
+  }
+  return scene;
+}
+
+/// A closed sphere of radius about 0.4 with `rows` x 2 `rows` quads, its vertices moved by up to
+/// `bumps`: shared vertices, outward winding.
+inline Scene bumpy_sphere(int rows, unsigned seed, float bumps) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> bump(-bumps, bumps);
+  Scene scene;
+  const int columns = 2 * rows;
+  const float pi = 3.14159265f;
+  scene.positions.push_back({0, 0, 0.4f});
+  for (int row = 1; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const float theta = pi * static_cast<float>(row) / static_cast<float>(rows);
+      const float phi = 2 * pi * static_cast<float>(column) / static_cast<float>(columns);
+      const float r = 0.4f + bump(random);
+      scene.positions.push_back({r * std::sin(theta) * std::cos(phi),
+                                 r * std::sin(theta) * std::sin(phi), r * std::cos(theta)});
+    }
+  }
+  scene.positions.push_back({0, 0, -0.4f});
+  const auto at = [&](int row, int column) {
+    return static_cast<std::uint32_t>(1 + (row - 1) * columns + column % columns);
+  };
+  const auto last = static_cast<std::uint32_t>(scene.positions.size() - 1);
+  for (int column = 0; column < columns; ++column) {
+    scene.triangles.push_back({0, at(1, column), at(1, column + 1)});
+    for (int row = 1; row + 1 < rows; ++row) {
+      scene.triangles.push_back({at(row, column), at(row + 1, column), at(row + 1, column + 1)});
+      scene.triangles.push_back({at(row, column), at(row + 1, column + 1), at(row, column + 1)});
+    }
+    scene.triangles.push_back({at(rows - 1, column), last, at(rows - 1, column + 1)});
+  }
+  return scene;
+}
+
+/// What a cast wrote, on the host.
+struct Cast {
+  std::vector<std::uint32_t> triangle;
+  std::vector<float> u, v, distance;
+  std::vector<std::uint8_t> status;
+  bool hit(std::size_t i) const { return triangle[i] != 0xFFFFFFFFu; }
+  friend bool operator==(const Cast&, const Cast&) = default;
+};
+
+/// Planes as TexelBand has them, with `padding` more elements a plane that are not samples.
+inline std::vector<float> planes_of(const std::vector<Ray>& rays, std::size_t capacity) {
+  std::vector<float> planes(7 * capacity, 7.0f);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Ray& ray = rays[i];
+    const std::array<float, 7> values{ray.origin.x,    ray.origin.y,    ray.origin.z,
+                                      ray.direction.x, ray.direction.y, ray.direction.z,
+                                      ray.reach};
+    for (std::size_t plane = 0; plane < 7; ++plane) planes[plane * capacity + i] = values[plane];
+  }
+  return planes;
+}
+
+inline Cast cast(const RayCaster& caster, const std::vector<Ray>& rays, const RayQuery& query) {
+  cl::Context& context = device()->context();
+  const auto count = static_cast<std::uint32_t>(rays.size());
+  const std::uint32_t capacity = count + 5;
+  const std::vector<float> planes = planes_of(rays, capacity);
+  const cl::Array<float> points(context, std::span<const float>(planes));
+  Correspondence result(context, capacity + 3);
+  // Canaries: what lies beyond the samples must stay.
+  context.fill(result.triangle, std::uint32_t{0xABABABABu});
+  context.fill(result.barycentric, -77.0f);
+  context.fill(result.distance, -77.0f);
+  context.fill(result.status, std::uint8_t{0xAB});
+  caster.intersect(points, count, capacity, query, result);
+  Cast out;
+  out.triangle = result.triangle.download(context);
+  const std::vector<float> barycentric = result.barycentric.download(context);
+  out.distance = result.distance.download(context);
+  out.status = result.status.download(context);
+  out.u.assign(barycentric.begin(), barycentric.begin() + result.capacity);
+  out.v.assign(barycentric.begin() + result.capacity, barycentric.end());
+  for (std::size_t i = count; i < result.capacity; ++i) {
+    EXPECT_EQ(out.triangle[i], 0xABABABABu) << i;
+    EXPECT_EQ(out.u[i], -77.0f) << i;
+    EXPECT_EQ(out.v[i], -77.0f) << i;
+    EXPECT_EQ(out.distance[i], -77.0f) << i;
+    EXPECT_EQ(out.status[i], 0xAB) << i;
+  }
+  out.triangle.resize(count);
+  out.u.resize(count);
+  out.v.resize(count);
+  out.distance.resize(count);
+  out.status.resize(count);
+  return out;
+}
+
+inline std::vector<std::uint8_t> occluded(const RayCaster& caster, const std::vector<Ray>& rays,
+                                          const RayQuery& query) {
+  cl::Context& context = device()->context();
+  const auto count = static_cast<std::uint32_t>(rays.size());
+  const std::vector<float> planes = planes_of(rays, count);
+  const cl::Array<float> points(context, std::span<const float>(planes));
+  cl::Array<std::uint8_t> hit(context, count + 4);
+  context.fill(hit, std::uint8_t{0xAB});
+  caster.occluded(points, count, count, query, hit);
+  std::vector<std::uint8_t> out = hit.download(context);
+  for (std::size_t i = count; i < out.size(); ++i) EXPECT_EQ(out[i], 0xAB) << i;
+  out.resize(count);
+  return out;
+}
+
+}  // namespace kiln::test
