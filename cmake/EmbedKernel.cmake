@@ -69,5 +69,7 @@ file(WRITE "${OUTPUT}.new"
   "const char ${FAMILY}[] =\n${literals}    ;\n"
   "}  // namespace kiln::cl::embedded\n")
 file(RENAME "${OUTPUT}.new" "${OUTPUT}")
+string(REPLACE " " "\\ " dependencies "${dependencies}")
+string(REPLACE " " "\\ " target "${OUTPUT}")
 string(REPLACE ";" " \\\n  " dependency_text "${dependencies}")
-file(WRITE "${DEPFILE}" "${OUTPUT}: \\\n  ${dependency_text}\n")
+file(WRITE "${DEPFILE}" "${target}: \\\n  ${dependency_text}\n")
