@@ -4,4 +4,5 @@
 #include "shared/common.h"
 #include "shared/detail.h"
 #include "shared/match.h"
+#include "shared/render.h"
 #include "shared/texel.h"

@@ -1,3 +1,371 @@
-// Not written yet.
-#include "shared/common.h"
-kernel void kiln_render_nothing(global uint* a) { a[0] = 0; }
+// Render: orthographic pictures of meshes, shaded to make small detail readable.
+//
+// Camera rays go through the ray family; here are the steps around it. Normals are interpolated over the
+// hit triangle, or read from a normal map: the exact inverse of kernels/detail.cl (tangent frames after
+// Mikkelsen 2008, interpolated and not normalised). Light is a wrapped key, a fill and a rim light that
+// travel with the camera, a broad highlight, and a sky dimmed by ambient occlusion: directions with a
+// cosine distribution (Malley's method on Vogel's spiral, 1979), turned by a per-pixel angle of the R2
+// sequence (Roberts 2018), with light bounced between near surfaces after Jimenez et al. 2016,
+// "Practical Realtime Strategies for Accurate Indirect Occlusion", section 5.
+//
+// kernel                     global    local  memory traffic an item
+// kiln_render_camera         samples   64     writes 28 B
+// kiln_render_surface        samples   64     reads 36 B + a triangle's corners (gathered), writes 36 B
+// kiln_render_map            samples   64     reads 24 B + 152 B + 4 texels (gathered), writes 12 B
+// kiln_render_ambient_rays   samples   64     reads 40 B, writes 28 B
+// kiln_render_ambient_add    samples   64     reads 2 B, writes 1 B
+// kiln_render_shade          pixels    64     reads 17 B a sample, writes 12 B
+//
+// Strengths: the same bytes everywhere (no pow, no sin: only + - * / and square roots). Limits: one
+// hard-wired material and light; no shadows but ambient occlusion's.
+
+#include "shared/detail.h"
+#include "shared/render.h"
+
+#define TILE_PIXELS (KILN_RENDER_TILE * KILN_RENDER_TILE)
+
+static float3 render_cross(float3 a, float3 b) {
+#pragma OPENCL FP_CONTRACT OFF
+  return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static float render_dot(float3 a, float3 b) {
+#pragma OPENCL FP_CONTRACT OFF
+  return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+
+/// Unit vector along v; `fallback` where v has no direction.
+static float3 render_unit(float3 v, float3 fallback) {
+#pragma OPENCL FP_CONTRACT OFF
+  // Scaled first: the cross product of a small triangle's edges has a square that underflows.
+  const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
+  if (!(largest > 0.0f)) return fallback;
+  const float3 scaled = v / largest;
+  return scaled / sqrt(render_dot(scaled, scaled));
+}
+
+static float3 render_load(global const float* planes, size_t index, size_t capacity) {
+  return (float3)(planes[index], planes[index + capacity], planes[index + 2 * capacity]);
+}
+
+static void render_store(float3 value, global float* planes, size_t index, size_t capacity) {
+  planes[index] = value.x;
+  planes[index + capacity] = value.y;
+  planes[index + 2 * capacity] = value.z;
+}
+
+/// The picture's column and row of a pixel of this part. May lie outside where the last tiles do.
+static uint2 render_pixel(const kiln_render_params* params, uint pixel) {
+  const uint tile = params->first_tile + pixel / TILE_PIXELS;
+  const uint within = pixel % TILE_PIXELS;
+  return (uint2)(tile % params->tile_columns * KILN_RENDER_TILE + within % KILN_RENDER_TILE,
+                 tile / params->tile_columns * KILN_RENDER_TILE + within / KILN_RENDER_TILE);
+}
+
+/// Rays of the part's samples, from beyond the mesh's bounding sphere (radius 1/2 around the origin).
+kernel void kiln_render_camera(const kiln_render_params params, global float* restrict points) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.sample_count) return;
+  const uint per_pixel = params.samples * params.samples;
+  const uint2 pixel = render_pixel(&params, (uint)i / per_pixel);
+  const uint sub = (uint)i % per_pixel;
+  const float n = (float)params.samples;
+  const float x = (float)pixel.x + ((float)(sub % params.samples) + 0.5f) / n;
+  const float y = (float)pixel.y + ((float)(sub / params.samples) + 0.5f) / n;
+  const float3 toward = vload3(0, params.toward);
+  const float3 position = vload3(0, params.right) * (params.left_edge + x * params.pixel) +
+                          vload3(0, params.up) * (params.top_edge - y * params.pixel) +
+                          toward * 0.75f;
+  const size_t capacity = params.capacity;
+  render_store(position, points, i, capacity);
+  render_store(-toward, points + 3 * capacity, i, capacity);
+  points[i + 6 * capacity] = 0.0f;
+}
+
+/// What the rays hit: position, face normal, shading normal.
+kernel void kiln_render_surface(const kiln_render_params params,
+                                global const uint* restrict hit_triangle,
+                                global const float* restrict hit_barycentric,
+                                global const uint* restrict position_indices,
+                                global const float* restrict positions,
+                                global const uint* restrict normal_indices,
+                                global const float* restrict normals,
+                                global float* restrict surface) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.sample_count) return;
+  const uint triangle = hit_triangle[i];
+  if (triangle == KILN_NO_TRIANGLE) return;
+  const size_t capacity = params.capacity;
+  const float u = hit_barycentric[i];
+  const float v = hit_barycentric[i + capacity];
+  const float w = 1.0f - u - v;
+  const uint3 corner = vload3(triangle, position_indices);
+  const float3 a = vload3(corner.x, positions);
+  const float3 b = vload3(corner.y, positions);
+  const float3 c = vload3(corner.z, positions);
+  const float3 toward = vload3(0, params.toward);
+  const float3 outward = render_unit(render_cross(b - a, c - a), toward);
+  float3 normal = outward;
+  if (params.flat == 0u) {
+    const uint3 index = vload3(triangle, normal_indices);
+    const float3 sum = vload3(index.x, normals) * w + vload3(index.y, normals) * u +
+                       vload3(index.z, normals) * v;
+    normal = render_unit(sum, outward);
+  }
+  const float side = render_dot(outward, toward) < 0.0f ? -1.0f : 1.0f;
+  render_store(a * w + b * u + c * v, surface + KILN_SURFACE_POSITION * capacity, i, capacity);
+  render_store(outward * side, surface + KILN_SURFACE_FACE * capacity, i, capacity);
+  render_store(normal * side, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
+}
+
+/// Three channels of a texel, [0, KILN_RENDER_MAP_ONE].
+static float3 render_texel(global const ushort* map, int x, int y, int width) {
+  return convert_float3(vload3((size_t)y * (size_t)width + (size_t)x, map));
+}
+
+/// Replaces the shading normal by the map's.
+kernel void kiln_render_map(const kiln_render_map_params params,
+                            global const uint* restrict hit_triangle,
+                            global const float* restrict hit_barycentric,
+                            global const kiln_low_shading* restrict shading,
+                            global const float* restrict uvs,
+                            global const ushort* restrict map,
+                            global float* restrict surface) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const uint triangle = hit_triangle[i];
+  if (triangle == KILN_NO_TRIANGLE) return;
+  const size_t capacity = params.capacity;
+  const float u = hit_barycentric[i];
+  const float v = hit_barycentric[i + capacity];
+  const float w = 1.0f - u - v;
+
+  // Bilinear between texel centres, clamped to the edge; row 0 is at v = 1.
+  global const float* corner_uv = uvs + 6 * (size_t)triangle;
+  const float2 uv = vload2(0, corner_uv) * w + vload2(1, corner_uv) * u + vload2(2, corner_uv) * v;
+  const float x = uv.x * (float)params.width - 0.5f;
+  const float y = (1.0f - uv.y) * (float)params.height - 0.5f;
+  const float x_floor = floor(x);
+  const float y_floor = floor(y);
+  const int right = (int)params.width - 1;
+  const int bottom = (int)params.height - 1;
+  // Coordinates far outside the square, and not-a-number, end at an edge.
+  const int x_texel = convert_int_sat(x_floor);
+  const int y_texel = convert_int_sat(y_floor);
+  const int x0 = clamp(x_texel, 0, right);
+  const int y0 = clamp(y_texel, 0, bottom);
+  const int x1 = clamp(x_texel, -1, right - 1) + 1;
+  const int y1 = clamp(y_texel, -1, bottom - 1) + 1;
+  const float fx = x - x_floor;
+  const float fy = y - y_floor;
+  const int width = (int)params.width;
+  const float3 above = render_texel(map, x0, y0, width) * (1.0f - fx) +
+                       render_texel(map, x1, y0, width) * fx;
+  const float3 below = render_texel(map, x0, y1, width) * (1.0f - fx) +
+                       render_texel(map, x1, y1, width) * fx;
+  const float3 texel = above * (1.0f - fy) + below * fy;
+  float3 value = texel * (2.0f / KILN_RENDER_MAP_ONE) - 1.0f;
+  value.y *= params.y_scale;
+
+  global const kiln_low_shading* low = shading + triangle;
+  const float3 face_normal = vload3(0, low->face_normal);
+  float3 normal = value;
+  if (params.space == KILN_SPACE_TANGENT) {
+    const float3 n = vload3(0, low->normal) * w + vload3(1, low->normal) * u +
+                     vload3(2, low->normal) * v;
+    const float3 t = vload3(0, low->tangent) * w + vload3(1, low->tangent) * u +
+                     vload3(2, low->tangent) * v;
+    normal = t * value.x + render_cross(n, t) * (low->sign * value.y) + n * value.z;
+  } else if (params.space == KILN_SPACE_FACE) {
+    const float3 t = vload3(0, low->face_tangent);
+    normal = t * value.x + render_cross(face_normal, t) * value.y + face_normal * value.z;
+  }
+  normal = render_unit(normal, face_normal);
+  const float3 facing = render_load(surface + KILN_SURFACE_FACE * capacity, i, capacity);
+  if (render_dot(facing, face_normal) < 0.0f) normal = -normal;
+  render_store(normal, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
+}
+
+/// Rays of one pass of ambient occlusion: for sample s of its pixel, direction s + pass * N * N.
+/// \param disc  points of the unit disc, two floats each
+kernel void kiln_render_ambient_rays(const kiln_render_params params,
+                                     const uint pass,
+                                     global const uint* restrict hit_triangle,
+                                     global const float* restrict surface,
+                                     global const float* restrict disc,
+                                     global float* restrict points) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.sample_count) return;
+  const size_t capacity = params.capacity;
+  // Where nothing was hit: a ray that meets nothing.
+  float3 position = (float3)(4.0f, 4.0f, 4.0f);
+  float3 direction = (float3)(0.0f, 0.0f, 1.0f);
+  if (hit_triangle[i] != KILN_NO_TRIANGLE) {
+    const float3 face = render_load(surface + KILN_SURFACE_FACE * capacity, i, capacity);
+    position = render_load(surface + KILN_SURFACE_POSITION * capacity, i, capacity);
+    position += face * 2e-5f;
+
+    const uint per_pixel = params.samples * params.samples;
+    const uint2 pixel = render_pixel(&params, (uint)i / per_pixel);
+    const float2 point = vload2((uint)i % per_pixel + pass * per_pixel, disc);
+    // A turn by an angle of the pixel's own: its quarter, and within that by the tangent of half of it.
+    const uint turn = pixel.x * 0xC13FA9A9u + pixel.y * 0x91E10DA5u;
+    const float t = (float)(turn >> 16 & 0x3FFFu) * (1.0f / 16384.0f);
+    const float scale = 1.0f / (1.0f + t * t);
+    float2 angle = (float2)((1.0f - t * t) * scale, 2.0f * t * scale);
+    if ((turn & 0x40000000u) != 0u) angle = (float2)(-angle.y, angle.x);
+    if ((turn & 0x80000000u) != 0u) angle = -angle;
+    const float x = point.x * angle.x - point.y * angle.y;
+    const float y = point.x * angle.y + point.y * angle.x;
+    const float z = sqrt(max(0.0f, 1.0f - (x * x + y * y)));
+
+    // A basis around the normal (Duff et al. 2017).
+    const float3 n = render_load(surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
+    const float side = n.z < 0.0f ? -1.0f : 1.0f;
+    const float p = -1.0f / (side + n.z);
+    const float q = n.x * n.y * p;
+    const float3 s_axis = (float3)(1.0f + side * n.x * n.x * p, side * q, -side * n.x);
+    const float3 t_axis = (float3)(q, side + n.y * n.y * p, -n.y);
+    direction = s_axis * x + t_axis * y + n * z;
+    // An interpolated normal's hemisphere reaches below its face: mirrored, such a direction does not
+    // meet the face itself.
+    const float below = render_dot(direction, face);
+    if (below < 0.0f) direction -= face * (2.0f * below);
+    direction = render_unit(direction, face);
+  }
+  render_store(position, points, i, capacity);
+  render_store(direction, points + 3 * capacity, i, capacity);
+  points[i + 6 * capacity] = 0.0f;
+}
+
+/// Counts the rays that met nothing.
+kernel void kiln_render_ambient_add(const kiln_render_params params,
+                                    const uint pass,
+                                    global const uchar* restrict hit,
+                                    global uchar* restrict open) {
+  const size_t i = get_global_id(0);
+  if (i >= params.sample_count) return;
+  const uint before = pass == 0u ? 0u : (uint)open[i];
+  open[i] = (uchar)(before + (hit[i] == 0 ? 1u : 0u));
+}
+
+/// x^(5/12), x in [0, 1]: the power in sRGB's encoding, by a fourth and a sixth root.
+static float render_power_5_12(float x) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float root = sqrt(x);
+  // Cube root by Newton's method, from a guess that divides the exponent by 3.
+  float y = as_float(as_uint(root) / 3u + 709921077u);
+  y = (2.0f * y + root / (y * y)) / 3.0f;
+  y = (2.0f * y + root / (y * y)) / 3.0f;
+  y = (2.0f * y + root / (y * y)) / 3.0f;
+  return sqrt(root) * y;
+}
+
+/// Linear light to sRGB (IEC 61966-2-1).
+static float render_encode(float x) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float c = min(max(x, 0.0f), 1.0f);
+  return c <= 0.0031308f ? 12.92f * c : 1.055f * render_power_5_12(c) - 0.055f;
+}
+
+/// Light that a surface of some albedo receives where `open` of the sky is unoccluded, with what the
+/// occluders of the same albedo send back (Jimenez et al. 2016, equation 16).
+static float3 render_bounced(float open, float3 albedo) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float3 a = 2.0404f * albedo - 0.3324f;
+  const float3 b = -4.7951f * albedo + 0.6417f;
+  const float3 c = 2.7552f * albedo + 0.6903f;
+  return max((float3)(open), ((open * a + b) * open + c) * open);
+}
+
+/// Wrapped diffuse light: reaches past the horizon by `wrap`, softly.
+static float render_wrapped(float3 n, float3 light, float wrap) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float x = max(0.0f, (render_dot(n, light) + wrap) / (1.0f + wrap));
+  return x * (0.35f + 0.65f * x);
+}
+
+/// Radiance of the material. \param n  unit normal seen from the camera: right, up, towards the viewer
+static float3 render_shaded(float3 n, float open) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float3 albedo = (float3)(0.60f, 0.505f, 0.425f);
+  const float3 key = (float3)(-0.5145f, 0.6860f, 0.5145f);
+  const float3 fill = (float3)(0.8321f, 0.0f, 0.5547f);
+  const float3 rim = (float3)(0.4243f, 0.5657f, -0.7071f);
+  const float3 half_way = (float3)(-0.2957f, 0.3942f, 0.8702f);  // between key and viewer
+
+  const float3 sky = (float3)(0.43f, 0.47f, 0.53f);
+  const float3 ground = (float3)(0.30f, 0.25f, 0.21f);
+  const float height = n.y * 0.5f + 0.5f;
+  const float3 ambient = (ground + (sky - ground) * height) * render_bounced(open, albedo);
+  // Hollows see less of the large soft lights, too.
+  const float hollow = 0.35f + 0.65f * open;
+  const float3 lights = (float3)(1.02f, 0.98f, 0.92f) * render_wrapped(n, key, 0.15f) +
+                        (float3)(0.17f, 0.20f, 0.25f) * render_wrapped(n, fill, 0.3f);
+  const float grazing = max(0.0f, 1.0f - max(0.0f, n.z));
+  const float edge = grazing * grazing * max(0.0f, render_dot(n, rim));
+  float gloss = max(0.0f, render_dot(n, half_way));
+  gloss *= gloss;
+  gloss *= gloss;
+  gloss *= gloss;
+  gloss *= gloss;  // to the 16th
+  return albedo * (ambient + lights * hollow) + (0.09f * gloss + 0.9f * edge) * hollow;
+}
+
+/// Colours the part's pixels. With show_normals: the normal in world space as n/2 + 1/2, averaged over
+/// the samples that hit, 0 where none did. Else sRGB.
+kernel void kiln_render_shade(const kiln_render_params params,
+                              global const uint* restrict hit_triangle,
+                              global const float* restrict surface,
+                              global const uchar* restrict open,
+                              global float* restrict colors) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.pixel_count) return;
+  const uint per_pixel = params.samples * params.samples;
+  const size_t first = i * per_pixel;
+  const size_t capacity = params.capacity;
+  uint hits = 0u;
+  uint unoccluded = 0u;
+  for (size_t s = first; s < first + per_pixel; ++s) {
+    if (hit_triangle[s] == KILN_NO_TRIANGLE) continue;
+    ++hits;
+    if (params.ambient_passes != 0u) unoccluded += open[s];
+  }
+  const float sky = params.ambient_passes == 0u || hits == 0u
+                        ? 1.0f
+                        : (float)unoccluded / (float)(hits * params.ambient_passes);
+
+  const float3 right = vload3(0, params.right);
+  const float3 up = vload3(0, params.up);
+  const float3 toward = vload3(0, params.toward);
+  float3 sum = (float3)(0.0f);
+  for (size_t s = first; s < first + per_pixel; ++s) {
+    if (hit_triangle[s] == KILN_NO_TRIANGLE) continue;
+    const float3 n = render_load(surface + KILN_SURFACE_NORMAL * capacity, s, capacity);
+    sum += params.show_normals != 0u
+               ? n
+               : render_shaded((float3)(render_dot(n, right), render_dot(n, up),
+                                        render_dot(n, toward)),
+                               sky);
+  }
+  float3 color;
+  if (params.show_normals != 0u) {
+    color = hits == 0u ? (float3)(0.0f) : render_unit(sum, toward) * 0.5f + 0.5f;
+  } else {
+    const uint2 pixel = render_pixel(&params, (uint)i);
+    const float x = ((float)pixel.x + 0.5f) / (float)params.size - 0.5f;
+    const float y = ((float)pixel.y + 0.5f) / (float)params.size - 0.45f;
+    const float from_centre = min(1.0f, x * x + y * y);
+    const float3 background = (float3)(0.90f, 0.91f, 0.92f) -
+                              (float3)(0.36f, 0.35f, 0.33f) * from_centre;
+    sum += background * (float)(per_pixel - hits);
+    sum /= (float)per_pixel;
+    color = (float3)(render_encode(sum.x), render_encode(sum.y), render_encode(sum.z));
+  }
+  vstore3(color, i, colors);
+}

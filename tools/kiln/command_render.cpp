@@ -15,112 +15,216 @@ namespace {
 
 struct RenderArguments {
   std::string mesh, normal, reference, out, view = "30,15", space = "tangent", device, json;
-  std::uint32_t size = 512;
+  std::uint32_t size = 512, samples = 3, ambient_rays = 64;
   bool flip_y = false, z_up = false, flat = false, show_normals = false, quiet = false;
 };
 
-/// Pictures side by side.
+/// Pictures side by side, with a thin line between them.
 Image join(const std::vector<Image>& panels) {
+  const std::uint32_t gap = std::max(1U, panels[0].width / 256);
   Image sheet;
   sheet.channels = 3;
   for (const Image& panel : panels) {
-    sheet.width += panel.width;
+    sheet.width += panel.width + (sheet.width == 0 ? 0 : gap);
     sheet.height = std::max(sheet.height, panel.height);
   }
-  sheet.pixels.assign(std::size_t{sheet.width} * sheet.height * 3, 0);
+  sheet.pixels.assign(std::size_t{sheet.width} * sheet.height * 3, 1.0F);
   std::size_t left = 0;
   for (const Image& panel : panels) {
     for (std::size_t y = 0; y < panel.height; ++y) {
       std::copy_n(panel.at(0, y), std::size_t{panel.width} * 3, sheet.at(left, y));
     }
-    left += panel.width;
+    left += panel.width + gap;
   }
   return sheet;
 }
 
-/// How far the rendered normals are from the reference's, over the pixels that both cover.
-ImageDifference rendered_difference(const Device& device, const Mesh& high, const Mesh& low,
-                                    RenderOptions options) {
-  options.show_normals = true;
-  options.samples = 1;
-  const Image b = render(device, low, options);
-  options.normal_map = nullptr;
-  const Image a = render(device, high, options);
-  Image mask{a.width, a.height, 1, std::vector<float>(std::size_t{a.width} * a.height)};
-  for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
-    const auto covered = [&](const Image& image) {
-      const float* p = &image.pixels[i * 3];
-      return p[0] != 0 || p[1] != 0 || p[2] != 0;
-    };
-    mask.pixels[i] = covered(a) && covered(b) ? 1.0F : 0.0F;
-  }
-  return compare_images(a, b, &mask);
+/// Pictures one below the other.
+void append(Image& sheet, const Image& picture) {
+  sheet.width = picture.width;
+  sheet.height += picture.height;
+  sheet.channels = picture.channels;
+  sheet.pixels.insert(sheet.pixels.end(), picture.pixels.begin(), picture.pixels.end());
 }
 
-int run_render(const RenderArguments& arguments) {
-  Console console(arguments.quiet);
+/// World-space normals as seen from the view shown and along the six axes: the same pixels whatever the
+/// picture's own size, so that figures can be compared.
+constexpr int kMeasuredViews = 7;
+constexpr std::uint32_t kMeasuredSize = 512;
+Image rendered_normals(const Scene& scene, RenderOptions options, const Mesh& frame,
+                       bool ignore_map) {
+  options.show_normals = true;
+  options.samples = 1;
+  options.size = kMeasuredSize;
+  options.flat = false;
+  options.ignore_map = ignore_map;
+  options.frame = &frame;
+  Image sheet;
+  append(sheet, scene.draw(options));
+  constexpr double kViews[kMeasuredViews - 1][2] = {{0, 0},   {90, 0}, {180, 0},
+                                                    {270, 0}, {0, 90}, {0, -90}};
+  for (const auto& [azimuth, elevation] : kViews) {
+    options.azimuth_degrees = azimuth;
+    options.elevation_degrees = elevation;
+    append(sheet, scene.draw(options));
+  }
+  return sheet;
+}
+
+/// How far rendered normals are from the reference's, over the pixels that both cover.
+ImageDifference difference(const Image& reference, const Image& other) {
+  const auto covered = [](const Image& image, std::size_t i) {
+    const float* p = &image.pixels[i * 3];
+    return p[0] != 0 || p[1] != 0 || p[2] != 0;
+  };
+  Image mask{other.width, other.height, 1, {}};
+  mask.pixels.resize(std::size_t{other.width} * other.height);
+  for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
+    mask.pixels[i] = covered(reference, i) && covered(other, i) ? 1.0F : 0.0F;
+  }
+  return compare_images(reference, other, &mask);
+}
+
+Json figures(const ImageDifference& difference) {
+  return {{"mean_angle_degrees", difference.mean_angle_degrees},
+          {"p95_angle_degrees", difference.p95_angle_degrees},
+          {"p99_angle_degrees", difference.p99_angle_degrees},
+          {"pixels", difference.compared}};
+}
+
+/// Measures how near the light mesh comes to the reference, says so, and returns it for the report.
+Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
+             const RenderOptions& options, bool has_map) {
+  const Image reference = rendered_normals(high, options, frame, true);
+  const ImageDifference without =
+      difference(reference, rendered_normals(low, options, frame, true));
+  Json json = {{"views", kMeasuredViews}, {"without_map", figures(without)}};
+  char text[256];
+  if (has_map) {
+    const ImageDifference with =
+        difference(reference, rendered_normals(low, options, frame, false));
+    json["with_map"] = figures(with);
+    std::snprintf(text, sizeof text,
+                  "rendered normals against the original, %d views: mean %.2f degrees without the "
+                  "map, %.2f with it (95%%: %.2f, %.2f)",
+                  kMeasuredViews, without.mean_angle_degrees, with.mean_angle_degrees,
+                  without.p95_angle_degrees, with.p95_angle_degrees);
+  } else {
+    std::snprintf(text, sizeof text,
+                  "rendered normals against the original, %d views: mean %.2f degrees (95%%: %.2f)",
+                  kMeasuredViews, without.mean_angle_degrees, without.p95_angle_degrees);
+  }
+  console.line(text);
+  return json;
+}
+
+RenderOptions render_options(const RenderArguments& arguments) {
+  RenderOptions options;
+  options.size = arguments.size;
+  std::tie(options.azimuth_degrees, options.elevation_degrees) = parse_view(arguments.view);
+  options.samples = arguments.samples;
+  options.ambient_rays = arguments.ambient_rays;
+  options.z_up = arguments.z_up;
+  options.flat = arguments.flat;
+  options.show_normals = arguments.show_normals;
+  return options;
+}
+
+/// What would only be found out after the meshes were read.
+void check(const RenderArguments& arguments) {
   if (arguments.size < 1 || arguments.size > 8192) {
     throw Error(ErrorCode::usage,
                 "--size is " + std::to_string(arguments.size) + ": use 1 to 8192 pixels.");
   }
-  const std::filesystem::path out = arguments.out;
-  if (out.extension() != ".png") {
+  if (std::filesystem::path(arguments.out).extension() != ".png") {
     throw Error(ErrorCode::usage, "--out '" + arguments.out +
                                       "': the picture is a PNG, so the name must end in .png.");
   }
-  prepare_output_folder(out.parent_path());
+  if (arguments.flat && !arguments.normal.empty()) {
+    throw Error(ErrorCode::usage,
+                "--flat shows faces and --normal the map: leave one of them out. With --reference "
+                "and --normal the flat mesh is shown beside.");
+  }
+}
+
+int run_render(const RenderArguments& arguments) {
+  Console console(arguments.quiet);
+  Stopwatch watch;
+  check(arguments);
+  RenderOptions options = render_options(arguments);
+  prepare_output_folder(std::filesystem::path(arguments.out).parent_path());
   std::vector<Warning> warnings;
   const Mesh mesh = load_mesh(arguments.mesh, &warnings);
   std::optional<Mesh> reference;
   if (!arguments.reference.empty()) reference = load_mesh(arguments.reference, &warnings);
-  std::optional<Image> normal;
-  if (!arguments.normal.empty()) normal = load_image(arguments.normal);
-  const Device device = Device::open(arguments.device);
+  Image map_image;
+  NormalMap map;
+  if (!arguments.normal.empty()) {
+    map_image = load_image(arguments.normal);
+    map.image = &map_image;
+    map.flip_y = arguments.flip_y;
+    map.space = arguments.space == "object" ? NormalMapSpace::object
+                : arguments.space == "face" ? NormalMapSpace::face
+                                            : NormalMapSpace::tangent;
+  }
+  const double seconds_load = watch.lap();
 
-  RenderOptions options;
-  options.size = arguments.size;
-  std::tie(options.azimuth_degrees, options.elevation_degrees) = parse_view(arguments.view);
-  options.z_up = arguments.z_up;
-  options.flat = arguments.flat;
-  options.show_normals = arguments.show_normals;
-  options.flip_y = arguments.flip_y;
-  options.space = arguments.space == "object" ? NormalMapSpace::object
-                  : arguments.space == "face" ? NormalMapSpace::face
-                                              : NormalMapSpace::tangent;
-  if (reference) options.frame = &*reference;
+  const Device device = Device::open(arguments.device);
+  const Scene low(device, mesh, map);
+  warnings.insert(warnings.end(), low.warnings().begin(), low.warnings().end());
+  std::optional<Scene> high;
+  if (reference) {
+    high.emplace(device, *reference);
+    warnings.insert(warnings.end(), high->warnings().begin(), high->warnings().end());
+    options.frame = &*reference;
+  }
+  const double seconds_build = watch.lap();
 
   std::vector<Image> panels;
-  if (reference) panels.push_back(render(device, *reference, options));
-  if (reference && normal) {
-    RenderOptions plain = options;
-    plain.flat = true;
-    panels.push_back(render(device, mesh, plain));
+  if (high) panels.push_back(high->draw(options));
+  if (high && map.image != nullptr) {
+    RenderOptions flat = options;
+    flat.flat = true;
+    panels.push_back(low.draw(flat));
   }
-  if (normal) options.normal_map = &*normal;
-  panels.push_back(render(device, mesh, options));
-  save_image(join(panels), out, {ImageFormat::png8});
+  panels.push_back(low.draw(options));
+  const double seconds_draw = watch.lap();
+  save_image(join(panels), arguments.out, {ImageFormat::png8});
+  const double seconds_save = watch.lap();
 
   for (const Warning& warning : warnings) console.warning(warning.message);
-  Json json = {{"version", version()},
-               {"device", describe(device.info())},
-               {"outputs", {arguments.out}},
-               {"warnings", describe(warnings)}};
-  if (reference) {
-    const ImageDifference difference = rendered_difference(device, *reference, mesh, options);
-    char text[256];
-    std::snprintf(
-        text, sizeof text,
-        "rendered normals against the reference: mean %.2f, 95%% %.2f degrees over %s pixels",
-        difference.mean_angle_degrees, difference.p95_angle_degrees,
-        with_commas(difference.compared).c_str());
-    console.line(text);
-    json["rendered_normals"] = {{"pixels", difference.compared},
-                                {"mean_angle_degrees", difference.mean_angle_degrees},
-                                {"p95_angle_degrees", difference.p95_angle_degrees},
-                                {"p99_angle_degrees", difference.p99_angle_degrees}};
-  }
+  Json rendered;
+  if (high) rendered = measure(console, *high, low, *reference, options, map.image != nullptr);
   console.line("wrote " + arguments.out);
-  if (!arguments.json.empty()) save_text(arguments.json, json.dump(2) + "\n");
+  if (!arguments.json.empty()) {
+    Json inputs = {{"mesh", describe(mesh, arguments.mesh)}};
+    if (reference) inputs["reference"] = describe(*reference, arguments.reference);
+    Json json = {{"version", version()},
+                 {"device", describe(device.info())},
+                 {"inputs", inputs},
+                 {"options",
+                  {{"size", arguments.size},
+                   {"samples", arguments.samples},
+                   {"ambient_rays", arguments.ambient_rays},
+                   {"view", {options.azimuth_degrees, options.elevation_degrees}},
+                   {"z_up", arguments.z_up},
+                   {"flat", arguments.flat},
+                   {"normals", arguments.show_normals},
+                   {"normal_map", arguments.normal},
+                   {"space", arguments.space},
+                   {"flip_y", arguments.flip_y}}},
+                 {"outputs", {arguments.out}},
+                 {"seconds",
+                  {{"load", seconds_load},
+                   {"build", seconds_build},
+                   {"draw", seconds_draw},
+                   {"save", seconds_save},
+                   {"measure", watch.lap()},
+                   {"total", watch.total()}}},
+                 {"warnings", describe(warnings)}};
+    if (high) json["rendered_normals"] = rendered;
+    save_text(arguments.json, json.dump(2) + "\n");
+  }
   return 0;
 }
 
@@ -143,7 +247,15 @@ Run add_render(CLI::App& app) {
   command->add_option("--view", a->view, "AZ,EL in degrees: 0,0 looks at the front, from +Z")
       ->capture_default_str();
   command->add_option("--size", a->size, "Pixels a side, 1 to 8192")->capture_default_str();
-  command->add_flag("--z-up", a->z_up, "The up axis is +Z (default +Y)");
+  command->add_option("--samples", a->samples, "N x N samples a pixel, 1 to 16")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  command
+      ->add_option("--ambient-rays", a->ambient_rays,
+                   "Rays a pixel for ambient occlusion, 0 (none) to 255")
+      ->check(CLI::Range(0, 255))
+      ->capture_default_str();
+  command->add_flag("--z-up", a->z_up, "The up axis is +Z (default +Y): the front is seen from -Y");
   command->add_flag("--flat", a->flat, "Face normals instead of smooth ones");
   command->add_flag("--normals", a->show_normals, "Colour by world-space normal");
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");

@@ -1,0 +1,53 @@
+// Structs of the render family: pictures of meshes.
+#ifndef KILN_SHARED_RENDER_H
+#define KILN_SHARED_RENDER_H
+
+#include "shared/common.h"
+
+/// Pixels are worked on in square tiles of this side, and the samples of a pixel follow each other:
+/// so rays that are neighbours in memory are neighbours in the picture.
+#define KILN_RENDER_TILE 8
+
+/// Planes of the array that holds what a camera ray hit.
+#define KILN_SURFACE_POSITION 0 // 3 planes: where
+#define KILN_SURFACE_FACE 3     // 3 planes: the face's unit normal, turned to the viewer
+#define KILN_SURFACE_NORMAL 6   // 3 planes: the shading normal, turned alike
+#define KILN_SURFACE_PLANES 9
+
+/// An orthographic camera in the mesh's frame, and the part of the picture that is being drawn.
+typedef struct kiln_render_params {
+  kiln_float right[3];     // unit, to the picture's right
+  kiln_float left_edge;    // along `right`, of the picture's left edge
+  kiln_float up[3];        // unit
+  kiln_float top_edge;     // along `up`, of the picture's top edge
+  kiln_float toward[3];    // unit, from the scene to the viewer
+  kiln_float pixel;        // side of a pixel
+  kiln_uint size;          // pixels a side
+  kiln_uint samples;       // N: N x N samples a pixel
+  kiln_uint first_tile;    // of this part
+  kiln_uint tile_columns;  // tiles in a row of the picture
+  kiln_uint pixel_count;   // of this part, a multiple of a tile's
+  kiln_uint sample_count;  // pixel_count * samples * samples
+  kiln_uint capacity;      // elements of one plane of the samples' arrays
+  kiln_uint flat;          // 1: face normals
+  kiln_uint show_normals;  // 1: the normal as a colour
+  kiln_uint ambient_passes;  // rays a sample for ambient occlusion; 0: none
+  kiln_uint padding[2];
+} kiln_render_params;
+KILN_CHECK_SIZE(kiln_render_params, 96);
+
+typedef struct kiln_render_map_params {
+  kiln_uint count;     // samples
+  kiln_uint capacity;  // elements of one plane of the samples' arrays
+  kiln_uint width;     // of the map, texels
+  kiln_uint height;
+  kiln_int space;      // KILN_SPACE_* (shared/detail.h)
+  kiln_float y_scale;  // -1: green points down
+  kiln_uint padding[2];
+} kiln_render_map_params;
+KILN_CHECK_SIZE(kiln_render_map_params, 32);
+
+/// Maps are held in 16 bits a channel, c * 65534 to the nearest: 0, 1/2 and 1 are exact.
+#define KILN_RENDER_MAP_ONE 65534
+
+#endif
