@@ -18,7 +18,8 @@ enum Coverage : std::uint8_t {
 };
 
 struct GutterOptions {
-  std::int32_t texels = 16;   ///< How far out; 0: none; -1: everywhere (push-pull)
+  std::int32_t texels = 16;   ///< How far out, up to 16384 (more is taken as that); 0: none;
+                              ///< -1: everywhere (push-pull)
   bool fill_missed = false;   ///< Also fill texels marked missed, however far from a baked one
   bool unit_vectors = false;  ///< Values are vectors: averages are normalised again
 };
@@ -30,7 +31,11 @@ struct GutterOptions {
 /// rest is filled by push-pull (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring of
 /// nearest values. Baked texels never change. Missed texels that are to be filled take push-pull values
 /// from baked ones and stay marked missed; missed texels that are not count as baked.
+/// The nearest texels are found on the device (kernels/image.cl), exactly, in bands of rows; values are
+/// copied and averaged on the host's threads. Nothing wraps around the borders. The same bytes on every
+/// device and number of threads. Where nothing is baked, nothing changes.
 /// \returns how many texels became gutter
+/// \throws Error(usage) for a width below -1, Error(device)
 std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
                           const GutterOptions& options);
 

@@ -14,14 +14,14 @@ namespace kiln {
 /// Hardware threads, or the KILN_THREADS environment variable where that is set.
 int thread_count();
 
-/// Calls body(begin, end) over [0, count) in pieces of `grain`, on thread_count() threads. Which
-/// thread takes which piece is not defined, so bodies must write to disjoint places. The first
-/// exception thrown is thrown again here, after all threads have stopped.
+/// Calls body(begin, end) over [0, count) in pieces of `grain`, on `thread_limit` threads
+/// (0: thread_count()). Which thread takes which piece is not defined, so bodies must write to disjoint
+/// places. The first exception thrown is thrown again here, after all threads have stopped.
 template <typename Body>
-void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
+void parallel_for(std::size_t count, std::size_t grain, const Body& body, int thread_limit = 0) {
   const std::size_t pieces = (count + grain - 1) / grain;
-  const auto threads = static_cast<std::size_t>(
-      std::min<std::size_t>(pieces, static_cast<std::size_t>(thread_count())));
+  const auto wanted = static_cast<std::size_t>(thread_limit > 0 ? thread_limit : thread_count());
+  const std::size_t threads = std::min(pieces, wanted);
   if (threads <= 1) {
     if (count != 0) body(std::size_t{0}, count);
     return;

@@ -21,6 +21,9 @@ double seconds_since(Clock::time_point start) {
 constexpr std::size_t kLocalSize = 64;
 // Bounds the work of one launch: a few milliseconds on a GPU, tens on a CPU.
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
+// KILN_BEAM_RAYS of kernels/lib/beam.clh.
+constexpr std::uint32_t kRaysPerBeam = 64;
+static_assert(kRaysPerLaunch % kRaysPerBeam == 0);
 
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
   if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
@@ -47,22 +50,7 @@ struct RayCaster::Impl {
     traversal = wanted != Traversal::automatic ? wanted
                 : context->info().is_gpu       ? Traversal::gpu
                                                : Traversal::cpu;
-    if (traversal == Traversal::gpu) {
-      defines = "-DKILN_RAY_SCALAR=1";
-      return;
-    }
-#if defined(__x86_64__)
-    // Whether the device's compiler has the x86 instruction is found out by building with it: only
-    // PoCL compiles for this very machine. Elsewhere the portable form is used.
-    if (context->info().platform.find("Portable Computing Language") != std::string::npos) {
-      try {
-        context->kernel("ray", "kiln_ray_closest_wide", "-DKILN_X86_MOVMSK=1");
-        defines = "-DKILN_X86_MOVMSK=1";
-      } catch (const Error&) {
-        defines.clear();
-      }
-    }
-#endif
+    if (traversal == Traversal::gpu) defines = "-DKILN_RAY_SCALAR=1";
   }
 
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity,
@@ -81,16 +69,15 @@ struct RayCaster::Impl {
   }
 
   template <typename... Results>
-  void launch(const std::string& family, const std::string& verb, kiln_ray_params params,
-              std::uint32_t count, const cl::Array<float>& points, const Results&... results) {
-    const std::string name =
-        "kiln_" + family + "_" + verb + (traversal == Traversal::gpu ? "_scalar" : "_wide");
+  void launch(const std::string& family, const std::string& name, std::uint32_t rays_per_item,
+              kiln_ray_params params, std::uint32_t count, const cl::Array<float>& points,
+              const Results&... results) {
     const cl::Kernel kernel = context->kernel(family, name, defines);
     for (std::uint32_t first = 0; first < count; first += params.end - first) {
       params.first = first;
       params.end = first + std::min(count - first, kRaysPerLaunch);
-      context->launch(kernel, params.end - first, kLocalSize, params, nodes, blocks, points,
-                      results...);
+      const std::size_t items = (params.end - first + rays_per_item - 1) / rays_per_item;
+      context->launch(kernel, items, kLocalSize, params, nodes, blocks, points, results...);
     }
   }
 };
@@ -123,15 +110,19 @@ void RayCaster::intersect(const cl::Array<float>& points, std::uint32_t count,
                           Correspondence& result) const {
   check_query(query, count, std::min(capacity, result.capacity));
   result.count = count;
-  impl_->launch("ray", "closest", impl_->params(query, capacity, result.capacity), count, points,
-                result.triangle, result.barycentric, result.distance, result.status);
+  const bool gpu = impl_->traversal == Traversal::gpu;
+  impl_->launch("ray", gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam",
+                gpu ? 1 : kRaysPerBeam, impl_->params(query, capacity, result.capacity), count,
+                points, result.triangle, result.barycentric, result.distance, result.status);
 }
 
 void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const RayQuery& query,
                          const cl::Array<std::uint8_t>& hit) const {
   check_query(query, count, capacity);
-  impl_->launch("occlusion", "any", impl_->params(query, capacity, capacity), count, points, hit);
+  const bool gpu = impl_->traversal == Traversal::gpu;
+  impl_->launch("occlusion", gpu ? "kiln_occlusion_any_scalar" : "kiln_occlusion_any_wide", 1,
+                impl_->params(query, capacity, capacity), count, points, hit);
 }
 
 const RayCaster::Stats& RayCaster::stats() const { return impl_->stats; }

@@ -1,3 +1,141 @@
-// Not written yet.
-#include "shared/common.h"
-kernel void kiln_image_nothing(global uint* a) { a[0] = 0; }
+// Gutters: the nearest source texel of every empty texel within a radius, exactly.
+//
+// Algorithm: the exact Euclidean distance transform in two passes over columns and rows (Saito and
+// Toriwaki 1994, "New algorithms for Euclidean distance transformation of an n-dimensional digitized
+// picture with applications"), cut off at the radius. Column pass: for each texel the nearest source in
+// its column, dy. Row pass: the least dx^2 + dy^2 among the neighbouring columns. Both work on eight
+// columns at once.
+//
+// Distance and offset travel in one integer, the key: d^2, then dy + bias, then dx + bias, from the
+// highest bits down. The row pass is then one addition and one unsigned minimum a candidate, and ties
+// go to the lowest row, then the lowest column, by themselves. Integers only: the same on any device.
+//
+// | kernel                     | items                          | local | traffic an item              |
+// | -------------------------- | ------------------------------ | ----- | ---------------------------- |
+// | kiln_image_gutter_columns  | stride/8 x ceil(rows/tile)     | 64    | 2 x 8 B x (tile + 2 radius)  |
+// |                            |                                |       | read, 3 x 8 keys x tile      |
+// | kiln_image_gutter_rows     | stride/8 x rows                | 64    | up to 8 keys x (2 radius + 1)|
+// |                            |                                |       | read (cached), 8 offsets     |
+//
+// Defines: KILN_GUTTER_WIDE=0 (default) or 1: keys of 32 bits for a radius up to 127, or of 64 bits
+// for one up to 16384.
+// Limits: work grows with the radius where sources are far; groups of eight sources cost nothing.
+#include "shared/image.h"
+
+#ifndef KILN_GUTTER_WIDE
+#define KILN_GUTTER_WIDE 0
+#endif
+
+#if KILN_GUTTER_WIDE
+typedef ulong gutter_key;
+typedef ulong8 gutter_key8;
+typedef uint gutter_offset;
+#define GUTTER_SHIFT KILN_GUTTER_WIDE_SHIFT
+#define GUTTER_FAR 0x7FFFFFFFul
+#define to_key8 convert_ulong8
+#define as_key8 as_ulong8
+#define to_offset8 convert_uint8
+#else
+typedef uint gutter_key;
+typedef uint8 gutter_key8;
+typedef ushort gutter_offset;
+#define GUTTER_SHIFT KILN_GUTTER_NARROW_SHIFT
+#define GUTTER_FAR 0x7FFFu
+#define to_key8 convert_uint8
+#define as_key8 as_uint8
+#define to_offset8 convert_ushort8
+#endif
+#define GUTTER_BIAS (1 << (GUTTER_SHIFT - 1))
+#define GUTTER_DISTANCE_SHIFT (2 * GUTTER_SHIFT)
+// Larger than the key of any distance, and still so after dx^2 was added without overflow.
+#define GUTTER_NONE ((gutter_key)GUTTER_FAR << GUTTER_DISTANCE_SHIFT)
+
+// One more than the distance before, or 0 on a source; never above `limit`.
+static int8 gutter_step(int8 before, uchar8 mask, int limit) {
+  const int8 empty = convert_int8(mask) - 1;  // -1 (all bits) where there is no source, else 0
+  return min(before + 1, (int8)limit) & empty;
+}
+
+/// Keys of the nearest source in each column.
+/// mask: [height][stride] 1 for a source, else 0. keys: [row_count][pad + stride + pad]; the
+/// caller fills the pads with bytes of 0x7F, further than any distance.
+kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
+                                      global const uchar* restrict mask,
+                                      global gutter_key* restrict keys) {
+  const uint item = (uint)get_global_id(0);
+  const uint groups = band.stride / 8;
+  const uint first = item / groups * band.tile_rows;
+  if (first >= band.row_count) return;
+  const uint x = item % groups * 8;
+  const uint last = min(first + band.tile_rows, band.row_count);
+  const int limit = (int)band.radius + 1;
+  const size_t key_stride = (size_t)band.stride + 2 * band.pad;
+  const int top = (int)(band.first_row + first);
+  const int bottom = (int)(band.first_row + last);  // one past
+
+  // Upward: the distance to the nearest source below, kept where the key will be.
+  int8 below = (int8)limit;
+  for (int y = min(bottom - 1 + (int)band.radius, (int)band.height - 1); y >= top; --y) {
+    below = gutter_step(below, vload8(0, mask + (size_t)y * band.stride + x), limit);
+    if (y < bottom) {
+      vstore8(to_key8(below), 0,
+              keys + (size_t)(y - (int)band.first_row) * key_stride + band.pad + x);
+    }
+  }
+  // Downward: the distance to the nearest above; the nearer of the two, above where they are equal.
+  int8 above = (int8)limit;
+  for (int y = max(top - (int)band.radius, 0); y < bottom; ++y) {
+    above = gutter_step(above, vload8(0, mask + (size_t)y * band.stride + x), limit);
+    if (y < top) continue;
+    global gutter_key* key = keys + (size_t)(y - (int)band.first_row) * key_stride + band.pad + x;
+    below = convert_int8(vload8(0, key));
+    const int8 distance = min(above, below);
+    const int8 offset = select(below, -above, above <= below);
+    const gutter_key8 found =
+        (to_key8(distance * distance) << GUTTER_DISTANCE_SHIFT) |
+        (to_key8(offset + GUTTER_BIAS) << GUTTER_SHIFT);
+    // All bits of the mask where there is none, in the key's own width.
+    const gutter_key8 none = (gutter_key8)0 - to_key8((uint8)1 & as_uint8(distance >= limit));
+    vstore8((found & ~none) | ((gutter_key8)GUTTER_NONE & none), 0, key);
+  }
+}
+
+static gutter_key gutter_largest(gutter_key8 keys) {
+  const gutter_key8 a = max(keys, keys.s45670123);
+  const gutter_key8 b = max(a, a.s23016745);
+  return max(b.s0, b.s1);
+}
+
+/// Offsets to the nearest source, 0 on sources and where there is none within the radius.
+/// offsets: [row_count][stride].
+kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
+                                   global const uchar* restrict mask,
+                                   global const gutter_key* restrict keys,
+                                   global gutter_offset* restrict offsets) {
+  const uint item = (uint)get_global_id(0);
+  const uint groups = band.stride / 8;
+  const uint row = item / groups;
+  if (row >= band.row_count) return;
+  const uint x = item % groups * 8;
+  const uchar8 source = vload8(0, mask + (size_t)(band.first_row + row) * band.stride + x);
+  global gutter_offset* out = offsets + (size_t)row * band.stride + x;
+  if (as_ulong(source) == 0x0101010101010101ul) {
+    vstore8(to_offset8((uint8)0), 0, out);
+    return;
+  }
+  const size_t key_stride = (size_t)band.stride + 2 * band.pad;
+  global const gutter_key* at = keys + (size_t)row * key_stride + band.pad + x;
+  const gutter_key radius = (gutter_key)band.radius;
+  gutter_key8 best = vload8(0, at) + (gutter_key)GUTTER_BIAS;
+  for (gutter_key dx = 1; dx <= radius; ++dx) {
+    const gutter_key far = (dx * dx << GUTTER_DISTANCE_SHIFT) + (gutter_key)GUTTER_BIAS;
+    // Columns further out cannot be nearer: asked now and then, since asking costs as much as looking.
+    if ((dx & 7) == 0 && gutter_largest(best) < far - (gutter_key)GUTTER_BIAS) break;
+    best = min(best, vload8(0, at - dx) + (far - dx));
+    best = min(best, vload8(0, at + dx) + (far + dx));
+  }
+  const gutter_key8 found = best >> GUTTER_DISTANCE_SHIFT;
+  const gutter_key8 low = best & (((gutter_key)1 << GUTTER_DISTANCE_SHIFT) - 1);
+  const gutter_key8 within = (gutter_key8)1 & as_key8(found <= radius * radius);
+  vstore8(to_offset8(low * within * (1 - to_key8(source))), 0, out);
+}

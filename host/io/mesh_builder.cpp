@@ -199,13 +199,8 @@ void MeshBuilder::place(Mesh& mesh) {
   mesh.positions.resize(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const Position& p = positions[i];
-    const auto narrow = [&](int k) {
-      const double value = p[k] - mesh.origin[k];
-      // The conversion of a value beyond float's range is undefined; only infinities get here.
-      return std::abs(value) > most ? static_cast<float>(std::copysign(infinity, value))
-                                    : static_cast<float>(value);
-    };
-    mesh.positions[i] = {narrow(0), narrow(1), narrow(2)};
+    mesh.positions[i] = {narrow(p[0] - mesh.origin[0]), narrow(p[1] - mesh.origin[1]),
+                         narrow(p[2] - mesh.origin[2])};
   }
 }
 
@@ -238,6 +233,17 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   if (uv_triangles_.empty()) uvs.clear();
   if (normal_triangles_.empty()) normals.clear();
   for (Vec3& normal : normals) normal = unit_or_zero(normal);
+  const auto bad =
+      static_cast<std::uint64_t>(std::count_if(uvs.begin(), uvs.end(), [](const Vec2& uv) {
+        return !std::isfinite(uv.x) || !std::isfinite(uv.y);
+      }));
+  if (bad != 0) {
+    input_.warn(
+        "non-finite-uvs",
+        std::to_string(bad) +
+            " UVs are NaN or infinite; they were kept, and triangles with them are skipped.",
+        bad);
+  }
   mesh.uvs = std::move(uvs);
   mesh.uv_triangles = std::move(uv_triangles_);
   mesh.normals = std::move(normals);

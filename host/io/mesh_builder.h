@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +15,16 @@
 #include "io/mesh_reader.h"
 
 namespace kiln {
+
+/// To single precision; beyond its range to infinity, where a plain conversion is undefined.
+inline float narrow(double value) {
+  constexpr double most = std::numeric_limits<float>::max();
+  if (std::abs(value) > most) {
+    return std::copysign(std::numeric_limits<float>::infinity(),
+                         static_cast<float>(value > 0 ? 1 : -1));
+  }
+  return static_cast<float>(value);
+}
 
 /// Collects a mesh in double precision and ends in a kiln::Mesh.
 ///

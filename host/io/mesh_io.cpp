@@ -122,7 +122,9 @@ void MeshInput::warn(std::string code, const std::string& message, std::uint64_t
   if (warnings != nullptr) warnings->push_back({std::move(code), file + ": " + message, count});
 }
 
-Mesh parse_mesh(const MeshInput& input, MeshFormat format) {
+Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
+  MeshInput input = given;
+  if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);  // UTF-8's mark
   if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
   const Guess content = guess(input.bytes);
   if (!content.name.empty() && content.format != format) {

@@ -58,8 +58,7 @@ class ObjReader {
     } else if (keyword == "vn") {
       double n[3];
       for (double& value : n) value = number("a normal has three numbers");
-      builder_.normals.push_back(
-          {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])});
+      builder_.normals.push_back({narrow(n[0]), narrow(n[1]), narrow(n[2])});
     } else if (keyword == "f") {
       face();
     } else if (keyword == "g" || keyword == "o") {
@@ -116,7 +115,7 @@ class ObjReader {
       }
       v = *value;
     }
-    builder_.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
+    builder_.uvs.push_back({narrow(u), narrow(v)});
   }
 
   /// From the file's 1-based or negative index to ours.

@@ -96,8 +96,7 @@ class OffReader {
     if (normals_) {
       double n[3];
       for (double& value : n) value = number(scan_.token_in_line(), i);
-      builder_.normals.push_back(
-          {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])});
+      builder_.normals.push_back({narrow(n[0]), narrow(n[1]), narrow(n[2])});
     }
     rest_.clear();
     for (std::string_view token = scan_.token_in_line(); !token.empty();
@@ -107,7 +106,7 @@ class OffReader {
     if (textured_) {
       if (rest_.size() < 2) fail("vertex " + std::to_string(i) + " has no texture coordinate");
       const double u = number(rest_[rest_.size() - 2], i), v = number(rest_[rest_.size() - 1], i);
-      builder_.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
+      builder_.uvs.push_back({narrow(u), narrow(v)});
       rest_.resize(rest_.size() - 2);
     }
     std::array<std::uint8_t, 4> rgba{255, 255, 255, 255};

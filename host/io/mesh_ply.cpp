@@ -1,6 +1,7 @@
 // PLY. The header and every count and index are checked here. Then binary files of the common kind
-// are read by OpenMesh, and the others here, because OpenMesh's reader narrows double coordinates to
-// float, stops at "nan" in text (and reports success with faces lost), and misreads extra lists.
+// are read by OpenMesh, and the others here, because OpenMesh 9's reader narrows double coordinates
+// to float, stops at "nan" in text (and reports success with faces lost), misreads extra lists, and
+// refuses "list uint".
 #include "io/mesh_ply.h"
 
 #include <algorithm>
@@ -173,7 +174,7 @@ class BodyReader {
       const double c = get(role) * color_scale;
       return static_cast<std::uint8_t>(std::lround(c > 0 ? std::min(c, 255.0) : 0.0));
     };
-    const auto single = [&](Role role) { return static_cast<float>(get(role)); };
+    const auto single = [&](Role role) { return narrow(get(role)); };
     builder.positions.reserve(element.count);
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
@@ -235,7 +236,7 @@ class BodyReader {
         } else if (property.role == Role::wedge_uvs && !check_only) {
           const std::uint64_t length = list_length(element, property, i);
           for (std::uint64_t k = 0; k < length; ++k) {
-            wedge_.push_back(static_cast<float>(source_.number(property.type)));
+            wedge_.push_back(narrow(source_.number(property.type)));
           }
         } else {
           skip_list(element, property, i);

@@ -235,6 +235,8 @@ bool openmesh_reads(const Header& header) {
   if (vertex.name != "vertex" || face.name != "face" || face.properties.size() != 1) return false;
   const Property& list = face.properties[0];
   if (list.role != Role::indices || size_of(list.type) != 4) return false;
+  // It refuses "list uint".
+  if (list.count_type != Type::uint8 && list.count_type != Type::int32) return false;
   return std::all_of(vertex.properties.begin(), vertex.properties.end(), [](const Property& p) {
     static constexpr std::string_view floats[] = {"x",  "y", "z", "nx", "ny",
                                                   "nz", "u", "v", "s",  "t"};

@@ -24,8 +24,8 @@ struct Image {
 };
 
 enum class ImageFormat {
-  exr_half,   ///< OpenEXR, 16-bit float, ZIP
-  exr_float,  ///< OpenEXR, 32-bit float, ZIP
+  exr_half,   ///< OpenEXR, 16-bit float, PIZ (lossless)
+  exr_float,  ///< OpenEXR, 32-bit float, PIZ (lossless)
   png16,      ///< PNG, 16 bits a channel, [0, 1] rounded to nearest
   png8,       ///< PNG, 8 bits a channel
 };
@@ -59,8 +59,14 @@ struct ImageDifference {
 };
 
 /// Compares two images as normal maps (n/2 + 1/2 in the first three channels) and by channel.
+///
+/// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. Where both vectors
+/// are zero it is 0 degrees, where one is, 180. A value that is not finite in one image only, or is so
+/// differently, counts as an error of 1 and an angle of 180 degrees. Percentiles are exact, by nearest
+/// rank: the smallest angle that at least 95% (99%) of the texels do not exceed. The result does not
+/// depend on the number of threads. Takes 8 bytes of memory a texel.
 /// \param mask  optional: texels whose first channel is 0 there are left out
-/// \throws Error(input) where sizes differ.
+/// \throws Error(input) where sizes or numbers of channels differ, or pixels are missing.
 ImageDifference compare_images(const Image& a, const Image& b, const Image* mask = nullptr);
 
 }  // namespace kiln

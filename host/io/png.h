@@ -1,0 +1,32 @@
+// PNG: 8 or 16 bits a channel, 1 to 4 channels (grey, grey and alpha, RGB, RGBA).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "kiln/image.h"
+
+namespace kiln {
+
+/// Writes with 8 or 16 bits a channel. Values are clamped to [0, 1] (NaN becomes 0), scaled in double
+/// precision and rounded to nearest, ties to even, so that k/255 and k/65535 come back as they were.
+/// With `dither` (8 bits), the fraction is compared with an ordered 8x8 threshold instead (Bayer 1973),
+/// which keeps such values too.
+///
+/// No gamma, colour-space or time chunk is written: maps are data, and the same image gives the same
+/// bytes.
+///
+/// Bands of rows are filtered and deflated on `threads` threads (0: all), each ending on a byte
+/// boundary (Z_SYNC_FLUSH), and joined to one zlib stream: the bands do not depend on the number of
+/// threads, so neither do the bytes. Cost and size for 4096^2 RGB16: see the source.
+/// \throws Error(output)
+void save_png(const Image& image, const std::filesystem::path& path, int bits, bool dither,
+              int threads);
+
+/// Reads any PNG: palettes and transparency are expanded, 1 to 16 bits become [0, 1] by division, gamma
+/// and colour profiles are left alone.
+/// \throws Error(input) that names the file. A header that promises more than the file can hold is
+///         refused before memory is taken.
+Image load_png(const std::filesystem::path& path);
+
+}  // namespace kiln

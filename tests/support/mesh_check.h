@@ -1,0 +1,48 @@
+// What holds for every mesh that a reader returns.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+#include "kiln/mesh.h"
+
+namespace kiln::test {
+
+/// Empty where the mesh keeps the promises of kiln/mesh.h, else the first broken one.
+inline std::string broken_promise(const Mesh& mesh) {
+  const auto in_range = [](const std::vector<Triangle>& list, std::size_t pool) {
+    for (const Triangle& triangle : list) {
+      for (const std::uint32_t index : triangle) {
+        if (index >= pool) return false;
+      }
+    }
+    return true;
+  };
+  const std::size_t n = mesh.triangles.size();
+  if (n == 0) return "no triangles";
+  if (!in_range(mesh.triangles, mesh.positions.size())) return "vertex index out of range";
+  if (!in_range(mesh.uv_triangles, mesh.uvs.size())) return "UV index out of range";
+  if (!in_range(mesh.normal_triangles, mesh.normals.size())) return "normal index out of range";
+  if (!mesh.uv_triangles.empty() && mesh.uv_triangles.size() != n) return "UVs not parallel";
+  if (mesh.uv_triangles.empty() != mesh.uvs.empty()) return "UV pool without use";
+  if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
+    return "normals not parallel";
+  if (mesh.normal_triangles.empty() != mesh.normals.empty()) return "normal pool without use";
+  if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
+    return "colors not parallel";
+  if (!mesh.groups.empty() && mesh.groups.size() != n) return "groups not parallel";
+  for (const std::uint32_t group : mesh.groups) {
+    if (group >= mesh.group_names.size()) return "group out of range";
+  }
+  for (const double value : mesh.origin) {
+    if (!std::isfinite(value)) return "origin not finite";
+  }
+  for (const Vec3& v : mesh.normals) {
+    const double length = std::sqrt(double{v.x} * v.x + double{v.y} * v.y + double{v.z} * v.z);
+    if (length != 0 && !(std::abs(length - 1) < 1e-6)) return "normal neither unit nor zero";
+  }
+  return {};
+}
+
+}  // namespace kiln::test

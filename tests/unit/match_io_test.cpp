@@ -1,0 +1,165 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "kiln/bake.h"
+#include "support/environment.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
+  Match match;
+  match.width = width * samples;
+  match.height = height * samples;
+  match.samples = samples;
+  match.source_triangles = 123456;
+  std::mt19937 random(width);
+  const auto unit = [&] { return static_cast<float>(random() % 1000) / 1000.0F; };
+  for (std::size_t i = 0; i < std::size_t{match.width} * match.height; ++i) {
+    const auto status = static_cast<std::uint8_t>(random() % 5);
+    const bool hit = status >= 1 && status <= 3;
+    match.status.push_back(status);
+    match.triangle.push_back(hit ? static_cast<std::uint32_t>(random() % 123456) : 0xFFFFFFFFU);
+    match.u.push_back(hit ? unit() / 2 : 0);
+    match.v.push_back(hit ? unit() / 2 : 0);
+    match.distance.push_back(hit ? unit() - 0.5F : 0);
+  }
+  return match;
+}
+
+void expect_equal(const Match& a, const Match& b) {
+  EXPECT_EQ(a.width, b.width);
+  EXPECT_EQ(a.height, b.height);
+  EXPECT_EQ(a.samples, b.samples);
+  EXPECT_EQ(a.source_triangles, b.source_triangles);
+  EXPECT_EQ(a.triangle, b.triangle);
+  EXPECT_EQ(a.u, b.u);
+  EXPECT_EQ(a.v, b.v);
+  EXPECT_EQ(a.distance, b.distance);
+  EXPECT_EQ(a.status, b.status);
+}
+
+std::string input_error(const fs::path& path) {
+  try {
+    load_match(path);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input) << error.what();
+    EXPECT_NE(std::string(error.what()).find(path.string()), std::string::npos) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return {};
+}
+
+std::string contents(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+TEST(MatchIo, ComesBackAsItWas) {
+  const fs::path path = test::scratch_folder() / "match.exr";
+  for (const auto& [width, height] : {std::pair{1U, 1U}, std::pair{1U, 40U}, std::pair{65U, 33U}}) {
+    for (const std::uint32_t samples : {1U, 3U, 16U}) {
+      const Match match = make_match(width, height, samples);
+      save_match(match, path);
+      expect_equal(match, load_match(path));
+      const std::string bytes = contents(path);
+      save_match(match, path);
+      EXPECT_EQ(contents(path), bytes);
+    }
+  }
+}
+
+TEST(MatchIo, MatchesThatCannotBeAreNotSaved) {
+  const fs::path path = test::scratch_folder() / "match.exr";
+  const std::function<void(Match&)> changes[] = {
+      [](Match& m) { m.width = 0; },       [](Match& m) { m.samples = 0; },
+      [](Match& m) { m.samples = 17; },    [](Match& m) { m.samples = 5; },
+      [](Match& m) { m.u.pop_back(); },    [](Match& m) { m.status.push_back(0); },
+      [](Match& m) { m.triangle.clear(); }};
+  for (const auto& change : changes) {
+    Match match = make_match(8, 8, 1);
+    change(match);
+    try {
+      save_match(match, path);
+      ADD_FAILURE() << "was saved";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+    }
+  }
+  EXPECT_FALSE(fs::exists(path));
+}
+
+TEST(MatchIo, ImpossibleSamplesAreRefusedWhenRead) {
+  const fs::path path = test::scratch_folder() / "match.exr";
+  const std::function<void(Match&)> changes[] = {
+      [](Match& m) { m.triangle[77] = 123456; },
+      [](Match& m) { m.u[77] = 1.1F; },
+      [](Match& m) { m.v[77] = -0.1F; },
+      [](Match& m) { m.u[77] = m.v[77] = 0.6F; },
+      [](Match& m) { m.v[77] = std::numeric_limits<float>::quiet_NaN(); },
+      [](Match& m) { m.distance[77] = std::numeric_limits<float>::infinity(); },
+      [](Match& m) { m.status[77] = 5; }};
+  for (const auto& change : changes) {
+    Match match = make_match(10, 10, 1);
+    match.status[77] = 1;
+    match.triangle[77] = 5;
+    match.u[77] = match.v[77] = match.distance[77] = 0;
+    save_match(match, path);
+    load_match(path);
+    change(match);
+    save_match(match, path);
+    EXPECT_NE(input_error(path).find("sample 7, 7"), std::string::npos);
+  }
+}
+
+TEST(MatchIo, OtherFilesAreRefused) {
+  const fs::path folder = test::scratch_folder();
+  save_image(Image{4, 4, 3, std::vector<float>(48, 0.5F)}, folder / "map.exr");
+  EXPECT_NE(input_error(folder / "map.exr").find("channel"), std::string::npos);
+  save_image(Image{4, 4, 3, std::vector<float>(48, 0.5F)}, folder / "map.png",
+             {.format = ImageFormat::png8});
+  input_error(folder / "map.png");
+  input_error(folder / "missing.exr");
+  input_error(folder);
+}
+
+TEST(MatchIo, DamagedFilesNeverCrash) {
+  const fs::path path = test::scratch_folder() / "match.exr";
+  save_match(make_match(20, 20, 2), path);
+  const std::string whole = contents(path);
+  std::mt19937 random(1);
+  int refused = 0;
+  for (int i = 0; i < 1200; ++i) {
+    std::string bytes = whole;
+    if (i % 3 == 0) {
+      bytes.resize(random() % bytes.size());
+    } else {
+      const std::size_t range = i % 3 == 1 ? 600 : bytes.size();
+      bytes[random() % std::min(range, bytes.size())] = static_cast<char>(random());
+    }
+    std::ofstream(path, std::ios::binary) << bytes;
+    try {
+      const Match match = load_match(path);
+      EXPECT_EQ(match.status.size(), std::size_t{match.width} * match.height);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input) << error.what();
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 400);  // every truncated one at least
+}
+
+}  // namespace
+}  // namespace kiln

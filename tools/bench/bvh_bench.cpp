@@ -1,0 +1,57 @@
+// Building the hierarchy against Embree's build, on the same triangles and threads.
+//
+// bvh_bench [MESH]   default: procedural spheres of 69 thousand and 1.1 million triangles
+#include <cstdio>
+
+#include "bvh.h"
+#include "embree_peer.h"
+#include "geometry/frame.h"
+#include "kiln/error.h"
+#include "support.h"
+
+namespace kiln::bench {
+namespace {
+
+void bench_build(const Mesh& mesh, const DeviceInfo& info) {
+  const std::vector<Vec3> positions = Frame::of(mesh).to_frame(mesh);
+  const Bvh bvh = build_bvh(positions, mesh.triangles);
+  std::vector<double> ours;
+  std::vector<double> theirs;
+  for (int round = 0; round < 7; ++round) {
+    ours.push_back(seconds_of([&] { build_bvh(positions, mesh.triangles); }));
+    theirs.push_back(EmbreeScene(positions, mesh.triangles, false).build_seconds());
+  }
+  std::sort(ours.begin(), ours.end());
+  std::sort(theirs.begin(), theirs.end());
+  const auto faces = static_cast<double>(mesh.triangles.size());
+  const auto bytes = static_cast<double>(bvh.nodes().size_bytes() + bvh.blocks().size_bytes());
+  JsonLine line;
+  line.add("bench", "build").add("scene", mesh.name).add("triangles", faces);
+  line.add("seconds", ours[3]).add("embree_seconds", theirs[3]);
+  line.add("ratio_to_peer", theirs[3] / ours[3]);
+  line.add("bytes_per_triangle", bytes / faces);
+  line.add("triangles_per_leaf", faces / static_cast<double>(bvh.block_count));
+  line.add("depth", bvh.depth);
+  describe(line, info);
+  line.print();
+}
+
+}  // namespace
+}  // namespace kiln::bench
+
+int main(int argc, char** argv) {
+  using namespace kiln;
+  try {
+    const Device device = Device::open();
+    if (argc >= 2) {
+      bench::bench_build(load_mesh(argv[1]), device.info());
+    } else {
+      bench::bench_build(bench::procedural_sphere(69000, 0.01F, false), device.info());
+      bench::bench_build(bench::procedural_sphere(1100000, 0.01F, false), device.info());
+    }
+    return 0;
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return static_cast<int>(error.code());
+  }
+}

@@ -1,0 +1,58 @@
+// Embree as the peer: the same rays by each of its ways of casting them.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kiln/types.h"
+
+namespace kiln::bench {
+
+/// Planes of origins and directions, the range common to all.
+struct RayPlanes {
+  std::span<const float> planes;  ///< 7 planes of `capacity`, as TexelBand::points
+  std::size_t count = 0;
+  std::size_t capacity = 0;
+  float offset = 0;  ///< Origins are moved by this along the direction
+  float sign = 1;    ///< -1: against the direction
+  float t_min = 0;
+  float t_max = 1;
+  bool coherent = true;
+};
+
+struct RayResults {
+  std::vector<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE where nothing was hit
+  std::vector<float> t, u, v;
+};
+
+enum class EmbreeMode { one, packet8, packet16, stream_1m, stream_np };
+const char* embree_mode_name(EmbreeMode mode);
+inline constexpr EmbreeMode kEmbreeModes[] = {EmbreeMode::one, EmbreeMode::packet8,
+                                              EmbreeMode::packet16, EmbreeMode::stream_1m,
+                                              EmbreeMode::stream_np};
+
+class EmbreeScene {
+ public:
+  EmbreeScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool robust);
+  ~EmbreeScene();
+  EmbreeScene(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+  /// Nearest hits, on thread_count() threads over contiguous ranges.
+  void intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& results) const;
+  /// Any hit.
+  void occluded(const RayPlanes& rays, EmbreeMode mode, std::vector<std::uint8_t>& hit) const;
+
+  double build_seconds() const { return build_seconds_; }
+
+ private:
+  RTCDevice device_ = nullptr;
+  RTCScene scene_ = nullptr;
+  double build_seconds_ = 0;
+};
+
+}  // namespace kiln::bench

@@ -1,0 +1,67 @@
+// What the benchmarks share: scenes, timing, and one JSON line a result.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kiln/device.h"
+#include "kiln/mesh.h"
+
+namespace kiln::bench {
+
+/// A bumpy sphere of about `faces` triangles, its poles on z. With `uvs`, the latitude-longitude
+/// layout.
+Mesh procedural_sphere(std::size_t faces, float bumps, bool uvs);
+
+inline double seconds_of(const std::function<void()>& run) {
+  const auto start = std::chrono::steady_clock::now();
+  run();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// One way of doing the same work.
+struct Mode {
+  std::string name;
+  bool peer = false;  ///< Embree's
+  std::function<void()> run;
+  std::vector<double> seconds{};
+  std::vector<double> cpu_seconds{};  ///< Of all threads: steadier where others use the machine
+
+  static double median_of(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  }
+  double median() const { return median_of(seconds); }
+  double least() const { return *std::min_element(seconds.begin(), seconds.end()); }
+};
+
+/// Warms each mode up, then runs all of them in turn, round by round, since a machine's speed drifts:
+/// at least `rounds` rounds and half a second a mode.
+void run_rounds(std::vector<Mode>& modes, int rounds);
+
+/// {"a":1,...}: built up field by field.
+class JsonLine {
+ public:
+  JsonLine& add(const std::string& key, const std::string& value);
+  JsonLine& add(const std::string& key, double value);
+  void print() const;
+
+ private:
+  std::string text_;
+};
+
+/// Adds device, driver and threads.
+void describe(JsonLine& line, const DeviceInfo& info);
+
+/// One line a mode: Mitems/s (median and best) and the ratio to the best peer, round by round.
+void print_modes(const std::string& bench, const std::string& scene, const DeviceInfo& info,
+                 double items, const std::vector<Mode>& modes,
+                 const std::vector<std::pair<std::string, double>>& extra);
+
+}  // namespace kiln::bench
