@@ -81,7 +81,7 @@ void expect_bad_text(const std::string& name, const std::string& content,
   expect_bad(write_file(name, content), words);
 }
 
-// ---- a PLY writer for tests: any type, order and encoding ----------------------------------------
+// ---- a PLY writer for tests: any type, order and encoding ---------------------------------------
 
 class PlyText {
  public:
@@ -385,7 +385,7 @@ TEST(MeshIo, ReadsOffWithItsVariants) {
   EXPECT_EQ(full.mesh.normals, (std::vector<Vec3>{{0, 0, 1}, {0, 0, 1}, {0, 1, 0}}));
 }
 
-// ---- rules that all formats share ----------------------------------------------------------------
+// ---- rules that all formats share ---------------------------------------------------------------
 
 TEST(MeshIo, KeepsNonManifoldFaces) {
   // Four faces on one edge, one of them twice, and one turned.
@@ -577,7 +577,7 @@ TEST(MeshIo, KeepsDegenerateTrianglesAndLeavesOutShortFaces) {
   }
 }
 
-// ---- bad files -----------------------------------------------------------------------------------
+// ---- bad files ----------------------------------------------------------------------------------
 
 TEST(MeshIo, RefusesPathsThatAreNotFiles) {
   const fs::path folder = test::scratch_folder();
@@ -774,7 +774,7 @@ TEST(MeshIo, SurvivesWhatFuzzersFound) {
   EXPECT_GE(files, 4);
 }
 
-// ---- writing -------------------------------------------------------------------------------------
+// ---- writing ------------------------------------------------------------------------------------
 
 TEST(MeshIo, WritesWhatItReads) {
   Mesh mesh = load_text("edge.obj", hard_edge).mesh;
