@@ -167,8 +167,8 @@ void MeshBuilder::place(Mesh& mesh) {
   const double diagonal =
       extent > 0 ? extent * std::hypot(size[0] / extent, size[1] / extent, size[2] / extent) : 0;
   // Far from the world's origin: positions become relative to a point near the middle, rounded to a
-  // power of two above the diagonal. So nearly the same box gives the same origin, and position minus
-  // origin is exact in double.
+  // power of two above the diagonal. So nearly the same box gives the same origin, and position
+  // minus origin is exact in double.
   if (diagonal > 0 && std::isfinite(diagonal) && distance > 16 * diagonal) {
     const double step = std::exp2(std::ceil(std::log2(diagonal)));
     for (int k = 0; k < 3; ++k) {

@@ -1,6 +1,6 @@
 // OFF (Geomview's object file format, ASCII), read by Kiln itself: OpenMesh's reader learns what a
-// vertex line holds only from a file name (not from a stream), stops at comments and at NaN, does not
-// check that faces are there, and prints to the terminal.
+// vertex line holds only from a file name (not from a stream), stops at comments and at NaN, does
+// not check that faces are there, and prints to the terminal.
 #include <algorithm>
 #include <cmath>
 #include <string>

@@ -43,8 +43,8 @@ std::size_t size_of(Type type);
 Header parse_header(const MeshInput& input);
 
 /// Whether OpenMesh's reader gives every bit of this file: binary; single-precision coordinates; in
-/// the vertices nothing but coordinates, normals, UVs and 8-bit colours under their usual names; then
-/// faces with an index list and nothing else.
+/// the vertices nothing but coordinates, normals, UVs and 8-bit colours under their usual names;
+/// then faces with an index list and nothing else.
 bool openmesh_reads(const Header& header);
 
 /// Hands a binary file whose counts and indices have been checked to OpenMesh's reader, through an

@@ -25,8 +25,8 @@ struct MeshInput {
   void warn(std::string code, const std::string& message, std::uint64_t count) const;
 };
 
-/// Reads a mesh from memory: the readers below behind a check that the content is what `format` says.
-/// Never reads outside `bytes`; memory and time are linear in their number.
+/// Reads a mesh from memory: the readers below behind a check that the content is what `format`
+/// says. Never reads outside `bytes`; memory and time are linear in their number.
 /// \throws Error(input)
 Mesh parse_mesh(const MeshInput& input, MeshFormat format);
 

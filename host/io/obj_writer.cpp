@@ -49,8 +49,8 @@ class Writer {
   std::string buffer_;
 };
 
-/// Names end at the line's end: a control character would break the line, '#' start a comment, and a
-/// final backslash join the next line.
+/// Names end at the line's end: a control character would break the line, '#' start a comment, and
+/// a final backslash join the next line.
 std::string safe_name(const std::string& name) {
   std::string safe = name.empty() ? "default" : name;
   for (char& c : safe) {

@@ -11,10 +11,10 @@ namespace kiln {
 /// Splits a polygon of n >= 3 corners into n - 2 triangles of indices into `corners`.
 ///
 /// The corners are projected along the polygon's Newell normal (double precision). A convex polygon
-/// becomes the fan around corner 0. Others are cut by ear clipping (Meisters 1975), always taking the
-/// first ear after corner 0, so the result depends on nothing but the input. Where no ear is found (a
-/// polygon that crosses itself or has no area), or once the work passes 16 n^2 (at most 2^22) point
-/// tests, the remainder becomes a fan.
+/// becomes the fan around corner 0. Others are cut by ear clipping (Meisters 1975), always taking
+/// the first ear after corner 0, so the result depends on nothing but the input. Where no ear is
+/// found (a polygon that crosses itself or has no area), or once the work passes 16 n^2 (at most
+/// 2^22) point tests, the remainder becomes a fan.
 /// \param triangles  out: replaced
 /// \returns false where a fan had to stand in for ears
 bool triangulate(std::span<const std::array<double, 3>> corners,

@@ -15,7 +15,8 @@ namespace kiln {
 ///
 /// Every optional attribute is either empty or complete. Index arrays are parallel to `triangles`.
 /// Triangles keep the order of the file (polygons are split in place), and no triangle is ever left
-/// out: degenerate ones and ones with a non-finite corner stay, and are skipped where they are used.
+/// out: degenerate ones and ones with a non-finite corner stay, and are skipped where they are
+/// used.
 struct Mesh {
   std::string name;                 ///< Stem of the file, or any name; used in messages.
   std::array<double, 3> origin{};   ///< World position of a vertex = origin + positions[i]. Readers
@@ -56,16 +57,17 @@ struct Mesh {
 ///
 /// \param path      the file
 /// \param warnings  where to append what was imperfect but handled; may be null
-/// \throws Error(input) names the file, the place (line, byte or element) and the remedy: no file, no
-///         known format, another format than the name says, truncated, an index out of range, no
+/// \throws Error(input) names the file, the place (line, byte or element) and the remedy: no file,
+///         no known format, another format than the name says, truncated, an index out of range, no
 ///         faces, no finite vertex, no triangle with area, coordinates beyond float's range.
-/// Thread safety: may be called from several threads. Memory and time are linear in the file's size;
-/// about 0.2 s for a binary PLY or an OBJ of a million triangles on one core.
+/// Thread safety: may be called from several threads. Memory and time are linear in the file's
+/// size; about 0.2 s for a binary PLY or an OBJ of a million triangles on one core.
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
 
-/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups) with 9 significant
-/// digits, so that reading it back gives the same floats; 17 digits for the positions of a mesh with
-/// an origin. The file appears whole or not at all. About 0.4 s for a million triangles.
+/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups) with 9
+/// significant digits, so that reading it back gives the same floats; 17 digits for the positions
+/// of a mesh with an origin. The file appears whole or not at all. About 0.4 s for a million
+/// triangles.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before
 ///         anything is written
 /// \throws Error(output)
