@@ -168,8 +168,7 @@ void save_match(const Match& match, const std::filesystem::path& path) {
   check_sizes(match);
   AtomicFile file(path);
   Imf::Header header(static_cast<int>(match.width), static_cast<int>(match.height));
-  // Weights and distances are noise to any compression, triangles and statuses are not. Zlib's fastest
-  // level: the next ones take twice the time for 2% of the size.
+  // Zlib's fastest level: weights and distances hardly compress at any.
   header.compression() = Imf::ZIP_COMPRESSION;
   header.zipCompressionLevel() = 1;
   for (const ChannelType& channel : kChannels) {

@@ -36,12 +36,17 @@ struct SaveImageOptions {
   int threads = 0;      ///< For compression; 0 takes all cores.
 };
 
-/// Reads PNG (8 or 16 bit, to [0, 1]) or EXR (R, G, B, A or Y; half or float), chosen by content.
-/// \throws Error(input)
+/// Reads PNG (to [0, 1] by division, no gamma) or EXR (R, G, B, A or Y; half, float or unsigned int),
+/// chosen by content, not by name.
+/// \throws Error(input) that names the file, where it is missing, damaged or of another kind. A damaged
+///         file does not make it take memory that the file could not fill.
 Image load_image(const std::filesystem::path& path);
 
 /// Writes an image. The file appears whole or not at all, also when the disk is full or the process
-/// is killed. The same image gives the same bytes.
+/// is killed. The same image gives the same bytes, on any number of threads.
+///
+/// PNG: clamped to [0, 1] (NaN becomes 0), rounded to nearest, no gamma or colour profile, so that
+/// k/255 and k/65535 are kept exactly. EXR: as it is; half rounds to nearest even.
 /// \throws Error(output) for the disk, Error(usage) for an impossible size.
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
