@@ -58,8 +58,10 @@ kernel void kiln_ray_closest_beam(
   beam_rays rays;
   beam_bounds bounds;
   const uint count = min(params.end - first, (uint)KILN_BEAM_RAYS);
-  const bool beam =
-      count == KILN_BEAM_RAYS && beam_load(points, first, params, &rays, &bounds);
+  vfloat segment_lo[3][KILN_BEAM_VECTORS], segment_hi[3][KILN_BEAM_VECTORS];
+  const bool beam = count == KILN_BEAM_RAYS &&
+                    beam_load(points, first, params, &rays, segment_lo, segment_hi) &&
+                    beam_bound(params, &rays, segment_lo, segment_hi, &bounds);
   if (beam && beam_trace(nodes, blocks, two_way, &rays, &bounds)) {
     beam_store(first, params, &rays, points, triangle, barycentric, distance, status);
     return;

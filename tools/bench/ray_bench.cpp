@@ -1,7 +1,7 @@
 // Texel rays and occlusion rays against Embree, on the same rays and threads, in one run.
 //
-// ray_bench [HIGH LOW [SIZE [MODE]]]   default: a procedural pair, 2048. With MODE only modes run whose
-// names begin with it.
+// ray_bench [HIGH LOW [SIZE [MODES]]]   default: a procedural pair, 2048. MODES: only these run, such as
+// "kiln,embree 16".
 //
 // The texel rays are those of a bake with `--cage 1.2444% --max-distance 2.4887%`: from outside inward,
 // first hit. Embree has no run-time switch for facing, so the compared query keeps faces of both
@@ -94,7 +94,7 @@ class RayBench {
                          robust_.intersect(planes(band, query), EmbreeMode::packet8, band.peer);
                        }
                      }});
-    std::erase_if(modes, [&](const Mode& mode) { return !mode.name.starts_with(only_); });
+    keep_chosen(modes);
     run_rounds(modes, 5);
     print_modes("texel rays", high_.name, device_.info(), rays_, modes,
                 {{"rays", rays_},
@@ -171,7 +171,7 @@ class RayBench {
       modes.push_back({embree_mode_name(mode), true,
                        [this, &planes, &theirs, mode] { embree_.occluded(planes, mode, theirs); }});
     }
-    std::erase_if(modes, [&](const Mode& mode) { return !mode.name.starts_with(only_); });
+    keep_chosen(modes);
     run_rounds(modes, 5);
     print_modes("occlusion rays", high_.name, device_.info(), static_cast<double>(count), modes,
                 {{"rays", static_cast<double>(count)},
@@ -181,6 +181,14 @@ class RayBench {
   }
 
  private:
+  void keep_chosen(std::vector<Mode>& modes) const {
+    if (only_.empty()) return;
+    const std::string list = "," + only_ + ",";
+    std::erase_if(modes, [&](const Mode& mode) {
+      return list.find("," + mode.name + ",") == std::string::npos;
+    });
+  }
+
   static RayPlanes planes(const Band& band, const RayQuery& query) {
     return {band.host,
             band.device.sample_count,
