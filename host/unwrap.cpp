@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -296,6 +297,13 @@ double density_spread(const std::vector<Patch>& patches, const Layout& layout,
   return std::sqrt(squares / weight);
 }
 
+/// A number without trailing zeros.
+std::string plain(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
 void check(const Mesh& mesh, const UnwrapOptions& options) {
   if (options.size < 16 || options.size > 65536) {
     throw Error(ErrorCode::usage, "unwrap: size is " + std::to_string(options.size) +
@@ -369,7 +377,7 @@ Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report
         {"border-shrunk",
          std::to_string(report->charts) + " charts leave no room for a border of " +
              std::to_string(options.border_texels) + " texels at a size of " +
-             std::to_string(options.size) + "; it is " + std::to_string(report->border_texels) +
+             std::to_string(options.size) + "; it is " + plain(report->border_texels) +
              " texels: use a larger size or fewer faces",
          report->charts});
   }
