@@ -38,8 +38,8 @@ void check_mesh(const Mesh& low) {
         ErrorCode::input,
         "Mesh " + quoted(low) +
             " has no UVs, so there is nowhere to bake to. Unwrap it in a modelling tool, or "
-            "let Kiln make a light mesh with UVs: leave LOW out of `kiln bake`, or run `kiln "
-            "simplify`.");
+            "let Kiln do it: `kiln bake --unwrap` gives this mesh UVs, and `kiln bake` without "
+            "LOW makes a light mesh that has them.");
   }
   check_indices(low, low.triangles, low.positions.size(), "position");
   check_indices(low, low.uv_triangles, low.uvs.size(), "UV");

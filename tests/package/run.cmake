@@ -1,7 +1,7 @@
 # Installs Kiln to a fresh prefix, builds the consumer against it and runs it.
 #
 # Run as: cmake -DKIND=static|shared -DBUILT=<kiln's build folder of that kind, or empty>
-#               -DROOT=<kiln's sources> -DWORK=<scratch folder> -DWITH_BAKE=ON|OFF
+#               -DROOT=<kiln's sources> -DWORK=<scratch folder>
 #               -DGENERATOR=... -DCXX=... -P run.cmake
 #
 # Where BUILT is empty the library is built here first; that build is kept for the next run.
@@ -35,8 +35,7 @@ set(consumer ${WORK}/consumer)
 file(REMOVE_RECURSE ${prefix} ${consumer})
 run(${CMAKE_COMMAND} --install ${BUILT} --prefix ${prefix})
 # The build tree must not be what makes it work: its library is not what the consumer may link.
-run(${CMAKE_COMMAND} -S ${ROOT}/tests/package -B ${consumer} ${common} -DCMAKE_PREFIX_PATH=${prefix}
-    -DWITH_BAKE=${WITH_BAKE})
+run(${CMAKE_COMMAND} -S ${ROOT}/tests/package -B ${consumer} ${common} -DCMAKE_PREFIX_PATH=${prefix})
 run(${CMAKE_COMMAND} --build ${consumer})
 
 file(STRINGS ${consumer}/CMakeCache.txt found REGEX "^kiln_DIR:")
@@ -47,10 +46,8 @@ endif()
 set(ENV{LD_LIBRARY_PATH} "")
 run(${consumer}/probe)
 message(STATUS "${output}")
-if(WITH_BAKE)
-  set(scene ${WORK}/scene)
-  file(REMOVE_RECURSE ${scene})
-  file(COPY ${ROOT}/tests/package/high.ply ${ROOT}/tests/package/low.obj DESTINATION ${scene})
-  run(${CMAKE_COMMAND} -E chdir ${scene} ${consumer}/bake)
-  run(${CMAKE_COMMAND} -E chdir ${scene} ${consumer}/check)
-endif()
+set(scene ${WORK}/scene)
+file(REMOVE_RECURSE ${scene})
+file(COPY ${ROOT}/tests/package/high.ply ${ROOT}/tests/package/low.obj DESTINATION ${scene})
+run(${CMAKE_COMMAND} -E chdir ${scene} ${consumer}/bake)
+run(${CMAKE_COMMAND} -E chdir ${scene} ${consumer}/check)

@@ -4,6 +4,7 @@
 #include <exception>
 #include <map>
 #include <new>
+#include <string>
 
 #include "commands.h"
 #include "interrupt.h"
@@ -29,6 +30,12 @@ int main(int argc, char** argv) {
   commands["devices"] = cli::add_devices(app);
 
   try {
+    // CLI11 would say only that a command is missing.
+    if (argc > 1 && argv[1][0] != '-' && commands.count(argv[1]) == 0) {
+      std::string known;
+      for (const auto& [name, run] : commands) known += (known.empty() ? "" : ", ") + name;
+      throw CLI::ValidationError("", "there is no command '" + std::string(argv[1]) + "'; there are " + known);
+    }
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
