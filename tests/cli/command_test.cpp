@@ -129,6 +129,38 @@ TEST(Command, GivesTheSameBytesEveryTime) {
   EXPECT_EQ(bake("e", {"--traversal", "cpu"}, one_thread), expected);
 }
 
+TEST(Command, GivesTheSameBytesOnOtherImplementations) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(2000);
+  const auto bake = [&](const std::string& name, const std::string& launcher,
+                        const ProcessOptions& options) {
+    std::vector<std::string> command = {
+        KILN_COMMAND,     "bake",       scene / "high.obj", scene / "low.obj",
+        "--out",          scene / name, "--size",           "48",
+        "--max-distance", "10%",        "--samples",        "2"};
+    if (!launcher.empty()) command.insert(command.begin(), launcher);
+    const ProcessResult result = test::run_process(command, options);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    std::ifstream file(scene / name / "low_normal.png", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string expected = bake("here", "", {});
+  ASSERT_GT(expected.size(), 1000U);
+  bool any = false;
+  const fs::path rusticl = "/etc/OpenCL/vendors/rusticl.icd";
+  if (fs::exists(rusticl)) {
+    any = true;
+    ProcessOptions options;
+    options.environment = {{"OCL_ICD_VENDORS", rusticl}, {"RUSTICL_ENABLE", "llvmpipe"}};
+    EXPECT_EQ(bake("rusticl", "", options), expected) << "rusticl";
+  }
+  if (fs::exists("/usr/bin/oclgrind")) {
+    any = true;
+    EXPECT_EQ(bake("oclgrind", "/usr/bin/oclgrind", {}), expected) << "Oclgrind";
+  }
+  if (!any) GTEST_SKIP() << "no second OpenCL implementation is installed";
+}
+
 TEST(Command, SavedMatchBakesTheSameMap) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
