@@ -8,6 +8,7 @@
 #include "detail.h"
 #include "gutter.h"
 #include "kernels_shared.h"
+#include "matcher.h"
 #include "parallel.h"
 #include "source.h"
 #include "texels.h"
@@ -30,10 +31,6 @@ class Stopwatch {
 };
 
 [[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
-
-double to_frame_length(const Length& length, const Frame& frame) {
-  return (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
-}
 
 void check_length(const char* name, const Length& length, bool may_be_zero) {
   if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
@@ -69,22 +66,6 @@ void check_options(const BakeOptions& options) {
   }
 }
 
-RayQuery make_query(const BakeOptions& options, const Frame& frame) {
-  const auto distance = static_cast<float>(to_frame_length(options.max_distance, frame));
-  RayQuery query;
-  query.two_sided = options.two_sided;
-  query.t_max = distance;
-  if (options.cage_mesh != nullptr || options.cage) {
-    query.inward = true;
-    query.use_reach = options.cage_mesh != nullptr;
-    if (options.cage) query.offset = static_cast<float>(to_frame_length(*options.cage, frame));
-  } else {
-    query.t_min = -distance;
-    query.outward_first = true;
-  }
-  return query;
-}
-
 /// Sums of a band's correspondences. Distances are added per block in a fixed order.
 void count_samples(cl::Context& context, const Correspondence& match, double unit,
                    BakeReport& report, double& distance_sum) {
@@ -93,7 +74,7 @@ void count_samples(cl::Context& context, const Correspondence& match, double uni
   match.status.read(context, status);
   match.distance.read(context, distance);
   struct Sums {
-    std::array<std::uint64_t, 5> counts{};
+    std::array<std::uint64_t, 6> counts{};
     double distance = 0;
   };
   constexpr std::size_t kBlock = 1 << 16;
@@ -101,7 +82,7 @@ void count_samples(cl::Context& context, const Correspondence& match, double uni
   parallel_for(match.count, kBlock, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Sums& sums = blocks[i / kBlock];
-      ++sums.counts[std::min<std::size_t>(status[i], 4)];
+      ++sums.counts[std::min<std::size_t>(status[i], 5)];
       if (status[i] != KILN_STATUS_MISS) sums.distance += std::abs(distance[i]);
     }
   });
@@ -109,6 +90,7 @@ void count_samples(cl::Context& context, const Correspondence& match, double uni
     report.outward += sums.counts[KILN_STATUS_OUTWARD];
     report.inward += sums.counts[KILN_STATUS_INWARD];
     report.cage += sums.counts[KILN_STATUS_CAGE];
+    report.viewed += sums.counts[KILN_STATUS_VIEW];
     report.missed += sums.counts[KILN_STATUS_MISS];
     distance_sum += sums.distance * unit;
   }
@@ -159,7 +141,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   check_options(options);
   const Source::Impl& high = source.impl();
   cl::Context& context = high.device.context();
-  if (options.match != nullptr) check_match(*options.match, options, high.stats.triangles);
+  if (options.match != nullptr) check_match(*options.match, options, high.triangles.size());
 
   BakeResult result;
   BakeReport& report = result.report;
@@ -170,15 +152,17 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   TexelSampler sampler(context, surface,
                        {options.width, options.height, options.samples, 1U << 20});
   NormalDetail detail(context, surface, high.attributes, options);
-  const RayQuery query = make_query(options, high.frame);
-  report.max_distance = query.t_max * unit;
   report.seconds_texels = watch.lap();
+  const std::unique_ptr<Matcher> matcher = make_matcher(high, surface, options, report);
+  context.finish();
+  report.seconds_match = watch.lap() - report.seconds_build;
 
   const std::size_t texels = std::size_t{options.width} * options.height;
   Image image{options.width, options.height, 3, std::vector<float>(texels * 3)};
   result.coverage.resize(texels);
   if (options.keep_match) {
-    result.match = make_match(options.width, options.height, options.samples, high.stats.triangles);
+    result.match =
+        make_match(options.width, options.height, options.samples, high.triangles.size());
   }
   Correspondence match;
   cl::Array<float> band_image;
@@ -202,11 +186,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
       match = Correspondence(context, band.capacity);
     }
     match.count = band.sample_count;
-    if (options.match != nullptr) {
-      load_band(context, band, *options.match, unit, match);
-    } else if (band.sample_count != 0) {
-      high.rays->intersect(band.points, band.sample_count, band.capacity, query, match);
-    }
+    matcher->run(band, match);
     context.finish();
     report.seconds_match += watch.lap();
 

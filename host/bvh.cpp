@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/usable.h"
 #include "kiln/error.h"
 #include "parallel.h"
 
@@ -240,23 +241,7 @@ class Builder {
     return all;
   }
 
-  bool usable(const Triangle& triangle) const {
-    std::array<std::array<double, 3>, 3> p;
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Vec3& position = positions_[triangle[corner]];
-      if (!std::isfinite(position.x) || !std::isfinite(position.y) || !std::isfinite(position.z)) {
-        return false;
-      }
-      p[corner] = {position.x, position.y, position.z};
-    }
-    std::array<double, 3> a, b;
-    for (std::size_t i = 0; i < 3; ++i) {
-      a[i] = p[1][i] - p[0][i];
-      b[i] = p[2][i] - p[0][i];
-    }
-    // A product of two differences of floats is exact or nearly so: parallel edges give 0.
-    return a[1] * b[2] != a[2] * b[1] || a[2] * b[0] != a[0] * b[2] || a[0] * b[1] != a[1] * b[0];
-  }
+  bool usable(const Triangle& triangle) const { return has_area(positions_, triangle); }
 
   void fill_bins(const Range& range, const Mapping& mapping, Bins& bins) const {
     for (std::size_t i = range.begin; i < range.end; ++i) {

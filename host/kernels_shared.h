@@ -4,5 +4,7 @@
 #include "shared/common.h"
 #include "shared/detail.h"
 #include "shared/match.h"
+#include "shared/raster.h"
 #include "shared/render.h"
 #include "shared/texel.h"
+#include "shared/views.h"

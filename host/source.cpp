@@ -1,46 +1,86 @@
 #include "source.h"
 
+#include <chrono>
+
+#include "geometry/usable.h"
+
 namespace kiln {
+namespace {
+
+/// Makes `slot` at first use, and accounts for its time and its memory on the device.
+template <typename T, typename Make>
+T& made(std::unique_ptr<T>& slot, cl::Context& context, Source::Stats& stats, const Make& make) {
+  if (slot == nullptr) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::uint64_t before = context.device_bytes();
+    slot = make();
+    stats.device_bytes += context.device_bytes() - before;
+    stats.build_seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  return *slot;
+}
+
+}  // namespace
+
+Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted)
+    : device(opened),
+      frame(Frame::of(high)),
+      traversal(wanted),
+      positions(frame.to_frame(high)),
+      triangles(high.triangles) {
+  cl::Context& context = device.context();
+  const std::uint64_t before = context.device_bytes();
+  attributes = SourceAttributes(context, corner_normals(high, positions));
+  stats_.triangles = triangles.size();
+  stats_.skipped_triangles = count_without_area(positions, triangles);
+  stats_.device_bytes = context.device_bytes() - before;
+  stats_.diagonal = frame.diagonal;
+  const std::uint64_t skipped = stats_.skipped_triangles;
+  if (skipped == triangles.size()) {
+    throw Error(ErrorCode::input, "All " + std::to_string(skipped) + " triangles of '" + high.name +
+                                      "' have no area or are not finite: nothing can be baked from "
+                                      "it.");
+  }
+  if (skipped != 0) {
+    warnings.push_back({"source-skipped",
+                        std::to_string(skipped) + " of " + std::to_string(triangles.size()) +
+                            " triangles of '" + high.name +
+                            "' have no area or are not finite; rays pass through them.",
+                        skipped});
+  }
+}
+
+RayCaster& Source::Impl::rays() const {
+  const std::lock_guard lock(mutex_);
+  return made(rays_, device.context(), stats_, [&] {
+    return std::make_unique<RayCaster>(device.context(), positions, triangles, traversal);
+  });
+}
+
+Rasterizer& Source::Impl::raster() const {
+  const std::lock_guard lock(mutex_);
+  return made(raster_, device.context(), stats_,
+              [&] { return std::make_unique<Rasterizer>(device.context(), positions, triangles); });
+}
+
+Source::Stats Source::Impl::stats() const {
+  const std::lock_guard lock(mutex_);
+  return stats_;
+}
 
 Source::Source(const Device& device, const Mesh& high, RayTraversal traversal) {
   if (high.triangles.empty()) {
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
   }
-  cl::Context& context = device.context();
-  auto impl = std::make_shared<Impl>(Impl{device, Frame::of(high), nullptr, {}, {}, {}});
-  const std::uint64_t bytes_before = context.device_bytes();
-  const std::vector<Vec3> positions = impl->frame.to_frame(high);
-
-  Traversal kind = Traversal::automatic;
-  if (traversal == RayTraversal::cpu) kind = Traversal::cpu;
-  if (traversal == RayTraversal::gpu) kind = Traversal::gpu;
-  impl->rays = std::make_unique<RayCaster>(context, positions, high.triangles, kind);
-  impl->attributes = SourceAttributes(context, corner_normals(high, positions));
-
-  const RayCaster::Stats& tree = impl->rays->stats();
-  impl->stats.triangles = high.triangles.size();
-  impl->stats.skipped_triangles = tree.skipped;
-  impl->stats.device_bytes = context.device_bytes() - bytes_before;
-  impl->stats.build_seconds = tree.build_seconds;
-  impl->stats.diagonal = impl->frame.diagonal;
-  if (tree.skipped == high.triangles.size()) {
-    throw Error(ErrorCode::input,
-                "All " + std::to_string(tree.skipped) + " triangles of '" + high.name +
-                    "' have no area or are not finite: nothing can be baked from it.");
-  }
-  if (tree.skipped != 0) {
-    impl->warnings.push_back({"source-skipped",
-                              std::to_string(tree.skipped) + " of " +
-                                  std::to_string(high.triangles.size()) + " triangles of '" +
-                                  high.name +
-                                  "' have no area or are not finite; rays pass through them.",
-                              tree.skipped});
-  }
-  impl_ = std::move(impl);
+  const Traversal kind = traversal == RayTraversal::cpu   ? Traversal::cpu
+                         : traversal == RayTraversal::gpu ? Traversal::gpu
+                                                          : Traversal::automatic;
+  impl_ = std::make_shared<Impl>(device, high, kind);
 }
 
-const Source::Stats& Source::stats() const { return impl_->stats; }
+Source::Stats Source::stats() const { return impl_->stats(); }
 const std::vector<Warning>& Source::warnings() const { return impl_->warnings; }
 
 }  // namespace kiln

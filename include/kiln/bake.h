@@ -22,7 +22,8 @@ namespace kiln {
 enum class RayTraversal { automatic, cpu, gpu };
 
 /// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
-/// immutable. Cheap to copy (shared).
+/// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy of rays, say)
+/// are made at their first use.
 class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same answer to the bit
@@ -34,10 +35,10 @@ class Source {
     std::uint64_t triangles = 0;
     std::uint64_t skipped_triangles = 0;  ///< Non-finite or without area
     std::uint64_t device_bytes = 0;
-    double build_seconds = 0;  ///< Hierarchy
+    double build_seconds = 0;  ///< Hierarchy and other structures made so far
     double diagonal = 0;       ///< Of the bounding box, world units
   };
-  const Stats& stats() const;
+  Stats stats() const;
   const std::vector<Warning>& warnings() const;
 
   struct Impl;
@@ -70,11 +71,48 @@ struct Length {
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 using Progress = std::function<bool(double done, std::string_view stage)>;
 
+/// How the point of the dense mesh is found that a sample stands for.
+enum class MatchMethod {
+  ray,  ///< Rays along the light mesh's normals (Tarini et al., section 3.2)
+  views,  ///< Depth views from all around (Wang et al., section 2): no hierarchy, but blind where no view
+          ///< sees
+};
+
+/// Of the views that show a sample within the distance, which one decides it.
+enum class ViewCriterion {
+  depth,     ///< The least depth difference at the pixel (Wang et al., section 2)
+  distance,  ///< The least true distance to the point under the sample
+  angle,     ///< The one that looks most along the sample's direction (Wang et al., section 6)
+};
+
+/// What decides samples that no view does.
+enum class ViewFallback {
+  low,  ///< Nothing: they are misses
+  ray,  ///< Rays
+};
+
+struct ViewOptions {
+  /// Directions spread over the sphere, up to 512. None given: 12, or 1 where both meshes are height
+  /// fields. 0 only beside `directions`.
+  std::optional<std::uint32_t> count;
+  /// Choose directions by what they see, as many as are worth it, up to `count` (none given: 64).
+  bool automatic = false;
+  /// The caller's own, beside those: from the mesh to the viewer, of any length above 0.
+  std::vector<Vec3> directions;
+  /// Pixels a side of a depth view, up to 8192. 0: by the mesh's density.
+  std::uint32_t size = 0;
+  ViewCriterion criterion = ViewCriterion::angle;
+  ViewFallback fallback = ViewFallback::low;
+};
+
 struct BakeOptions {
   std::uint32_t width = 2048;  ///< 1 to 16384 texels
   std::uint32_t height = 2048;
   std::uint32_t samples = 1;  ///< N x N samples a texel, 1 to 16
   std::vector<MapKind> maps = {MapKind::normal};
+
+  MatchMethod method = MatchMethod::ray;
+  ViewOptions views;  ///< For MatchMethod::views
 
   Length max_distance =
       Length::share(0.02);          ///< How far the match looks each way; with a cage, the
@@ -105,7 +143,8 @@ struct Match {
   std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
   std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
   std::vector<float> distance;          ///< World units, outward positive
-  std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss
+  std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
+                                        ///< 5 view
 };
 
 /// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
@@ -119,13 +158,26 @@ struct BakedMap {
   Image image;
 };
 
+/// What matching by depth views came to.
+struct ViewReport {
+  std::vector<Vec3> directions;  ///< Of the views, in order
+  std::vector<double>
+      coverage;             ///< Where chosen automatically: share of probed samples seen after each
+  std::uint32_t size = 0;   ///< Pixels a side
+  double pixel = 0;         ///< Side of a pixel, world units
+  double undersampled = 0;  ///< Share of the dense surface with triangles smaller than a pixel
+  bool height_field = false;  ///< Detected: one view
+};
+
 struct BakeReport {
   std::uint64_t texels = 0;  ///< Covered by the light mesh
   std::uint64_t samples = 0;
-  std::uint64_t outward = 0, inward = 0, cage = 0, missed = 0;  ///< Samples by status
+  std::uint64_t outward = 0, inward = 0, cage = 0, viewed = 0, missed = 0;  ///< Samples by status
   std::uint64_t gutter_texels = 0;
-  double max_distance = 0;       ///< As used, world units
-  double mean_abs_distance = 0;  ///< Of the samples that hit, world units
+  double max_distance = 0;          ///< As used, world units
+  double mean_abs_distance = 0;     ///< Of the samples that hit, world units
+  std::optional<ViewReport> views;  ///< Where matched by views
+  double seconds_build = 0;         ///< Structures of the source, made for this bake
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;
   std::uint64_t peak_device_bytes = 0;
   std::vector<Warning> warnings;

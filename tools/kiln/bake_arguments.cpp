@@ -17,6 +17,13 @@ const std::map<std::string, MissPolicy> kMisses = {
     {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
 const std::map<std::string, RayTraversal> kTraversals = {
     {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
+const std::map<std::string, MatchMethod> kMethods = {{"ray", MatchMethod::ray},
+                                                     {"views", MatchMethod::views}};
+const std::map<std::string, ViewCriterion> kCriteria = {{"depth", ViewCriterion::depth},
+                                                        {"distance", ViewCriterion::distance},
+                                                        {"angle", ViewCriterion::angle}};
+const std::map<std::string, ViewFallback> kFallbacks = {{"low", ViewFallback::low},
+                                                        {"ray", ViewFallback::ray}};
 const std::map<std::string, ImageFormat> kFormats = {{"exr", ImageFormat::exr_half},
                                                      {"exr32", ImageFormat::exr_float},
                                                      {"png16", ImageFormat::png16},
@@ -76,8 +83,11 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->group(group_map);
 
   const char* const group_match = "The match";
-  command.add_option("--match", a.match, "How the dense surface is found")
-      ->check(CLI::IsMember({"ray"}))
+  command
+      .add_option("--match", a.match,
+                  "How the dense surface is found: ray along the normals, or views: depth "
+                  "pictures from all around")
+      ->check(one_of(kMethods))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -113,6 +123,35 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       .add_option("--load-match", a.load_match, "Use a saved correspondence instead of matching")
       ->excludes(save)
       ->group(group_match);
+
+  const char* const group_views = "The depth views (--match views)";
+  command
+      .add_option("--views", a.views,
+                  "N directions, spread evenly, or auto: chosen by what they see (default: 12; 1 "
+                  "where both meshes are height fields)")
+      ->group(group_views);
+  command
+      .add_option("--view", a.view,
+                  "X,Y,Z: a view of your own, from the mesh to the viewer; may be given again")
+      ->group(group_views);
+  command
+      .add_option("--view-size", a.view_size,
+                  "Pixels a side of a view (default: by the density of HIGH)")
+      ->check(CLI::Range(16U, 8192U))
+      ->group(group_views);
+  command
+      .add_option("--view-criterion", a.view_criterion,
+                  "Which view decides a sample: the least depth difference, the least true "
+                  "distance, or the best angle")
+      ->check(one_of(kCriteria))
+      ->capture_default_str()
+      ->group(group_views);
+  command
+      .add_option("--fallback", a.fallback,
+                  "What no view sees: LOW's normal (counted as missed), or a ray")
+      ->check(one_of(kFallbacks))
+      ->capture_default_str()
+      ->group(group_views);
 
   const char* const group_low = "The light mesh";
   CLI::Option* faces =
@@ -150,6 +189,14 @@ void check(const BakeArguments& a) {
   if (a.low.empty() && !a.cage_mesh.empty()) {
     fail("--cage-mesh needs the LOW that it belongs to.");
   }
+  const bool views = a.match == "views";
+  if (!views && (!a.views.empty() || !a.view.empty() || a.view_size != 0)) {
+    fail("--views, --view and --view-size are for --match views.");
+  }
+  if (!views && a.fallback != "low") fail("--fallback is for --match views.");
+  if (views && a.fallback != "ray" && (!a.cage.empty() || !a.cage_mesh.empty())) {
+    fail("A cage is for rays: with --match views it needs --fallback ray.");
+  }
   const bool is_exr = kFormats.at(a.format) == ImageFormat::exr_half ||
                       kFormats.at(a.format) == ImageFormat::exr_float;
   if (a.raw && !is_exr)
@@ -167,6 +214,16 @@ BakeOptions bake_options(const BakeArguments& a) {
     if (std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
       options.maps.push_back(kind);
     }
+  }
+  options.method = kMethods.at(a.match);
+  options.views.criterion = kCriteria.at(a.view_criterion);
+  options.views.fallback = kFallbacks.at(a.fallback);
+  options.views.size = a.view_size;
+  for (const std::string& view : a.view) options.views.directions.push_back(parse_direction(view));
+  if (a.views == "auto") {
+    options.views.automatic = true;
+  } else if (!a.views.empty()) {
+    options.views.count = parse_views(a.views);
   }
   options.max_distance = parse_length("--max-distance", a.max_distance);
   if (options.max_distance.value == 0) {
@@ -211,6 +268,11 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
   return {{"size", a.size},
           {"maps", a.maps},
           {"match", a.load_match.empty() ? a.match : "loaded"},
+          {"views", a.match == "views" ? Json(a.views.empty() ? "default" : a.views) : Json()},
+          {"view", a.view},
+          {"view_size", report.views ? Json(report.views->size) : Json()},
+          {"view_criterion", report.views ? Json(a.view_criterion) : Json()},
+          {"fallback", report.views ? Json(a.fallback) : Json()},
           {"max_distance", a.max_distance},
           {"max_distance_world", report.max_distance},
           {"cage", or_null(a.cage)},

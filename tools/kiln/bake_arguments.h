@@ -17,6 +17,11 @@ struct BakeArguments {
   std::vector<std::string> maps = {"normal"};
   std::string match = "ray";
   std::string max_distance = "2%";
+  std::string views;
+  std::vector<std::string> view;
+  std::uint32_t view_size = 0;
+  std::string view_criterion = "angle";
+  std::string fallback = "low";
   std::string cage, cage_mesh;
   bool two_sided = false;
   std::string traversal = "auto";

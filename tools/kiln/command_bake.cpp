@@ -63,6 +63,51 @@ std::string percent(std::uint64_t part, std::uint64_t whole) {
   return text;
 }
 
+/// "outward 60.12%, inward 39.80%": the ways that found something.
+std::string shares(const BakeReport& report) {
+  std::string text;
+  for (const auto& [name, count] :
+       {std::pair{"outward", report.outward}, std::pair{"inward", report.inward},
+        std::pair{"cage", report.cage}, std::pair{"views", report.viewed}}) {
+    if (count == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::string(name) + " " + percent(count, report.samples);
+  }
+  return text.empty() ? "none" : text;
+}
+
+Json describe_views(const ViewReport& views) {
+  Json directions = Json::array();
+  for (const Vec3& d : views.directions) directions.push_back({d.x, d.y, d.z});
+  return {{"count", views.directions.size()},
+          {"size", views.size},
+          {"pixel", views.pixel},
+          {"undersampled", views.undersampled},
+          {"height_field", views.height_field},
+          {"coverage_after_each", views.coverage},
+          {"directions", directions}};
+}
+
+/// One line about the views.
+std::string summary(const ViewReport& views, double diagonal) {
+  char text[320];
+  const std::size_t count = views.directions.size();
+  std::snprintf(text, sizeof text,
+                "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the dense "
+                "surface has triangles smaller than that",
+                count, count == 1 ? "" : "s", views.size, views.size,
+                views.height_field ? " (a height field)" : "", 100 * views.pixel / diagonal,
+                100 * views.undersampled);
+  std::string line = text;
+  if (!views.coverage.empty()) {
+    line += "; seen after each:";
+    for (const double share : views.coverage) {
+      std::snprintf(text, sizeof text, " %.1f%%", 100 * share);
+      line += text;
+    }
+  }
+  return line;
+}
+
 struct Stages {
   double load = 0, low = 0, build = 0, save = 0;
 };
@@ -70,7 +115,7 @@ struct Stages {
 Json seconds(const Stages& stages, const BakeReport& report, double total) {
   return {{"load", stages.load},
           {"low", stages.low},
-          {"build", stages.build},
+          {"build", stages.build + report.seconds_build},
           {"texels", report.seconds_texels},
           {"match", report.seconds_match},
           {"detail", report.seconds_detail},
@@ -83,22 +128,20 @@ void print_summary(Console& console, const BakeReport& report, const Source::Sta
                    const Stages& stages, double total) {
   char text[512];
   const std::uint64_t found = report.samples - report.missed;
-  std::snprintf(
-      text, sizeof text,
-      "%s texels, %s matched (outward %s, inward %s, cage %s), %s missed; mean distance %.4g "
-      "(%.3f%% of the diagonal), looked %.4g far",
-      with_commas(report.texels).c_str(), percent(found, report.samples).c_str(),
-      percent(report.outward, report.samples).c_str(),
-      percent(report.inward, report.samples).c_str(), percent(report.cage, report.samples).c_str(),
-      percent(report.missed, report.samples).c_str(), report.mean_abs_distance,
-      100 * report.mean_abs_distance / source.diagonal, report.max_distance);
+  std::snprintf(text, sizeof text,
+                "%s texels, %s matched (%s), %s missed; mean distance %.4g "
+                "(%.3f%% of the diagonal), looked %.4g far",
+                with_commas(report.texels).c_str(), percent(found, report.samples).c_str(),
+                shares(report).c_str(), percent(report.missed, report.samples).c_str(),
+                report.mean_abs_distance, 100 * report.mean_abs_distance / source.diagonal,
+                report.max_distance);
   console.line(text);
   std::snprintf(
       text, sizeof text,
       "%.2f s: load %.2f, low mesh %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "
       "image %.2f, save %.2f; peak memory %llu MiB",
-      total, stages.load, stages.low, stages.build, report.seconds_texels, report.seconds_match,
-      report.seconds_detail, report.seconds_image, stages.save,
+      total, stages.load, stages.low, stages.build + report.seconds_build, report.seconds_texels,
+      report.seconds_match, report.seconds_detail, report.seconds_image, stages.save,
       static_cast<unsigned long long>(peak_resident_bytes() >> 20));
   console.line(text);
 }
@@ -133,7 +176,7 @@ int run_bake(const BakeArguments& arguments) {
   }
   stages.load += watch.lap();
 
-  if (!console.progress(kAtSource, "building the hierarchy")) return kExitCancelled;
+  if (!console.progress(kAtSource, "preparing the dense mesh")) return kExitCancelled;
   const Source source(device, high, traversal(arguments));
   stages.build = watch.lap();
 
@@ -191,6 +234,7 @@ int run_bake(const BakeArguments& arguments) {
           {"outward", report.outward},
           {"inward", report.inward},
           {"cage", report.cage},
+          {"views", report.viewed},
           {"missed", report.missed},
           {"gutter", report.gutter_texels}}},
         {"distance",
@@ -206,6 +250,7 @@ int run_bake(const BakeArguments& arguments) {
           {"peak_device_bytes", report.peak_device_bytes}}},
         {"outputs", outputs},
         {"warnings", describe(warnings)}};
+    if (report.views) json["views"] = describe_views(*report.views);
     if (low.simplified) {
       json["low"] = {{"faces", low.simplified->faces},
                      {"error", low.simplified->error},
@@ -224,6 +269,7 @@ int run_bake(const BakeArguments& arguments) {
                   with_commas(low.simplified->input_faces).c_str(), low.simplified->error * 100);
     console.line(text);
   }
+  if (report.views) console.line(summary(*report.views, source.stats().diagonal));
   print_summary(console, report, source.stats(), stages, total);
   for (const std::string& output : outputs) console.line("wrote " + output);
   return 0;

@@ -34,7 +34,8 @@ int main(int argc, char** argv) {
     if (argc > 1 && argv[1][0] != '-' && commands.count(argv[1]) == 0) {
       std::string known;
       for (const auto& [name, run] : commands) known += (known.empty() ? "" : ", ") + name;
-      throw CLI::ValidationError("", "there is no command '" + std::string(argv[1]) + "'; there are " + known);
+      throw CLI::ValidationError(
+          "", "there is no command '" + std::string(argv[1]) + "'; there are " + known);
     }
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

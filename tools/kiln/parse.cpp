@@ -1,5 +1,6 @@
 #include "parse.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -66,6 +67,30 @@ std::pair<double, double> parse_view(const std::string& text) {
     bad("--view", text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
   }
   return {azimuth, elevation};
+}
+
+Vec3 parse_direction(const std::string& text) {
+  std::array<float, 3> values{};
+  std::string_view rest = text;
+  bool good = true;
+  for (std::size_t i = 0; i < 3 && good; ++i) {
+    const std::size_t comma = i < 2 ? rest.find(',') : rest.size();
+    good = comma != std::string_view::npos && parse_whole(rest.substr(0, comma), values[i]) &&
+           std::isfinite(values[i]);
+    if (good && i < 2) rest.remove_prefix(comma + 1);
+  }
+  if (!good || (values[0] == 0 && values[1] == 0 && values[2] == 0)) {
+    bad("--view", text, "a direction from the mesh to the viewer, X,Y,Z, such as 0,0.5,1");
+  }
+  return {values[0], values[1], values[2]};
+}
+
+std::uint32_t parse_views(const std::string& text) {
+  std::uint32_t value = 0;
+  if (!parse_whole(text, value) || value > 512) {
+    bad("--views", text, "1 to 512, or auto, or 0 where --view gives all of them");
+  }
+  return value;
 }
 
 std::string with_commas(std::uint64_t value) {

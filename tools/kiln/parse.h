@@ -21,6 +21,12 @@ std::int32_t parse_gutter(const std::string& text);
 /// "AZ,EL" in degrees. \throws Error(usage)
 std::pair<double, double> parse_view(const std::string& text);
 
+/// "X,Y,Z", not all 0. \throws Error(usage)
+Vec3 parse_direction(const std::string& text);
+
+/// A number of views. \throws Error(usage)
+std::uint32_t parse_views(const std::string& text);
+
 /// 12345678 as "12,345,678".
 std::string with_commas(std::uint64_t value);
 

@@ -1,0 +1,270 @@
+#include "matcher.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bake_match.h"
+#include "kernels_shared.h"
+#include "view_plan.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::uint32_t kDefaultViews = 12;
+constexpr std::uint32_t kMostViews = 512;
+constexpr std::uint32_t kMostAutomatic = 64;
+constexpr std::uint32_t kLargestView = 8192;
+// A view that would add less than this share of what all candidates see is not worth drawing.
+constexpr double kLeastGain = 0.004;
+// Samples that a plan is made for.
+constexpr std::uint32_t kProbeMap = 192;
+
+double to_frame(const Length& length, const Frame& frame) {
+  return (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
+}
+
+RayQuery ray_query(const BakeOptions& options, const Frame& frame) {
+  const auto distance = static_cast<float>(to_frame(options.max_distance, frame));
+  RayQuery query;
+  query.two_sided = options.two_sided;
+  query.t_max = distance;
+  if (options.cage_mesh != nullptr || options.cage) {
+    query.inward = true;
+    query.use_reach = options.cage_mesh != nullptr;
+    if (options.cage) query.offset = static_cast<float>(to_frame(*options.cage, frame));
+  } else {
+    query.t_min = -distance;
+    query.outward_first = true;
+  }
+  return query;
+}
+
+/// Takes a saved correspondence.
+class LoadedMatcher : public Matcher {
+ public:
+  LoadedMatcher(cl::Context& context, const Match& saved, double unit)
+      : context_(context), saved_(saved), unit_(unit) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    load_band(context_, band, saved_, unit_, match);
+  }
+
+ private:
+  cl::Context& context_;
+  const Match& saved_;
+  double unit_;
+};
+
+class RayMatcher : public Matcher {
+ public:
+  RayMatcher(const RayCaster& rays, const RayQuery& query) : rays_(rays), query_(query) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    rays_.intersect(band.points, band.sample_count, band.capacity, query_, match);
+  }
+
+ private:
+  const RayCaster& rays_;
+  RayQuery query_;
+};
+
+/// Rays for the samples of a band that are still undecided.
+class RayRest {
+ public:
+  RayRest(cl::Context& context, const RayCaster& rays, const RayQuery& query)
+      : context_(context), rays_(rays), query_(query) {}
+
+  void run(const TexelBand& band, Correspondence& match) {
+    std::vector<std::uint8_t> status(band.sample_count);
+    match.status.read(context_, status);
+    std::vector<std::uint32_t> chosen;
+    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      if (status[i] == KILN_STATUS_MISS) chosen.push_back(i);
+    }
+    if (chosen.empty()) return;
+    const auto count = static_cast<std::uint32_t>(chosen.size());
+    if (rest_.capacity < count) {
+      rest_ = Correspondence();
+      rest_ = Correspondence(context_, count);
+      points_ = cl::Array<float>(context_, std::size_t{7} * count);
+    }
+    const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(chosen));
+    context_.launch(context_.kernel("views", "kiln_views_gather"), count, kLocal, count,
+                    band.capacity, rest_.capacity, indices, band.points, points_);
+    rays_.intersect(points_, count, rest_.capacity, query_, rest_);
+    context_.launch(context_.kernel("views", "kiln_views_scatter"), count, kLocal, count,
+                    rest_.capacity, match.capacity, indices, rest_.triangle, rest_.barycentric,
+                    rest_.distance, rest_.status, match.triangle, match.barycentric, match.distance,
+                    match.status);
+    context_.finish();  // `indices` goes
+  }
+
+ private:
+  cl::Context& context_;
+  const RayCaster& rays_;
+  RayQuery query_;
+  Correspondence rest_;
+  cl::Array<float> points_;
+};
+
+class ViewMatcher : public Matcher {
+ public:
+  ViewMatcher(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
+              ViewReport& report)
+      : source_(source), context_(source.device.context()) {
+    query_.criterion = options.views.criterion;
+    query_.max_distance = static_cast<float>(to_frame(options.max_distance, source.frame));
+    query_.two_sided = options.two_sided;
+    Rasterizer& raster = source.raster();
+    const double radius = raster.radius();
+    choose_directions(surface, options, report);
+    size_ = choose_size(options.views, radius, report);
+    report.pixel = 2 * radius / size_ / source.frame.scale;
+    for (const Vec3d& direction : directions_) report.directions.push_back(to_float(direction));
+    if (options.views.fallback == ViewFallback::ray) {
+      rest_.emplace(context_, source.rays(), ray_query(options, source.frame));
+    }
+    batch_ = DepthViews::batch_size(context_, size_);
+    if (directions_.size() <= batch_) views_.emplace(draw(0, directions_.size()));
+    context_.finish();
+  }
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    if (score_.size() < band.capacity) {
+      score_ = cl::Array<float>();
+      score_ = cl::Array<float>(context_, band.capacity);
+    }
+    DepthViews::reset(context_, band.sample_count, score_, match);
+    if (views_) {
+      views_->match(band.points, band.sample_count, band.capacity, query_, score_, match);
+    } else {
+      for (std::size_t first = 0; first < directions_.size(); first += batch_) {
+        const DepthViews views = draw(first, std::min(directions_.size(), first + batch_));
+        views.match(band.points, band.sample_count, band.capacity, query_, score_, match);
+        context_.finish();
+      }
+    }
+    if (rest_) rest_->run(band, match);
+  }
+
+ private:
+  DepthViews draw(std::size_t first, std::size_t last) const {
+    return {context_, source_.raster(),
+            std::vector<Vec3d>(directions_.begin() + static_cast<std::ptrdiff_t>(first),
+                               directions_.begin() + static_cast<std::ptrdiff_t>(last)),
+            size_, query_.two_sided};
+  }
+
+  void choose_directions(const LowSurface& surface, const BakeOptions& options,
+                         ViewReport& report) {
+    const ViewOptions& views = options.views;
+    for (const Vec3& direction : views.directions) {
+      const Vec3d d(direction);
+      const double size = length(d);
+      if (!(size > 0) || !std::isfinite(size)) {
+        throw Error(ErrorCode::usage,
+                    "A view's direction must be finite and not (0, 0, 0): it points from the mesh "
+                    "to the viewer.");
+      }
+      directions_.push_back(d * (1 / size));
+    }
+    if (views.automatic) {
+      const TexelBand probes = probe_samples(surface);
+      ViewPlan plan =
+          plan_views(source_, probes.points, probes.sample_count, probes.capacity, query_,
+                     directions_, kLeastGain, views.count.value_or(kMostAutomatic));
+      directions_ = std::move(plan.directions);
+      report.coverage = std::move(plan.coverage);
+      return;
+    }
+    if (!views.count) {
+      const std::optional<Vec3d> direction =
+          height_field_direction(source_.positions, source_.triangles, surface);
+      if (direction) {
+        report.height_field = true;
+        directions_.push_back(*direction);
+        return;
+      }
+    }
+    const std::vector<Vec3d> spread = spread_directions(views.count.value_or(kDefaultViews));
+    directions_.insert(directions_.end(), spread.begin(), spread.end());
+  }
+
+  /// Samples of a small map of the same light mesh.
+  TexelBand probe_samples(const LowSurface& surface) const {
+    TexelOptions options;
+    options.width = options.height = kProbeMap;
+    TexelSampler sampler(context_, surface, options);
+    if (sampler.band_count() != 1) throw Error(ErrorCode::internal, "A plan's probes are split.");
+    return sampler.sample(0);
+  }
+
+  std::uint32_t choose_size(const ViewOptions& views, double radius, ViewReport& report) const {
+    if (views.size != 0) {
+      report.size = views.size;
+      report.undersampled =
+          undersampled_share(source_.positions, source_.triangles, radius, views.size);
+    } else {
+      // No larger than lets all views lie on the device together.
+      std::uint32_t limit = kLargestView;
+      while (limit > 1024 && DepthViews::batch_size(context_, limit) < directions_.size()) {
+        limit -= 256;
+      }
+      const ViewSize chosen = choose_view_size(source_.positions, source_.triangles, radius, limit);
+      report.size = chosen.size;
+      report.undersampled = chosen.undersampled;
+    }
+    return report.size;
+  }
+
+  const Source::Impl& source_;
+  cl::Context& context_;
+  ViewQuery query_;
+  std::vector<Vec3d> directions_;
+  std::uint32_t size_ = 0;
+  std::uint32_t batch_ = 1;
+  std::optional<DepthViews> views_;  // all of them, where they fit together
+  std::optional<RayRest> rest_;
+  cl::Array<float> score_;
+};
+
+void check_views(const ViewOptions& views) {
+  if (views.count.value_or(1) > kMostViews || views.directions.size() > kMostViews) {
+    throw Error(ErrorCode::usage,
+                "More than " + std::to_string(kMostViews) + " views were asked for: use fewer.");
+  }
+  if (views.count && *views.count == 0 && views.directions.empty()) {
+    throw Error(ErrorCode::usage, "No view was asked for: use at least one.");
+  }
+  if (views.size > kLargestView) {
+    throw Error(ErrorCode::usage, "The depth views' size is " + std::to_string(views.size) +
+                                      ": it must be 1 to " + std::to_string(kLargestView) +
+                                      " pixels.");
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
+                                      const BakeOptions& options, BakeReport& report) {
+  const double unit = 1 / source.frame.scale;
+  report.max_distance = to_frame(options.max_distance, source.frame) * unit;
+  const double built = source.stats().build_seconds;
+  std::unique_ptr<Matcher> matcher;
+  if (options.match != nullptr) {
+    matcher = std::make_unique<LoadedMatcher>(source.device.context(), *options.match, unit);
+  } else if (options.method == MatchMethod::views) {
+    check_views(options.views);
+    report.views.emplace();
+    matcher = std::make_unique<ViewMatcher>(source, surface, options, *report.views);
+  } else {
+    matcher = std::make_unique<RayMatcher>(source.rays(), ray_query(options, source.frame));
+  }
+  report.seconds_build = source.stats().build_seconds - built;
+  return matcher;
+}
+
+}  // namespace kiln

@@ -1,0 +1,29 @@
+// The match (F), whichever method it is: from a band's samples to their correspondences.
+#pragma once
+
+#include <memory>
+
+#include "match.h"
+#include "source.h"
+#include "texels.h"
+
+namespace kiln {
+
+class Matcher {
+ public:
+  Matcher() = default;
+  Matcher(const Matcher&) = delete;
+  Matcher& operator=(const Matcher&) = delete;
+  virtual ~Matcher() = default;
+
+  /// Writes the correspondences of a band's samples; enqueued, or finished.
+  virtual void run(const TexelBand& band, Correspondence& match) = 0;
+};
+
+/// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
+/// is known before the first band.
+/// \throws Error(usage) for an option out of its range
+std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
+                                      const BakeOptions& options, BakeReport& report);
+
+}  // namespace kiln

@@ -1,0 +1,265 @@
+// Views: matching samples of the light mesh by depth views of the dense one.
+//
+// Wang, Froehlich, Goebel, "Fast Normal Map Generation for Simplified Meshes", section 2: each sample is
+// projected into each view, and the view whose depth is nearest decides (or, section 6, the one that looks
+// most along the normal). The key gives the triangle (an item buffer); the point is where the view's line
+// through the sample meets that triangle, or its neighbour under one of the 4 pixels around: exact, and
+// not what the pixel's centre saw. A view that has no such point on a face turned the sample's way is left
+// out and the next best one decides, so the result is the best of all views in whatever batches they come.
+//
+// kernel             global   local  memory traffic an item
+// kiln_views_match   samples  64     reads 24 B + 8 B a view (gathered) + triangles; writes 21 B if better
+// kiln_views_probe   samples  64     reads 24 B + 8 B a view (gathered); writes 4 B a view
+// kiln_views_gather  chosen   64     reads 28 B + 4 B, writes 28 B
+// kiln_views_scatter chosen   64     reads 21 B, writes 17 B where something was found
+//
+// Strengths: no hierarchy; a sample costs a projection a view. Limits: what no view sees stays undecided;
+// up to 64 views a launch.
+#include "shared/match.h"
+#include "shared/raster.h"
+#include "shared/views.h"
+
+static inline float views_dot(float3 a, float3 b) {
+#pragma OPENCL FP_CONTRACT OFF
+  return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+
+static inline float3 views_cross(float3 a, float3 b) {
+#pragma OPENCL FP_CONTRACT OFF
+  return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+typedef struct {
+  float3 position, direction;
+} views_sample;
+
+typedef struct {
+  uint triangle;
+  float u, v;
+  float3 offset;  // from the sample to the point
+  float beside;   // squared, across the view's line; 0 where the line meets the triangle
+} views_point;
+
+/// The point of one triangle on (or nearest to) the view's line through the sample. False where the face
+/// is turned away from the sample's direction, or seen edge on.
+static inline bool views_meet(global const kiln_view* view, const views_sample* sample, uint triangle,
+                              bool two_sided, global const uint* restrict triangles,
+                              global const float* restrict positions, views_point* out) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint3 index = vload3(triangle, triangles);
+  const float3 a = vload3(index.x, positions) - sample->position;
+  const float3 b = vload3(index.y, positions) - sample->position;
+  const float3 c = vload3(index.z, positions) - sample->position;
+  const float3 normal = views_cross(b - a, c - a);
+  if (!two_sided && !(views_dot(normal, sample->direction) >= 0.0f)) return false;
+  const float3 right = vload3(0, view->right);
+  const float3 up = vload3(0, view->up);
+  const float ax = views_dot(right, a), ay = views_dot(up, a);
+  const float bx = views_dot(right, b), by = views_dot(up, b);
+  const float cx = views_dot(right, c), cy = views_dot(up, c);
+  const float weight_a = bx * cy - by * cx;
+  const float weight_b = cx * ay - cy * ax;
+  const float weight_c = ax * by - ay * bx;
+  const float area = (weight_a + weight_b) + weight_c;
+  if (!(fabs(area) > 0.0f)) return false;
+  // Outside: the nearest place by clamping. It stays on the triangle; that is what counts.
+  const float u = weight_b / area;
+  const float v = weight_c / area;
+  out->triangle = triangle;
+  out->u = clamp(u, 0.0f, 1.0f);
+  out->v = clamp(v, 0.0f, 1.0f - out->u);
+  const bool inside = out->u == u && out->v == v;
+  out->offset = (a * (1.0f - out->u - out->v) + b * out->u) + c * out->v;
+  const float x = views_dot(right, out->offset);
+  const float y = views_dot(up, out->offset);
+  out->beside = inside ? 0.0f : x * x + y * y;
+  return isfinite(out->u) && isfinite(out->v);
+}
+
+/// The best point among the triangles of the 4 pixels whose centres surround the sample.
+static inline bool views_find(global const kiln_view* view, const views_sample* sample, float x,
+                              float y, float max_distance, global const ulong* restrict keys,
+                              global const uint* restrict triangles,
+                              global const float* restrict positions, views_point* best) {
+#pragma OPENCL FP_CONTRACT OFF
+  const int x0 = (int)floor(x - 0.5f);
+  const int y0 = (int)floor(y - 0.5f);
+  const bool two_sided = (view->flags & KILN_RASTER_TWO_SIDED) != 0;
+  const float3 toward = vload3(0, view->toward);
+  uint tried[4];
+  bool found = false;
+  float best_near = 0.0f;
+  for (int k = 0; k < 4; ++k) {
+    const int column = clamp(x0 + (k & 1), 0, (int)view->width - 1);
+    const int row = clamp(y0 + (k >> 1), 0, (int)view->height - 1);
+    const uint triangle = (uint)keys[view->first + (uint)row * view->width + (uint)column];
+    tried[k] = triangle;
+    bool again = triangle == KILN_NO_TRIANGLE;
+    for (int i = 0; i < k; ++i) again |= tried[i] == triangle;
+    views_point point;
+    if (again || !views_meet(view, sample, triangle, two_sided, triangles, positions, &point)) continue;
+    if (!(views_dot(point.offset, point.offset) <= max_distance * max_distance)) continue;
+    const float near = views_dot(toward, point.offset);
+    // Less beside the line, then nearer to the viewer, then the lower triangle.
+    const bool better =
+        !found || point.beside < best->beside ||
+        (point.beside == best->beside &&
+         (near > best_near || (near == best_near && triangle < best->triangle)));
+    if (better) {
+      *best = point;
+      best_near = near;
+      found = true;
+    }
+  }
+  return found;
+}
+
+/// Where a view shows a sample. False where it is beside the picture or seen too much aslant.
+static inline bool views_project(global const kiln_view* view, const views_sample* sample,
+                                 float cosine, const kiln_views_params* params, float* x, float* y) {
+#pragma OPENCL FP_CONTRACT OFF
+  if (!(cosine >= params->least_cosine)) return false;
+  *x = views_dot(vload3(0, view->right), sample->position) * view->scale + view->left;
+  *y = view->top - views_dot(vload3(0, view->up), sample->position) * view->scale;
+  return *x >= 0.0f && *y >= 0.0f && *x < (float)view->width && *y < (float)view->height;
+}
+
+/// Depth difference between a sample and the pixel that it is in; infinite where that is empty.
+static inline float views_difference(global const kiln_view* view, const views_sample* sample, float x,
+                                     float y, global const ulong* restrict keys) {
+#pragma OPENCL FP_CONTRACT OFF
+  const ulong key = keys[view->first + (uint)y * view->width + (uint)x];
+  if (key == KILN_RASTER_EMPTY) return INFINITY;
+  const float depth = KILN_RASTER_FAR - views_dot(vload3(0, view->toward), sample->position);
+  return fabs(as_float((uint)(key >> 32)) - depth);
+}
+
+/// \param score  the best so far of each sample, less is better; updated where a view is better
+kernel void kiln_views_match(const kiln_views_params params,
+                             global const kiln_view* restrict views,
+                             global const ulong* restrict keys,
+                             global const uint* restrict triangles,
+                             global const float* restrict positions,
+                             global const float* restrict points,
+                             global float* restrict score,
+                             global uint* restrict hit_triangle,
+                             global float* restrict hit_barycentric,
+                             global float* restrict hit_distance,
+                             global uchar* restrict hit_status) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t plane = params.capacity;
+  views_sample sample;
+  sample.position = (float3)(points[i], points[i + plane], points[i + 2 * plane]);
+  sample.direction = (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);
+  ulong left_out = 0;
+  for (;;) {
+    float best = score[i];
+    uint chosen = params.view_count;
+    float chosen_x = 0.0f;
+    float chosen_y = 0.0f;
+    views_point point;
+    for (uint k = 0; k < params.view_count; ++k) {
+      if ((left_out >> k & 1) != 0) continue;
+      global const kiln_view* view = views + k;
+      const float cosine = views_dot(vload3(0, view->toward), sample.direction);
+      if (params.criterion == KILN_VIEWS_ANGLE && !(-cosine < best)) continue;
+      float x, y;
+      if (!views_project(view, &sample, cosine, &params, &x, &y)) continue;
+      const float difference = views_difference(view, &sample, x, y, keys);
+      if (!(difference <= params.max_distance)) continue;
+      float value = params.criterion == KILN_VIEWS_ANGLE ? -cosine : difference;
+      if (params.criterion == KILN_VIEWS_DISTANCE) {
+        views_point exact;
+        if (!views_find(view, &sample, x, y, params.max_distance, keys, triangles, positions, &exact)) {
+          continue;
+        }
+        value = views_dot(exact.offset, exact.offset);
+        if (value < best) point = exact;
+      }
+      if (value < best) {
+        best = value;
+        chosen = k;
+        chosen_x = x;
+        chosen_y = y;
+      }
+    }
+    if (chosen == params.view_count) return;
+    if (params.criterion == KILN_VIEWS_DISTANCE ||
+        views_find(views + chosen, &sample, chosen_x, chosen_y, params.max_distance, keys, triangles,
+                   positions, &point)) {
+      const float length = sqrt(views_dot(point.offset, point.offset));
+      score[i] = best;
+      hit_triangle[i] = point.triangle;
+      hit_barycentric[i] = point.u;
+      hit_barycentric[i + params.result_capacity] = point.v;
+      hit_distance[i] = views_dot(point.offset, sample.direction) < 0.0f ? -length : length;
+      hit_status[i] = KILN_STATUS_VIEW;
+      return;
+    }
+    left_out |= (ulong)1 << chosen;
+  }
+}
+
+/// How much along its direction each view sees a sample: the cosine, or 0 where it does not.
+/// \param quality  [view_count * count]
+kernel void kiln_views_probe(const kiln_views_params params,
+                             global const kiln_view* restrict views,
+                             global const ulong* restrict keys,
+                             global const float* restrict points,
+                             global float* restrict quality) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t plane = params.capacity;
+  views_sample sample;
+  sample.position = (float3)(points[i], points[i + plane], points[i + 2 * plane]);
+  sample.direction = (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);
+  for (uint k = 0; k < params.view_count; ++k) {
+    global const kiln_view* view = views + k;
+    const float cosine = views_dot(vload3(0, view->toward), sample.direction);
+    float x, y;
+    const bool seen = views_project(view, &sample, cosine, &params, &x, &y) &&
+                      views_difference(view, &sample, x, y, keys) <= params.max_distance;
+    quality[(size_t)k * params.count + i] = seen ? cosine : 0.0f;
+  }
+}
+
+/// Copies chosen samples' points close together.
+kernel void kiln_views_gather(const uint count,
+                              const uint capacity,
+                              const uint chosen_capacity,
+                              global const uint* restrict chosen,
+                              global const float* restrict points,
+                              global float* restrict chosen_points) {
+  const size_t i = get_global_id(0);
+  if (i >= count) return;
+  const size_t from = chosen[i];
+  for (size_t plane = 0; plane < 7; ++plane) {
+    chosen_points[plane * chosen_capacity + i] = points[plane * capacity + from];
+  }
+}
+
+/// Takes over what was found for chosen samples.
+kernel void kiln_views_scatter(const uint count,
+                               const uint chosen_capacity,
+                               const uint result_capacity,
+                               global const uint* restrict chosen,
+                               global const uint* restrict triangle,
+                               global const float* restrict barycentric,
+                               global const float* restrict distance,
+                               global const uchar* restrict status,
+                               global uint* restrict hit_triangle,
+                               global float* restrict hit_barycentric,
+                               global float* restrict hit_distance,
+                               global uchar* restrict hit_status) {
+  const size_t i = get_global_id(0);
+  if (i >= count || triangle[i] == KILN_NO_TRIANGLE) return;
+  const size_t to = chosen[i];
+  hit_triangle[to] = triangle[i];
+  hit_barycentric[to] = barycentric[i];
+  hit_barycentric[to + result_capacity] = barycentric[i + chosen_capacity];
+  hit_distance[to] = distance[i];
+  hit_status[to] = status[i];
+}

@@ -1,0 +1,92 @@
+// Depth views: drawing them, and matching the texels of a map by them.
+//
+// views_bench [HIGH LOW [SIZE [DEPTH_SIZE]]]   default: a procedural pair, 1024, 1024
+#include <cstdio>
+#include <cstdlib>
+
+#include "geometry/frame.h"
+#include "geometry/low_surface.h"
+#include "kiln/error.h"
+#include "support.h"
+#include "texels.h"
+#include "views.h"
+
+namespace kiln::bench {
+namespace {
+
+void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::uint32_t size,
+                 std::uint32_t depth_size) {
+  cl::Context& context = device.context();
+  const Frame frame = Frame::of(high);
+  const std::vector<Vec3> positions = frame.to_frame(high);
+  const LowSurface surface = LowSurface::of(low, frame);
+  TexelOptions options;
+  options.width = options.height = size;
+  TexelSampler sampler(context, surface, options);
+  std::vector<TexelBand> bands;
+  double samples = 0;
+  std::uint32_t capacity = 0;
+  for (std::uint32_t i = 0; i < sampler.band_count(); ++i) {
+    bands.push_back(sampler.sample(i));
+    samples += bands.back().sample_count;
+    capacity = std::max(capacity, bands.back().capacity);
+  }
+  Rasterizer rasterizer(context, positions, high.triangles);
+  const std::vector<Vec3d> directions = spread_directions(12);
+  Correspondence result(context, capacity);
+  const cl::Array<float> score(context, capacity);
+  ViewQuery query;
+  query.max_distance = static_cast<float>(0.02 * frame.diagonal * frame.scale);
+  const DepthViews views(context, rasterizer, directions, depth_size, false);
+
+  std::vector<Mode> modes;
+  modes.push_back({"draw", false, [&] {
+                     for (const kiln_view& view : views.views())
+                       rasterizer.draw(view, views.keys());
+                     context.finish();
+                   }});
+  for (const auto& [name, criterion] : {std::pair{"match depth", ViewCriterion::depth},
+                                        std::pair{"match distance", ViewCriterion::distance},
+                                        std::pair{"match angle", ViewCriterion::angle}}) {
+    modes.push_back({name, false, [&, criterion = criterion] {
+                       query.criterion = criterion;
+                       for (const TexelBand& band : bands) {
+                         DepthViews::reset(context, band.sample_count, score, result);
+                         views.match(band.points, band.sample_count, band.capacity, query, score,
+                                     result);
+                       }
+                       context.finish();
+                     }});
+  }
+  run_rounds(modes, 5);
+  for (const Mode& mode : modes) {
+    JsonLine line;
+    line.add("bench", "views").add("scene", high.name).add("mode", mode.name);
+    line.add("seconds", mode.median()).add("best_seconds", mode.least());
+    line.add("cpu_seconds", Mode::median_of(mode.cpu_seconds));
+    line.add("triangles", static_cast<double>(high.triangles.size())).add("samples", samples);
+    line.add("views", 12).add("depth_size", depth_size);
+    describe(line, device.info());
+    line.print();
+  }
+}
+
+}  // namespace
+}  // namespace kiln::bench
+
+int main(int argc, char** argv) {
+  using namespace kiln;
+  try {
+    const Device device = Device::open();
+    const bool files = argc >= 3;
+    const Mesh high = files ? load_mesh(argv[1]) : bench::procedural_sphere(70000, 0.01F, false);
+    const Mesh low = files ? load_mesh(argv[2]) : bench::procedural_sphere(2000, 0, true);
+    const auto size = static_cast<std::uint32_t>(argc >= 4 ? std::atoi(argv[3]) : 1024);
+    const auto depth_size = static_cast<std::uint32_t>(argc >= 5 ? std::atoi(argv[4]) : 1024);
+    bench::bench_views(device, high, low, size, depth_size);
+    return 0;
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return static_cast<int>(error.code());
+  }
+}
