@@ -117,6 +117,7 @@ class ViewMatcher : public Matcher {
     query_.criterion = options.views.criterion;
     query_.max_distance = static_cast<float>(to_frame(options.max_distance, source.frame));
     query_.two_sided = options.two_sided;
+    query_.refine = options.views.refine;
     Rasterizer& raster = source.raster();
     const double radius = raster.radius();
     choose_directions(surface, options, report);

@@ -87,6 +87,7 @@ kiln_views_params DepthViews::params(std::uint32_t count, std::uint32_t capacity
                                                                   : KILN_VIEWS_ANGLE;
   params.max_distance = query.max_distance;
   params.least_cosine = query.least_cosine;
+  params.refine = query.refine ? 1 : 0;
   return params;
 }
 

@@ -21,6 +21,7 @@ struct ViewQuery {
   ViewCriterion criterion = ViewCriterion::angle;
   float max_distance = 1;  ///< Frame units
   float least_cosine = 0;  ///< Of a view's angle to the sample's direction
+  bool refine = true;      ///< Move to the point on the sample's own direction
   bool two_sided = false;  ///< Draw and take faces that are turned away
 };
 

@@ -33,16 +33,37 @@ typedef struct {
   float3 position, direction;
 } views_sample;
 
+/// A line through the sample, and two directions across it.
+typedef struct {
+  float3 right, up;
+} views_line;
+
+static inline views_line views_line_of_view(global const kiln_view* view) {
+  const views_line line = {vload3(0, view->right), vload3(0, view->up)};
+  return line;
+}
+
+/// Across a unit vector (Duff et al. 2017, "Building an orthonormal basis, revisited").
+static inline views_line views_line_along(float3 d) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float side = d.z < 0.0f ? -1.0f : 1.0f;
+  const float p = -1.0f / (side + d.z);
+  const float q = d.x * d.y * p;
+  const views_line line = {(float3)(1.0f + side * d.x * d.x * p, side * q, -side * d.x),
+                           (float3)(q, side + d.y * d.y * p, -d.y)};
+  return line;
+}
+
 typedef struct {
   uint triangle;
   float u, v;
   float3 offset;  // from the sample to the point
-  float beside;   // squared, across the view's line; 0 where the line meets the triangle
+  float beside;   // squared, across the line; 0 where it meets the triangle
 } views_point;
 
-/// The point of one triangle on (or nearest to) the view's line through the sample. False where the face
-/// is turned away from the sample's direction, or seen edge on.
-static inline bool views_meet(global const kiln_view* view, const views_sample* sample, uint triangle,
+/// The point of one triangle on (or nearest to) a line through the sample. False where the face is turned
+/// away from the sample's direction, or seen edge on.
+static inline bool views_meet(const views_line* line, const views_sample* sample, uint triangle,
                               bool two_sided, global const uint* restrict triangles,
                               global const float* restrict positions, views_point* out) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -52,8 +73,8 @@ static inline bool views_meet(global const kiln_view* view, const views_sample* 
   const float3 c = vload3(index.z, positions) - sample->position;
   const float3 normal = views_cross(b - a, c - a);
   if (!two_sided && !(views_dot(normal, sample->direction) >= 0.0f)) return false;
-  const float3 right = vload3(0, view->right);
-  const float3 up = vload3(0, view->up);
+  const float3 right = line->right;
+  const float3 up = line->up;
   const float ax = views_dot(right, a), ay = views_dot(up, a);
   const float bx = views_dot(right, b), by = views_dot(up, b);
   const float cx = views_dot(right, c), cy = views_dot(up, c);
@@ -76,9 +97,9 @@ static inline bool views_meet(global const kiln_view* view, const views_sample* 
   return isfinite(out->u) && isfinite(out->v);
 }
 
-/// The best point among the triangles of the 4 pixels whose centres surround the sample.
-static inline bool views_find(global const kiln_view* view, const views_sample* sample, float x,
-                              float y, float max_distance, global const ulong* restrict keys,
+/// The best point among the triangles of the 4 pixels whose centres surround a place of the picture.
+static inline bool views_find(global const kiln_view* view, const views_line* line,
+                              const views_sample* sample, float x, float y, float max_distance, global const ulong* restrict keys,
                               global const uint* restrict triangles,
                               global const float* restrict positions, views_point* best) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -97,7 +118,7 @@ static inline bool views_find(global const kiln_view* view, const views_sample* 
     bool again = triangle == KILN_NO_TRIANGLE;
     for (int i = 0; i < k; ++i) again |= tried[i] == triangle;
     views_point point;
-    if (again || !views_meet(view, sample, triangle, two_sided, triangles, positions, &point)) continue;
+    if (again || !views_meet(line, sample, triangle, two_sided, triangles, positions, &point)) continue;
     if (!(views_dot(point.offset, point.offset) <= max_distance * max_distance)) continue;
     const float near = views_dot(toward, point.offset);
     // Less beside the line, then nearer to the viewer, then the lower triangle.
@@ -112,6 +133,32 @@ static inline bool views_find(global const kiln_view* view, const views_sample* 
     }
   }
   return found;
+}
+
+/// From the point that the view's line found to the one on the sample's own direction: where a point of
+/// that line shows in the view, the pixels' triangles are tried against the line, and its next point taken
+/// from what they say (as relief mapping searches a depth image; Policarpo, Oliveira, Comba 2005). Keeps
+/// the point where the line meets none of them.
+static inline void views_refine(global const kiln_view* view, const views_sample* sample,
+                                float max_distance, global const ulong* restrict keys,
+                                global const uint* restrict triangles,
+                                global const float* restrict positions, views_point* point) {
+#pragma OPENCL FP_CONTRACT OFF
+  const views_line line = views_line_along(sample->direction);
+  float along = views_dot(point->offset, sample->direction);
+  for (int round = 0; round < 4; ++round) {
+    const float3 place = sample->position + sample->direction * along;
+    const float x = views_dot(vload3(0, view->right), place) * view->scale + view->left;
+    const float y = view->top - views_dot(vload3(0, view->up), place) * view->scale;
+    if (!(x >= 0.0f && y >= 0.0f && x < (float)view->width && y < (float)view->height)) return;
+    views_point next;
+    if (!views_find(view, &line, sample, x, y, max_distance, keys, triangles, positions, &next)) return;
+    if (next.beside == 0.0f) {
+      *point = next;
+      return;
+    }
+    along = views_dot(next.offset, sample->direction);
+  }
 }
 
 /// Where a view shows a sample. False where it is beside the picture or seen too much aslant.
@@ -172,7 +219,9 @@ kernel void kiln_views_match(const kiln_views_params params,
       float value = params.criterion == KILN_VIEWS_ANGLE ? -cosine : difference;
       if (params.criterion == KILN_VIEWS_DISTANCE) {
         views_point exact;
-        if (!views_find(view, &sample, x, y, params.max_distance, keys, triangles, positions, &exact)) {
+        const views_line line = views_line_of_view(view);
+        if (!views_find(view, &line, &sample, x, y, params.max_distance, keys, triangles, positions,
+                        &exact)) {
           continue;
         }
         value = views_dot(exact.offset, exact.offset);
@@ -186,9 +235,13 @@ kernel void kiln_views_match(const kiln_views_params params,
       }
     }
     if (chosen == params.view_count) return;
+    const views_line line = views_line_of_view(views + chosen);
     if (params.criterion == KILN_VIEWS_DISTANCE ||
-        views_find(views + chosen, &sample, chosen_x, chosen_y, params.max_distance, keys, triangles,
-                   positions, &point)) {
+        views_find(views + chosen, &line, &sample, chosen_x, chosen_y, params.max_distance, keys,
+                   triangles, positions, &point)) {
+      if (params.refine != 0) {
+        views_refine(views + chosen, &sample, params.max_distance, keys, triangles, positions, &point);
+      }
       const float length = sqrt(views_dot(point.offset, point.offset));
       score[i] = best;
       hit_triangle[i] = point.triangle;

@@ -102,6 +102,9 @@ struct ViewOptions {
   /// Pixels a side of a depth view, up to 8192. 0: by the mesh's density.
   std::uint32_t size = 0;
   ViewCriterion criterion = ViewCriterion::angle;
+  /// Move each point from the view's line to the sample's own direction where the view shows it there:
+  /// what a ray would have found. Off: as in the paper.
+  bool refine = true;
   ViewFallback fallback = ViewFallback::low;
 };
 

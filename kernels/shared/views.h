@@ -17,7 +17,7 @@ struct kiln_views_params {
   kiln_uint criterion;
   kiln_float max_distance;
   kiln_float least_cosine;    ///< Views that see a sample more aslant than this do not count
-  kiln_uint padding;
+  kiln_uint refine;           ///< Move to the point on the sample's own direction, where a view shows it
 };
 typedef struct kiln_views_params kiln_views_params;
 KILN_CHECK_SIZE(kiln_views_params, 32);

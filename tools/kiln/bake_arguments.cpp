@@ -147,6 +147,11 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_views);
   command
+      .add_flag("--no-view-refine", a.no_view_refine,
+                "Keep the point on the view's line (as in the paper) instead of moving it to the "
+                "normal's")
+      ->group(group_views);
+  command
       .add_option("--fallback", a.fallback,
                   "What no view sees: LOW's normal (counted as missed), or a ray")
       ->check(one_of(kFallbacks))
@@ -219,6 +224,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.views.criterion = kCriteria.at(a.view_criterion);
   options.views.fallback = kFallbacks.at(a.fallback);
   options.views.size = a.view_size;
+  options.views.refine = !a.no_view_refine;
   for (const std::string& view : a.view) options.views.directions.push_back(parse_direction(view));
   if (a.views == "auto") {
     options.views.automatic = true;
@@ -272,6 +278,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"view", a.view},
           {"view_size", report.views ? Json(report.views->size) : Json()},
           {"view_criterion", report.views ? Json(a.view_criterion) : Json()},
+          {"view_refine", report.views ? Json(!a.no_view_refine) : Json()},
           {"fallback", report.views ? Json(a.fallback) : Json()},
           {"max_distance", a.max_distance},
           {"max_distance_world", report.max_distance},

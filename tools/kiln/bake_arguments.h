@@ -21,6 +21,7 @@ struct BakeArguments {
   std::vector<std::string> view;
   std::uint32_t view_size = 0;
   std::string view_criterion = "angle";
+  bool no_view_refine = false;
   std::string fallback = "low";
   std::string cage, cage_mesh;
   bool two_sided = false;
