@@ -50,7 +50,7 @@ void check_options(const BakeOptions& options) {
     usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 a side.");
   }
   if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
-  check_length("max_distance", options.max_distance, false);
+  if (options.max_distance) check_length("max_distance", *options.max_distance, false);
   if (options.cage) check_length("cage", *options.cage, true);
   if (options.cage && options.cage_mesh != nullptr) {
     usage("Both a cage distance and a cage mesh were given: choose one.");
@@ -109,11 +109,23 @@ void encode(const BakeOptions& options, const std::vector<std::uint8_t>& coverag
     for (std::size_t i = begin; i < end; ++i) {
       float* pixel = &image.pixels[i * 3];
       const bool marked = mark && coverage[i] == kCoverageMissed;
+      if (marked) {
+        pixel[0] = pixel[2] = 1;
+        pixel[1] = -1;
+      }
       if (options.two_component && !marked) pixel[2] = options.raw ? 0.0F : -1.0F;
       if (options.raw) continue;
       for (int c = 0; c < 3; ++c) pixel[c] = pixel[c] * 0.5F + 0.5F;
     }
   });
+}
+
+/// 1 where a texel was baked.
+Image mask_image(const BakeOptions& options, const std::vector<std::uint8_t>& coverage) {
+  Image mask{options.width, options.height, 1, std::vector<float>(coverage.size())};
+  std::transform(coverage.begin(), coverage.end(), mask.pixels.begin(),
+                 [](std::uint8_t value) { return value == kCoverageBaked ? 1.0F : 0.0F; });
+  return mask;
 }
 
 void warn_about_misses(BakeReport& report) {
@@ -141,7 +153,10 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   check_options(options);
   const Source::Impl& high = source.impl();
   cl::Context& context = high.device.context();
-  if (options.match != nullptr) check_match(*options.match, options, high.triangles.size());
+  if (options.match != nullptr) {
+    check_match(*options.match, options, high.triangles.size());
+    check_meshes(*options.match, hash_source(high.positions, high.triangles), hash_low(low));
+  }
 
   BakeResult result;
   BakeReport& report = result.report;
@@ -163,6 +178,8 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   if (options.keep_match) {
     result.match =
         make_match(options.width, options.height, options.samples, high.triangles.size());
+    result.match->source_hash = hash_source(high.positions, high.triangles);
+    result.match->low_hash = hash_low(low);
   }
   Correspondence match;
   cl::Array<float> band_image;
@@ -225,17 +242,21 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
     return result;
   }
   report.gutter_texels = fill_gutter(context, image, result.coverage,
-                                     {options.gutter, options.miss == MissPolicy::fill, true});
+                                     {options.gutter, options.miss != MissPolicy::keep, true});
   encode(options, result.coverage, image);
   report.seconds_image += watch.lap();
 
   const std::uint64_t hits = report.samples - report.missed;
   report.mean_abs_distance = hits != 0 ? distance_sum / static_cast<double>(hits) : 0;
   report.peak_device_bytes = context.peak_device_bytes();
-  report.warnings = sampler.report().warnings;
+  report.warnings.insert(report.warnings.end(), sampler.report().warnings.begin(),
+                         sampler.report().warnings.end());
   warn_about_misses(report);
   for (MapKind kind : options.maps) {
     if (kind == MapKind::normal) result.maps.push_back({kind, std::move(image)});
+    if (kind == MapKind::mask) {
+      result.maps.push_back({kind, mask_image(options, result.coverage)});
+    }
   }
   if (options.progress) options.progress(1.0, "done");
   return result;

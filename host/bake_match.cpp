@@ -1,5 +1,7 @@
 #include "bake_match.h"
 
+#include <cstring>
+
 #include "kernels_shared.h"
 #include "parallel.h"
 
@@ -28,6 +30,35 @@ void for_each_sample(cl::Context& context, const TexelBand& band, const Match& m
     }
   });
 }
+
+/// 64 bits of a mesh's bytes: blocks by FNV-1a over words, in parallel, then over the blocks' hashes.
+class Hash {
+ public:
+  void add(std::span<const std::byte> bytes) {
+    constexpr std::size_t kBlock = std::size_t{1} << 20;
+    std::vector<std::uint64_t> blocks((bytes.size() + kBlock - 1) / kBlock);
+    parallel_for(bytes.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t hash = kStart;
+      std::size_t i = begin;
+      for (; i + 4 <= end; i += 4) {
+        std::uint32_t word = 0;
+        std::memcpy(&word, &bytes[i], 4);
+        hash = (hash ^ word) * kPrime;
+      }
+      for (; i < end; ++i) hash = (hash ^ static_cast<std::uint64_t>(bytes[i])) * kPrime;
+      blocks[begin / kBlock] = hash;
+    });
+    value_ = (value_ ^ bytes.size()) * kPrime;
+    for (const std::uint64_t block : blocks) value_ = (value_ ^ block) * kPrime;
+  }
+  /// Never 0, which means "not known".
+  std::uint64_t value() const { return value_ != 0 ? value_ : 1; }
+
+ private:
+  static constexpr std::uint64_t kStart = 0xCBF29CE484222325;
+  static constexpr std::uint64_t kPrime = 0x100000001B3;
+  std::uint64_t value_ = kStart;
+};
 
 struct HostBand {
   explicit HostBand(std::size_t count)
@@ -76,6 +107,33 @@ void check_match(const Match& match, const BakeOptions& options, std::uint64_t s
            std::to_string(source_triangles) + ". The file is damaged; match again.");
     }
   }
+}
+
+std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+  Hash hash;
+  hash.add(std::as_bytes(positions));
+  hash.add(std::as_bytes(triangles));
+  return hash.value();
+}
+
+std::uint64_t hash_low(const Mesh& low) {
+  Hash hash;
+  hash.add(std::as_bytes(std::span(low.origin)));
+  hash.add(std::as_bytes(std::span(low.positions)));
+  hash.add(std::as_bytes(std::span(low.triangles)));
+  hash.add(std::as_bytes(std::span(low.uvs)));
+  hash.add(std::as_bytes(std::span(low.uv_triangles)));
+  return hash.value();
+}
+
+void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t low_hash) {
+  const auto check = [](std::uint64_t saved, std::uint64_t given, const char* which) {
+    if (saved == 0 || saved == given) return;
+    throw Error(ErrorCode::input, std::string("The saved match was made for another ") + which +
+                                      " mesh. Give the same one, or match again.");
+  };
+  check(match.source_hash, source_hash, "dense");
+  check(match.low_hash, low_hash, "light");
 }
 
 void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,

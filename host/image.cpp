@@ -113,7 +113,13 @@ double percentile(std::vector<double>& angles, std::uint64_t hundredths) {
 ImageDifference compare_images(const Image& a, const Image& b, const Image* mask) {
   check_pixels(a, "first");
   check_pixels(b, "second");
-  if (a.width != b.width || a.height != b.height || a.channels != b.channels) {
+  if (a.width == b.width && a.height == b.height && a.channels != b.channels) {
+    throw Error(ErrorCode::input, "The images cannot be compared: one has " +
+                                      std::to_string(a.channels) + " channels, the other " +
+                                      std::to_string(b.channels) +
+                                      ". Compare two maps of one kind.");
+  }
+  if (a.width != b.width || a.height != b.height) {
     throw Error(ErrorCode::input, "The images cannot be compared: one is " + size_text(a) +
                                       ", the other " + size_text(b) +
                                       ". Bake both at the same size.");

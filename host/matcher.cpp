@@ -24,8 +24,29 @@ double to_frame(const Length& length, const Frame& frame) {
   return (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
 }
 
-RayQuery ray_query(const BakeOptions& options, const Frame& frame) {
-  const auto distance = static_cast<float>(to_frame(options.max_distance, frame));
+/// The longest way from the light mesh to its cage mesh.
+double longest_reach(const LowSurface& surface) {
+  double longest = 0;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    if (surface.usable[i] == 0) continue;
+    for (const LowSurface::Corner& corner : surface.triangles[i]) {
+      longest = std::max(longest, length(Vec3d(corner.direction)));
+    }
+  }
+  return longest;
+}
+
+/// Frame units; see BakeOptions::max_distance for what is taken where none is given.
+double max_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
+  if (options.max_distance) return to_frame(*options.max_distance, frame);
+  double distance = 0;
+  if (options.cage) distance = 2 * to_frame(*options.cage, frame);
+  if (options.cage_mesh != nullptr) distance = 2 * longest_reach(surface);
+  return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
+}
+
+RayQuery ray_query(const BakeOptions& options, const Frame& frame, double max_distance) {
+  const auto distance = static_cast<float>(max_distance);
   RayQuery query;
   query.two_sided = options.two_sided;
   query.t_max = distance;
@@ -112,10 +133,10 @@ class RayRest {
 class ViewMatcher : public Matcher {
  public:
   ViewMatcher(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-              ViewReport& report)
+              double max_distance, ViewReport& report)
       : source_(source), context_(source.device.context()) {
     query_.criterion = options.views.criterion;
-    query_.max_distance = static_cast<float>(to_frame(options.max_distance, source.frame));
+    query_.max_distance = static_cast<float>(max_distance);
     query_.two_sided = options.two_sided;
     query_.refine = options.views.refine;
     Rasterizer& raster = source.raster();
@@ -125,7 +146,7 @@ class ViewMatcher : public Matcher {
     report.pixel = 2 * radius / size_ / source.frame.scale;
     for (const Vec3d& direction : directions_) report.directions.push_back(to_float(direction));
     if (options.views.fallback == ViewFallback::ray) {
-      rest_.emplace(context_, source.rays(), ray_query(options, source.frame));
+      rest_.emplace(context_, source.rays(), ray_query(options, source.frame, max_distance));
     }
     batch_ = DepthViews::batch_size(context_, size_);
     if (directions_.size() <= batch_) views_.emplace(draw(0, directions_.size()));
@@ -252,7 +273,16 @@ void check_views(const ViewOptions& views) {
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report) {
   const double unit = 1 / source.frame.scale;
-  report.max_distance = to_frame(options.max_distance, source.frame) * unit;
+  const double distance = max_distance(options, surface, source.frame);
+  report.max_distance = options.match == nullptr ? distance * unit : 0;
+  if (options.match == nullptr && options.cage &&
+      distance <= to_frame(*options.cage, source.frame)) {
+    report.warnings.push_back({"short-rays",
+                               "Rays start at the cage and end before they reach the light mesh: "
+                               "--max-distance should be "
+                               "about twice --cage.",
+                               1});
+  }
   const double built = source.stats().build_seconds;
   std::unique_ptr<Matcher> matcher;
   if (options.match != nullptr) {
@@ -260,9 +290,10 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   } else if (options.method == MatchMethod::views) {
     check_views(options.views);
     report.views.emplace();
-    matcher = std::make_unique<ViewMatcher>(source, surface, options, *report.views);
+    matcher = std::make_unique<ViewMatcher>(source, surface, options, distance, *report.views);
   } else {
-    matcher = std::make_unique<RayMatcher>(source.rays(), ray_query(options, source.frame));
+    matcher =
+        std::make_unique<RayMatcher>(source.rays(), ray_query(options, source.frame, distance));
   }
   report.seconds_build = source.stats().build_seconds - built;
   return matcher;

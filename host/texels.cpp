@@ -42,7 +42,7 @@ void upload(cl::Context& context, cl::Array<T>& array, const std::vector<T>& dat
 
 std::string share(std::uint64_t part, std::uint64_t whole) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2g%%",
+  std::snprintf(text.data(), text.size(), "%.3g%%",
                 100.0 * static_cast<double>(part) / static_cast<double>(whole));
   return text.data();
 }

@@ -30,6 +30,8 @@ constexpr float kWeightSlack = 1e-3F;
 
 constexpr const char* kSamples = "samples";
 constexpr const char* kSourceTriangles = "sourceTriangles";
+constexpr const char* kSourceHash = "sourceHash";
+constexpr const char* kLowHash = "lowHash";
 
 struct ChannelType {
   const char* name;
@@ -74,7 +76,7 @@ bool is_weight(float value) { return value >= -kWeightSlack && value <= 1.0F + k
 bool is_sound(const Match& match, std::size_t i) {
   const std::uint8_t status = match.status[i];
   if (status == KILN_STATUS_NONE || status == KILN_STATUS_MISS) return true;
-  return status < KILN_STATUS_MISS && match.triangle[i] < match.source_triangles &&
+  return status <= KILN_STATUS_VIEW && match.triangle[i] < match.source_triangles &&
          is_weight(match.u[i]) && is_weight(match.v[i]) && is_weight(match.u[i] + match.v[i]) &&
          std::isfinite(match.distance[i]);
 }
@@ -101,6 +103,18 @@ void check_contents(const Match& match, const std::filesystem::path& path) {
                  std::to_string(match.status[i]) + ", which cannot be");
 }
 
+/// A 64-bit number as text; 0 where there is none.
+std::uint64_t read_number(const Imf::Header& header, const char* name) {
+  const auto* attribute = header.findTypedAttribute<Imf::StringAttribute>(name);
+  std::uint64_t value = 0;
+  if (attribute != nullptr) {
+    const std::string& text = attribute->value();
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (result.ec != std::errc()) value = 0;
+  }
+  return value;
+}
+
 void read_attributes(const Imf::Header& header, const std::filesystem::path& path, Match& match) {
   const auto* samples = header.findTypedAttribute<Imf::IntAttribute>(kSamples);
   const auto* triangles = header.findTypedAttribute<Imf::StringAttribute>(kSourceTriangles);
@@ -118,6 +132,8 @@ void read_attributes(const Imf::Header& header, const std::filesystem::path& pat
       match.source_triangles > KILN_NO_TRIANGLE) {
     fail(path, "sourceTriangles is no number of triangles");
   }
+  match.source_hash = read_number(header, kSourceHash);
+  match.low_hash = read_number(header, kLowHash);
   if (match.width % match.samples != 0 || match.height % match.samples != 0) {
     fail(path, "its sides are no multiples of its samples");
   }
@@ -176,6 +192,8 @@ void save_match(const Match& match, const std::filesystem::path& path) {
   }
   header.insert(kSamples, Imf::IntAttribute(static_cast<int>(match.samples)));
   header.insert(kSourceTriangles, Imf::StringAttribute(std::to_string(match.source_triangles)));
+  header.insert(kSourceHash, Imf::StringAttribute(std::to_string(match.source_hash)));
+  header.insert(kLowHash, Imf::StringAttribute(std::to_string(match.low_hash)));
   const std::vector<std::uint32_t> status(match.status.begin(), match.status.end());
   Imf::FrameBuffer buffer;
   add_slice(buffer, "triangle", Imf::UINT, match.triangle.data(), match.width);

@@ -145,7 +145,7 @@ void MeshBuilder::place(Mesh& mesh) {
     }
   }
   if (bad == positions.size()) {
-    input_.fail("vertex 0", "every vertex has a NaN or infinite coordinate",
+    input_.fail("vertex 0", "no vertex has finite coordinates",
                 "Export the mesh again; the program that wrote it failed.");
   }
   if (bad != 0) {

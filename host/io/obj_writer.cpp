@@ -94,6 +94,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   check(mesh);
   AtomicFile file(path);
   Writer out(file);
+  out.text("# Kiln\n");
   const bool placed = mesh.origin != std::array<double, 3>{};
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const Vec3& p = mesh.positions[i];

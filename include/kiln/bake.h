@@ -51,6 +51,7 @@ class Source {
 /// Which detail a map holds.
 enum class MapKind {
   normal,  ///< Unit normal of the dense surface, in `BakeOptions::space`
+  mask,    ///< 1 channel: 1 where a texel was baked, 0 where it is empty, gutter or missed
 };
 
 /// What a sample gets for which no point of the dense mesh was found.
@@ -117,9 +118,9 @@ struct BakeOptions {
   MatchMethod method = MatchMethod::ray;
   ViewOptions views;  ///< For MatchMethod::views
 
-  Length max_distance =
-      Length::share(0.02);          ///< How far the match looks each way; with a cage, the
-                                    ///< ray's length from the cage inward. Above 0.
+  /// How far the match looks each way; with a cage, the ray's length from the cage inward. Above 0. None
+  /// given: 2% of the diagonal; with a cage, twice its distance (twice the longest one of a cage mesh).
+  std::optional<Length> max_distance;
   std::optional<Length> cage;       ///< Cast from this far outside, inward, first hit
   const Mesh* cage_mesh = nullptr;  ///< ... or from this mesh (the light mesh's topology)
   bool two_sided = false;           ///< Keep source faces that are turned away
@@ -142,7 +143,9 @@ struct Match {
   std::uint32_t width = 0;  ///< map width * samples
   std::uint32_t height = 0;
   std::uint32_t samples = 1;
-  std::uint64_t source_triangles = 0;   ///< For checking against the mesh it is used with
+  std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
+  std::uint64_t source_hash = 0;  ///< Of the dense mesh's triangles and positions; 0: not known
+  std::uint64_t low_hash = 0;     ///< Of the light mesh's triangles, positions and UVs
   std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
   std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
   std::vector<float> distance;          ///< World units, outward positive

@@ -1,6 +1,7 @@
 #include "bake_arguments.h"
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <tuple>
 
@@ -9,7 +10,7 @@
 namespace kiln::cli {
 namespace {
 
-const std::map<std::string, MapKind> kMaps = {{"normal", MapKind::normal}};
+const std::map<std::string, MapKind> kMaps = {{"normal", MapKind::normal}, {"mask", MapKind::mask}};
 const std::map<std::string, NormalMapSpace> kSpaces = {{"tangent", NormalMapSpace::tangent},
                                                        {"object", NormalMapSpace::object},
                                                        {"face", NormalMapSpace::face}};
@@ -33,7 +34,20 @@ template <typename T>
 CLI::Validator one_of(const std::map<std::string, T>& values) {
   std::vector<std::string> names;
   for (const auto& [name, value] : values) names.push_back(name);
-  return CLI::IsMember(names);
+  return CLI::IsMember(names, CLI::ignore_case);
+}
+
+/// Percent, 0 to 100.
+CLI::Validator percentage() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool good = error == std::errc() && end == text.data() + text.size();
+        return good && value >= 0 && value <= 100 ? std::string()
+                                                  : "expected 0 to 100, not '" + text + "'";
+      },
+      "P");
 }
 
 }  // namespace
@@ -49,7 +63,9 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command.add_option("--size", a.size, "Texels: one side, or WxH, 1 to 16384")
       ->capture_default_str()
       ->group(group_map);
-  command.add_option("--maps", a.maps, "Which maps, separated by commas")
+  command
+      .add_option("--maps", a.maps,
+                  "Which maps, separated by commas; mask is 1 where a texel was baked")
       ->delimiter(',')
       ->check(one_of(kMaps))
       ->capture_default_str()
@@ -93,18 +109,21 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command
       .add_option(
           "--max-distance", a.max_distance,
-          "How far to look each way: world units, or P% of HIGH's diagonal; with a cage, the "
-          "ray's length from the cage inward")
-      ->capture_default_str()
+          "How far to look each way: world units, or P% of HIGH's diagonal (default 2%); with a "
+          "cage, the ray's length from the cage inward (default: twice the cage)")
       ->group(group_match);
   CLI::Option* cage =
       command
-          .add_option("--cage", a.cage, "Cast from this far outside, inward, first hit: D or P%")
+          .add_option(
+              "--cage", a.cage,
+              "Cast from this far outside, inward, first hit: D or P%. For parts that float, "
+              "intersect or lie on the surface")
           ->group(group_match);
   command.add_option("--cage-mesh", a.cage_mesh, "Cast from this mesh, which has LOW's triangles")
       ->excludes(cage)
       ->group(group_match);
-  command.add_flag("--two-sided", a.two_sided, "Keep faces of HIGH that are turned away")
+  command
+      .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")
       ->group(group_match);
   command
       .add_option("--miss", a.miss,
@@ -164,10 +183,9 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
           ->check(CLI::Range(1U, 100000000U))
           ->group(group_low);
   command
-      .add_option("--max-error", a.max_error_percent,
-                  "Without LOW and --faces: as few triangles as stay within this percentage of the "
-                  "diagonal (default 0.2)")
-      ->check(CLI::Range(1e-6, 50.0))
+      .add_option("--max-error", a.max_error,
+                  "Without LOW and --faces: few triangles that stay within this share of the "
+                  "diagonal (default 0.2%)")
       ->excludes(faces)
       ->group(group_low);
   command.add_flag("--unwrap", a.unwrap, "Give LOW new UVs, and write it beside the maps")
@@ -175,16 +193,24 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
 
   const char* const group_run = "The run";
   command
+      .add_option("--max-missed", a.max_missed_percent,
+                  "Exit with 1 where more than P percent of the samples are missed")
+      ->check(percentage())
+      ->group(group_run);
+  command.add_flag("--force", a.force, "Write over a light mesh that Kiln did not write")
+      ->group(group_run);
+  command
       .add_option("--device", a.device,
                   "OpenCL device: index or part of its name (see kiln devices)")
       ->group(group_run);
-  command.add_option("--json", a.json, "Write a report to this file")->group(group_run);
+  command.add_option("--json", a.json, "Write a report to this file, or - for standard output")
+      ->group(group_run);
   command.add_flag("--quiet", a.quiet, "Print nothing but errors")->group(group_run);
 }
 
 void check(const BakeArguments& a) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
-  if (!a.low.empty() && (a.faces != 0 || a.max_error_percent > 0)) {
+  if (!a.low.empty() && (a.faces != 0 || !a.max_error.empty())) {
     fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
          "' was given: leave one of them out.");
   }
@@ -231,9 +257,11 @@ BakeOptions bake_options(const BakeArguments& a) {
   } else if (!a.views.empty()) {
     options.views.count = parse_views(a.views);
   }
-  options.max_distance = parse_length("--max-distance", a.max_distance);
-  if (options.max_distance.value == 0) {
-    throw Error(ErrorCode::usage, "--max-distance is 0: rays that reach nowhere find nothing.");
+  if (!a.max_distance.empty()) {
+    options.max_distance = parse_length("--max-distance", a.max_distance);
+    if (options.max_distance->value == 0) {
+      throw Error(ErrorCode::usage, "--max-distance is 0: rays that reach nowhere find nothing.");
+    }
   }
   if (!a.cage.empty()) options.cage = parse_length("--cage", a.cage);
   options.two_sided = a.two_sided;
@@ -280,7 +308,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"view_criterion", report.views ? Json(a.view_criterion) : Json()},
           {"view_refine", report.views ? Json(!a.no_view_refine) : Json()},
           {"fallback", report.views ? Json(a.fallback) : Json()},
-          {"max_distance", a.max_distance},
+          {"max_distance", or_null(a.max_distance)},
           {"max_distance_world", report.max_distance},
           {"cage", or_null(a.cage)},
           {"cage_mesh", or_null(a.cage_mesh)},
@@ -296,7 +324,8 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"samples", a.samples},
           {"gutter", a.gutter},
           {"faces", a.faces == 0 ? Json() : Json(a.faces)},
-          {"max_error_percent", a.max_error_percent > 0 ? Json(a.max_error_percent) : Json()},
+          {"max_error", or_null(a.max_error)},
+          {"max_missed_percent", a.max_missed_percent},
           {"unwrap", a.unwrap},
           {"save_match", or_null(a.save_match)},
           {"load_match", or_null(a.load_match)}};

@@ -16,7 +16,7 @@ struct BakeArguments {
   std::string size = "2048";
   std::vector<std::string> maps = {"normal"};
   std::string match = "ray";
-  std::string max_distance = "2%";
+  std::string max_distance;
   std::string views;
   std::vector<std::string> view;
   std::uint32_t view_size = 0;
@@ -36,9 +36,11 @@ struct BakeArguments {
   std::uint32_t samples = 1;
   std::string gutter = "16";
   std::uint32_t faces = 0;
-  double max_error_percent = 0;
+  std::string max_error;
   bool unwrap = false;
   std::string save_match, load_match;
+  double max_missed_percent = 100;
+  bool force = false;
   std::string device, json;
   bool quiet = false;
 };

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "parse.h"
+#include "paths.h"
 #include "report.h"
 
 namespace kiln::cli {
@@ -28,6 +30,12 @@ struct LowMesh {
   std::optional<UnwrapReport> unwrapped;
 };
 
+/// The light mesh that is written beside the maps, where one is; and the maps' stem.
+std::string low_stem(const BakeArguments& arguments) {
+  if (arguments.low.empty()) return fs::path(arguments.high).stem().string() + "_low";
+  return fs::path(arguments.low).stem().string() + (arguments.unwrap ? "_unwrapped" : "");
+}
+
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
 LowMesh prepare_low(const BakeArguments& arguments, const Mesh& high, Console& console,
                     std::vector<Warning>& warnings) {
@@ -38,20 +46,25 @@ LowMesh prepare_low(const BakeArguments& arguments, const Mesh& high, Console& c
   if (!arguments.low.empty()) {
     console.progress(kAtLow, "reading " + arguments.low);
     low.mesh = load_mesh(arguments.low, &warnings);
-    low.stem = fs::path(arguments.low).stem().string();
+    if (low.mesh.triangles.size() > high.triangles.size()) {
+      warnings.push_back({"low-denser",
+                          "LOW '" + arguments.low + "' has more triangles than HIGH '" +
+                              arguments.high + "': are they the wrong way round?",
+                          1});
+    }
+    low.stem = low_stem(arguments);
     if (!arguments.unwrap) return low;
   } else {
     console.progress(kAtLow, "simplifying");
     low.simplified.emplace();
     SimplifyOptions options;
     options.faces = arguments.faces;
-    if (arguments.max_error_percent > 0) options.max_error = arguments.max_error_percent / 100;
+    if (!arguments.max_error.empty()) options.max_error = parse_error_bound(arguments.max_error);
     low.mesh = simplify(high, options, &*low.simplified);
-    low.stem = fs::path(arguments.high).stem().string() + "_low";
+    low.stem = low_stem(arguments);
   }
   low.unwrapped.emplace();
   low.mesh = unwrap(low.mesh, unwrap_options, &*low.unwrapped);
-  if (!arguments.low.empty()) low.stem += "_unwrapped";
   low.mesh.name = low.stem;
   return low;
 }
@@ -124,17 +137,24 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
           {"total", total}};
 }
 
-void print_summary(Console& console, const BakeReport& report, const Source::Stats& source,
-                   const Stages& stages, double total) {
+void print_summary(Console& console, const BakeReport& report, std::uint64_t map_texels,
+                   const Source::Stats& source, const Stages& stages, double total) {
   char text[512];
   const std::uint64_t found = report.samples - report.missed;
+  std::string searched;
+  if (report.max_distance > 0) {
+    std::snprintf(text, sizeof text, ", search distance %.3g (%.3f%%)", report.max_distance,
+                  100 * report.max_distance / source.diagonal);
+    searched = text;
+  }
   std::snprintf(text, sizeof text,
-                "%s texels, %s matched (%s), %s missed; mean distance %.4g "
-                "(%.3f%% of the diagonal), looked %.4g far",
-                with_commas(report.texels).c_str(), percent(found, report.samples).c_str(),
-                shares(report).c_str(), percent(report.missed, report.samples).c_str(),
+                "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
+                "%.3g units (%.3f%% of the diagonal)%s",
+                with_commas(report.texels).c_str(), with_commas(map_texels).c_str(),
+                percent(found, report.samples).c_str(), shares(report).c_str(),
+                with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
                 report.mean_abs_distance, 100 * report.mean_abs_distance / source.diagonal,
-                report.max_distance);
+                searched.c_str());
   console.line(text);
   std::snprintf(
       text, sizeof text,
@@ -146,6 +166,95 @@ void print_summary(Console& console, const BakeReport& report, const Source::Sta
   console.line(text);
 }
 
+/// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
+void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options) {
+  const fs::path folder = arguments.out;
+  if (folder.empty()) throw Error(ErrorCode::usage, "--out is empty: give a folder.");
+  if (!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr") {
+    throw Error(ErrorCode::usage, "--save-match '" + arguments.save_match +
+                                      "': a match is an EXR, so the name must end in .exr.");
+  }
+  const std::string stem = low_stem(arguments);
+  std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
+  for (const std::string& map : arguments.maps) {
+    outputs.push_back(folder / (stem + "_" + map + extension(save_options)));
+  }
+  if (arguments.low.empty() || arguments.unwrap) outputs.push_back(folder / (stem + ".obj"));
+  check_paths({arguments.high, arguments.low, arguments.cage_mesh, arguments.load_match}, outputs);
+  if (arguments.low.empty() || arguments.unwrap) {
+    check_not_foreign(folder / (stem + ".obj"), arguments.force);
+  }
+}
+
+/// Where two meshes lie, for people who wonder why nothing matches.
+std::string why_nothing(const Mesh& high, const Mesh& low) {
+  struct Box {
+    std::array<double, 3> lo{}, hi{};
+    double diagonal = 0;
+  };
+  const auto box_of = [](const Mesh& mesh) {
+    Box box;
+    box.lo.fill(1e300);
+    box.hi.fill(-1e300);
+    for (const Vec3& p : mesh.positions) {
+      const std::array<float, 3> values = {p.x, p.y, p.z};
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (!std::isfinite(values[k])) continue;
+        box.lo[k] = std::min(box.lo[k], mesh.origin[k] + double{values[k]});
+        box.hi[k] = std::max(box.hi[k], mesh.origin[k] + double{values[k]});
+      }
+    }
+    double squared = 0;
+    for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.hi[k] - box.lo[k], 2);
+    box.diagonal = std::sqrt(squared);
+    return box;
+  };
+  const Box a = box_of(high);
+  const Box b = box_of(low);
+  char text[256];
+  const double ratio = b.diagonal / a.diagonal;
+  if (ratio > 3 || ratio < 1 / 3.0) {
+    std::snprintf(text, sizeof text, "LOW is %.3g times as large as HIGH; scale one of them",
+                  ratio);
+    return text;
+  }
+  double squared = 0;
+  const auto extent = [](const Box& box, std::size_t k) { return box.hi[k] - box.lo[k]; };
+  for (std::size_t k = 0; k < 3; ++k) {
+    squared += std::pow((b.lo[k] + b.hi[k] - a.lo[k] - a.hi[k]) / 2, 2);
+  }
+  const double slack = 0.1 * a.diagonal;
+  const auto alike = [&](std::size_t i, std::size_t k) {
+    return std::abs(extent(a, i) - extent(b, k)) < slack;
+  };
+  if (!(alike(1, 1) && alike(2, 2)) && alike(0, 0) && alike(1, 2) && alike(2, 1)) {
+    return "their boxes fit after swapping Y and Z; export both with the same up axis";
+  }
+  if (std::sqrt(squared) > 0.1 * a.diagonal) {
+    std::snprintf(text, sizeof text, "LOW lies %.4g units away from HIGH; move one of them",
+                  std::sqrt(squared));
+    return text;
+  }
+  return "if they do lie in one place, raise --max-distance, or check that LOW's normals point "
+         "outward";
+}
+
+/// A map with nothing in it is no success. \throws Error(input)
+void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
+  if (report.samples == 0) {
+    throw Error(
+        ErrorCode::input,
+        "'" + low.name +
+            "': no texel centre lies inside a UV triangle, so the map would be empty. Use a "
+            "larger --size, or move the UVs into the unit square.");
+  }
+  if (report.missed == report.samples) {
+    throw Error(ErrorCode::input, "No point of '" + high.name + "' was found for any of the " +
+                                      with_commas(report.samples) + " samples of '" + low.name +
+                                      "': " + why_nothing(high, low) + ".");
+  }
+}
+
 int run_bake(const BakeArguments& arguments) {
   check(arguments);
   BakeOptions options = bake_options(arguments);
@@ -155,8 +264,10 @@ int run_bake(const BakeArguments& arguments) {
   Stages stages;
   std::vector<Warning> warnings;
   const fs::path folder = arguments.out;
+  check_outputs(arguments, save_options);
   prepare_output_folder(folder);
-  if (!arguments.json.empty()) prepare_output_folder(fs::path(arguments.json).parent_path());
+  prepare_parent(arguments.json);
+  prepare_parent(arguments.save_match);
 
   const Device device = Device::open(arguments.device);
   if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
@@ -185,6 +296,7 @@ int run_bake(const BakeArguments& arguments) {
   };
   BakeResult result = bake(source, low.mesh, options);
   if (result.cancelled) return kExitCancelled;
+  check_result(result.report, high, low.mesh);
   watch.lap();
 
   std::vector<std::string> outputs;
@@ -258,7 +370,7 @@ int run_bake(const BakeArguments& arguments) {
                      {"coverage", low.unwrapped->coverage},
                      {"density_spread", low.unwrapped->density_spread}};
     }
-    save_text(arguments.json, json.dump(2) + "\n");
+    save_report(arguments.json, json);
   }
   console.progress(1, "done");
   for (const Warning& warning : warnings) console.warning(warning.message);
@@ -270,8 +382,17 @@ int run_bake(const BakeArguments& arguments) {
     console.line(text);
   }
   if (report.views) console.line(summary(*report.views, source.stats().diagonal));
-  print_summary(console, report, source.stats(), stages, total);
+  print_summary(console, report, std::uint64_t{options.width} * options.height, source.stats(),
+                stages, total);
   for (const std::string& output : outputs) console.line("wrote " + output);
+  const double missed =
+      100.0 * static_cast<double>(report.missed) / static_cast<double>(report.samples);
+  if (missed > arguments.max_missed_percent) {
+    std::fprintf(stderr,
+                 "kiln: %.4g%% of the samples were missed, more than --max-missed allows.\n",
+                 missed);
+    return 1;
+  }
   return 0;
 }
 

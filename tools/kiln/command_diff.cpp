@@ -5,6 +5,8 @@
 
 #include "commands.h"
 #include "kiln/kiln.h"
+#include "map_file.h"
+#include "paths.h"
 #include "report.h"
 
 namespace kiln::cli {
@@ -16,10 +18,11 @@ struct DiffArguments {
 };
 
 int run_diff(const DiffArguments& arguments) {
-  const Image a = load_image(arguments.a);
-  const Image b = load_image(arguments.b);
+  check_paths({arguments.a, arguments.b, arguments.mask}, {arguments.json});
+  const Image a = load_normal_map(arguments.a);
+  const Image b = load_normal_map(arguments.b);
   std::optional<Image> mask;
-  if (!arguments.mask.empty()) mask = load_image(arguments.mask);
+  if (!arguments.mask.empty()) mask = load_mask(arguments.mask);
   const ImageDifference difference = compare_images(a, b, mask ? &*mask : nullptr);
 
   const bool has_limit = arguments.max_mean_angle || arguments.max_angle || arguments.max_error;
@@ -30,13 +33,17 @@ int run_diff(const DiffArguments& arguments) {
   if (arguments.max_error && difference.max_error > *arguments.max_error) within = false;
   if (!has_limit && difference.max_error > 0) within = false;
 
-  std::printf(
-      "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
-      "channel error mean %.6f, max %.6f, worst at (%u, %u)\n",
-      std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
-      difference.p95_angle_degrees, difference.p99_angle_degrees, difference.max_angle_degrees,
-      difference.mean_error, difference.max_error, difference.worst_x, difference.worst_y);
-  std::printf("%s\n", within ? "within" : has_limit ? "beyond the limits" : "different");
+  std::fprintf(arguments.json == "-" ? stderr : stdout,
+               "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
+               "channel error mean %.6f, max %.6f, worst at (%u, %u)\n",
+               std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
+               difference.p95_angle_degrees, difference.p99_angle_degrees,
+               difference.max_angle_degrees, difference.mean_error, difference.max_error,
+               difference.worst_x, difference.worst_y);
+  std::fprintf(arguments.json == "-" ? stderr : stdout, "%s\n",
+               within      ? "within"
+               : has_limit ? "beyond the limits"
+                           : "different");
   if (!arguments.json.empty()) {
     const Json report = {{"version", version()},
                          {"a", arguments.a},
@@ -50,7 +57,7 @@ int run_diff(const DiffArguments& arguments) {
                          {"max_error", difference.max_error},
                          {"worst", {difference.worst_x, difference.worst_y}},
                          {"within", within}};
-    save_text(arguments.json, report.dump(2) + "\n");
+    save_report(arguments.json, report);
   }
   return within ? 0 : 1;
 }
@@ -70,8 +77,11 @@ Run add_diff(CLI::App& app) {
       ->check(CLI::NonNegativeNumber);
   command->add_option("--max-error", arguments->max_error, "Largest channel difference, 0 to 1")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--mask", arguments->mask, "Image: texels that are 0 there do not count");
-  command->add_option("--json", arguments->json, "Write the figures to this file");
+  command->add_option(
+      "--mask", arguments->mask,
+      "Texels that are 0 there do not count: an image, such as bake's mask, or a saved match");
+  command->add_option("--json", arguments->json,
+                      "Write the figures to this file, or - for standard output");
   return [arguments] { return run_diff(*arguments); };
 }
 

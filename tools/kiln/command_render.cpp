@@ -7,7 +7,9 @@
 #include "commands.h"
 #include "console.h"
 #include "kiln/kiln.h"
+#include "map_file.h"
 #include "parse.h"
+#include "paths.h"
 #include "report.h"
 
 namespace kiln::cli {
@@ -104,11 +106,12 @@ Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& 
     const ImageDifference with =
         difference(reference, rendered_normals(low, options, frame, false));
     json["with_map"] = figures(with);
-    std::snprintf(text, sizeof text,
-                  "rendered normals against the original, %d views: mean %.2f degrees without the "
-                  "map, %.2f with it (95%%: %.2f, %.2f)",
-                  kMeasuredViews, without.mean_angle_degrees, with.mean_angle_degrees,
-                  without.p95_angle_degrees, with.p95_angle_degrees);
+    std::snprintf(
+        text, sizeof text,
+        "rendered normals against the original, %d views (this one and along the axes): mean "
+        "%.2f degrees smooth without the map, %.2f with it (95%%: %.2f, %.2f)",
+        kMeasuredViews, without.mean_angle_degrees, with.mean_angle_degrees,
+        without.p95_angle_degrees, with.p95_angle_degrees);
   } else {
     std::snprintf(text, sizeof text,
                   "rendered normals against the original, %d views: mean %.2f degrees (95%%: %.2f)",
@@ -151,8 +154,11 @@ int run_render(const RenderArguments& arguments) {
   Console console(arguments.quiet);
   Stopwatch watch;
   check(arguments);
+  check_paths({arguments.mesh, arguments.normal, arguments.reference},
+              {arguments.out, arguments.json});
   RenderOptions options = render_options(arguments);
-  prepare_output_folder(std::filesystem::path(arguments.out).parent_path());
+  prepare_parent(arguments.out);
+  prepare_parent(arguments.json);
   std::vector<Warning> warnings;
   const Mesh mesh = load_mesh(arguments.mesh, &warnings);
   std::optional<Mesh> reference;
@@ -160,7 +166,7 @@ int run_render(const RenderArguments& arguments) {
   Image map_image;
   NormalMap map;
   if (!arguments.normal.empty()) {
-    map_image = load_image(arguments.normal);
+    map_image = load_normal_map(arguments.normal);
     map.image = &map_image;
     map.flip_y = arguments.flip_y;
     map.space = arguments.space == "object" ? NormalMapSpace::object
@@ -223,7 +229,7 @@ int run_render(const RenderArguments& arguments) {
                    {"total", watch.total()}}},
                  {"warnings", describe(warnings)}};
     if (high) json["rendered_normals"] = rendered;
-    save_text(arguments.json, json.dump(2) + "\n");
+    save_report(arguments.json, json);
   }
   return 0;
 }
@@ -236,7 +242,10 @@ Run add_render(CLI::App& app) {
       "A picture of a mesh; with --reference and --normal: original | flat | with the map");
   auto a = std::make_shared<RenderArguments>();
   command->add_option("MESH", a->mesh, "The mesh to show")->required();
-  command->add_option("--normal", a->normal, "Normal map to apply through the mesh's UVs");
+  command->add_option(
+      "--normal", a->normal,
+      "Normal map to apply through the mesh's UVs; Kiln's raw and two-component maps "
+      "are recognised");
   command->add_option("--space", a->space, "Of the map: tangent, object or face")
       ->check(CLI::IsMember({"tangent", "object", "face"}))
       ->capture_default_str();
@@ -259,7 +268,7 @@ Run add_render(CLI::App& app) {
   command->add_flag("--flat", a->flat, "Face normals instead of smooth ones");
   command->add_flag("--normals", a->show_normals, "Colour by world-space normal");
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
-  command->add_option("--json", a->json, "Write a report to this file");
+  command->add_option("--json", a->json, "Write a report to this file, or - for standard output");
   command->add_flag("--quiet", a->quiet, "Print nothing but errors");
   return [a] { return run_render(*a); };
 }

@@ -8,6 +8,7 @@
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "parse.h"
+#include "paths.h"
 #include "report.h"
 
 namespace kiln::cli {
@@ -16,8 +17,8 @@ namespace {
 struct SimplifyArguments {
   std::string high, out, size = "2048", json;
   std::uint32_t faces = 0;
-  double max_error_percent = 0;
-  bool quiet = false;
+  std::string max_error;
+  bool quiet = false, force = false;
 };
 
 int run_simplify(const SimplifyArguments& arguments) {
@@ -30,7 +31,10 @@ int run_simplify(const SimplifyArguments& arguments) {
                     "': the low mesh is written as OBJ, so the name must end in .obj.");
   }
   const auto [width, height] = parse_size(arguments.size);
-  prepare_output_folder(out.parent_path());
+  check_paths({arguments.high}, {out, arguments.json});
+  check_not_foreign(out, arguments.force);
+  prepare_parent(out);
+  prepare_parent(arguments.json);
   std::vector<Warning> warnings;
   if (!console.progress(0.0, "reading")) return kExitCancelled;
   const Mesh high = load_mesh(arguments.high, &warnings);
@@ -38,7 +42,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   SimplifyReport report;
   SimplifyOptions options;
   options.faces = arguments.faces;
-  if (arguments.max_error_percent > 0) options.max_error = arguments.max_error_percent / 100;
+  if (!arguments.max_error.empty()) options.max_error = parse_error_bound(arguments.max_error);
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
@@ -75,7 +79,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                          {"total", watch.total()}}},
                        {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
                        {"warnings", describe(warnings)}};
-    save_text(arguments.json, json.dump(2) + "\n");
+    save_report(arguments.json, json);
   }
   return 0;
 }
@@ -93,13 +97,14 @@ Run add_simplify(CLI::App& app) {
                        "Number of triangles (default: as few as --max-error allows)")
           ->check(CLI::Range(1U, 100000000U));
   command
-      ->add_option("--max-error", arguments->max_error_percent,
-                   "Largest deviation, percent of the diagonal (default 0.2)")
-      ->check(CLI::Range(1e-6, 50.0))
+      ->add_option("--max-error", arguments->max_error,
+                   "Largest deviation, as a share of the diagonal (default 0.2%)")
       ->excludes(faces);
   command->add_option("--size", arguments->size, "Map size that the borders are meant for")
       ->capture_default_str();
-  command->add_option("--json", arguments->json, "Write a report to this file");
+  command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
+  command->add_option("--json", arguments->json,
+                      "Write a report to this file, or - for standard output");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but errors");
   return [arguments] { return run_simplify(*arguments); };
 }

@@ -1,14 +1,59 @@
 // The kiln command: parses, runs a subcommand, turns errors into the documented exit codes.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <map>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
+
+namespace {
+
+/// Letters to change, add or leave out to get from one word to another (Levenshtein 1966).
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t corner = row[0];
+    row[0] = i;
+    for (std::size_t k = 1; k <= b.size(); ++k) {
+      const std::size_t above = row[k];
+      row[k] = std::min({row[k] + 1, row[k - 1] + 1, corner + (a[i - 1] == b[k - 1] ? 0 : 1)});
+      corner = above;
+    }
+  }
+  return row[b.size()];
+}
+
+/// What was wrong, with the nearest option where one was misspelt.
+std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
+  const auto chosen = app.get_subcommands();
+  CLI::App& command = chosen.empty() ? app : *chosen.front();
+  for (const std::string& word : app.remaining(true)) {
+    if (!word.starts_with("-")) continue;
+    std::string nearest;
+    std::size_t least = 4;
+    for (const CLI::Option* option : command.get_options()) {
+      for (const std::string& name : option->get_lnames()) {
+        const std::size_t distance = edits(word, "--" + name);
+        if (distance < least) {
+          least = distance;
+          nearest = "--" + name;
+        }
+      }
+    }
+    return command.get_name() + " has no option '" + word + "'" +
+           (nearest.empty() ? "." : "; did you mean " + nearest + "?");
+  }
+  return error.what();
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace kiln;
@@ -30,22 +75,32 @@ int main(int argc, char** argv) {
   commands["devices"] = cli::add_devices(app);
 
   try {
+    // `kiln help COMMAND` as in git.
+    std::vector<std::string> words(argv + 1, argv + argc);
+    if (!words.empty() && words[0] == "help") {
+      words.erase(words.begin());
+      if (words.size() > 1) words.resize(1);
+      words.push_back("--help");
+    }
     // CLI11 would say only that a command is missing.
-    if (argc > 1 && argv[1][0] != '-' && commands.count(argv[1]) == 0) {
+    if (!words.empty() && !words[0].starts_with('-') && commands.count(words[0]) == 0) {
       std::string known;
       for (const auto& [name, run] : commands) known += (known.empty() ? "" : ", ") + name;
-      throw CLI::ValidationError(
-          "", "there is no command '" + std::string(argv[1]) + "'; there are " + known);
+      throw CLI::ParseError("there is no command '" + words[0] + "'; there are " + known,
+                            CLI::ExitCodes::ValidationError);
     }
-    app.parse(argc, argv);
+    std::reverse(words.begin(), words.end());  // as CLI11 wants them
+    app.parse(words);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::fprintf(stderr, "kiln: %s\n", error.what());
+    std::fprintf(stderr, "kiln: %s\n", usage_message(app, error).c_str());
     std::fprintf(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.\n");
     return static_cast<int>(ErrorCode::usage);
   }
   try {
-    return commands.at(app.get_subcommands().front()->get_name())();
+    const int result = commands.at(app.get_subcommands().front()->get_name())();
+    if (result == cli::kExitCancelled) std::fputs("\nCancelled.\n", stderr);
+    return result;
   } catch (const Error& error) {
     std::fprintf(stderr, "kiln: %s\n", error.what());
     return static_cast<int>(error.code());

@@ -47,6 +47,16 @@ Length parse_length(const char* flag, const std::string& text) {
   return relative ? Length::share(value / 100) : Length::absolute(value);
 }
 
+double parse_error_bound(const std::string& text) {
+  std::string_view number = text;
+  if (!number.empty() && number.back() == '%') number.remove_suffix(1);
+  double value = 0;
+  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50)) {
+    bad("--max-error", text, "a percentage of the diagonal, above 0 and up to 50, such as 0.2%");
+  }
+  return value / 100;
+}
+
 std::int32_t parse_gutter(const std::string& text) {
   if (text == "inf" || text == "infinite") return -1;
   std::int32_t value = 0;

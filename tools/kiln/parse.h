@@ -15,6 +15,9 @@ std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text);
 /// "0.05" in world units, or "2%" of the bounding box's diagonal. \throws Error(usage)
 Length parse_length(const char* flag, const std::string& text);
 
+/// "0.2%" or "0.2" of the diagonal as 0.002, up to 50%. \throws Error(usage)
+double parse_error_bound(const std::string& text);
+
 /// "16" or "inf" (-1). \throws Error(usage)
 std::int32_t parse_gutter(const std::string& text);
 

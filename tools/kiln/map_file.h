@@ -1,0 +1,19 @@
+// Normal maps and masks as files hold them.
+#pragma once
+
+#include <filesystem>
+
+#include "kiln/image.h"
+
+namespace kiln::cli {
+
+/// Reads a normal map as n/2 + 1/2 in three channels. Kiln's other two forms are recognised and decoded:
+/// components in [-1, 1] (some are negative) and two components (the third is 0 everywhere, so
+/// z = sqrt(1 - x^2 - y^2)). \throws Error(input)
+Image load_normal_map(const std::filesystem::path& path);
+
+/// Reads a mask: an image, whose first channel counts, or a saved match, whose samples that were found
+/// do (1) and whose others do not. \throws Error(input)
+Image load_mask(const std::filesystem::path& path);
+
+}  // namespace kiln::cli
