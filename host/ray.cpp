@@ -23,7 +23,9 @@ constexpr std::size_t kLocalSize = 64;
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // KILN_BEAM_RAYS of kernels/lib/beam.clh.
 constexpr std::uint32_t kRaysPerBeam = 64;
-static_assert(kRaysPerLaunch % kRaysPerBeam == 0);
+// KILN_OCCLUSION_BLOCK of kernels/occlusion.cl.
+constexpr std::uint32_t kRaysPerOcclusionBlock = 1024;
+static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % kRaysPerOcclusionBlock == 0);
 
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
   if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
@@ -121,8 +123,9 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                          const cl::Array<std::uint8_t>& hit) const {
   check_query(query, count, capacity);
   const bool gpu = impl_->traversal == Traversal::gpu;
-  impl_->launch("occlusion", gpu ? "kiln_occlusion_any_scalar" : "kiln_occlusion_any_wide", 1,
-                impl_->params(query, capacity, capacity), count, points, hit);
+  impl_->launch("occlusion", gpu ? "kiln_occlusion_any_scalar" : "kiln_occlusion_any_stream",
+                gpu ? 1 : kRaysPerOcclusionBlock, impl_->params(query, capacity, capacity), count,
+                points, hit);
 }
 
 const RayCaster::Stats& RayCaster::stats() const { return impl_->stats; }

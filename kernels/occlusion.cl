@@ -1,18 +1,24 @@
 // Does a ray meet anything? The first hit found ends the walk; otherwise as in ray.cl.
 //
-// | kernel                     | global size | local | reads, writes a sample          |
-// | kiln_occlusion_any_wide    | samples     | 64    | 24 B (28 with reach) + tree, 1 B |
-// | kiln_occlusion_any_scalar  | samples     | 64    | the same                        |
+// Rays of ambient occlusion start beside each other but run in all directions. So a work-item takes
+// KILN_OCCLUSION_BLOCK samples and sorts them by the signs of their directions and the largest axis;
+// 64 of one bin at a time walk the tree together (see lib/stream.clh).
+//
+// | kernel                      | global size                       | local | a sample           |
+// | kiln_occlusion_any_stream   | samples / KILN_OCCLUSION_BLOCK, up | 64    | 36 B (40 with      |
+// |                             |                                   |       | reach) + tree, 1 B |
+// | kiln_occlusion_any_scalar   | samples                           | 64    | 24 (28) + tree, 1 B |
 //
 // Defines and limits: see ray.cl.
+#include "lib/stream.clh"
 #include "lib/traverse_scalar.clh"
-#include "lib/traverse_wide.clh"
+
+#define KILN_OCCLUSION_BLOCK 1024
+#define OCCLUSION_BINS 24  // 8 for each largest axis; one more for what is no ray
 
 #ifdef KILN_RAY_SCALAR
+
 kernel void kiln_occlusion_any_scalar(
-#else
-kernel void kiln_occlusion_any_wide(
-#endif
     const kiln_ray_params params,
     global const kiln_bvh_node* restrict nodes,
     global const kiln_bvh_block* restrict blocks,
@@ -24,11 +30,93 @@ kernel void kiln_occlusion_any_wide(
   ray_hit hit;
   ray_start(params, &hit);
   if (ray_load(points, index, params, &ray)) {
-#ifdef KILN_RAY_SCALAR
     scalar_trace(nodes, blocks, &ray, 0, true, &hit);
-#else
-    wide_trace(nodes, blocks, &ray, 0, true, &hit);
-#endif
   }
   occluded[index] = hit.triangle != KILN_NO_TRIANGLE ? 1 : 0;
 }
+
+#else
+
+/// The bin of a sample: 8 kz and the directions' signs; OCCLUSION_BINS where ray_load would refuse.
+static inline uint occlusion_bin(global const float* points, uint index,
+                                 const kiln_ray_params params) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t plane = params.capacity;
+  global const float* sample = points + index;
+  const float offset = (params.flags & KILN_RAY_USE_REACH) != 0 ? sample[6 * plane] : params.offset;
+  float size[3];
+  uint octant = 0;
+  int good = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float direction = sample[(3 + axis) * plane];
+    const float shift = offset * direction;
+    const float o = sample[axis * plane] + shift;
+    octant |= as_uint(direction) >> 31 << axis;
+    size[axis] = fabs(direction);
+    good &= (fabs(o) <= KILN_RAY_FARTHEST) & (size[axis] <= 2.0f);
+  }
+  if ((params.flags & KILN_RAY_INWARD) != 0) octant ^= 7u;
+  const int z0 = (size[0] >= size[1]) & (size[0] >= size[2]);
+  const int z1 = size[1] >= size[2];
+  const uint kz = z0 ? 0u : z1 ? 1u : 2u;
+  const float largest = z0 ? size[0] : z1 ? size[1] : size[2];
+  good &= largest > 1e-6f;
+  return good ? 8 * kz + octant : OCCLUSION_BINS;
+}
+
+kernel void kiln_occlusion_any_stream(
+    const kiln_ray_params params,
+    global const kiln_bvh_node* restrict nodes,
+    global const kiln_bvh_block* restrict blocks,
+    global const float* restrict points,
+    global uchar* restrict occluded) {
+  const uint first = params.first + (uint)get_global_id(0) * KILN_OCCLUSION_BLOCK;
+  if (first >= params.end) return;
+  const uint count = min(params.end - first, (uint)KILN_OCCLUSION_BLOCK);
+  uchar bin_of[KILN_OCCLUSION_BLOCK];
+  ushort order[KILN_OCCLUSION_BLOCK];
+  uint size[OCCLUSION_BINS + 1];
+  uint place[OCCLUSION_BINS + 1];
+  for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) size[bin] = 0;
+  for (uint i = 0; i < count; ++i) {
+    const uint bin = occlusion_bin(points, first + i, params);
+    bin_of[i] = (uchar)bin;
+    ++size[bin];
+  }
+  uint sum = 0;
+  for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) {
+    place[bin] = sum;
+    sum += size[bin];
+  }
+  for (uint i = 0; i < count; ++i) order[place[bin_of[i]]++] = (ushort)i;
+
+  ray_stream stream;
+  stream.lo = params.t_min;
+  stream.hi = params.t_max;
+  uint next = 0;
+  for (uint bin = 0; bin < OCCLUSION_BINS; ++bin) {
+    stream.kz = (int)(bin >> 3);
+    stream.kx = stream.kz == 2 ? 0 : stream.kz + 1;
+    stream.ky = stream.kx == 2 ? 0 : stream.kx + 1;
+    for (int axis = 0; axis < 3; ++axis) stream.near_plane[axis] = (int)(bin >> axis & 1u);
+    // By the sample's direction, which is the ray's or its opposite.
+    const bool down = ((bin >> stream.kz & 1u) != 0) != ((params.flags & KILN_RAY_INWARD) != 0);
+    stream.facing = (params.flags & KILN_RAY_TWO_SIDED) != 0 ? 0.0f : down ? -1.0f : 1.0f;
+    const uint end = place[bin];
+    while (next < end) {
+      const uint rays = min(end - next, (uint)KILN_STREAM_RAYS);
+      for (uint i = 0; i < rays; ++i) {
+        stream_load(points, first + order[next + i], params, &stream, i);
+      }
+      const ulong found =
+          stream_trace(nodes, blocks, &stream, ~(ulong)0 >> (KILN_STREAM_RAYS - rays));
+      for (uint i = 0; i < rays; ++i) {
+        occluded[first + order[next + i]] = (uchar)(found >> i & 1);
+      }
+      next += rays;
+    }
+  }
+  for (; next < count; ++next) occluded[first + order[next]] = 0;
+}
+
+#endif
