@@ -64,6 +64,47 @@ static inline uint occlusion_bin(global const float* points, uint index,
   return good ? 8 * kz + octant : OCCLUSION_BINS;
 }
 
+/// Sorts samples [first, first + count) by bin: `order` holds their numbers less `first`, `end` the
+/// ends of the bins in it.
+static __attribute__((noinline)) void occlusion_sort(global const float* points, uint first,
+                                                     uint count, const kiln_ray_params params,
+                                                     ushort* order, uint* end) {
+  uchar bin_of[KILN_OCCLUSION_BLOCK];
+  for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) end[bin] = 0;
+  for (uint i = 0; i < count; ++i) {
+    const uint bin = occlusion_bin(points, first + i, params);
+    bin_of[i] = (uchar)bin;
+    ++end[bin];
+  }
+  uint sum = 0;
+  for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) {
+    const uint size = end[bin];
+    end[bin] = sum;
+    sum += size;
+  }
+  for (uint i = 0; i < count; ++i) order[end[bin_of[i]]++] = (ushort)i;
+}
+
+/// Traces the samples in `order`, up to 64 of one bin.
+static __attribute__((noinline)) void occlusion_cast(
+    const kiln_ray_params params, global const kiln_bvh_node* nodes,
+    global const kiln_bvh_block* blocks, global const float* points, uint bin, const ushort* order,
+    uint first, uint count, global uchar* occluded) {
+  ray_stream stream;
+  stream.lo = params.t_min;
+  stream.hi = params.t_max;
+  stream.kz = (int)(bin >> 3);
+  stream.kx = stream.kz == 2 ? 0 : stream.kz + 1;
+  stream.ky = stream.kx == 2 ? 0 : stream.kx + 1;
+  for (int axis = 0; axis < 3; ++axis) stream.near_plane[axis] = (int)(bin >> axis & 1u);
+  // By the sample's direction, which is the ray's or its opposite.
+  const bool down = ((bin >> stream.kz & 1u) != 0) != ((params.flags & KILN_RAY_INWARD) != 0);
+  stream.facing = (params.flags & KILN_RAY_TWO_SIDED) != 0 ? 0.0f : down ? -1.0f : 1.0f;
+  for (uint i = 0; i < count; ++i) stream_load(points, first + order[i], params, &stream, i);
+  const ulong found = stream_trace(nodes, blocks, &stream, ~(ulong)0 >> (KILN_STREAM_RAYS - count));
+  for (uint i = 0; i < count; ++i) occluded[first + order[i]] = (uchar)(found >> i & 1);
+}
+
 kernel void kiln_occlusion_any_stream(
     const kiln_ray_params params,
     global const kiln_bvh_node* restrict nodes,
@@ -73,46 +114,14 @@ kernel void kiln_occlusion_any_stream(
   const uint first = params.first + (uint)get_global_id(0) * KILN_OCCLUSION_BLOCK;
   if (first >= params.end) return;
   const uint count = min(params.end - first, (uint)KILN_OCCLUSION_BLOCK);
-  uchar bin_of[KILN_OCCLUSION_BLOCK];
   ushort order[KILN_OCCLUSION_BLOCK];
-  uint size[OCCLUSION_BINS + 1];
-  uint place[OCCLUSION_BINS + 1];
-  for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) size[bin] = 0;
-  for (uint i = 0; i < count; ++i) {
-    const uint bin = occlusion_bin(points, first + i, params);
-    bin_of[i] = (uchar)bin;
-    ++size[bin];
-  }
-  uint sum = 0;
-  for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) {
-    place[bin] = sum;
-    sum += size[bin];
-  }
-  for (uint i = 0; i < count; ++i) order[place[bin_of[i]]++] = (ushort)i;
-
-  ray_stream stream;
-  stream.lo = params.t_min;
-  stream.hi = params.t_max;
+  uint end[OCCLUSION_BINS + 1];
+  occlusion_sort(points, first, count, params, order, end);
   uint next = 0;
   for (uint bin = 0; bin < OCCLUSION_BINS; ++bin) {
-    stream.kz = (int)(bin >> 3);
-    stream.kx = stream.kz == 2 ? 0 : stream.kz + 1;
-    stream.ky = stream.kx == 2 ? 0 : stream.kx + 1;
-    for (int axis = 0; axis < 3; ++axis) stream.near_plane[axis] = (int)(bin >> axis & 1u);
-    // By the sample's direction, which is the ray's or its opposite.
-    const bool down = ((bin >> stream.kz & 1u) != 0) != ((params.flags & KILN_RAY_INWARD) != 0);
-    stream.facing = (params.flags & KILN_RAY_TWO_SIDED) != 0 ? 0.0f : down ? -1.0f : 1.0f;
-    const uint end = place[bin];
-    while (next < end) {
-      const uint rays = min(end - next, (uint)KILN_STREAM_RAYS);
-      for (uint i = 0; i < rays; ++i) {
-        stream_load(points, first + order[next + i], params, &stream, i);
-      }
-      const ulong found =
-          stream_trace(nodes, blocks, &stream, ~(ulong)0 >> (KILN_STREAM_RAYS - rays));
-      for (uint i = 0; i < rays; ++i) {
-        occluded[first + order[next + i]] = (uchar)(found >> i & 1);
-      }
+    while (next < end[bin]) {
+      const uint rays = min(end[bin] - next, (uint)KILN_STREAM_RAYS);
+      occlusion_cast(params, nodes, blocks, points, bin, order + next, first, rays, occluded);
       next += rays;
     }
   }
