@@ -37,31 +37,24 @@ kernel void kiln_occlusion_any_scalar(
 
 #else
 
-/// The bin of a sample: 8 kz and the directions' signs; OCCLUSION_BINS where ray_load would refuse.
-static inline uint occlusion_bin(global const float* points, uint index,
-                                 const kiln_ray_params params) {
+/// The bins of 16 samples: 8 kz and the directions' signs; OCCLUSION_BINS where ray_load would refuse.
+static inline int16 occlusion_bins(const float16 position[3], const float16 direction[3],
+                                   float16 offset, const kiln_ray_params params) {
 #pragma OPENCL FP_CONTRACT OFF
-  const size_t plane = params.capacity;
-  global const float* sample = points + index;
-  const float offset = (params.flags & KILN_RAY_USE_REACH) != 0 ? sample[6 * plane] : params.offset;
-  float size[3];
-  uint octant = 0;
-  int good = 1;
+  float16 size[3];
+  int16 octant = (int16)((params.flags & KILN_RAY_INWARD) != 0 ? 7 : 0);
+  int16 good = (int16)(-1);
   for (int axis = 0; axis < 3; ++axis) {
-    const float direction = sample[(3 + axis) * plane];
-    const float shift = offset * direction;
-    const float o = sample[axis * plane] + shift;
-    octant |= as_uint(direction) >> 31 << axis;
-    size[axis] = fabs(direction);
-    good &= (fabs(o) <= KILN_RAY_FARTHEST) & (size[axis] <= 2.0f);
+    const float16 shift = offset * direction[axis];
+    const float16 o = position[axis] + shift;
+    octant ^= (as_int16(direction[axis]) >> 31) & (1 << axis);
+    size[axis] = fabs(direction[axis]);
+    good &= (fabs(o) <= (float16)(KILN_RAY_FARTHEST)) & (size[axis] <= (float16)(2.0f));
   }
-  if ((params.flags & KILN_RAY_INWARD) != 0) octant ^= 7u;
-  const int z0 = (size[0] >= size[1]) & (size[0] >= size[2]);
-  const int z1 = size[1] >= size[2];
-  const uint kz = z0 ? 0u : z1 ? 1u : 2u;
-  const float largest = z0 ? size[0] : z1 ? size[1] : size[2];
-  good &= largest > 1e-6f;
-  return good ? 8 * kz + octant : OCCLUSION_BINS;
+  const int16 z0 = (size[0] >= size[1]) & (size[0] >= size[2]);
+  const int16 z1 = size[1] >= size[2];
+  good &= max(size[0], max(size[1], size[2])) > (float16)(1e-6f);
+  return select((int16)(OCCLUSION_BINS), octant | (~z0 & select((int16)(16), (int16)(8), z1)), good);
 }
 
 /// Sorts samples [first, first + count) by bin: `order` holds their numbers less `first`, `end` the
@@ -69,13 +62,33 @@ static inline uint occlusion_bin(global const float* points, uint index,
 static __attribute__((noinline)) void occlusion_sort(global const float* points, uint first,
                                                      uint count, const kiln_ray_params params,
                                                      ushort* order, uint* end) {
+  const bool use_reach = (params.flags & KILN_RAY_USE_REACH) != 0;
+  const size_t plane = params.capacity;
   uchar bin_of[KILN_OCCLUSION_BLOCK];
-  for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) end[bin] = 0;
-  for (uint i = 0; i < count; ++i) {
-    const uint bin = occlusion_bin(points, first + i, params);
-    bin_of[i] = (uchar)bin;
-    ++end[bin];
+  for (uint i = 0; i < count; i += 16) {
+    global const float* sample = points + first + i;
+    float16 position[3], direction[3];
+    float16 offset = (float16)(params.offset);
+    if (count - i >= 16) {
+      for (int axis = 0; axis < 3; ++axis) {
+        position[axis] = vload16(0, sample + axis * plane);
+        direction[axis] = vload16(0, sample + (3 + axis) * plane);
+      }
+      if (use_reach) offset = vload16(0, sample + 6 * plane);
+    } else {
+      for (int axis = 0; axis < 3; ++axis) position[axis] = direction[axis] = (float16)(0.0f);
+      for (uint k = 0; k < count - i; ++k) {
+        for (int axis = 0; axis < 3; ++axis) {
+          ((private float*)&position[axis])[k] = sample[axis * plane + k];
+          ((private float*)&direction[axis])[k] = sample[(3 + axis) * plane + k];
+        }
+        if (use_reach) ((private float*)&offset)[k] = sample[6 * plane + k];
+      }
+    }
+    vstore16(convert_uchar16(occlusion_bins(position, direction, offset, params)), 0, bin_of + i);
   }
+  for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) end[bin] = 0;
+  for (uint i = 0; i < count; ++i) ++end[bin_of[i]];
   uint sum = 0;
   for (uint bin = 0; bin <= OCCLUSION_BINS; ++bin) {
     const uint size = end[bin];
