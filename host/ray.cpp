@@ -23,8 +23,9 @@ constexpr std::size_t kLocalSize = 64;
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // KILN_BEAM_RAYS of kernels/lib/beam.clh.
 constexpr std::uint32_t kRaysPerBeam = 64;
-// KILN_OCCLUSION_BLOCK of kernels/occlusion.cl.
+// KILN_OCCLUSION_BLOCK of kernels/occlusion.cl, and how many blocks make a group.
 constexpr std::uint32_t kRaysPerOcclusionBlock = 1024;
+constexpr std::size_t kOcclusionLocalSize = 8;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % kRaysPerOcclusionBlock == 0);
 
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
@@ -71,15 +72,15 @@ struct RayCaster::Impl {
   }
 
   template <typename... Results>
-  void launch(const std::string& family, const std::string& name, std::uint32_t rays_per_item,
-              kiln_ray_params params, std::uint32_t count, const cl::Array<float>& points,
-              const Results&... results) {
+  void launch(const std::string& family, const std::string& name, std::size_t local_size,
+              std::uint32_t rays_per_item, kiln_ray_params params, std::uint32_t count,
+              const cl::Array<float>& points, const Results&... results) {
     const cl::Kernel kernel = context->kernel(family, name, defines);
     for (std::uint32_t first = 0; first < count; first += params.end - first) {
       params.first = first;
       params.end = first + std::min(count - first, kRaysPerLaunch);
       const std::size_t items = (params.end - first + rays_per_item - 1) / rays_per_item;
-      context->launch(kernel, items, kLocalSize, params, nodes, blocks, points, results...);
+      context->launch(kernel, items, local_size, params, nodes, blocks, points, results...);
     }
   }
 };
@@ -113,7 +114,7 @@ void RayCaster::intersect(const cl::Array<float>& points, std::uint32_t count,
   check_query(query, count, std::min(capacity, result.capacity));
   result.count = count;
   const bool gpu = impl_->traversal == Traversal::gpu;
-  impl_->launch("ray", gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam",
+  impl_->launch("ray", gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam", kLocalSize,
                 gpu ? 1 : kRaysPerBeam, impl_->params(query, capacity, result.capacity), count,
                 points, result.triangle, result.barycentric, result.distance, result.status);
 }
@@ -124,8 +125,8 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
   check_query(query, count, capacity);
   const bool gpu = impl_->traversal == Traversal::gpu;
   impl_->launch("occlusion", gpu ? "kiln_occlusion_any_scalar" : "kiln_occlusion_any_stream",
-                gpu ? 1 : kRaysPerOcclusionBlock, impl_->params(query, capacity, capacity), count,
-                points, hit);
+                gpu ? kLocalSize : kOcclusionLocalSize, gpu ? 1 : kRaysPerOcclusionBlock,
+                impl_->params(query, capacity, capacity), count, points, hit);
 }
 
 const RayCaster::Stats& RayCaster::stats() const { return impl_->stats; }

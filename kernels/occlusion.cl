@@ -1,14 +1,14 @@
 // Does a ray meet anything? The first hit found ends the walk; otherwise as in ray.cl.
 //
 // Rays of ambient occlusion start beside each other but run in all directions. So a work-item takes
-// KILN_OCCLUSION_BLOCK samples and sorts them by the signs of their directions and the largest axis;
-// 64 of one bin at a time walk the tree together (see lib/stream.clh).
+// a block of samples and sorts them by the signs of their directions and the largest axis; up to 64
+// of one bin at a time walk the tree together (lib/stream.clh).
 //
-// | kernel                      | global size                       | local | a sample           |
-// | kiln_occlusion_any_stream   | samples / KILN_OCCLUSION_BLOCK, up | 64    | 36 B (40 with      |
-// |                             |                                   |       | reach) + tree, 1 B |
-// | kiln_occlusion_any_scalar   | samples                           | 64    | 24 (28) + tree, 1 B |
+// | kernel                    | global size        | local | reads, writes a sample           |
+// | kiln_occlusion_any_stream | samples / 1024, up | 8     | 48 B (56 with reach) + tree, 1 B |
+// | kiln_occlusion_any_scalar | samples            | 64    | 24 B (28 with reach) + tree, 1 B |
 //
+// The local size is small as a work-item has so much to do: else few groups would be left to share.
 // Defines and limits: see ray.cl.
 #include "lib/stream.clh"
 #include "lib/traverse_scalar.clh"
@@ -37,7 +37,7 @@ kernel void kiln_occlusion_any_scalar(
 
 #else
 
-/// The bins of 16 samples: 8 kz and the directions' signs; OCCLUSION_BINS where ray_load would refuse.
+/// The bins of 16 samples: 8 kz and the directions' signs; OCCLUSION_BINS where ray_load refuses.
 static inline int16 occlusion_bins(const float16 position[3], const float16 direction[3],
                                    float16 offset, const kiln_ray_params params) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -54,14 +54,15 @@ static inline int16 occlusion_bins(const float16 position[3], const float16 dire
   const int16 z0 = (size[0] >= size[1]) & (size[0] >= size[2]);
   const int16 z1 = size[1] >= size[2];
   good &= max(size[0], max(size[1], size[2])) > (float16)(1e-6f);
-  return select((int16)(OCCLUSION_BINS), octant | (~z0 & select((int16)(16), (int16)(8), z1)), good);
+  const int16 axis_bits = ~z0 & select((int16)(16), (int16)(8), z1);
+  return select((int16)(OCCLUSION_BINS), octant | axis_bits, good);
 }
 
 /// Sorts samples [first, first + count) by bin: `order` holds their numbers less `first`, `end` the
 /// ends of the bins in it.
-static __attribute__((noinline)) void occlusion_sort(global const float* points, uint first,
-                                                     uint count, const kiln_ray_params params,
-                                                     ushort* order, uint* end) {
+static KILN_STREAM_CALL void occlusion_sort(global const float* points, uint first, uint count,
+                                            const kiln_ray_params params, ushort* order,
+                                            uint* end) {
   const bool use_reach = (params.flags & KILN_RAY_USE_REACH) != 0;
   const size_t plane = params.capacity;
   uchar bin_of[KILN_OCCLUSION_BLOCK];
@@ -99,10 +100,12 @@ static __attribute__((noinline)) void occlusion_sort(global const float* points,
 }
 
 /// Traces the samples in `order`, up to 64 of one bin.
-static __attribute__((noinline)) void occlusion_cast(
-    const kiln_ray_params params, global const kiln_bvh_node* nodes,
-    global const kiln_bvh_block* blocks, global const float* points, uint bin, const ushort* order,
-    uint first, uint count, global uchar* occluded) {
+static KILN_STREAM_CALL void occlusion_cast(const kiln_ray_params params,
+                                            global const kiln_bvh_node* nodes,
+                                            global const kiln_bvh_block* blocks,
+                                            global const float* points, uint bin,
+                                            const ushort* order, uint first, uint count,
+                                            global uchar* occluded) {
   ray_stream stream;
   stream.lo = params.t_min;
   stream.hi = params.t_max;
@@ -114,7 +117,8 @@ static __attribute__((noinline)) void occlusion_cast(
   const bool down = ((bin >> stream.kz & 1u) != 0) != ((params.flags & KILN_RAY_INWARD) != 0);
   stream.facing = (params.flags & KILN_RAY_TWO_SIDED) != 0 ? 0.0f : down ? -1.0f : 1.0f;
   for (uint i = 0; i < count; ++i) stream_load(points, first + order[i], params, &stream, i);
-  const ulong found = stream_trace(nodes, blocks, &stream, ~(ulong)0 >> (KILN_STREAM_RAYS - count));
+  const ulong all = ~(ulong)0 >> (KILN_STREAM_RAYS - count);
+  const ulong found = stream_trace(nodes, blocks, &stream, all);
   for (uint i = 0; i < count; ++i) occluded[first + order[i]] = (uchar)(found >> i & 1);
 }
 
