@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "bvh.h"
 #include "kiln/error.h"
@@ -28,6 +29,9 @@ constexpr std::uint32_t kRaysPerOcclusionBlock = 1024;
 constexpr std::size_t kOcclusionLocalSize = 8;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % kRaysPerOcclusionBlock == 0);
 
+// Its work-items are plain functions of the CPU, which streams are written for.
+constexpr std::string_view kPocl = "Portable Computing Language";
+
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
   if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
     throw Error(ErrorCode::usage, "A ray's range [" + std::to_string(query.t_min) + ", " +
@@ -50,10 +54,16 @@ struct RayCaster::Impl {
   Stats stats;
 
   void choose_variant(Traversal wanted) {
+    const DeviceInfo& info = context->info();
     traversal = wanted != Traversal::automatic ? wanted
-                : context->info().is_gpu       ? Traversal::gpu
+                : info.is_gpu                  ? Traversal::gpu
                                                : Traversal::cpu;
-    if (traversal == Traversal::gpu) defines = "-DKILN_RAY_SCALAR=1";
+    if (traversal == Traversal::gpu) {
+      defines = "-DKILN_RAY_SCALAR=1";
+    } else if (traversal == Traversal::cpu_single || info.platform != kPocl) {
+      traversal = Traversal::cpu_single;
+      defines = "-DKILN_RAY_SINGLE=1";
+    }
   }
 
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity,
@@ -123,9 +133,12 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const RayQuery& query,
                          const cl::Array<std::uint8_t>& hit) const {
   check_query(query, count, capacity);
-  const bool gpu = impl_->traversal == Traversal::gpu;
-  impl_->launch("occlusion", gpu ? "kiln_occlusion_any_scalar" : "kiln_occlusion_any_stream",
-                gpu ? kLocalSize : kOcclusionLocalSize, gpu ? 1 : kRaysPerOcclusionBlock,
+  const bool stream = impl_->traversal == Traversal::cpu;
+  impl_->launch("occlusion",
+                stream                               ? "kiln_occlusion_any_stream"
+                : impl_->traversal == Traversal::gpu ? "kiln_occlusion_any_scalar"
+                                                     : "kiln_occlusion_any_wide",
+                stream ? kOcclusionLocalSize : kLocalSize, stream ? kRaysPerOcclusionBlock : 1,
                 impl_->params(query, capacity, capacity), count, points, hit);
 }
 

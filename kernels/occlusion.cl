@@ -6,19 +6,31 @@
 //
 // | kernel                    | global size        | local | reads, writes a sample           |
 // | kiln_occlusion_any_stream | samples / 1024, up | 8     | 48 B (56 with reach) + tree, 1 B |
-// | kiln_occlusion_any_scalar | samples            | 64    | 24 B (28 with reach) + tree, 1 B |
+// | kiln_occlusion_any_wide   | samples            | 64    | 24 B (28 with reach) + tree, 1 B |
+// | kiln_occlusion_any_scalar | samples            | 64    | the same                         |
 //
-// The local size is small as a work-item has so much to do: else few groups would be left to share.
-// Defines and limits: see ray.cl.
+// The stream's local size is small as a work-item has so much to do: else few groups would be left
+// to share.
+//
+// Defines: KILN_RAY_SCALAR, KILN_PORTABLE_MASKS  as in ray.cl
+//          KILN_RAY_SINGLE  build the wide kernel instead of the stream: for CPU drivers that turn
+//                           work-items into lanes. llvmpipe takes a minute and more to compile the
+//                           stream, and gets it wrong.
+// Limits: see ray.cl.
 #include "lib/stream.clh"
 #include "lib/traverse_scalar.clh"
+#include "lib/traverse_wide.clh"
 
 #define KILN_OCCLUSION_BLOCK 1024
 #define OCCLUSION_BINS 24  // 8 for each largest axis; one more for what is no ray
 
-#ifdef KILN_RAY_SCALAR
+#if defined(KILN_RAY_SCALAR) || defined(KILN_RAY_SINGLE)
 
+#ifdef KILN_RAY_SCALAR
 kernel void kiln_occlusion_any_scalar(
+#else
+kernel void kiln_occlusion_any_wide(
+#endif
     const kiln_ray_params params,
     global const kiln_bvh_node* restrict nodes,
     global const kiln_bvh_block* restrict blocks,
@@ -30,7 +42,11 @@ kernel void kiln_occlusion_any_scalar(
   ray_hit hit;
   ray_start(params, &hit);
   if (ray_load(points, index, params, &ray)) {
+#ifdef KILN_RAY_SCALAR
     scalar_trace(nodes, blocks, &ray, 0, true, &hit);
+#else
+    wide_trace(nodes, blocks, &ray, 0, true, &hit);
+#endif
   }
   occluded[index] = hit.triangle != KILN_NO_TRIANGLE ? 1 : 0;
 }

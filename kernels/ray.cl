@@ -72,7 +72,7 @@ kernel void kiln_ray_closest_beam(
     ray_start(params, &hit);
     if (ray_load(points, first + i, params, &ray)) {
       if (beam) beam_extract(&rays, i, &hit);
-      wide_trace(nodes, blocks, &ray, two_way, &hit);
+      wide_trace(nodes, blocks, &ray, two_way, false, &hit);
     }
     ray_store(first + i, params, &ray, &hit, triangle, barycentric, distance, status);
   }

@@ -102,7 +102,7 @@ TEST(OcclusionKernel, AgreesWithTheOracle) {
       for (const RayCase& entry : cases) {
         SCOPED_TRACE(entry.name);
         const std::vector<int> expected = oracle_occlusion(*scene, rays, entry.query);
-        for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+        for (Traversal traversal : {Traversal::cpu, Traversal::cpu_single, Traversal::gpu}) {
           const std::vector<std::uint8_t> hit =
               occluded(caster_of(*scene, traversal), rays, entry.query);
           std::array<std::size_t, 2> seen{};
@@ -147,6 +147,7 @@ TEST(OcclusionKernel, VariantsAgreeToTheBit) {
   cases.push_back({"ambient", {.t_min = 1e-4f, .t_max = 2, .two_sided = true}});
   for (const Scene& scene : scenes) {
     const RayCaster stream = caster_of(scene, Traversal::cpu);
+    const RayCaster single = caster_of(scene, Traversal::cpu_single);
     const RayCaster scalar = caster_of(scene, Traversal::gpu);
     std::vector<std::vector<Ray>> sets{awkward_rays(5000, 1), random_rays(3000, 2, 3.0f)};
     if (!scene.triangles.empty()) sets.push_back(ambient_rays(scene, 5000, 8, 3));
@@ -154,6 +155,7 @@ TEST(OcclusionKernel, VariantsAgreeToTheBit) {
       for (const RayCase& entry : cases) {
         SCOPED_TRACE(entry.name);
         const std::vector<std::uint8_t> hit = occluded(stream, rays, entry.query);
+        ASSERT_EQ(hit, occluded(single, rays, entry.query));
         ASSERT_EQ(hit, occluded(scalar, rays, entry.query));
         const Cast closest = cast(stream, rays, entry.query);
         for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(hit[i] != 0, closest.hit(i)) << i;
@@ -170,7 +172,7 @@ TEST(OcclusionKernel, CountsAroundTheVectorTheStreamAndTheBlock) {
   std::vector<Ray> rays = ambient_rays(scene, 4200, 4, 8);
   const std::vector<Ray> awkward = awkward_rays(4200, 9);
   for (std::size_t i = 0; i < rays.size(); i += 3) rays[i] = awkward[i];
-  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+  for (Traversal traversal : {Traversal::cpu, Traversal::cpu_single, Traversal::gpu}) {
     const RayCaster caster = caster_of(scene, traversal);
     const std::vector<std::uint8_t> all = occluded(caster, rays, query);
     for (std::size_t count :
@@ -200,7 +202,7 @@ TEST(OcclusionKernel, SamplesThatAreNoRaysAreNotOccluded) {
   std::vector<Ray> rays;
   for (std::size_t i = 0; i < 700; ++i) rays.push_back(i % 3 == 0 ? good : bad[i % bad.size()]);
   const RayQuery query{.t_min = 0, .t_max = 10, .use_reach = true, .two_sided = true};
-  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+  for (Traversal traversal : {Traversal::cpu, Traversal::cpu_single, Traversal::gpu}) {
     const std::vector<std::uint8_t> hit = occluded(caster_of(slab(), traversal), rays, query);
     for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(hit[i], i % 3 == 0 ? 1 : 0) << i;
   }
