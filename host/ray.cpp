@@ -25,8 +25,8 @@ constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // KILN_BEAM_RAYS of kernels/lib/beam.clh.
 constexpr std::uint32_t kRaysPerBeam = 64;
 // KILN_OCCLUSION_BLOCK of kernels/occlusion.cl, and how many blocks make a group.
-constexpr std::uint32_t kRaysPerOcclusionBlock = 1024;
-constexpr std::size_t kOcclusionLocalSize = 8;
+constexpr std::uint32_t kRaysPerOcclusionBlock = 2048;
+constexpr std::size_t kOcclusionLocalSize = 4;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % kRaysPerOcclusionBlock == 0);
 
 // Its work-items are plain functions of the CPU, which streams are written for.

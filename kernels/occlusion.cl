@@ -5,7 +5,7 @@
 // of one bin at a time walk the tree together (lib/stream.clh).
 //
 // | kernel                    | global size        | local | reads, writes a sample           |
-// | kiln_occlusion_any_stream | samples / 1024, up | 8     | 48 B (56 with reach) + tree, 1 B |
+// | kiln_occlusion_any_stream | samples / 2048, up | 4     | 48 B (56 with reach) + tree, 1 B |
 // | kiln_occlusion_any_wide   | samples            | 64    | 24 B (28 with reach) + tree, 1 B |
 // | kiln_occlusion_any_scalar | samples            | 64    | the same                         |
 //
@@ -21,7 +21,7 @@
 #include "lib/traverse_scalar.clh"
 #include "lib/traverse_wide.clh"
 
-#define KILN_OCCLUSION_BLOCK 1024
+#define KILN_OCCLUSION_BLOCK 2048
 #define OCCLUSION_BINS 24  // 8 for each largest axis; one more for what is no ray
 
 #if defined(KILN_RAY_SCALAR) || defined(KILN_RAY_SINGLE)

@@ -169,15 +169,15 @@ TEST(OcclusionKernel, CountsAroundTheVectorTheStreamAndTheBlock) {
   KILN_REQUIRE_DEVICE();
   const Scene scene = random_soup(400, 3, 0.2f);
   const RayQuery query{.t_min = 0, .t_max = 0.3f, .use_reach = true, .two_sided = true};
-  std::vector<Ray> rays = ambient_rays(scene, 4200, 4, 8);
-  const std::vector<Ray> awkward = awkward_rays(4200, 9);
+  std::vector<Ray> rays = ambient_rays(scene, 6200, 4, 8);
+  const std::vector<Ray> awkward = awkward_rays(6200, 9);
   for (std::size_t i = 0; i < rays.size(); i += 3) rays[i] = awkward[i];
   for (Traversal traversal : {Traversal::cpu, Traversal::cpu_single, Traversal::gpu}) {
     const RayCaster caster = caster_of(scene, traversal);
     const std::vector<std::uint8_t> all = occluded(caster, rays, query);
     for (std::size_t count :
-         {0u,   1u,    2u,    3u,    4u,    5u,    15u,   16u,   17u,   63u,   64u,  65u,
-          127u, 1023u, 1024u, 1025u, 1039u, 1041u, 2047u, 2049u, 3000u, 4095u, 4097u}) {
+         {0u,    1u,    2u,    3u,    4u,    5u,    15u,   16u,   17u,   63u,   64u,   65u,  127u,
+          1023u, 1024u, 1025u, 1039u, 1041u, 2047u, 2049u, 3000u, 4095u, 4097u, 6143u, 6145u}) {
       const auto end = static_cast<std::ptrdiff_t>(count);
       const std::vector<std::uint8_t> part =
           occluded(caster, std::vector<Ray>(rays.begin(), rays.begin() + end), query);
