@@ -1,4 +1,4 @@
-// The any-hit kernels against the brute-force oracle, their variants against each other, and the edges.
+// The any-hit kernels against the brute-force oracle, their variants against each other, the edges.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 namespace kiln::test {
 namespace {
 
-/// Rays as ambient occlusion casts them: `per_point` from each of neighbouring points of the mesh, in
-/// all directions.
+/// Rays as ambient occlusion casts them: `per_point` from each of neighbouring points of the mesh,
+/// in all directions.
 std::vector<Ray> ambient_rays(const Scene& scene, std::size_t count, std::size_t per_point,
                               unsigned seed) {
   std::mt19937 random(seed);
@@ -58,6 +58,20 @@ std::vector<Ray> awkward_rays(std::size_t count, unsigned seed) {
     if (random() % 16 == 0) ray.origin.y = pick(bad);
     if (random() % 16 == 0) ray.direction.x = pick(bad);
     if (random() % 16 == 0) ray.direction = {0, -0.0f, 1e-7f};
+  }
+  return rays;
+}
+
+/// Rays at the mesh from 1 to 10^5 away, where rounding of t is large against the mesh.
+std::vector<Ray> distant_rays(std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> place(-0.4f, 0.4f);
+  std::uniform_real_distribution<float> exponent(0, 5);
+  std::vector<Ray> rays(count);
+  for (Ray& ray : rays) {
+    const Vec3 n = random_unit(random);
+    const float away = std::pow(10.0f, exponent(random));
+    ray = {{place(random) - away * n.x, place(random) - away * n.y, place(random) - away * n.z}, n};
   }
   return rays;
 }
@@ -143,13 +157,14 @@ TEST(OcclusionKernel, VariantsAgreeToTheBit) {
   std::vector<RayCase> cases = all_queries();
   cases.push_back({"a point", {.t_min = 0, .t_max = 0, .two_sided = true}});
   cases.push_back({"behind", {.t_min = -3, .t_max = -1e-3f, .two_sided = true}});
-  cases.push_back({"very far", {.t_min = -1e6f, .t_max = 1e6f}});
+  cases.push_back({"very far", {.t_min = -1e6f, .t_max = 1e6f, .two_sided = true}});
   cases.push_back({"ambient", {.t_min = 1e-4f, .t_max = 2, .two_sided = true}});
   for (const Scene& scene : scenes) {
     const RayCaster stream = caster_of(scene, Traversal::cpu);
     const RayCaster single = caster_of(scene, Traversal::cpu_single);
     const RayCaster scalar = caster_of(scene, Traversal::gpu);
-    std::vector<std::vector<Ray>> sets{awkward_rays(5000, 1), random_rays(3000, 2, 3.0f)};
+    std::vector<std::vector<Ray>> sets{awkward_rays(5000, 1), random_rays(3000, 2, 3.0f),
+                                       distant_rays(20000, 4)};
     if (!scene.triangles.empty()) sets.push_back(ambient_rays(scene, 5000, 8, 3));
     for (const std::vector<Ray>& rays : sets) {
       for (const RayCase& entry : cases) {
@@ -164,7 +179,7 @@ TEST(OcclusionKernel, VariantsAgreeToTheBit) {
   }
 }
 
-/// A ray's answer does not depend on its company: prefixes of all awkward lengths, and reversed order.
+/// A ray's answer does not depend on its company: prefixes of awkward lengths, and reversed order.
 TEST(OcclusionKernel, CountsAroundTheVectorTheStreamAndTheBlock) {
   KILN_REQUIRE_DEVICE();
   const Scene scene = random_soup(400, 3, 0.2f);
@@ -208,8 +223,8 @@ TEST(OcclusionKernel, SamplesThatAreNoRaysAreNotOccluded) {
   }
 }
 
-/// Triangles in size from 1 to 2^-40 about one point make the deepest tree there is; all rays through
-/// the point visit all of it.
+/// Triangles in size from 1 to 2^-40 about one point make the deepest tree there is; all rays
+/// through the point visit all of it.
 TEST(OcclusionKernel, DeepTrees) {
   KILN_REQUIRE_DEVICE();
   Scene scene;
