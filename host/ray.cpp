@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "bvh.h"
 #include "kiln/error.h"
@@ -23,7 +24,13 @@ constexpr std::size_t kLocalSize = 64;
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // KILN_BEAM_RAYS of kernels/lib/beam.clh.
 constexpr std::uint32_t kRaysPerBeam = 64;
-static_assert(kRaysPerLaunch % kRaysPerBeam == 0);
+// KILN_OCCLUSION_BLOCK of kernels/occlusion.cl, and how many blocks make a group.
+constexpr std::uint32_t kRaysPerOcclusionBlock = 2048;
+constexpr std::size_t kOcclusionLocalSize = 4;
+static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % kRaysPerOcclusionBlock == 0);
+
+// Its work-items are plain functions of the CPU, which streams are written for.
+constexpr std::string_view kPocl = "Portable Computing Language";
 
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
   if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
@@ -47,10 +54,16 @@ struct RayCaster::Impl {
   Stats stats;
 
   void choose_variant(Traversal wanted) {
+    const DeviceInfo& info = context->info();
     traversal = wanted != Traversal::automatic ? wanted
-                : context->info().is_gpu       ? Traversal::gpu
+                : info.is_gpu                  ? Traversal::gpu
                                                : Traversal::cpu;
-    if (traversal == Traversal::gpu) defines = "-DKILN_RAY_SCALAR=1";
+    if (traversal == Traversal::gpu) {
+      defines = "-DKILN_RAY_SCALAR=1";
+    } else if (traversal == Traversal::cpu_single || info.platform != kPocl) {
+      traversal = Traversal::cpu_single;
+      defines = "-DKILN_RAY_SINGLE=1";
+    }
   }
 
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity,
@@ -69,15 +82,15 @@ struct RayCaster::Impl {
   }
 
   template <typename... Results>
-  void launch(const std::string& family, const std::string& name, std::uint32_t rays_per_item,
-              kiln_ray_params params, std::uint32_t count, const cl::Array<float>& points,
-              const Results&... results) {
+  void launch(const std::string& family, const std::string& name, std::size_t local_size,
+              std::uint32_t rays_per_item, kiln_ray_params params, std::uint32_t count,
+              const cl::Array<float>& points, const Results&... results) {
     const cl::Kernel kernel = context->kernel(family, name, defines);
     for (std::uint32_t first = 0; first < count; first += params.end - first) {
       params.first = first;
       params.end = first + std::min(count - first, kRaysPerLaunch);
       const std::size_t items = (params.end - first + rays_per_item - 1) / rays_per_item;
-      context->launch(kernel, items, kLocalSize, params, nodes, blocks, points, results...);
+      context->launch(kernel, items, local_size, params, nodes, blocks, points, results...);
     }
   }
 };
@@ -111,7 +124,7 @@ void RayCaster::intersect(const cl::Array<float>& points, std::uint32_t count,
   check_query(query, count, std::min(capacity, result.capacity));
   result.count = count;
   const bool gpu = impl_->traversal == Traversal::gpu;
-  impl_->launch("ray", gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam",
+  impl_->launch("ray", gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam", kLocalSize,
                 gpu ? 1 : kRaysPerBeam, impl_->params(query, capacity, result.capacity), count,
                 points, result.triangle, result.barycentric, result.distance, result.status);
 }
@@ -120,8 +133,12 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const RayQuery& query,
                          const cl::Array<std::uint8_t>& hit) const {
   check_query(query, count, capacity);
-  const bool gpu = impl_->traversal == Traversal::gpu;
-  impl_->launch("occlusion", gpu ? "kiln_occlusion_any_scalar" : "kiln_occlusion_any_wide", 1,
+  const bool stream = impl_->traversal == Traversal::cpu;
+  impl_->launch("occlusion",
+                stream                               ? "kiln_occlusion_any_stream"
+                : impl_->traversal == Traversal::gpu ? "kiln_occlusion_any_scalar"
+                                                     : "kiln_occlusion_any_wide",
+                stream ? kOcclusionLocalSize : kLocalSize, stream ? kRaysPerOcclusionBlock : 1,
                 impl_->params(query, capacity, capacity), count, points, hit);
 }
 

@@ -13,9 +13,10 @@ namespace kiln {
 
 /// Which traversal kernel runs. All give the same answer to the bit.
 enum class Traversal {
-  automatic,  ///< By the device's type
-  cpu,        ///< Explicit float8 vectors: beams of neighbouring rays, 8 boxes a step
-  gpu,        ///< Scalar, one ray a work-item
+  automatic,   ///< By the device's type
+  cpu,         ///< Explicit vectors: beams of neighbouring rays, streams of any-hit rays (on PoCL)
+  cpu_single,  ///< The same, but any-hit rays one by one, 8 boxes a step: `cpu` on other drivers
+  gpu,         ///< Scalar, one ray a work-item
 };
 
 /// What a batch of rays asks for. Lengths are in frame units.
@@ -68,7 +69,7 @@ class RayCaster {
     double upload_seconds = 0;
   };
   const Stats& stats() const;
-  Traversal traversal() const;  ///< cpu or gpu, never automatic
+  Traversal traversal() const;  ///< Never automatic
 
  private:
   struct Impl;

@@ -89,6 +89,48 @@ inline Scene bumpy_sphere(int rows, unsigned seed, float bumps) {
   return scene;
 }
 
+/// Rays from a cube of half size `spread` in all directions.
+inline std::vector<Ray> random_rays(std::size_t count, unsigned seed, float spread = 0.5f) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> place(-spread, spread);
+  std::vector<Ray> rays(count);
+  for (Ray& ray : rays) {
+    ray = {{place(random), place(random), place(random)}, random_unit(random), 0.05f};
+  }
+  return rays;
+}
+
+/// A face at z = 0.25 looks up, one at z = -0.25 looks down, as a solid's skin does.
+inline Scene slab() {
+  Scene scene;
+  scene.add({-1, -1, 0.25f}, {1, -1, 0.25f}, {0, 1, 0.25f});
+  scene.add({-1, -1, -0.25f}, {0, 1, -0.25f}, {1, -1, -0.25f});
+  return scene;
+}
+
+struct RayCase {
+  const char* name;
+  RayQuery query;
+};
+
+inline std::vector<RayCase> all_queries() {
+  return {
+      {"outward", {.t_min = 0, .t_max = 0.4f}},
+      {"outward two-sided", {.t_min = 0, .t_max = 0.4f, .two_sided = true}},
+      {"both ways, smallest t", {.t_min = -0.3f, .t_max = 0.4f}},
+      {"outward first", {.t_min = -0.3f, .t_max = 0.2f, .outward_first = true}},
+      {"outward first, two-sided",
+       {.t_min = -0.3f, .t_max = 0.3f, .outward_first = true, .two_sided = true}},
+      {"cage", {.t_min = 0, .t_max = 0.1f, .offset = 0.05f, .inward = true}},
+      {"cage mesh", {.t_min = 0, .t_max = 0.1f, .use_reach = true, .inward = true}},
+      {"far", {.t_min = 0, .t_max = 4.0f, .two_sided = true}},
+  };
+}
+
+inline RayCaster caster_of(const Scene& scene, Traversal traversal = Traversal::cpu) {
+  return RayCaster(device()->context(), scene.positions, scene.triangles, traversal);
+}
+
 /// What a cast wrote, on the host.
 struct Cast {
   std::vector<std::uint32_t> triangle;

@@ -1,7 +1,7 @@
 // Texel rays and occlusion rays against Embree, on the same rays and threads, in one run.
 //
 // ray_bench [HIGH LOW [SIZE [MODES]]]   default: a procedural pair, 2048. MODES: only these run, such as
-// "kiln,embree 16".
+// "kiln,embree 16". SIZE 0: occlusion rays only.
 //
 // The texel rays are those of a bake with `--cage 1.2444% --max-distance 2.4887%`: from outside inward,
 // first hit. Embree has no run-time switch for facing, so the compared query keeps faces of both
@@ -50,6 +50,7 @@ class RayBench {
         scalar_(device_.context(), positions_, high.triangles, Traversal::gpu),
         embree_(positions_, high.triangles, false),
         robust_(positions_, high.triangles, true) {
+    if (size == 0) return;
     const LowSurface surface = LowSurface::of(low, frame_);
     TexelOptions options;
     options.width = options.height = size;
@@ -258,7 +259,7 @@ int main(int argc, char** argv) {
     const Mesh low = files ? load_mesh(argv[2]) : bench::procedural_sphere(2000, 0, true);
     const int size = argc >= 4 ? std::atoi(argv[3]) : 2048;
     bench::RayBench bench(high, low, static_cast<std::uint32_t>(size), argc >= 5 ? argv[4] : "");
-    bench.texel_rays();
+    if (size != 0) bench.texel_rays();
     bench.occlusion_rays(1 << 21);
     return 0;
   } catch (const Error& error) {
