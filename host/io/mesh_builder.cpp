@@ -145,7 +145,7 @@ void MeshBuilder::place(Mesh& mesh) {
     }
   }
   if (bad == positions.size()) {
-    input_.fail("vertex 0", "no vertex has finite coordinates",
+    input_.fail("vertex 0", "all coordinates are NaN or infinite",
                 "Export the mesh again; the program that wrote it failed.");
   }
   if (bad != 0) {

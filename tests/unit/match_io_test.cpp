@@ -110,7 +110,7 @@ TEST(MatchIo, ImpossibleSamplesAreRefusedWhenRead) {
       [](Match& m) { m.u[77] = m.v[77] = 0.6F; },
       [](Match& m) { m.v[77] = std::numeric_limits<float>::quiet_NaN(); },
       [](Match& m) { m.distance[77] = std::numeric_limits<float>::infinity(); },
-      [](Match& m) { m.status[77] = 5; }};
+      [](Match& m) { m.status[77] = 6; }};
   for (const auto& change : changes) {
     Match match = make_match(10, 10, 1);
     match.status[77] = 1;
