@@ -63,12 +63,12 @@ kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size) {
 }
 
 Rasterizer::Rasterizer(cl::Context& context, std::span<const Vec3> positions,
-                       std::span<const Triangle> triangles)
+                       std::span<const Triangle> triangles, bool two_passes)
     : context_(context),
       vertex_count_(static_cast<std::uint32_t>(positions.size())),
       triangle_count_(static_cast<std::uint32_t>(triangles.size())),
       radius_(std::sqrt(squared_radius(positions, triangles))),
-      atomic64_(context.info().has_atomics_64) {
+      atomic64_(context.info().has_atomics_64 && !two_passes) {
   static_assert(sizeof(Vec3) == 12 && sizeof(Triangle) == 12);
   positions_ = cl::Array<float>(
       context, std::span(reinterpret_cast<const float*>(positions.data()), positions.size() * 3));

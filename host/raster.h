@@ -23,8 +23,9 @@ class Rasterizer {
  public:
   /// Uploads the mesh. Faces with a vertex that is not finite are not drawn.
   /// \param positions  in the working frame (within 0.5 of the origin)
+  /// \param two_passes  as where the device has no 64-bit atomics: the same picture, slower
   Rasterizer(cl::Context& context, std::span<const Vec3> positions,
-             std::span<const Triangle> triangles);
+             std::span<const Triangle> triangles, bool two_passes = false);
 
   /// Clears the view's pixels within `keys` and draws. Back faces are left out but with
   /// KILN_RASTER_TWO_SIDED.
