@@ -30,42 +30,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-[[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
-
-void check_length(const char* name, const Length& length, bool may_be_zero) {
-  if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
-    usage(std::string(name) + " is " + std::to_string(length.value) +
-          ": it must be a finite length " + (may_be_zero ? "of 0 or more." : "above 0."));
-  }
-}
-
-void check_options(const BakeOptions& options) {
-  constexpr std::uint32_t kLargest = 16384;
-  if (options.width < 1 || options.width > kLargest || options.height < 1 ||
-      options.height > kLargest) {
-    usage("The map's size is " + std::to_string(options.width) + "x" +
-          std::to_string(options.height) + ": each side must be 1 to 16384 texels.");
-  }
-  if (options.samples < 1 || options.samples > 16) {
-    usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 a side.");
-  }
-  if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
-  if (options.max_distance) check_length("max_distance", *options.max_distance, false);
-  if (options.cage) check_length("cage", *options.cage, true);
-  if (options.cage && options.cage_mesh != nullptr) {
-    usage("Both a cage distance and a cage mesh were given: choose one.");
-  }
-  if (options.gutter < -1 || options.gutter > 4096) {
-    usage("gutter is " + std::to_string(options.gutter) +
-          ": it must be 0 to 4096 texels, or -1 for an infinite one.");
-  }
-  if (options.two_component && options.space == NormalMapSpace::object) {
-    usage(
-        "The two-component form needs normals on one side of the surface: use tangent or face "
-        "space.");
-  }
-}
-
 /// Sums of a band's correspondences. Distances are added per block in a fixed order.
 void count_samples(cl::Context& context, const Correspondence& match, double unit,
                    BakeReport& report, double& distance_sum) {

@@ -135,10 +135,7 @@ class ViewMatcher : public Matcher {
   ViewMatcher(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
               double max_distance, ViewReport& report)
       : source_(source), context_(source.device.context()) {
-    query_.criterion = options.views.criterion;
-    query_.max_distance = static_cast<float>(max_distance);
-    query_.two_sided = options.two_sided;
-    query_.refine = options.views.refine;
+    query_ = view_query(options, surface, source.frame);
     Rasterizer& raster = source.raster();
     const double radius = raster.radius();
     choose_directions(surface, options, report);
@@ -184,14 +181,7 @@ class ViewMatcher : public Matcher {
                          ViewReport& report) {
     const ViewOptions& views = options.views;
     for (const Vec3& direction : views.directions) {
-      const Vec3d d(direction);
-      const double size = length(d);
-      if (!(size > 0) || !std::isfinite(size)) {
-        throw Error(ErrorCode::usage,
-                    "A view's direction must be finite and not (0, 0, 0): it points from the mesh "
-                    "to the viewer.");
-      }
-      directions_.push_back(d * (1 / size));
+      directions_.push_back(unit_direction(direction));
     }
     if (views.automatic) {
       const TexelBand probes = probe_samples(surface);
@@ -253,6 +243,15 @@ class ViewMatcher : public Matcher {
   cl::Array<float> score_;
 };
 
+[[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
+
+void check_length(const char* name, const Length& length, bool may_be_zero) {
+  if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
+    usage(std::string(name) + " is " + std::to_string(length.value) +
+          ": it must be a finite length " + (may_be_zero ? "of 0 or more." : "above 0."));
+  }
+}
+
 void check_views(const ViewOptions& views) {
   if (views.count.value_or(1) > kMostViews || views.directions.size() > kMostViews) {
     throw Error(ErrorCode::usage,
@@ -269,6 +268,55 @@ void check_views(const ViewOptions& views) {
 }
 
 }  // namespace
+
+void check_options(const BakeOptions& options) {
+  constexpr std::uint32_t kLargest = 16384;
+  if (options.width < 1 || options.width > kLargest || options.height < 1 ||
+      options.height > kLargest) {
+    usage("The map's size is " + std::to_string(options.width) + "x" +
+          std::to_string(options.height) + ": each side must be 1 to 16384 texels.");
+  }
+  if (options.samples < 1 || options.samples > 16) {
+    usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 a side.");
+  }
+  if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
+  if (options.max_distance) check_length("max_distance", *options.max_distance, false);
+  if (options.cage) check_length("cage", *options.cage, true);
+  if (options.cage && options.cage_mesh != nullptr) {
+    usage("Both a cage distance and a cage mesh were given: choose one.");
+  }
+  if (options.gutter < -1 || options.gutter > 4096) {
+    usage("gutter is " + std::to_string(options.gutter) +
+          ": it must be 0 to 4096 texels, or -1 for an infinite one.");
+  }
+  if (options.two_component && options.space == NormalMapSpace::object) {
+    usage(
+        "The two-component form needs normals on one side of the surface: use tangent or face "
+        "space.");
+  }
+  check_views(options.views);
+}
+
+Vec3d unit_direction(const Vec3& toward) {
+  const Vec3d d(toward);
+  const double size = length(d);
+  if (!(size > 0) || !std::isfinite(size)) {
+    throw Error(
+        ErrorCode::usage,
+        "A view's direction must be finite and not (0, 0, 0): it points from the mesh to the "
+        "viewer.");
+  }
+  return d * (1 / size);
+}
+
+ViewQuery view_query(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
+  ViewQuery query;
+  query.criterion = options.views.criterion;
+  query.max_distance = static_cast<float>(max_distance(options, surface, frame));
+  query.refine = options.views.refine;
+  query.two_sided = options.two_sided;
+  return query;
+}
 
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report) {
@@ -288,7 +336,6 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   if (options.match != nullptr) {
     matcher = std::make_unique<LoadedMatcher>(source.device.context(), *options.match, unit);
   } else if (options.method == MatchMethod::views) {
-    check_views(options.views);
     report.views.emplace();
     matcher = std::make_unique<ViewMatcher>(source, surface, options, distance, *report.views);
   } else {

@@ -6,6 +6,7 @@
 #include "match.h"
 #include "source.h"
 #include "texels.h"
+#include "views.h"
 
 namespace kiln {
 
@@ -19,6 +20,15 @@ class Matcher {
   /// Writes the correspondences of a band's samples; enqueued, or finished.
   virtual void run(const TexelBand& band, Correspondence& match) = 0;
 };
+
+/// Checks everything in the options that needs no mesh. \throws Error(usage)
+void check_options(const BakeOptions& options);
+
+/// A view's direction with length 1. \throws Error(usage) where it has none
+Vec3d unit_direction(const Vec3& toward);
+
+/// What the options ask of matching by views.
+ViewQuery view_query(const BakeOptions& options, const LowSurface& surface, const Frame& frame);
 
 /// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
 /// is known before the first band.
