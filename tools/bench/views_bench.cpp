@@ -1,11 +1,14 @@
-// Depth views: drawing them, and matching the texels of a map by them.
+// Depth views: drawing them, beside Mesa's OpenGL on the same cores, and matching the texels of a map.
 //
 // views_bench [HIGH LOW [SIZE [DEPTH_SIZE]]]   default: a procedural pair, 1024, 1024
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
+#include <stdexcept>
 
 #include "geometry/frame.h"
 #include "geometry/low_surface.h"
+#include "gl_peer.h"
 #include "kiln/error.h"
 #include "support.h"
 #include "texels.h"
@@ -13,6 +16,24 @@
 
 namespace kiln::bench {
 namespace {
+
+/// Both draw the same picture, but for pixels where snapping or depth precision decide.
+void compare(cl::Context& context, GlPeer& peer, const DepthViews& views) {
+  peer.draw({views.views().back()});
+  const std::vector<std::uint32_t> theirs = peer.ids();
+  const std::vector<std::uint64_t> ours = views.keys().download(context);
+  const std::size_t first = views.views().back().first;
+  std::size_t other = 0;
+  std::size_t covered = 0;
+  for (std::size_t i = 0; i < theirs.size(); ++i) {
+    const std::uint64_t key = ours[first + i];
+    const std::uint32_t id = key == KILN_RASTER_EMPTY ? 0 : static_cast<std::uint32_t>(key) + 1;
+    covered += id != 0 ? 1 : 0;
+    other += id != theirs[i] ? 1 : 0;
+  }
+  std::fprintf(stderr, "%zu of %zu covered pixels show another triangle than OpenGL's\n", other,
+               covered);
+}
 
 void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::uint32_t size,
                  std::uint32_t depth_size) {
@@ -45,6 +66,14 @@ void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::u
                        rasterizer.draw(view, views.keys());
                      context.finish();
                    }});
+  std::optional<GlPeer> peer;
+  try {
+    peer.emplace(positions, high.triangles, depth_size);
+    compare(context, *peer, views);
+    modes.push_back({"draw, " + peer->renderer(), true, [&] { peer->draw(views.views()); }});
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "no OpenGL to compare with: %s\n", error.what());
+  }
   for (const auto& [name, criterion] : {std::pair{"match depth", ViewCriterion::depth},
                                         std::pair{"match distance", ViewCriterion::distance},
                                         std::pair{"match angle", ViewCriterion::angle}}) {
@@ -65,6 +94,7 @@ void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::u
     line.add("seconds", mode.median()).add("best_seconds", mode.least());
     line.add("cpu_seconds", Mode::median_of(mode.cpu_seconds));
     line.add("triangles", static_cast<double>(high.triangles.size())).add("samples", samples);
+    if (mode.name == "draw" && peer) line.add("ratio_to_peer", modes[1].median() / mode.median());
     line.add("views", 12).add("depth_size", depth_size);
     describe(line, device.info());
     line.print();

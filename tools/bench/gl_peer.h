@@ -1,0 +1,34 @@
+// Depth and triangle-id pictures by OpenGL, off screen through EGL: the peer of our rasteriser.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kernels_shared.h"
+#include "kiln/types.h"
+
+namespace kiln::bench {
+
+/// Surfaceless OpenGL 3.3 core, with the mesh in buffers and one picture of 32-bit depth and unsigned ids.
+class GlPeer {
+ public:
+  /// \throws std::runtime_error where there is no such context
+  GlPeer(std::span<const Vec3> positions, std::span<const Triangle> triangles, std::uint32_t size);
+  ~GlPeer();
+  GlPeer(GlPeer&&) noexcept;
+
+  std::string renderer() const;
+  /// Clears and draws all views, one after the other, and waits.
+  void draw(const std::vector<kiln_view>& views);
+  /// Ids of the last view, rows from the top; 0: nothing, else triangle + 1.
+  std::vector<std::uint32_t> ids() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kiln::bench
