@@ -9,8 +9,8 @@
 namespace kiln {
 
 struct SimplifyOptions {
-  /// Target number of triangles. 0: as few as `max_error` allows ("model no more than the scene
-  /// needs").
+  /// Target number of triangles. 0: few that `max_error` allows ("model no more than the scene needs");
+  /// found by a greedy search, so not the fewest there could be.
   std::uint32_t faces = 0;
   /// With faces = 0: how far the dense surface may be from the light one anywhere, as a share of the
   /// bounding box's diagonal; above 0, at most 1.
