@@ -1,5 +1,5 @@
-// Wavefront OBJ, read by Kiln itself: OpenMesh's reader keeps one normal a vertex (hard edges are
-// lost), narrows coordinates to float, and reports no line numbers.
+// Wavefront OBJ, read by Kiln itself: a half-edge mesh drops faces at edges that more than two share,
+// and what is wrong with a file is said with its line.
 #include <algorithm>
 #include <cmath>
 #include <string>

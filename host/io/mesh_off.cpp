@@ -1,6 +1,5 @@
-// OFF (Geomview's object file format, ASCII), read by Kiln itself: OpenMesh's reader learns what a
-// vertex line holds only from a file name (not from a stream), stops at comments and at NaN, does
-// not check that faces are there, and prints to the terminal.
+// OFF (Geomview's object file format, ASCII), read by Kiln itself: a half-edge mesh drops faces at edges
+// that more than two share, and what is wrong with a file is said with its line.
 #include <algorithm>
 #include <cmath>
 #include <string>
