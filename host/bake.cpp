@@ -105,8 +105,9 @@ void warn_about_misses(BakeReport& report) {
     report.warnings.push_back({"many-misses",
                                std::to_string(percent) +
                                    "% of the samples found no point of the dense mesh within the "
-                                   "distance: raise --max-distance (or --cage), or check that both "
-                                   "meshes lie in the same place.",
+                                   "distance: raise --max-distance, check that both meshes lie "
+                                   "in the same place, or add --two-sided where the dense mesh's "
+                                   "faces are turned inside out.",
                                report.missed});
   }
 }

@@ -30,6 +30,7 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
   }
   detail_.y_scale = options.flip_y ? -1.0F : 1.0F;
   detail_.two_component = options.two_component ? 1 : 0;
+  detail_.two_sided = options.two_sided ? 1 : 0;
   switch (options.miss) {
     case MissPolicy::keep:
       resolve_.miss = KILN_MISS_KEEP;

@@ -38,7 +38,9 @@ double longest_reach(const LowSurface& surface) {
 
 /// Frame units; see BakeOptions::max_distance for what is taken where none is given.
 double max_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
-  if (options.max_distance) return to_frame(*options.max_distance, frame);
+  // Longer than any scene is as good as that.
+  constexpr double kFarthest = 1048576;
+  if (options.max_distance) return std::min(to_frame(*options.max_distance, frame), kFarthest);
   double distance = 0;
   if (options.cage) distance = 2 * to_frame(*options.cage, frame);
   if (options.cage_mesh != nullptr) distance = 2 * longest_reach(surface);

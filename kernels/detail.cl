@@ -70,6 +70,7 @@ kernel void kiln_detail_normal(const kiln_detail_params params,
     const float3 sum = vload3(index.x, normals) * w + vload3(index.y, normals) * u +
                        vload3(index.z, normals) * v;
     normal = detail_unit(sum, face_normal);
+    if (params.two_sided != 0u && detail_dot(normal, frame_normal) < 0.0f) normal = -normal;
   }
 
   float3 value = normal;

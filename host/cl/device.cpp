@@ -130,7 +130,9 @@ Device Device::open(std::string_view selector) {
     throw Error(
         ErrorCode::device,
         "No OpenCL device was found: install one with 'apt install pocl-opencl-icd' (any CPU) "
-        "or your GPU vendor's OpenCL driver.");
+        "or your GPU vendor's OpenCL driver. If one is installed, it may lack a folder to write "
+        "its "
+        "kernels to: set HOME or POCL_CACHE_DIR to one that can be written.");
   }
   std::string origin = "--device";
   if (selector.empty()) {

@@ -131,7 +131,8 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage)
           corner.direction =
               to_float(Vec3d(cage_positions[cage->triangles[t][k]]) - Vec3d(corner.position));
         } else {
-          corner.direction = directions[vertex];
+          // The sides of a card without thickness have no direction in common: each takes its own.
+          corner.direction = directions[vertex] == Vec3{} ? corner.normal : directions[vertex];
         }
         finite = finite && is_finite(corner.direction);
         corner_position[3 * t + k] = corner.position;
@@ -158,12 +159,12 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage)
                                       (cage != nullptr ? " and the cage's." : "."));
   }
   if (!any_mapped) {
-    throw Error(
-        ErrorCode::input,
-        "All UVs of mesh " + quoted(low) +
-            " are degenerate (no triangle has an area in UV space), so there is nowhere to "
-            "bake to. Unwrap it in a modelling tool, or let Kiln make a light mesh with UVs: "
-            "leave LOW out of `kiln bake`, or run `kiln simplify`.");
+    throw Error(ErrorCode::input,
+                "All UVs of mesh " + quoted(low) +
+                    " are degenerate (no triangle has an area in UV space), so there is nowhere to "
+                    "bake to. Unwrap it in a modelling tool, or let Kiln do it: `kiln bake "
+                    "--unwrap` gives this "
+                    "mesh UVs, and `kiln bake` without LOW makes a light mesh that has them.");
   }
 
   const std::vector<CornerTangent> tangents =

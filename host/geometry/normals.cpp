@@ -1,5 +1,6 @@
 #include "geometry/normals.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -51,15 +52,49 @@ void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle>
   }
 }
 
-std::vector<Vec3> normalized(const std::vector<Vec3d>& sums) {
+/// What is left of a sum where its parts cancel out (two faces back to back) is rounding, no direction.
+constexpr double kCancelled = 1e-3;
+
+/// Unit sums; zero where the parts cancel out. \param totals  the parts' lengths added up
+std::vector<Vec3> normalized(const std::vector<Vec3d>& sums, const std::vector<double>& totals) {
   std::vector<Vec3> result(sums.size());
   parallel_for(sums.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const double size = length(sums[i]);
-      result[i] = size > 1e-12 ? to_float(sums[i] * (1 / size)) : Vec3{0, 0, 1};
+      if (size > kCancelled * totals[i]) result[i] = to_float(sums[i] * (1 / size));
     }
   });
   return result;
+}
+
+/// Angle-weighted face normals added up at each vertex; zero where they cancel out.
+std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
+                                 std::span<const Triangle> triangles) {
+  std::vector<Vec3d> sums(positions.size());
+  std::vector<double> totals(positions.size());
+  for_each_weights(positions, triangles, [&](std::size_t i, const Weights& weights) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums[triangles[i][k]] += weights.normal * weights.angles[k];
+      totals[triangles[i][k]] += weights.angles[k];
+    }
+  });
+  return normalized(sums, totals);
+}
+
+/// Gives corners with a zero normal their face's own.
+void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          CornerNormals& corners) {
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto is_zero = [&](std::uint32_t index) { return corners.normals[index] == Vec3{}; };
+    if (std::none_of(corners.triangles[i].begin(), corners.triangles[i].end(), is_zero)) continue;
+    const Vec3d face = corner_weights(positions, triangles[i]).normal;
+    const auto added = static_cast<std::uint32_t>(corners.normals.size());
+    // A triangle without area is never hit: any unit vector will do.
+    corners.normals.push_back(length(face) > 0 ? to_float(face) : Vec3{0, 0, 1});
+    for (std::uint32_t& index : corners.triangles[i]) {
+      if (is_zero(index)) index = added;
+    }
+  }
 }
 
 bool is_usable_normal(const Vec3& n) {
@@ -71,11 +106,18 @@ bool is_usable_normal(const Vec3& n) {
 
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
-  std::vector<Vec3d> sums(positions.size());
-  for_each_weights(positions, triangles, [&](std::size_t i, const Weights& weights) {
-    for (std::size_t k = 0; k < 3; ++k) sums[triangles[i][k]] += weights.normal * weights.angles[k];
-  });
-  return normalized(sums);
+  std::vector<Vec3> result = summed_normals(positions, triangles);
+  // Where all cancels out, the first face's; without faces, up.
+  for (const Triangle& triangle : triangles) {
+    for (const std::uint32_t vertex : triangle) {
+      if (result[vertex] != Vec3{}) continue;
+      result[vertex] = to_float(corner_weights(positions, triangle).normal);
+    }
+  }
+  for (Vec3& normal : result) {
+    if (normal == Vec3{}) normal = {0, 0, 1};
+  }
+  return result;
 }
 
 std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions) {
@@ -111,7 +153,8 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
     for (Triangle& triangle : result.triangles) {
       for (std::uint32_t& index : triangle) index = first[index];
     }
-    result.normals = vertex_normals(frame_positions, result.triangles);
+    result.normals = summed_normals(frame_positions, result.triangles);
+    use_faces_where_zero(frame_positions, mesh.triangles, result);
     return result;
   }
   result.normals = mesh.normals;
@@ -137,18 +180,20 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
   const std::vector<std::uint32_t> first = weld_positions(positions);
   std::vector<Vec3d> sums(positions.size());
   std::vector<Vec3d> face_sums(positions.size());
+  std::vector<double> totals(positions.size());
   for_each_weights(positions, triangles, [&](std::size_t i, const Weights& weights) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = first[triangles[i][k]];
       sums[vertex] += Vec3d(corners.normals[corners.triangles[i][k]]) * weights.angles[k];
       face_sums[vertex] += weights.normal * weights.angles[k];
+      totals[vertex] += weights.angles[k];
     }
   });
   // Corner normals that cancel out say nothing of a direction; the faces may.
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    if (length(sums[i]) <= 1e-6) sums[i] = face_sums[i];
+    if (length(sums[i]) <= kCancelled * totals[i]) sums[i] = face_sums[i];
   }
-  std::vector<Vec3> result = normalized(sums);
+  std::vector<Vec3> result = normalized(sums, totals);
   for (std::size_t i = 0; i < result.size(); ++i) result[i] = result[first[i]];
   return result;
 }

@@ -1,8 +1,10 @@
 #include "kiln/files.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <system_error>
@@ -12,7 +14,41 @@
 
 namespace kiln {
 
+namespace {
+
+/// Where a path names what the process has open already, or no regular file (a pipe, /dev/null): its bytes
+/// go there and replace nothing. -1: an ordinary path.
+int open_stream(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  if (name == "/dev/stdout") return dup(STDOUT_FILENO);
+  if (name == "/dev/stderr") return dup(STDERR_FILENO);
+  for (const std::string folder : {"/dev/fd/", "/proc/self/fd/"}) {
+    if (name.rfind(folder, 0) == 0) return dup(std::atoi(name.c_str() + folder.size()));
+  }
+  std::error_code error;
+  const auto kind = std::filesystem::status(path, error).type();
+  using Type = std::filesystem::file_type;
+  if (kind == Type::fifo || kind == Type::character || kind == Type::socket) {
+    return open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  }
+  return -1;
+}
+
+}  // namespace
+
 void save_text(const std::filesystem::path& path, std::string_view text) {
+  if (const int stream = open_stream(path); stream >= 0) {
+    bool good = true;
+    while (good && !text.empty()) {
+      const ssize_t written = write(stream, text.data(), text.size());
+      good = written > 0 || (written < 0 && errno == EINTR);
+      if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
+    }
+    const std::string reason = good ? "" : std::strerror(errno);
+    close(stream);
+    if (good) return;
+    throw Error(ErrorCode::output, "'" + path.string() + "' cannot be written (" + reason + ").");
+  }
   AtomicFile file(path);
   file.write(text);
   file.commit();

@@ -43,6 +43,9 @@ void check_image(const Image& image) {
 Image load_image(const std::filesystem::path& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) fail(path, "it is a folder; name a file");
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+    fail(path, "it is not a regular file; copy the image to a file first");
+  }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
                                                              &std::fclose);
   if (file == nullptr) fail(path, std::generic_category().message(errno) + "; check the path");

@@ -219,6 +219,10 @@ void save_match(const Match& match, const std::filesystem::path& path) {
 }
 
 Match load_match(const std::filesystem::path& path) {
+  std::error_code unknown;
+  if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown)) {
+    fail(path, "it is not a regular file");
+  }
   check_exr_headers(path, kLargestSide);
   Match match;
   try {

@@ -216,11 +216,16 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     }
     return incomplete;
   };
+  std::uint64_t missing = 0;  // the stand-in is no UV of the file's
   if (const std::uint64_t bare = fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
-    uvs.push_back({});
-    input_.warn("missing-uvs",
-                std::to_string(bare) + " triangles have corners without a UV, which got UV (0, 0).",
-                bare);
+    // Any number would bake them over some chart.
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    uvs.push_back({kNowhere, kNowhere});
+    missing = 1;
+    input_.warn(
+        "missing-uvs",
+        std::to_string(bare) + " triangles have corners without a UV; nothing is baked for them.",
+        bare);
   }
   if (const std::uint64_t bare =
           fill(normal_triangles_, static_cast<std::uint32_t>(normals.size()))) {
@@ -230,13 +235,17 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
         std::to_string(bare) + " triangles have corners without a normal; theirs will be computed.",
         bare);
   }
-  if (uv_triangles_.empty()) uvs.clear();
+  if (uv_triangles_.empty()) {
+    uvs.clear();
+    missing = 0;
+  }
   if (normal_triangles_.empty()) normals.clear();
   for (Vec3& normal : normals) normal = unit_or_zero(normal);
   const auto bad =
-      static_cast<std::uint64_t>(std::count_if(uvs.begin(), uvs.end(), [](const Vec2& uv) {
-        return !std::isfinite(uv.x) || !std::isfinite(uv.y);
-      }));
+      static_cast<std::uint64_t>(std::count_if(
+          uvs.begin(), uvs.end(),
+          [](const Vec2& uv) { return !std::isfinite(uv.x) || !std::isfinite(uv.y); })) -
+      missing;
   if (bad != 0) {
     input_.warn(
         "non-finite-uvs",

@@ -162,8 +162,9 @@ Mesh read_stl(const MeshInput& input) {
       bytes.size() >= header_bytes &&
       bytes.size() ==
           header_bytes + triangle_bytes * std::uint64_t{little_endian(bytes.data() + 80)};
-  const bool text = TextScanner(bytes).token() == "solid" &&
-                    bytes.substr(0, 1024).find('\0') == std::string_view::npos;
+  std::string first(TextScanner(bytes).token());
+  for (char& c : first) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool text = first == "solid" && bytes.substr(0, 1024).find('\0') == std::string_view::npos;
   return !sized && text ? read_ascii(input) : read_binary(input);
 }
 

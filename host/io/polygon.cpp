@@ -71,7 +71,7 @@ bool triangulate(std::span<const std::array<double, 3>> corners,
       clean = false;
     } else if (!convex(flat)) {
       std::uint64_t budget =
-          std::min<std::uint64_t>(std::uint64_t{16} * n * n, std::uint64_t{1} << 22);
+          std::min<std::uint64_t>(std::uint64_t{n} * n * n, std::uint64_t{1} << 26);
       const auto is_ear = [&](std::size_t i) {
         if (budget == 0) return false;
         --budget;

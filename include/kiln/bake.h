@@ -123,7 +123,8 @@ struct BakeOptions {
   std::optional<Length> max_distance;
   std::optional<Length> cage;       ///< Cast from this far outside, inward, first hit
   const Mesh* cage_mesh = nullptr;  ///< ... or from this mesh (the light mesh's topology)
-  bool two_sided = false;           ///< Keep source faces that are turned away
+  bool two_sided = false;           ///< Also hit back faces of the source; normals that point away
+                                    ///< from the light surface are turned to it
 
   NormalMapSpace space = NormalMapSpace::tangent;
   bool flip_y = false;         ///< Green down (DirectX); default up (OpenGL)

@@ -259,6 +259,12 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--space", "object", "--two-component"}), 2, {"two-component"}, out);
   expect_failure({"bake", high, "--out", out, "--unwrap"}, 2, {"--unwrap"}, out);
   expect_failure({"bake", high, "--out", out, "--faces", "0"}, 2, {"--faces"}, out);
+  expect_failure({"bake", high, "", "--out", out}, 2, {"LOW"}, out);
+  expect_failure(bake({"--max-error", "nan"}), 2, {"--max-error"}, out);
+  expect_failure(bake({"--views", "12"}), 2, {"--match views"}, out);
+  expect_failure(bake({"--match", "views", "--views", "many"}), 2, {"--views", "auto"}, out);
+  expect_failure(bake({"--match", "views", "--view", "0,0,0"}), 2, {"--view"}, out);
+  expect_failure(bake({"--match", "views", "--cage", "2%"}), 2, {"--fallback ray"}, out);
   expect_failure({"simplify", high, "--out", scene / "low.ply"}, 2, {".obj"});
 }
 
@@ -447,6 +453,43 @@ TEST(Command, ReadsItsOwnFormsOfMapsAndMasks) {
   EXPECT_EQ(run_kiln({"diff", plain, gutterless, "--mask", scene / "match.exr"}).exit_code, 0);
   const ProcessResult json = run_kiln({"diff", plain, plain, "--json", "-"});
   EXPECT_EQ(nlohmann::json::parse(json.output)["within"], true);
+}
+
+TEST(Command, DiffPassesNothingThatItDidNotCompare) {
+  const fs::path folder = test::scratch_folder();
+  const auto flat = [](std::uint32_t channels, float value) {
+    return Image{4, 4, channels, std::vector<float>(std::size_t{16} * channels, value)};
+  };
+  save_image(flat(1, 0.2F), folder / "grey.png", {ImageFormat::png16});
+  save_image(flat(3, 0.7F), folder / "a.png", {ImageFormat::png16});
+  save_image(flat(3, 0.2F), folder / "b.png", {ImageFormat::png16});
+  save_image(flat(1, 0), folder / "none.png", {ImageFormat::png16});
+  const std::string a = folder / "a.png", b = folder / "b.png", grey = folder / "grey.png";
+  expect_failure({"diff", grey, grey, "--max-angle", "0"}, 2, {"--max-error"});
+  expect_failure({"diff", a, b, "--max-angle", "nan"}, 2, {"nan"});
+  expect_failure({"diff", a, b, "--max-error", "-1"}, 2, {"'-1'"});
+  expect_failure({"diff", a, b, "--mask", folder / "none.png"}, 3, {"none.png"});
+  expect_failure({"diff", a, grey}, 3, {"channels"});
+  expect_failure({"diff", a, b, "--mask", ""}, 2, {"--mask"});
+}
+
+TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
+  const fs::path folder = test::scratch_folder();
+  save_image(Image{2, 2, 3, std::vector<float>(12, 0.5F)}, folder / "a.png", {ImageFormat::png8});
+  const std::string a = folder / "a.png";
+  const std::string log = folder / "log.txt";
+  std::ofstream(log) << "before\n";
+  const std::string command = std::string("'") + KILN_COMMAND + "' diff '" + a + "' '" + a +
+                              "' --json /dev/stdout >> '" + log + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::ifstream stream(log);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  EXPECT_EQ(text.rfind("before\n", 0), 0U);
+  EXPECT_NE(text.find("mean_angle_degrees"), std::string::npos);
+  EXPECT_EQ(run_kiln({"devices", "--json"}, {}).exit_code == 0 || test::device() == nullptr, true);
+  const std::string full =
+      std::string("'") + KILN_COMMAND + "' diff '" + a + "' '" + a + "' > /dev/full 2>&-";
+  EXPECT_EQ(WEXITSTATUS(std::system(full.c_str())), 5);
 }
 
 TEST(Command, RefusesToWriteWhereItCannot) {

@@ -67,6 +67,7 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       .add_option("--maps", a.maps,
                   "Which maps, separated by commas; mask is 1 where a texel was baked")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(one_of(kMaps))
       ->capture_default_str()
       ->group(group_map);

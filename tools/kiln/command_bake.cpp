@@ -41,7 +41,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const Mesh& high, Console& c
                     std::vector<Warning>& warnings) {
   const auto [width, height] = parse_size(arguments.size);
   UnwrapOptions unwrap_options;
-  unwrap_options.size = std::min(width, height);
+  unwrap_options.size = std::max(16U, std::min(width, height));
   LowMesh low;
   if (!arguments.low.empty()) {
     console.progress(kAtLow, "reading " + arguments.low);

@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "map_file.h"
+#include "parse.h"
 #include "paths.h"
 #include "report.h"
 
@@ -23,8 +24,17 @@ int run_diff(const DiffArguments& arguments) {
   const Image b = load_normal_map(arguments.b);
   std::optional<Image> mask;
   if (!arguments.mask.empty()) mask = load_mask(arguments.mask);
+  if (a.channels < 3 && (arguments.max_angle || arguments.max_mean_angle)) {
+    throw Error(ErrorCode::usage,
+                "'" + arguments.a + "' has " + std::to_string(a.channels) +
+                    " channels, so there are no angles to limit: use --max-error.");
+  }
   const ImageDifference difference = compare_images(a, b, mask ? &*mask : nullptr);
 
+  if (difference.compared == 0) {
+    throw Error(ErrorCode::input,
+                "'" + arguments.mask + "' leaves no texel to compare: give another mask.");
+  }
   const bool has_limit = arguments.max_mean_angle || arguments.max_angle || arguments.max_error;
   bool within = true;
   if (arguments.max_mean_angle && difference.mean_angle_degrees > *arguments.max_mean_angle)
@@ -72,11 +82,11 @@ Run add_diff(CLI::App& app) {
   command->add_option("A", arguments->a, "A map (PNG or EXR)")->required();
   command->add_option("B", arguments->b, "Another of the same size")->required();
   command->add_option("--max-mean-angle", arguments->max_mean_angle, "Degrees, between normals")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_from_0());
   command->add_option("--max-angle", arguments->max_angle, "Degrees, at the worst texel")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_from_0());
   command->add_option("--max-error", arguments->max_error, "Largest channel difference, 0 to 1")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_from_0());
   command->add_option(
       "--mask", arguments->mask,
       "Texels that are 0 there do not count: an image, such as bake's mask, or a saved match");

@@ -47,7 +47,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
   UnwrapOptions unwrap_options;
-  unwrap_options.size = std::min(width, height);
+  unwrap_options.size = std::max(16U, std::min(width, height));
   Mesh low = unwrap(simple, unwrap_options, &unwrap_report);
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   save_obj(low, out);

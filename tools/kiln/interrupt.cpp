@@ -32,6 +32,12 @@ void handle(int number, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART;
+  // What a parent ignores (nohup) stays ignored.
+  struct sigaction before {};
+  if (number != SIGALRM && sigaction(number, nullptr, &before) == 0 &&
+      before.sa_handler == SIG_IGN) {
+    return;
+  }
   sigaction(number, &action, nullptr);
 }
 

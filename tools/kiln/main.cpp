@@ -30,6 +30,23 @@ std::size_t edits(const std::string& a, const std::string& b) {
   return row[b.size()];
 }
 
+int cancelled() {
+  std::fputs("\nCancelled.\n", stderr);
+  return kiln::cli::kExitCancelled;
+}
+
+void check_environment() {
+  const char* threads = std::getenv("KILN_THREADS");
+  if (threads == nullptr) return;
+  char* end = nullptr;
+  const long value = std::strtol(threads, &end, 10);
+  if (end == threads || *end != '\0' || value < 1 || value > 1024) {
+    throw CLI::ParseError(
+        "KILN_THREADS is '" + std::string(threads) + "': set it to 1 to 1024, or unset it",
+        CLI::ExitCodes::ValidationError);
+  }
+}
+
 /// What was wrong, with the nearest option where one was misspelt.
 std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
   const auto chosen = app.get_subcommands();
@@ -91,6 +108,16 @@ int main(int argc, char** argv) {
     }
     std::reverse(words.begin(), words.end());  // as CLI11 wants them
     app.parse(words);
+    for (const CLI::Option* option : app.get_subcommands().front()->get_options()) {
+      for (const std::string& value : option->results()) {
+        if (value.empty()) {
+          throw CLI::ParseError(
+              option->get_name() + " was given nothing: leave it out, or give a value",
+              CLI::ExitCodes::ValidationError);
+        }
+      }
+    }
+    check_environment();
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     std::fprintf(stderr, "kiln: %s\n", usage_message(app, error).c_str());
@@ -99,9 +126,16 @@ int main(int argc, char** argv) {
   }
   try {
     const int result = commands.at(app.get_subcommands().front()->get_name())();
-    if (result == cli::kExitCancelled) std::fputs("\nCancelled.\n", stderr);
+    if (result == cli::kExitCancelled) return cancelled();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      throw Error(ErrorCode::output,
+                  "Standard output could not be written: the disk is full, or it "
+                  "was closed.");
+    }
     return result;
   } catch (const Error& error) {
+    // A driver that is interrupted while it compiles fails in its own way.
+    if (cli::interrupted()) return cancelled();
     std::fprintf(stderr, "kiln: %s\n", error.what());
     return static_cast<int>(error.code());
   } catch (const std::bad_alloc&) {

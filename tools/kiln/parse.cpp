@@ -103,6 +103,16 @@ std::uint32_t parse_views(const std::string& text) {
   return value;
 }
 
+CLI::Validator number_from_0() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double value = 0;
+        const bool good = parse_whole(text, value) && std::isfinite(value) && value >= 0;
+        return good ? std::string() : "expected a number, 0 or more, not '" + text + "'";
+      },
+      "NUMBER");
+}
+
 std::string with_commas(std::uint64_t value) {
   const std::string digits = std::to_string(value);
   std::string result;

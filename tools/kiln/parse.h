@@ -1,6 +1,7 @@
 // Values as people write them on the command line.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -29,6 +30,9 @@ Vec3 parse_direction(const std::string& text);
 
 /// A number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);
+
+/// A check for options: a finite number, 0 or more.
+CLI::Validator number_from_0();
 
 /// 12345678 as "12,345,678".
 std::string with_commas(std::uint64_t value);

@@ -58,7 +58,7 @@ void prepare_parent(const fs::path& file) {
 }
 
 void save_report(const fs::path& path, const Json& report) {
-  const std::string text = report.dump(2) + "\n";
+  const std::string text = report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   if (path != "-") {
     save_text(path, text);
     return;
