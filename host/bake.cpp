@@ -6,9 +6,11 @@
 
 #include "bake_match.h"
 #include "detail.h"
+#include "geometry/charts.h"
 #include "gutter.h"
 #include "kernels_shared.h"
 #include "matcher.h"
+#include "mips.h"
 #include "parallel.h"
 #include "source.h"
 #include "texels.h"
@@ -92,6 +94,41 @@ Image mask_image(const BakeOptions& options, const std::vector<std::uint8_t>& co
   return mask;
 }
 
+/// Background, gutter and encoding. \returns how many texels became gutter
+std::uint64_t finish_image(cl::Context& context, const BakeOptions& options, std::int32_t gutter,
+                           Image& image, std::vector<std::uint8_t>& coverage) {
+  const std::array<float, 3> empty = background(options);
+  parallel_for(coverage.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (coverage[i] == kCoverageEmpty)
+        std::copy(empty.begin(), empty.end(), &image.pixels[i * 3]);
+    }
+  });
+  const std::uint64_t count =
+      fill_gutter(context, image, coverage, {gutter, options.miss != MissPolicy::keep, true});
+  encode(options, coverage, image);
+  return count;
+}
+
+/// The levels below a map of unit vectors that has neither gutter nor encoding yet.
+std::vector<Image> finished_mips(cl::Context& context, const BakeOptions& options,
+                                 const Image& image, const std::vector<std::uint8_t>& coverage,
+                                 const ChartMap& charts) {
+  MipOptions mip_options;
+  mip_options.unit_vectors = true;
+  mip_options.missed_have_values = options.miss == MissPolicy::keep;
+  if (options.miss == MissPolicy::mark) mip_options.missed = {1, -1, 1, 0};
+  std::vector<MipLevel> levels = make_mips(image, coverage, charts, mip_options);
+  std::vector<Image> images;
+  std::int32_t gutter = options.gutter;
+  for (MipLevel& level : levels) {
+    if (gutter > 0) gutter = std::max(2, gutter / 2);
+    finish_image(context, options, gutter, level.image, level.coverage);
+    images.push_back(std::move(level.image));
+  }
+  return images;
+}
+
 void warn_about_misses(BakeReport& report) {
   if (report.samples == 0) {
     report.warnings.push_back(
@@ -151,6 +188,13 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   cl::Array<std::uint8_t> band_coverage;
   double distance_sum = 0;
   report.seconds_image = watch.lap();
+  std::vector<std::uint32_t> chart_of_triangle;
+  ChartMap charts;
+  if (options.mips) {
+    chart_of_triangle = uv_charts(low);
+    charts = ChartMap(texels, options.samples);
+  }
+  report.seconds_mips += watch.lap();
 
   const std::uint32_t bands = sampler.band_count();
   for (std::uint32_t b = 0; b < bands; ++b) {
@@ -192,23 +236,27 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
     report.texels += band.texel_count;
     report.samples += band.sample_count;
     report.seconds_image += watch.lap();
+    if (options.mips) charts.store(context, band, options.width, chart_of_triangle);
+    report.seconds_mips += watch.lap();
   }
 
-  const std::array<float, 3> empty = background(options);
-  parallel_for(texels, 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (result.coverage[i] == kCoverageEmpty)
-        std::copy(empty.begin(), empty.end(), &image.pixels[i * 3]);
+  std::vector<Image> mips;
+  if (options.mips) {
+    if (options.progress && !options.progress(0.97, "mip-maps")) {
+      result = BakeResult{};
+      result.cancelled = true;
+      return result;
     }
-  });
-  if (options.progress && !options.progress(0.97, "gutter")) {
+    mips = finished_mips(context, options, image, result.coverage, charts);
+    charts = {};
+    report.seconds_mips += watch.lap();
+  }
+  if (options.progress && !options.progress(0.98, "gutter")) {
     result = BakeResult{};
     result.cancelled = true;
     return result;
   }
-  report.gutter_texels = fill_gutter(context, image, result.coverage,
-                                     {options.gutter, options.miss != MissPolicy::keep, true});
-  encode(options, result.coverage, image);
+  report.gutter_texels = finish_image(context, options, options.gutter, image, result.coverage);
   report.seconds_image += watch.lap();
 
   const std::uint64_t hits = report.samples - report.missed;
@@ -218,9 +266,9 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
                          sampler.report().warnings.end());
   warn_about_misses(report);
   for (MapKind kind : options.maps) {
-    if (kind == MapKind::normal) result.maps.push_back({kind, std::move(image)});
+    if (kind == MapKind::normal) result.maps.push_back({kind, std::move(image), std::move(mips)});
     if (kind == MapKind::mask) {
-      result.maps.push_back({kind, mask_image(options, result.coverage)});
+      result.maps.push_back({kind, mask_image(options, result.coverage), {}});
     }
   }
   if (options.progress) options.progress(1.0, "done");

@@ -6,6 +6,8 @@
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <ImfThreading.h>
+#include <ImfTileDescription.h>
+#include <ImfTiledOutputFile.h>
 #include <half.h>
 
 #include <algorithm>
@@ -29,6 +31,12 @@ constexpr std::size_t kBandRows = 256;  // A multiple of every compression's blo
 // 0.28 s 81 MB | 0.31 s 33 MB; none 0.10 s 101 MB. Float: PIZ 2.1 s 158 MB | 1.9 s 107 MB, ZIP at 4
 // 4.9 s 194 MB | 2.9 s 131 MB. PIZ (wavelet and Huffman coding, lossless) is part of every OpenEXR.
 constexpr Imf::Compression kCompression = Imf::PIZ_COMPRESSION;
+
+// Side of a mip-map's tiles; bands are whole rows of them. Measured with the bunny's map, 4096^2 RGB and
+// its levels, half | float, on two cores of an AMD EPYC with AVX-512, others at work beside: 64 1.6 s
+// 24 MB | 5.6 s 127 MB; 128 0.6 s 22 MB | 3.0 s 114 MB; 256 0.35 s 22 MB | 2.3 s 109 MB. PIZ sets up
+// tables of 65,536 entries for every tile.
+constexpr std::uint32_t kTileSize = 256;
 
 constexpr std::array<std::array<const char*, 4>, 5> kNames = {
     {{}, {"Y"}, {"R", "G"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}};
@@ -127,8 +135,10 @@ Image read_exr(const std::filesystem::path& path) {
   return image;
 }
 
-template <typename T>
-void write_bands(const Image& image, Imf::OutputFile& output, Imf::PixelType type, int threads) {
+// Calls write(buffer, first row, rows) for one band of an image after the other; the buffer holds the
+// band's pixels as T.
+template <typename T, typename Write>
+void for_each_band(const Image& image, Imf::PixelType type, int threads, const Write& write) {
   const std::size_t row = std::size_t{image.width} * image.channels;
   std::vector<T> band(std::min<std::size_t>(kBandRows, image.height) * row);
   for (std::size_t first = 0; first < image.height; first += kBandRows) {
@@ -148,9 +158,57 @@ void write_bands(const Image& image, Imf::OutputFile& output, Imf::PixelType typ
           kNames[image.channels][i],
           slice(type, band.data() + i, 0, static_cast<std::int64_t>(first), image.channels, row));
     }
-    output.setFrameBuffer(buffer);
-    output.writePixels(static_cast<int>(count));
+    write(buffer, static_cast<int>(first), static_cast<int>(count));
   }
+}
+
+template <typename T>
+void write_rows(const Image& image, Imf::OutputFile& output, Imf::PixelType type, int threads) {
+  for_each_band<T>(image, type, threads,
+                   [&](const Imf::FrameBuffer& buffer, int /*first*/, int count) {
+                     output.setFrameBuffer(buffer);
+                     output.writePixels(count);
+                   });
+}
+
+template <typename T>
+void write_tiles(const Image& image, int level, Imf::TiledOutputFile& output, Imf::PixelType type,
+                 int threads) {
+  static_assert(kBandRows % kTileSize == 0);
+  constexpr int kTile = kTileSize;
+  for_each_band<T>(image, type, threads, [&](const Imf::FrameBuffer& buffer, int first, int count) {
+    output.setFrameBuffer(buffer);
+    output.writeTiles(0, output.numXTiles(level) - 1, first / kTile, (first + count - 1) / kTile,
+                      level);
+  });
+}
+
+Imf::Header make_header(const Image& image, Imf::PixelType type) {
+  Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+  header.compression() = kCompression;
+  for (std::size_t i = 0; i < image.channels; ++i) {
+    header.channels().insert(kNames[image.channels][i], Imf::Channel(type));
+  }
+  return header;
+}
+
+// Opens a file, calls write(stream), and puts the file in its place.
+template <typename Write>
+void write_file(const std::filesystem::path& path, const Write& write) {
+  AtomicFile file(path);
+  ExrStream stream(file);
+  try {
+    write(stream);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    stream.check();
+    file.fail(error.what(), 0);
+  }
+  stream.check();
+  file.commit();
 }
 
 }  // namespace
@@ -193,31 +251,32 @@ int exr_threads(int threads) {
 }
 
 void save_exr(const Image& image, const std::filesystem::path& path, bool half, int threads) {
-  AtomicFile file(path);
-  Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
-  header.compression() = kCompression;
-  const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
-  for (std::size_t i = 0; i < image.channels; ++i) {
-    header.channels().insert(kNames[image.channels][i], Imf::Channel(type));
-  }
-  ExrStream stream(file);
-  try {
-    Imf::OutputFile output(stream, header, exr_threads(threads));
+  write_file(path, [&](ExrStream& stream) {
+    const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
+    Imf::OutputFile output(stream, make_header(image, type), exr_threads(threads));
     if (half) {
-      write_bands<Imath::half>(image, output, type, threads);
+      write_rows<Imath::half>(image, output, type, threads);
     } else {
-      write_bands<float>(image, output, type, threads);
+      write_rows<float>(image, output, type, threads);
     }
-  } catch (const Error&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    stream.check();
-    file.fail(error.what(), 0);
-  }
-  stream.check();
-  file.commit();
+  });
+}
+
+void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
+                   bool half, int threads) {
+  write_file(path, [&](ExrStream& stream) {
+    const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
+    Imf::Header header = make_header(*levels.front(), type);
+    header.setTileDescription({kTileSize, kTileSize, Imf::MIPMAP_LEVELS, Imf::ROUND_DOWN});
+    Imf::TiledOutputFile output(stream, header, exr_threads(threads));
+    for (std::size_t level = 0; level < levels.size(); ++level) {
+      if (half) {
+        write_tiles<Imath::half>(*levels[level], static_cast<int>(level), output, type, threads);
+      } else {
+        write_tiles<float>(*levels[level], static_cast<int>(level), output, type, threads);
+      }
+    }
+  });
 }
 
 Image load_exr(const std::filesystem::path& path) {

@@ -18,6 +18,12 @@ namespace kiln {
 /// \throws Error(output)
 void save_exr(const Image& image, const std::filesystem::path& path, bool half, int threads);
 
+/// The same for levels 0 and on of a mip-map, each half the size of the last, rounded down, the last 1 x
+/// 1: tiles.
+/// \throws Error(output)
+void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
+                   bool half, int threads);
+
 /// Reads the first part, scan lines or tiles: R G B A, R G B, R G, R, Y, or Y A, or X Y Z, bare or in
 /// the first layer that has such; half, float or unsigned int. The image is the display window where
 /// the data window lies inside (zero outside the data), else the data window.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -38,6 +39,40 @@ void check_image(const Image& image) {
   }
 }
 
+void check_threads(const SaveImageOptions& options) {
+  if (options.threads < 0) {
+    throw Error(ErrorCode::usage, "SaveImageOptions::threads is " +
+                                      std::to_string(options.threads) +
+                                      "; use 0 for all cores, or their number.");
+  }
+}
+
+void check_mips(const Image& image, const std::vector<Image>& mips) {
+  const Image* finer = &image;
+  const auto last = [&] { return finer->width == 1 && finer->height == 1; };
+  for (const Image& level : mips) {
+    check_image(level);
+    const std::uint32_t width = std::max(1U, finer->width / 2);
+    const std::uint32_t height = std::max(1U, finer->height / 2);
+    if (last() || level.width != width || level.height != height ||
+        level.channels != image.channels) {
+      throw Error(ErrorCode::usage,
+                  "Mip level " + std::to_string(&level - mips.data() + 1) + " is " +
+                      std::to_string(level.width) + " x " + std::to_string(level.height) +
+                      " with " + std::to_string(level.channels) +
+                      " channels; each level must have the image's channels and half the sides of "
+                      "the last, rounded down, until 1 x 1.");
+    }
+    finer = &level;
+  }
+  if (!last()) {
+    throw Error(ErrorCode::usage, "The last of " + std::to_string(mips.size()) + " mip levels is " +
+                                      std::to_string(finer->width) + " x " +
+                                      std::to_string(finer->height) +
+                                      "; give all levels down to 1 x 1.");
+  }
+}
+
 }  // namespace
 
 Image load_image(const std::filesystem::path& path) {
@@ -60,11 +95,7 @@ Image load_image(const std::filesystem::path& path) {
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options) {
   check_image(image);
-  if (options.threads < 0) {
-    throw Error(ErrorCode::usage, "SaveImageOptions::threads is " +
-                                      std::to_string(options.threads) +
-                                      "; use 0 for all cores, or their number.");
-  }
+  check_threads(options);
   switch (options.format) {
     case ImageFormat::exr_half:
       return save_exr(image, path, true, options.threads);
@@ -76,6 +107,21 @@ void save_image(const Image& image, const std::filesystem::path& path,
       return save_png(image, path, 8, options.dither, options.threads);
   }
   throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.");
+}
+
+void save_mipmapped(const Image& image, const std::vector<Image>& mips,
+                    const std::filesystem::path& path, const SaveImageOptions& options) {
+  check_image(image);
+  check_threads(options);
+  check_mips(image, mips);
+  if (options.format != ImageFormat::exr_half && options.format != ImageFormat::exr_float) {
+    throw Error(ErrorCode::usage,
+                "PNG holds one image, not mip-maps: save each level as a file of its own, or use "
+                "OpenEXR.");
+  }
+  std::vector<const Image*> levels = {&image};
+  for (const Image& level : mips) levels.push_back(&level);
+  save_exr_mips(levels, path, options.format == ImageFormat::exr_half, options.threads);
 }
 
 }  // namespace kiln

@@ -132,6 +132,9 @@ struct BakeOptions {
   bool raw = false;            ///< Components in [-1, 1] instead of n/2 + 1/2
   MissPolicy miss = MissPolicy::keep;
   std::int32_t gutter = 16;  ///< Texels; -1: infinite (push-pull)
+  /// Also make mip-maps, filtered within charts: nothing of one chart, nor of the gutter, gets into
+  /// another (Wang et al., section 6), as it does where mip-maps are made from the image alone.
+  bool mips = false;
 
   bool keep_match = false;              ///< Return the correspondence in BakeResult::match
   const struct Match* match = nullptr;  ///< Reuse this one instead of matching
@@ -163,6 +166,11 @@ Match load_match(const std::filesystem::path& path);
 struct BakedMap {
   MapKind kind = MapKind::normal;
   Image image;
+  /// With BakeOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel holds the
+  /// mean over the covered texels of level 0 under it, made unit, of the one chart that covers most of
+  /// it. Encoded like the image, with a gutter of its width in UV units, but 2 texels at least (none
+  /// where it has none).
+  std::vector<Image> mips;
 };
 
 /// What matching by depth views came to.
@@ -186,6 +194,7 @@ struct BakeReport {
   std::optional<ViewReport> views;  ///< Where matched by views
   double seconds_build = 0;         ///< Structures of the source, made for this bake
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;
+  double seconds_mips = 0;  ///< Charts, levels, their gutters and encoding
   std::uint64_t peak_device_bytes = 0;
   std::vector<Warning> warnings;
 };

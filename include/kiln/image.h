@@ -51,6 +51,15 @@ Image load_image(const std::filesystem::path& path);
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
 
+/// Writes an image and its mip-maps as one OpenEXR file of tiles (256 x 256, MIPMAP_LEVELS, sides rounded
+/// down), which renderers read level by level; readers that know no mip-maps find the image. Otherwise
+/// like save_image.
+/// \param mips  levels 1 and on, down to 1 x 1 (BakedMap::mips); none for an image of 1 x 1
+/// \throws Error(usage) for a PNG format, which holds one image (save the levels as files of their own),
+///         and for levels of other sizes; Error(output)
+void save_mipmapped(const Image& image, const std::vector<Image>& mips,
+                    const std::filesystem::path& path, const SaveImageOptions& options = {});
+
 /// How far two images differ, over the texels that count.
 struct ImageDifference {
   std::uint64_t compared = 0;     ///< Texels compared

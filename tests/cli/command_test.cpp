@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "kiln/kiln.h"
@@ -91,6 +92,57 @@ TEST(Command, BakesTheContractsFilesAndReport) {
   EXPECT_GT(texels["covered"].get<std::uint64_t>(), 20000U);
   EXPECT_EQ(report["inputs"]["low"]["triangles"], test::BumpySphere::light().triangles.size());
   EXPECT_EQ(report["options"]["max_distance"], "10%");
+}
+
+TEST(Command, WritesMipMapsInEveryFormat) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  for (const std::string format : {"png8", "png16", "exr", "exr32"}) {
+    std::map<std::string, std::string> bytes;
+    for (const std::string threads : {"1", "2"}) {
+      const fs::path out = scene / (format + threads);
+      const ProcessResult result =
+          run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", out, "--size", "70x33",
+                    "--max-distance", "10%", "--mips", "--format", format, "--two-component",
+                    "--samples", "2", "--json", scene / "report.json"},
+                   {.environment = {{"KILN_THREADS", threads}}});
+      ASSERT_EQ(result.exit_code, 0) << result.errors;
+      const bool png = format.starts_with("png");
+      std::vector<std::string> expected = {png ? "low_normal.png" : "low_normal.exr"};
+      for (int level = 1; png && level <= 6; ++level) {
+        expected.push_back("low_normal.mip0" + std::to_string(level) + ".png");
+      }
+      const nlohmann::json report = read_json(scene / "report.json");
+      std::vector<std::string> outputs;
+      for (const auto& path : report["outputs"]) {
+        outputs.push_back(fs::path(path.get<std::string>()).filename());
+      }
+      EXPECT_EQ(outputs, expected);
+      std::sort(expected.begin(), expected.end());
+      EXPECT_EQ(names(out), expected);
+      EXPECT_EQ(report["options"]["mips"], true);
+      const auto& levels = report["mips"]["normal"];
+      ASSERT_EQ(levels.size(), 7U);
+      for (std::size_t level = 0; level < levels.size(); ++level) {
+        const Image image = load_image(levels[level]["file"].get<std::string>());
+        EXPECT_EQ(levels[level]["width"], std::max(70 >> level, 1));
+        EXPECT_EQ(levels[level]["height"], std::max(33 >> level, 1));
+        EXPECT_EQ(image.width, png ? std::max(70U >> level, 1U) : 70U);
+      }
+      for (const std::string& name : expected) {
+        std::ifstream file(out / name, std::ios::binary);
+        const std::string now{std::istreambuf_iterator<char>(file), {}};
+        const auto [known, first] = bytes.emplace(name, now);
+        EXPECT_TRUE(first || known->second == now) << name;
+      }
+    }
+  }
+  // A map of one texel has no levels below.
+  const ProcessResult one =
+      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "one", "--size",
+                "1", "--mips", "--max-distance", "10%"});
+  ASSERT_EQ(one.exit_code, 0) << one.errors;
+  EXPECT_EQ(names(scene / "one"), std::vector<std::string>{"low_normal.png"});
 }
 
 TEST(Command, MakesTheLightMeshWhereNoneIsGiven) {

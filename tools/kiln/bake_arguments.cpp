@@ -98,6 +98,12 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command.add_option("--gutter", a.gutter, "Texels filled around charts, or inf")
       ->capture_default_str()
       ->group(group_map);
+  command
+      .add_flag("--mips", a.mips,
+                "Also the mip-maps, filtered within charts. EXR: in the map's file (tiled). PNG: "
+                "NAME_MAP.mip01.png and so on down to 1x1, which sort in the order that toktx and "
+                "ktx create take them")
+      ->group(group_map);
 
   const char* const group_match = "The match";
   command
@@ -229,9 +235,7 @@ void check(const BakeArguments& a) {
   if (views && a.fallback != "ray" && (!a.cage.empty() || !a.cage_mesh.empty())) {
     fail("A cage is for rays: with --match views it needs --fallback ray.");
   }
-  const bool is_exr = kFormats.at(a.format) == ImageFormat::exr_half ||
-                      kFormats.at(a.format) == ImageFormat::exr_float;
-  if (a.raw && !is_exr)
+  if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
   if (a.dither && a.format != "png8") fail("--dither is for --format png8.");
 }
@@ -272,6 +276,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.raw = a.raw;
   options.miss = kMisses.at(a.miss);
   options.gutter = parse_gutter(a.gutter);
+  options.mips = a.mips;
   options.keep_match = !a.save_match.empty();
   return options;
 }
@@ -292,10 +297,21 @@ std::string map_name(MapKind kind) {
   return "map";
 }
 
-std::string extension(const SaveImageOptions& options) {
-  const bool is_exr =
-      options.format == ImageFormat::exr_half || options.format == ImageFormat::exr_float;
-  return is_exr ? ".exr" : ".png";
+bool is_exr(const SaveImageOptions& options) {
+  return options.format == ImageFormat::exr_half || options.format == ImageFormat::exr_float;
+}
+
+std::string extension(const SaveImageOptions& options) { return is_exr(options) ? ".exr" : ".png"; }
+
+std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
+                                             const std::string& name, std::size_t mips,
+                                             const SaveImageOptions& options) {
+  std::vector<std::filesystem::path> files = {folder / (name + extension(options))};
+  for (std::size_t level = 1; level <= mips && !is_exr(options); ++level) {
+    const std::string number = (level < 10 ? "0" : "") + std::to_string(level);
+    files.push_back(folder / (name + ".mip" + number + extension(options)));
+  }
+  return files;
 }
 
 Json describe(const BakeArguments& a, const BakeReport& report) {
@@ -324,6 +340,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"dither", a.dither},
           {"samples", a.samples},
           {"gutter", a.gutter},
+          {"mips", a.mips},
           {"faces", a.faces == 0 ? Json() : Json(a.faces)},
           {"max_error", or_null(a.max_error)},
           {"max_missed_percent", a.max_missed_percent},

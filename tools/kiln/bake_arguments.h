@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct BakeArguments {
   bool dither = false;
   std::uint32_t samples = 1;
   std::string gutter = "16";
+  bool mips = false;
   std::uint32_t faces = 0;
   std::string max_error;
   bool unwrap = false;
@@ -54,7 +56,15 @@ BakeOptions bake_options(const BakeArguments& arguments);
 SaveImageOptions image_options(const BakeArguments& arguments);
 RayTraversal traversal(const BakeArguments& arguments);
 std::string map_name(MapKind kind);
+bool is_exr(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);
+
+/// Where a map and the levels of its mip-map go: with PNG a file a level, FOLDER/NAME.png,
+/// FOLDER/NAME.mip01.png and so on; with EXR one file for all.
+/// \param mips  how many levels below the first there are
+std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
+                                             const std::string& name, std::size_t mips,
+                                             const SaveImageOptions& options);
 
 /// Every option in force, for the report.
 Json describe(const BakeArguments& arguments, const BakeReport& report);

@@ -100,6 +100,19 @@ Json describe_views(const ViewReport& views) {
           {"directions", directions}};
 }
 
+/// The levels of a map's mip-map, and the file that each is in.
+Json describe_levels(const BakedMap& map, const std::vector<fs::path>& files) {
+  Json levels = Json::array();
+  for (std::size_t level = 0; level <= map.mips.size(); ++level) {
+    const Image& image = level == 0 ? map.image : map.mips[level - 1];
+    levels.push_back({{"level", level},
+                      {"width", image.width},
+                      {"height", image.height},
+                      {"file", files[std::min(level, files.size() - 1)].string()}});
+  }
+  return levels;
+}
+
 /// One line about the views.
 std::string summary(const ViewReport& views, double diagonal) {
   char text[320];
@@ -133,6 +146,7 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
           {"match", report.seconds_match},
           {"detail", report.seconds_detail},
           {"image", report.seconds_image},
+          {"mips", report.seconds_mips},
           {"save", stages.save},
           {"total", total}};
 }
@@ -159,10 +173,10 @@ void print_summary(Console& console, const BakeReport& report, std::uint64_t map
   std::snprintf(
       text, sizeof text,
       "%.2f s: load %.2f, low mesh %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "
-      "image %.2f, save %.2f; peak memory %llu MiB",
+      "image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
       total, stages.load, stages.low, stages.build + report.seconds_build, report.seconds_texels,
-      report.seconds_match, report.seconds_detail, report.seconds_image, stages.save,
-      static_cast<unsigned long long>(peak_resident_bytes() >> 20));
+      report.seconds_match, report.seconds_detail, report.seconds_image, report.seconds_mips,
+      stages.save, static_cast<unsigned long long>(peak_resident_bytes() >> 20));
   console.line(text);
 }
 
@@ -300,6 +314,7 @@ int run_bake(const BakeArguments& arguments) {
   watch.lap();
 
   std::vector<std::string> outputs;
+  Json mips;
   const auto saving = [&](const fs::path& path) {
     outputs.push_back(path.string());
     return console.progress(kAtSave, "writing " + path.string());
@@ -310,9 +325,17 @@ int run_bake(const BakeArguments& arguments) {
     save_obj(low.mesh, path);
   }
   for (const BakedMap& map : result.maps) {
-    const fs::path path = folder / (low.stem + "_" + map_name(map.kind) + extension(save_options));
-    if (!saving(path)) return kExitCancelled;
-    save_image(map.image, path, save_options);
+    const std::vector<fs::path> files =
+        map_files(folder, low.stem + "_" + map_name(map.kind), map.mips.size(), save_options);
+    for (std::size_t level = 0; level < files.size(); ++level) {
+      if (!saving(files[level])) return kExitCancelled;
+      if (options.mips && is_exr(save_options)) {
+        save_mipmapped(map.image, map.mips, files[level], save_options);
+      } else {
+        save_image(level == 0 ? map.image : map.mips[level - 1], files[level], save_options);
+      }
+    }
+    if (options.mips) mips[map_name(map.kind)] = describe_levels(map, files);
   }
   if (!arguments.save_match.empty()) {
     if (!saving(arguments.save_match)) return kExitCancelled;
@@ -362,6 +385,7 @@ int run_bake(const BakeArguments& arguments) {
           {"peak_device_bytes", report.peak_device_bytes}}},
         {"outputs", outputs},
         {"warnings", describe(warnings)}};
+    if (options.mips) json["mips"] = mips;
     if (report.views) json["views"] = describe_views(*report.views);
     if (low.simplified) {
       json["low"] = {{"faces", low.simplified->faces},
