@@ -1,52 +1,19 @@
 #include "kiln/image.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "normal_angle.h"
 #include "parallel.h"
 
 namespace kiln {
 namespace {
 
-constexpr double kDegrees = 57.295779513082320876798154814105;
-
 // Sums are taken over blocks of this many texels, then over blocks in order: the same for any number
 // of threads.
 constexpr std::size_t kBlock = 4096;
-
-using Vector = std::array<double, 3>;
-
-Vector decode(const float* texel) {
-  Vector n{};
-  for (std::size_t i = 0; i < 3; ++i) n[i] = 2.0 * static_cast<double>(texel[i]) - 1.0;
-  return n;
-}
-
-bool is_zero(const Vector& n) { return n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0; }
-bool is_finite(const Vector& n) {
-  return std::isfinite(n[0]) && std::isfinite(n[1]) && std::isfinite(n[2]);
-}
-
-double angle_degrees(const float* texel_a, const float* texel_b) {
-  const Vector a = decode(texel_a);
-  const Vector b = decode(texel_b);
-  if (a == b) return 0.0;
-  if (!is_finite(a) || !is_finite(b)) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (a[i] != b[i] && !(std::isnan(a[i]) && std::isnan(b[i]))) return 180.0;
-    }
-    return 0.0;
-  }
-  if (is_zero(a) || is_zero(b)) return 180.0;
-  const double x = a[1] * b[2] - a[2] * b[1];
-  const double y = a[2] * b[0] - a[0] * b[2];
-  const double z = a[0] * b[1] - a[1] * b[0];
-  const double dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  return std::atan2(std::sqrt(x * x + y * y + z * z), dot) * kDegrees;
-}
 
 double channel_error(float a, float b) {
   if (std::isfinite(a) && std::isfinite(b)) {
@@ -71,7 +38,7 @@ Block compare_block(const Image& a, const Image& b, const Image* mask, std::size
     const float* texel_a = &a.pixels[i * channels];
     const float* texel_b = &b.pixels[i * channels];
     if (!angles.empty()) {
-      const double angle = angle_degrees(texel_a, texel_b);
+      const double angle = normal_angle_degrees(texel_a, texel_b);
       angles[first + block.compared] = angle;
       block.angle_sum += angle;
       if (angle > block.max_angle) block.max_angle = angle, block.worst_angle = i;
@@ -98,14 +65,6 @@ void check_pixels(const Image& image, const char* what) {
                                       ", but holds " + std::to_string(image.pixels.size()) +
                                       " values.");
   }
-}
-
-// The angle of nearest rank; reorders.
-double percentile(std::vector<double>& angles, std::uint64_t hundredths) {
-  const std::uint64_t rank = (angles.size() * hundredths + 99) / 100;
-  const auto nth = angles.begin() + static_cast<std::ptrdiff_t>(rank - 1);
-  std::nth_element(angles.begin(), nth, angles.end());
-  return *nth;
 }
 
 }  // namespace

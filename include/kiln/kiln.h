@@ -9,6 +9,7 @@
 #include "kiln/files.h"
 #include "kiln/image.h"
 #include "kiln/lowpoly.h"
+#include "kiln/measure.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 #include "kiln/types.h"

@@ -41,81 +41,35 @@ Image join(const std::vector<Image>& panels) {
   return sheet;
 }
 
-/// Pictures one below the other.
-void append(Image& sheet, const Image& picture) {
-  sheet.width = picture.width;
-  sheet.height += picture.height;
-  sheet.channels = picture.channels;
-  sheet.pixels.insert(sheet.pixels.end(), picture.pixels.begin(), picture.pixels.end());
-}
-
-/// World-space normals as seen from the view shown and along the six axes: the same pixels whatever the
-/// picture's own size, so that figures can be compared.
-constexpr int kMeasuredViews = 7;
-constexpr std::uint32_t kMeasuredSize = 512;
-Image rendered_normals(const Scene& scene, RenderOptions options, const Mesh& frame,
-                       bool ignore_map) {
-  options.show_normals = true;
-  options.samples = 1;
-  options.size = kMeasuredSize;
-  options.flat = false;
-  options.ignore_map = ignore_map;
-  options.frame = &frame;
-  Image sheet;
-  append(sheet, scene.draw(options));
-  constexpr double kViews[kMeasuredViews - 1][2] = {{0, 0},   {90, 0}, {180, 0},
-                                                    {270, 0}, {0, 90}, {0, -90}};
-  for (const auto& [azimuth, elevation] : kViews) {
-    options.azimuth_degrees = azimuth;
-    options.elevation_degrees = elevation;
-    append(sheet, scene.draw(options));
-  }
-  return sheet;
-}
-
-/// How far rendered normals are from the reference's, over the pixels that both cover.
-ImageDifference difference(const Image& reference, const Image& other) {
-  const auto covered = [](const Image& image, std::size_t i) {
-    const float* p = &image.pixels[i * 3];
-    return p[0] != 0 || p[1] != 0 || p[2] != 0;
-  };
-  Image mask{other.width, other.height, 1, {}};
-  mask.pixels.resize(std::size_t{other.width} * other.height);
-  for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
-    mask.pixels[i] = covered(reference, i) && covered(other, i) ? 1.0F : 0.0F;
-  }
-  return compare_images(reference, other, &mask);
-}
-
-Json figures(const ImageDifference& difference) {
-  return {{"mean_angle_degrees", difference.mean_angle_degrees},
-          {"p95_angle_degrees", difference.p95_angle_degrees},
-          {"p99_angle_degrees", difference.p99_angle_degrees},
-          {"pixels", difference.compared}};
-}
-
-/// Measures how near the light mesh comes to the reference, says so, and returns it for the report.
+/// Measures how near the light mesh comes to the reference, from the view shown and along the six axes,
+/// says so, and returns it for the report. The same pixels whatever the picture's own size.
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map) {
-  const Image reference = rendered_normals(high, options, frame, true);
-  const ImageDifference without =
-      difference(reference, rendered_normals(low, options, frame, true));
-  Json json = {{"views", kMeasuredViews}, {"without_map", figures(without)}};
+  const std::vector<ViewAngles> views = {{options.azimuth_degrees, options.elevation_degrees},
+                                         {0, 0},
+                                         {90, 0},
+                                         {180, 0},
+                                         {270, 0},
+                                         {0, 90},
+                                         {0, -90}};
+  const NormalReference reference(high, frame, views, 512, options.z_up);
+  const NormalError without = reference.compare(low, true);
+  Json json = {{"views", views.size()}, {"without_map", describe(without)}};
   char text[256];
   if (has_map) {
-    const ImageDifference with =
-        difference(reference, rendered_normals(low, options, frame, false));
-    json["with_map"] = figures(with);
-    std::snprintf(
-        text, sizeof text,
-        "rendered normals against the original, %d views (this one and along the axes): mean "
-        "%.2f degrees smooth without the map, %.2f with it (95%%: %.2f, %.2f)",
-        kMeasuredViews, without.mean_angle_degrees, with.mean_angle_degrees,
-        without.p95_angle_degrees, with.p95_angle_degrees);
+    const NormalError with = reference.compare(low);
+    json["with_map"] = describe(with);
+    std::snprintf(text, sizeof text,
+                  "rendered normals against the original, %zu views (this one and along the axes): "
+                  "mean %.2f degrees smooth "
+                  "without the map, %.2f with it (95%%: %.2f, %.2f)",
+                  views.size(), without.mean_degrees, with.mean_degrees, without.p95_degrees,
+                  with.p95_degrees);
   } else {
     std::snprintf(text, sizeof text,
-                  "rendered normals against the original, %d views: mean %.2f degrees (95%%: %.2f)",
-                  kMeasuredViews, without.mean_angle_degrees, without.p95_angle_degrees);
+                  "rendered normals against the original, %zu views: mean %.2f degrees (95%%: "
+                  "%.2f)",
+                  views.size(), without.mean_degrees, without.p95_degrees);
   }
   console.line(text);
   return json;

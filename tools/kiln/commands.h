@@ -12,6 +12,7 @@ using Run = std::function<int()>;
 Run add_bake(CLI::App& app);
 Run add_simplify(CLI::App& app);
 Run add_render(CLI::App& app);
+Run add_measure(CLI::App& app);
 Run add_diff(CLI::App& app);
 Run add_devices(CLI::App& app);
 

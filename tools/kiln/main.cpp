@@ -88,6 +88,7 @@ int main(int argc, char** argv) {
   commands["bake"] = cli::add_bake(app);
   commands["simplify"] = cli::add_simplify(app);
   commands["render"] = cli::add_render(app);
+  commands["measure"] = cli::add_measure(app);
   commands["diff"] = cli::add_diff(app);
   commands["devices"] = cli::add_devices(app);
 

@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 Json describe(const DeviceInfo& info);
 Json describe(const Mesh& mesh, const std::filesystem::path& path);
 Json describe(const std::vector<Warning>& warnings);
+Json describe(const NormalError& error);
 
 /// Most memory the process ever had resident, bytes.
 std::uint64_t peak_resident_bytes();

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kiln/bake.h"
+#include "kiln/image.h"
+#include "kiln/mesh.h"
+#include "kiln/render.h"
+
+namespace kiln {
+
+/// How far rendered normals are from those of a reference, over the pixels that both cover.
+///
+/// Two units. Angles, in degrees; percentiles are exact, by nearest rank. And the length of the 8-bit
+/// difference, the unit of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
+/// Meshes", section 5): each component n of a unit normal is stored as the integer q = floor(255 (n/2 +
+/// 1/2) + 1/2) in [0, 255], and the difference of two normals is sqrt(dqx^2 + dqy^2 + dqz^2). Normals an
+/// angle a apart differ by about 255 sin(a/2): 2.2 a degree, 255 for opposite ones.
+struct NormalError {
+  static constexpr std::array<double, 5> kThresholds8Bit = {4, 8, 16, 32, 64};
+
+  std::uint64_t pixels = 0;     ///< Compared
+  std::uint64_t one_sided = 0;  ///< Covered by one of the two only: left out
+  double mean_degrees = 0;
+  double median_degrees = 0;
+  double p95_degrees = 0;
+  double p99_degrees = 0;
+  double max_degrees = 0;
+  double mean_8bit = 0;                ///< Mean length of the 8-bit difference
+  std::array<double, 5> above_8bit{};  ///< Share of pixels above each threshold, 0 to 1
+};
+
+/// Gathers the differences of any number of pictures of normals, a reference and another each.
+class NormalComparison {
+ public:
+  /// Adds two pictures of the same size: n/2 + 1/2 in the first three channels, exactly 0 in all three
+  /// where nothing is (RenderOptions::show_normals). The angle is that of compare_images().
+  /// \throws Error(input) where sizes differ, pixels are missing, or channels are fewer than 3
+  void add(const Image& reference, const Image& other);
+
+  /// All figures 0 where no pixel was compared. Does not depend on the number of threads.
+  NormalError error() const;
+
+ private:
+  std::vector<double> angles_;
+  std::uint64_t one_sided_ = 0;
+  double sum_degrees_ = 0, sum_8bit_ = 0;
+  std::array<std::uint64_t, NormalError::kThresholds8Bit.size()> above_{};
+};
+
+/// One pair of pictures: NormalComparison with a single add().
+NormalError compare_normals(const Image& reference, const Image& other);
+
+/// The angle between the normals at each pixel, degrees, one channel; -1 where neither picture covers it,
+/// -2 where one does. Pictures as for NormalComparison::add, which also says what is thrown.
+Image normal_angles(const Image& reference, const Image& other);
+
+/// How far matched points lie from the light mesh.
+struct DistanceError {
+  std::uint64_t samples = 0;  ///< That found a point
+  std::uint64_t missed = 0;   ///< That did not
+  double mean = 0;            ///< Absolute, world units
+  double p95 = 0;             ///< By nearest rank
+  double max = 0;             ///< Never above the match's max_distance
+};
+DistanceError match_distance(const Match& match);
+
+/// Where a picture is taken from, as RenderOptions has it (+Y up).
+struct ViewAngles {
+  double azimuth_degrees = 0;
+  double elevation_degrees = 0;
+};
+
+/// \param toward  from the scene to the viewer, of any length above 0
+ViewAngles view_angles(const Vec3& toward);
+
+/// The directions that ViewOptions::count stands for, unit length: evenly spread over the sphere.
+std::vector<Vec3> spread_views(std::uint32_t count);
+
+/// Directions to measure from that none of `used` is near: spread_views(count) turned as a whole, by the
+/// first of a fixed series of rotations after which no angle to a used direction is under the least one.
+/// \param used  unit directions; may be empty
+/// \throws Error(usage) where 4,096 rotations find no room
+std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used,
+                                 double least_degrees = 2);
+
+/// The smallest angle between a direction of one set and one of the other, degrees; 180 where one is empty.
+double least_angle_degrees(std::span<const Vec3> a, std::span<const Vec3> b);
+
+/// Pictures of a reference's world-space normals, to compare other meshes with: the same views, size and
+/// frame, one sample a pixel. Keeps 12 bytes a pixel and view.
+class NormalReference {
+ public:
+  /// \param reference  drawn without its map, if it has one
+  /// \param frame  the reference's mesh, which all pictures are fitted to; must outlive this
+  /// \param size  pixels a side
+  NormalReference(const Scene& reference, const Mesh& frame, std::vector<ViewAngles> views,
+                  std::uint32_t size = 512, bool z_up = false);
+
+  /// The pixels of all views together.
+  NormalError compare(const Scene& other, bool ignore_map = false) const;
+
+ private:
+  Image draw(const Scene& scene, const ViewAngles& view, bool ignore_map) const;
+
+  const Mesh* frame_;
+  std::vector<ViewAngles> views_;
+  std::uint32_t size_;
+  bool z_up_;
+  std::vector<Image> pictures_;
+};
+
+}  // namespace kiln
