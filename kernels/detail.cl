@@ -12,23 +12,14 @@
 //
 // Strengths: one pass, no divergence but the miss. Limits: barycentric interpolation only.
 
+#include "lib/vector3.clh"
 #include "shared/detail.h"
 #include "shared/match.h"
-
-static float3 detail_cross(float3 a, float3 b) {
-#pragma OPENCL FP_CONTRACT OFF
-  return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-static float detail_dot(float3 a, float3 b) {
-#pragma OPENCL FP_CONTRACT OFF
-  return (a.x * b.x + a.y * b.y) + a.z * b.z;
-}
 
 /// Unit vector along v; `fallback` where v has no direction.
 static float3 detail_unit(float3 v, float3 fallback) {
 #pragma OPENCL FP_CONTRACT OFF
-  const float squared = detail_dot(v, v);
+  const float squared = dot3(v, v);
   if (!(squared > 1e-20f)) return fallback;
   return v / sqrt(squared);
 }
@@ -70,27 +61,27 @@ kernel void kiln_detail_normal(const kiln_detail_params params,
     const float3 sum = vload3(index.x, normals) * w + vload3(index.y, normals) * u +
                        vload3(index.z, normals) * v;
     normal = detail_unit(sum, face_normal);
-    if (params.two_sided != 0u && detail_dot(normal, frame_normal) < 0.0f) normal = -normal;
+    if (params.two_sided != 0u && dot3(normal, frame_normal) < 0.0f) normal = -normal;
   }
 
   float3 value = normal;
   if (params.space == KILN_SPACE_TANGENT) {
     const float3 tangent = detail_interpolate(low->tangent, low_u, low_v);
-    const float3 bitangent = detail_cross(frame_normal, tangent) * low->sign;
+    const float3 bitangent = cross3(frame_normal, tangent) * low->sign;
     // Cramer's rule up to the determinant's magnitude, which normalising removes.
-    const float3 across = detail_cross(bitangent, frame_normal);
-    const float determinant = detail_dot(tangent, across);
-    value = (float3)(detail_dot(normal, across),
-                     detail_dot(normal, detail_cross(frame_normal, tangent)),
-                     detail_dot(normal, detail_cross(tangent, bitangent)));
+    const float3 across = cross3(bitangent, frame_normal);
+    const float determinant = dot3(tangent, across);
+    value = (float3)(dot3(normal, across),
+                     dot3(normal, cross3(frame_normal, tangent)),
+                     dot3(normal, cross3(tangent, bitangent)));
     if (determinant < 0.0f) value = -value;
     value = detail_unit(value, (float3)(0.0f, 0.0f, 1.0f));
   } else if (params.space == KILN_SPACE_FACE) {
     const float3 x_axis = vload3(0, low->face_tangent);
     // Right-handed for mirrored UVs too: the shader derives y from the normal and x in the same way.
-    const float3 y_axis = detail_cross(face_normal, x_axis);
-    value = (float3)(detail_dot(normal, x_axis), detail_dot(normal, y_axis),
-                     detail_dot(normal, face_normal));
+    const float3 y_axis = cross3(face_normal, x_axis);
+    value = (float3)(dot3(normal, x_axis), dot3(normal, y_axis),
+                     dot3(normal, face_normal));
     value = detail_unit(value, (float3)(0.0f, 0.0f, 1.0f));
   }
   if (params.two_component != 0u && value.z < 0.0f) {

@@ -19,20 +19,11 @@
 // Strengths: the same bytes everywhere (no pow, no sin: only + - * / and square roots). Limits: one
 // hard-wired material and light; no shadows but ambient occlusion's.
 
+#include "lib/vector3.clh"
 #include "shared/detail.h"
 #include "shared/render.h"
 
 #define TILE_PIXELS (KILN_RENDER_TILE * KILN_RENDER_TILE)
-
-static float3 render_cross(float3 a, float3 b) {
-#pragma OPENCL FP_CONTRACT OFF
-  return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-static float render_dot(float3 a, float3 b) {
-#pragma OPENCL FP_CONTRACT OFF
-  return (a.x * b.x + a.y * b.y) + a.z * b.z;
-}
 
 /// Unit vector along v; `fallback` where v has no direction.
 static float3 render_unit(float3 v, float3 fallback) {
@@ -41,7 +32,7 @@ static float3 render_unit(float3 v, float3 fallback) {
   const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
   if (!(largest > 0.0f)) return fallback;
   const float3 scaled = v / largest;
-  return scaled / sqrt(render_dot(scaled, scaled));
+  return scaled / sqrt(dot3(scaled, scaled));
 }
 
 static float3 render_load(global const float* planes, size_t index, size_t capacity) {
@@ -106,7 +97,7 @@ kernel void kiln_render_surface(const kiln_render_params params,
   const float3 b = vload3(corner.y, positions);
   const float3 c = vload3(corner.z, positions);
   const float3 toward = vload3(0, params.toward);
-  const float3 outward = render_unit(render_cross(b - a, c - a), toward);
+  const float3 outward = render_unit(cross3(b - a, c - a), toward);
   float3 normal = outward;
   if (params.flat == 0u) {
     const uint3 index = vload3(triangle, normal_indices);
@@ -114,7 +105,7 @@ kernel void kiln_render_surface(const kiln_render_params params,
                        vload3(index.z, normals) * v;
     normal = render_unit(sum, outward);
   }
-  const float side = render_dot(outward, toward) < 0.0f ? -1.0f : 1.0f;
+  const float side = dot3(outward, toward) < 0.0f ? -1.0f : 1.0f;
   render_store(a * w + b * u + c * v, surface + KILN_SURFACE_POSITION * capacity, i, capacity);
   render_store(outward * side, surface + KILN_SURFACE_FACE * capacity, i, capacity);
   render_store(normal * side, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
@@ -178,14 +169,14 @@ kernel void kiln_render_map(const kiln_render_map_params params,
                      vload3(2, low->normal) * v;
     const float3 t = vload3(0, low->tangent) * w + vload3(1, low->tangent) * u +
                      vload3(2, low->tangent) * v;
-    normal = t * value.x + render_cross(n, t) * (low->sign * value.y) + n * value.z;
+    normal = t * value.x + cross3(n, t) * (low->sign * value.y) + n * value.z;
   } else if (params.space == KILN_SPACE_FACE) {
     const float3 t = vload3(0, low->face_tangent);
-    normal = t * value.x + render_cross(face_normal, t) * value.y + face_normal * value.z;
+    normal = t * value.x + cross3(face_normal, t) * value.y + face_normal * value.z;
   }
   normal = render_unit(normal, face_normal);
   const float3 facing = render_load(surface + KILN_SURFACE_FACE * capacity, i, capacity);
-  if (render_dot(facing, face_normal) < 0.0f) normal = -normal;
+  if (dot3(facing, face_normal) < 0.0f) normal = -normal;
   render_store(normal, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
 }
 
@@ -233,7 +224,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     direction = s_axis * x + t_axis * y + n * z;
     // An interpolated normal's hemisphere reaches below its face: mirrored, such a direction does not
     // meet the face itself.
-    const float below = render_dot(direction, face);
+    const float below = dot3(direction, face);
     if (below < 0.0f) direction -= face * (2.0f * below);
     direction = render_unit(direction, face);
   }
@@ -285,7 +276,7 @@ static float3 render_bounced(float open, float3 albedo) {
 /// Wrapped diffuse light: reaches past the horizon by `wrap`, softly.
 static float render_wrapped(float3 n, float3 light, float wrap) {
 #pragma OPENCL FP_CONTRACT OFF
-  const float x = max(0.0f, (render_dot(n, light) + wrap) / (1.0f + wrap));
+  const float x = max(0.0f, (dot3(n, light) + wrap) / (1.0f + wrap));
   return x * (0.35f + 0.65f * x);
 }
 
@@ -307,8 +298,8 @@ static float3 render_shaded(float3 n, float open) {
   const float3 lights = (float3)(1.02f, 0.98f, 0.92f) * render_wrapped(n, key, 0.15f) +
                         (float3)(0.17f, 0.20f, 0.25f) * render_wrapped(n, fill, 0.3f);
   const float grazing = max(0.0f, 1.0f - max(0.0f, n.z));
-  const float edge = grazing * grazing * max(0.0f, render_dot(n, rim));
-  float gloss = max(0.0f, render_dot(n, half_way));
+  const float edge = grazing * grazing * max(0.0f, dot3(n, rim));
+  float gloss = max(0.0f, dot3(n, half_way));
   gloss *= gloss;
   gloss *= gloss;
   gloss *= gloss;
@@ -349,8 +340,8 @@ kernel void kiln_render_shade(const kiln_render_params params,
     const float3 n = render_load(surface + KILN_SURFACE_NORMAL * capacity, s, capacity);
     sum += params.show_normals != 0u
                ? n
-               : render_shaded((float3)(render_dot(n, right), render_dot(n, up),
-                                        render_dot(n, toward)),
+               : render_shaded((float3)(dot3(n, right), dot3(n, up),
+                                        dot3(n, toward)),
                                sky);
   }
   float3 color;
