@@ -1,23 +1,14 @@
 #include "ray.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
-#include <string_view>
 
-#include "bvh.h"
 #include "kiln/error.h"
 #include "shared/ray.h"
 
 namespace kiln {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 constexpr std::size_t kLocalSize = 64;
 // Bounds the work of one launch: a few milliseconds on a GPU, tens on a CPU.
@@ -28,9 +19,6 @@ constexpr std::uint32_t kRaysPerBeam = 64;
 constexpr std::uint32_t kRaysPerOcclusionBlock = 2048;
 constexpr std::size_t kOcclusionLocalSize = 4;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % kRaysPerOcclusionBlock == 0);
-
-// Its work-items are plain functions of the CPU, which streams are written for.
-constexpr std::string_view kPocl = "Portable Computing Language";
 
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
   if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
@@ -49,21 +37,12 @@ struct RayCaster::Impl {
   cl::Context* context = nullptr;
   Traversal traversal = Traversal::cpu;
   std::string defines;
-  cl::Array<kiln_bvh_node> nodes;
-  cl::Array<kiln_bvh_block> blocks;
-  Stats stats;
+  std::shared_ptr<const Tree> tree;
 
   void choose_variant(Traversal wanted) {
-    const DeviceInfo& info = context->info();
-    traversal = wanted != Traversal::automatic ? wanted
-                : info.is_gpu                  ? Traversal::gpu
-                                               : Traversal::cpu;
-    if (traversal == Traversal::gpu) {
-      defines = "-DKILN_RAY_SCALAR=1";
-    } else if (traversal == Traversal::cpu_single || info.platform != kPocl) {
-      traversal = Traversal::cpu_single;
-      defines = "-DKILN_RAY_SINGLE=1";
-    }
+    traversal = choose_traversal(*context, wanted);
+    if (traversal == Traversal::gpu) defines = "-DKILN_RAY_SCALAR=1";
+    if (traversal == Traversal::cpu_single) defines = "-DKILN_RAY_SINGLE=1";
   }
 
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity,
@@ -90,27 +69,20 @@ struct RayCaster::Impl {
       params.first = first;
       params.end = first + std::min(count - first, kRaysPerLaunch);
       const std::size_t items = (params.end - first + rays_per_item - 1) / rays_per_item;
-      context->launch(kernel, items, local_size, params, nodes, blocks, points, results...);
+      context->launch(kernel, items, local_size, params, tree->nodes, tree->blocks, points,
+                      results...);
     }
   }
 };
 
 RayCaster::RayCaster(cl::Context& context, std::span<const Vec3> positions,
                      std::span<const Triangle> triangles, Traversal traversal)
+    : RayCaster(context, std::make_shared<Tree>(context, positions, triangles), traversal) {}
+
+RayCaster::RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree, Traversal traversal)
     : impl_(std::make_unique<Impl>()) {
   impl_->context = &context;
-  const auto start = Clock::now();
-  const Bvh bvh = build_bvh(positions, triangles);
-  Stats& stats = impl_->stats;
-  stats.build_seconds = seconds_since(start);
-  stats.triangles = bvh.triangles;
-  stats.skipped = bvh.skipped;
-  stats.nodes = bvh.node_count;
-  stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
-  const auto upload = Clock::now();
-  impl_->nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
-  impl_->blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
-  stats.upload_seconds = seconds_since(upload);
+  impl_->tree = std::move(tree);
   impl_->choose_variant(traversal);
 }
 
@@ -142,7 +114,7 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                 impl_->params(query, capacity, capacity), count, points, hit);
 }
 
-const RayCaster::Stats& RayCaster::stats() const { return impl_->stats; }
+const RayCaster::Stats& RayCaster::stats() const { return impl_->tree->stats; }
 Traversal RayCaster::traversal() const { return impl_->traversal; }
 
 }  // namespace kiln

@@ -8,16 +8,9 @@
 #include "cl/context.h"
 #include "kiln/types.h"
 #include "match.h"
+#include "tree.h"
 
 namespace kiln {
-
-/// Which traversal kernel runs. All give the same answer to the bit.
-enum class Traversal {
-  automatic,   ///< By the device's type
-  cpu,         ///< Explicit vectors: beams of neighbouring rays, streams of any-hit rays (on PoCL)
-  cpu_single,  ///< The same, but any-hit rays one by one, 8 boxes a step: `cpu` on other drivers
-  gpu,         ///< Scalar, one ray a work-item
-};
 
 /// What a batch of rays asks for. Lengths are in frame units.
 ///
@@ -34,7 +27,7 @@ struct RayQuery {
   bool two_sided = false;      ///< Keep hits whose face normal points against the direction
 };
 
-/// A bounding volume hierarchy on the device, with its traversal kernels.
+/// The traversal kernels of rays, and the hierarchy that they walk.
 ///
 /// The intersection test is watertight (after Woop, Benthin, Wald 2013): no ray slips between two
 /// triangles that share an edge or a vertex. Ties go to the smaller triangle index. So the result is
@@ -46,6 +39,9 @@ class RayCaster {
   /// \throws Error(device) where the device has too little memory
   RayCaster(cl::Context& context, std::span<const Vec3> positions,
             std::span<const Triangle> triangles, Traversal traversal = Traversal::automatic);
+  /// \param tree  shared with whoever else walks it
+  RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree,
+            Traversal traversal = Traversal::automatic);
   ~RayCaster();
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;
@@ -60,14 +56,7 @@ class RayCaster {
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                 const RayQuery& query, const cl::Array<std::uint8_t>& hit) const;
 
-  struct Stats {
-    std::uint64_t triangles = 0;
-    std::uint64_t skipped = 0;  ///< Non-finite or without area
-    std::uint64_t nodes = 0;
-    std::uint64_t bytes = 0;  ///< On the device
-    double build_seconds = 0;
-    double upload_seconds = 0;
-  };
+  using Stats = Tree::Stats;
   const Stats& stats() const;
   Traversal traversal() const;  ///< Never automatic
 

@@ -8,8 +8,8 @@ namespace kiln {
 namespace {
 
 /// Makes `slot` at first use, and accounts for its time and its memory on the device.
-template <typename T, typename Make>
-T& made(std::unique_ptr<T>& slot, cl::Context& context, Source::Stats& stats, const Make& make) {
+template <typename Pointer, typename Make>
+Pointer& made(Pointer& slot, cl::Context& context, Source::Stats& stats, const Make& make) {
   if (slot == nullptr) {
     const auto start = std::chrono::steady_clock::now();
     const std::uint64_t before = context.device_bytes();
@@ -18,7 +18,7 @@ T& made(std::unique_ptr<T>& slot, cl::Context& context, Source::Stats& stats, co
     stats.build_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
-  return *slot;
+  return slot;
 }
 
 }  // namespace
@@ -51,17 +51,30 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted)
   }
 }
 
+const std::shared_ptr<const Tree>& Source::Impl::tree() const {
+  return made(tree_, device.context(), stats_,
+              [&] { return std::make_shared<const Tree>(device.context(), positions, triangles); });
+}
+
 RayCaster& Source::Impl::rays() const {
   const std::lock_guard lock(mutex_);
-  return made(rays_, device.context(), stats_, [&] {
-    return std::make_unique<RayCaster>(device.context(), positions, triangles, traversal);
-  });
+  if (rays_ == nullptr) rays_ = std::make_unique<RayCaster>(device.context(), tree(), traversal);
+  return *rays_;
+}
+
+ClosestFinder& Source::Impl::closest() const {
+  const std::lock_guard lock(mutex_);
+  if (closest_ == nullptr) {
+    closest_ = std::make_unique<ClosestFinder>(device.context(), tree(), traversal);
+  }
+  return *closest_;
 }
 
 Rasterizer& Source::Impl::raster() const {
   const std::lock_guard lock(mutex_);
-  return made(raster_, device.context(), stats_,
-              [&] { return std::make_unique<Rasterizer>(device.context(), positions, triangles); });
+  return *made(raster_, device.context(), stats_, [&] {
+    return std::make_unique<Rasterizer>(device.context(), positions, triangles);
+  });
 }
 
 Source::Stats Source::Impl::stats() const {

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <vector>
 
+#include "closest.h"
 #include "detail.h"
 #include "geometry/frame.h"
 #include "kiln/bake.h"
@@ -25,13 +26,18 @@ struct Source::Impl {
 
   /// Made when first asked for: what is not used costs nothing.
   RayCaster& rays() const;
+  ClosestFinder& closest() const;
   Rasterizer& raster() const;
 
   Stats stats() const;
 
  private:
+  const std::shared_ptr<const Tree>& tree() const;  ///< The mutex is held
+
   mutable std::mutex mutex_;
+  mutable std::shared_ptr<const Tree> tree_;
   mutable std::unique_ptr<RayCaster> rays_;
+  mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;
   mutable Stats stats_;
 };
