@@ -40,7 +40,7 @@ void count_samples(cl::Context& context, const Correspondence& match, double uni
   match.status.read(context, status);
   match.distance.read(context, distance);
   struct Sums {
-    std::array<std::uint64_t, 6> counts{};
+    std::array<std::uint64_t, KILN_STATUS_COUNT> counts{};
     double distance = 0;
   };
   constexpr std::size_t kBlock = 1 << 16;
@@ -48,7 +48,7 @@ void count_samples(cl::Context& context, const Correspondence& match, double uni
   parallel_for(match.count, kBlock, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Sums& sums = blocks[i / kBlock];
-      ++sums.counts[std::min<std::size_t>(status[i], 5)];
+      ++sums.counts[std::min<std::size_t>(status[i], KILN_STATUS_COUNT - 1)];
       if (status[i] != KILN_STATUS_MISS) sums.distance += std::abs(distance[i]);
     }
   });
@@ -57,6 +57,7 @@ void count_samples(cl::Context& context, const Correspondence& match, double uni
     report.inward += sums.counts[KILN_STATUS_INWARD];
     report.cage += sums.counts[KILN_STATUS_CAGE];
     report.viewed += sums.counts[KILN_STATUS_VIEW];
+    report.closest += sums.counts[KILN_STATUS_CLOSEST];
     report.missed += sums.counts[KILN_STATUS_MISS];
     distance_sum += sums.distance * unit;
   }

@@ -93,13 +93,31 @@ class RayMatcher : public Matcher {
   RayQuery query_;
 };
 
-/// Rays for the samples of a band that are still undecided.
-class RayRest {
+class ClosestMatcher : public Matcher {
  public:
-  RayRest(cl::Context& context, const RayCaster& rays, const RayQuery& query)
-      : context_(context), rays_(rays), query_(query) {}
+  ClosestMatcher(const ClosestFinder& finder, const ClosestQuery& query)
+      : finder_(finder), query_(query) {}
 
-  void run(const TexelBand& band, Correspondence& match) {
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    finder_.find(band.points, band.sample_count, band.capacity, query_, match);
+  }
+
+ private:
+  const ClosestFinder& finder_;
+  ClosestQuery query_;
+};
+
+/// One method, then another for the samples that it leaves undecided.
+class FallbackMatcher : public Matcher {
+ public:
+  FallbackMatcher(cl::Context& context, std::unique_ptr<Matcher> first,
+                  std::unique_ptr<Matcher> second)
+      : context_(context), first_(std::move(first)), second_(std::move(second)) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    first_->run(band, match);
     std::vector<std::uint8_t> status(band.sample_count);
     match.status.read(context_, status);
     std::vector<std::uint32_t> chosen;
@@ -111,13 +129,16 @@ class RayRest {
     if (rest_.capacity < count) {
       rest_ = Correspondence();
       rest_ = Correspondence(context_, count);
-      points_ = cl::Array<float>(context_, std::size_t{7} * count);
+      rest_band_.points = cl::Array<float>();
+      rest_band_.points = cl::Array<float>(context_, std::size_t{7} * count);
     }
+    rest_band_.sample_count = count;
+    rest_band_.capacity = rest_.capacity;
     const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(chosen));
-    context_.launch(context_.kernel("views", "kiln_views_gather"), count, kLocal, count,
-                    band.capacity, rest_.capacity, indices, band.points, points_);
-    rays_.intersect(points_, count, rest_.capacity, query_, rest_);
-    context_.launch(context_.kernel("views", "kiln_views_scatter"), count, kLocal, count,
+    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
+                    band.capacity, rest_band_.capacity, indices, band.points, rest_band_.points);
+    second_->run(rest_band_, rest_);
+    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count,
                     rest_.capacity, match.capacity, indices, rest_.triangle, rest_.barycentric,
                     rest_.distance, rest_.status, match.triangle, match.barycentric, match.distance,
                     match.status);
@@ -126,16 +147,15 @@ class RayRest {
 
  private:
   cl::Context& context_;
-  const RayCaster& rays_;
-  RayQuery query_;
+  std::unique_ptr<Matcher> first_, second_;
+  TexelBand rest_band_;  // its points and their count, no more
   Correspondence rest_;
-  cl::Array<float> points_;
 };
 
 class ViewMatcher : public Matcher {
  public:
   ViewMatcher(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-              double max_distance, ViewReport& report)
+              ViewReport& report)
       : source_(source), context_(source.device.context()) {
     query_ = view_query(options, surface, source.frame);
     Rasterizer& raster = source.raster();
@@ -144,9 +164,6 @@ class ViewMatcher : public Matcher {
     size_ = choose_size(options.views, radius, report);
     report.pixel = 2 * radius / size_ / source.frame.scale;
     for (const Vec3d& direction : directions_) report.directions.push_back(to_float(direction));
-    if (options.views.fallback == ViewFallback::ray) {
-      rest_.emplace(context_, source.rays(), ray_query(options, source.frame, max_distance));
-    }
     batch_ = DepthViews::batch_size(context_, size_);
     if (directions_.size() <= batch_) views_.emplace(draw(0, directions_.size()));
     context_.finish();
@@ -168,7 +185,6 @@ class ViewMatcher : public Matcher {
         context_.finish();
       }
     }
-    if (rest_) rest_->run(band, match);
   }
 
  private:
@@ -241,7 +257,6 @@ class ViewMatcher : public Matcher {
   std::uint32_t size_ = 0;
   std::uint32_t batch_ = 1;
   std::optional<DepthViews> views_;  // all of them, where they fit together
-  std::optional<RayRest> rest_;
   cl::Array<float> score_;
 };
 
@@ -266,6 +281,20 @@ void check_views(const ViewOptions& views) {
     throw Error(ErrorCode::usage, "The depth views' size is " + std::to_string(views.size) +
                                       ": it must be 1 to " + std::to_string(kLargestView) +
                                       " pixels.");
+  }
+}
+
+void check_fallback(const BakeOptions& options) {
+  if (options.fallback == Fallback::low) return;
+  if (options.match != nullptr) {
+    usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.");
+  }
+  const bool same = options.fallback == Fallback::ray ? options.method == MatchMethod::ray
+                                                      : options.method == MatchMethod::closest;
+  if (same) {
+    usage(
+        "The fallback is the method itself, which leaves the same samples undecided: choose "
+        "another.");
   }
 }
 
@@ -297,6 +326,7 @@ void check_options(const BakeOptions& options) {
         "space.");
   }
   check_views(options.views);
+  check_fallback(options);
 }
 
 Vec3d unit_direction(const Vec3& toward) {
@@ -334,15 +364,30 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
                                1});
   }
   const double built = source.stats().build_seconds;
+  const auto by_rays = [&] {
+    return std::make_unique<RayMatcher>(source.rays(), ray_query(options, source.frame, distance));
+  };
+  const auto by_nearest_points = [&] {
+    return std::make_unique<ClosestMatcher>(
+        source.closest(), ClosestQuery{static_cast<float>(distance), options.two_sided});
+  };
   std::unique_ptr<Matcher> matcher;
   if (options.match != nullptr) {
     matcher = std::make_unique<LoadedMatcher>(source.device.context(), *options.match, unit);
   } else if (options.method == MatchMethod::views) {
     report.views.emplace();
-    matcher = std::make_unique<ViewMatcher>(source, surface, options, distance, *report.views);
+    matcher = std::make_unique<ViewMatcher>(source, surface, options, *report.views);
+  } else if (options.method == MatchMethod::closest) {
+    matcher = by_nearest_points();
   } else {
-    matcher =
-        std::make_unique<RayMatcher>(source.rays(), ray_query(options, source.frame, distance));
+    matcher = by_rays();
+  }
+  if (options.fallback != Fallback::low) {
+    std::unique_ptr<Matcher> second;
+    if (options.fallback == Fallback::ray) second = by_rays();
+    if (options.fallback == Fallback::closest) second = by_nearest_points();
+    matcher = std::make_unique<FallbackMatcher>(source.device.context(), std::move(matcher),
+                                                std::move(second));
   }
   report.seconds_build = source.stats().build_seconds - built;
   return matcher;

@@ -7,11 +7,9 @@
 // not what the pixel's centre saw. A view that has no such point on a face turned the sample's way is left
 // out and the next best one decides, so the result is the best of all views in whatever batches they come.
 //
-// kernel             global   local  memory traffic an item
-// kiln_views_match   samples  64     reads 24 B + 8 B a view (gathered) + triangles; writes 21 B if better
-// kiln_views_probe   samples  64     reads 24 B + 8 B a view (gathered); writes 4 B a view
-// kiln_views_gather  chosen   64     reads 28 B + 4 B, writes 28 B
-// kiln_views_scatter chosen   64     reads 21 B, writes 17 B where something was found
+// kernel            global   local  memory traffic an item
+// kiln_views_match  samples  64     reads 24 B + 8 B a view (gathered) + triangles; writes 21 B if better
+// kiln_views_probe  samples  64     reads 24 B + 8 B a view (gathered); writes 4 B a view
 //
 // Strengths: no hierarchy; a sample costs a projection a view. Limits: what no view sees stays undecided;
 // up to 64 views a launch.
@@ -277,42 +275,4 @@ kernel void kiln_views_probe(const kiln_views_params params,
                       views_difference(view, &sample, x, y, keys) <= params.max_distance;
     quality[(size_t)k * params.count + i] = seen ? cosine : 0.0f;
   }
-}
-
-/// Copies chosen samples' points close together.
-kernel void kiln_views_gather(const uint count,
-                              const uint capacity,
-                              const uint chosen_capacity,
-                              global const uint* restrict chosen,
-                              global const float* restrict points,
-                              global float* restrict chosen_points) {
-  const size_t i = get_global_id(0);
-  if (i >= count) return;
-  const size_t from = chosen[i];
-  for (size_t plane = 0; plane < 7; ++plane) {
-    chosen_points[plane * chosen_capacity + i] = points[plane * capacity + from];
-  }
-}
-
-/// Takes over what was found for chosen samples.
-kernel void kiln_views_scatter(const uint count,
-                               const uint chosen_capacity,
-                               const uint result_capacity,
-                               global const uint* restrict chosen,
-                               global const uint* restrict triangle,
-                               global const float* restrict barycentric,
-                               global const float* restrict distance,
-                               global const uchar* restrict status,
-                               global uint* restrict hit_triangle,
-                               global float* restrict hit_barycentric,
-                               global float* restrict hit_distance,
-                               global uchar* restrict hit_status) {
-  const size_t i = get_global_id(0);
-  if (i >= count || triangle[i] == KILN_NO_TRIANGLE) return;
-  const size_t to = chosen[i];
-  hit_triangle[to] = triangle[i];
-  hit_barycentric[to] = barycentric[i];
-  hit_barycentric[to + result_capacity] = barycentric[i + chosen_capacity];
-  hit_distance[to] = distance[i];
-  hit_status[to] = status[i];
 }

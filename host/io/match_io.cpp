@@ -76,7 +76,7 @@ bool is_weight(float value) { return value >= -kWeightSlack && value <= 1.0F + k
 bool is_sound(const Match& match, std::size_t i) {
   const std::uint8_t status = match.status[i];
   if (status == KILN_STATUS_NONE || status == KILN_STATUS_MISS) return true;
-  return status <= KILN_STATUS_VIEW && match.triangle[i] < match.source_triangles &&
+  return status < KILN_STATUS_COUNT && match.triangle[i] < match.source_triangles &&
          is_weight(match.u[i]) && is_weight(match.v[i]) && is_weight(match.u[i] + match.v[i]) &&
          std::isfinite(match.distance[i]);
 }

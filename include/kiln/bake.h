@@ -22,8 +22,8 @@ namespace kiln {
 enum class RayTraversal { automatic, cpu, gpu };
 
 /// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
-/// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy of rays, say)
-/// are made at their first use.
+/// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy, say, which
+/// rays and nearest points walk) are made at their first use.
 class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same answer to the bit
@@ -77,6 +77,15 @@ enum class MatchMethod {
   ray,  ///< Rays along the light mesh's normals (Tarini et al., section 3.2)
   views,  ///< Depth views from all around (Wang et al., section 2): no hierarchy, but blind where no view
           ///< sees
+  closest,  ///< The nearest point of faces that do not look away from the sample (Tarini et al., section
+            ///< 3.1): finds something wherever the mesh is near, but bunches at ridges and skips creases
+};
+
+/// What decides samples that the method leaves undecided.
+enum class Fallback {
+  low,      ///< Nothing: they are misses
+  ray,      ///< Rays
+  closest,  ///< The nearest point
 };
 
 /// Of the views that show a sample within the distance, which one decides it.
@@ -84,12 +93,6 @@ enum class ViewCriterion {
   depth,     ///< The least depth difference at the pixel (Wang et al., section 2)
   distance,  ///< The least true distance to the point under the sample
   angle,     ///< The one that looks most along the sample's direction (Wang et al., section 6)
-};
-
-/// What decides samples that no view does.
-enum class ViewFallback {
-  low,  ///< Nothing: they are misses
-  ray,  ///< Rays
 };
 
 struct ViewOptions {
@@ -106,7 +109,6 @@ struct ViewOptions {
   /// Move each point from the view's line to the sample's own direction where the view shows it there:
   /// what a ray would have found. Off: as in the paper.
   bool refine = true;
-  ViewFallback fallback = ViewFallback::low;
 };
 
 struct BakeOptions {
@@ -116,10 +118,12 @@ struct BakeOptions {
   std::vector<MapKind> maps = {MapKind::normal};
 
   MatchMethod method = MatchMethod::ray;
-  ViewOptions views;  ///< For MatchMethod::views
+  ViewOptions views;                  ///< For MatchMethod::views
+  Fallback fallback = Fallback::low;  ///< Another method than `method`
 
-  /// How far the match looks each way; with a cage, the ray's length from the cage inward. Above 0. None
-  /// given: 2% of the diagonal; with a cage, twice its distance (twice the longest one of a cage mesh).
+  /// How far the match looks each way (nearest points: all around); with a cage, the ray's length from the
+  /// cage inward. Above 0. None given: 2% of the diagonal; with a cage, twice its distance (twice the longest
+  /// one of a cage mesh).
   std::optional<Length> max_distance;
   std::optional<Length> cage;       ///< Cast from this far outside, inward, first hit
   const Mesh* cage_mesh = nullptr;  ///< ... or from this mesh (the light mesh's topology)
@@ -154,7 +158,7 @@ struct Match {
   std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
   std::vector<float> distance;          ///< World units, outward positive
   std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
-                                        ///< 5 view
+                                        ///< 5 view, 6 nearest point
 };
 
 /// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
@@ -187,7 +191,8 @@ struct ViewReport {
 struct BakeReport {
   std::uint64_t texels = 0;  ///< Covered by the light mesh
   std::uint64_t samples = 0;
-  std::uint64_t outward = 0, inward = 0, cage = 0, viewed = 0, missed = 0;  ///< Samples by status
+  /// Samples by status
+  std::uint64_t outward = 0, inward = 0, cage = 0, viewed = 0, closest = 0, missed = 0;
   std::uint64_t gutter_texels = 0;
   double max_distance = 0;          ///< As used, world units
   double mean_abs_distance = 0;     ///< Of the samples that hit, world units

@@ -12,7 +12,8 @@ enum kiln_status {
   KILN_STATUS_CAGE = 3,     ///< Ray from the cage inward
   KILN_STATUS_MISS = 4,     ///< No point within the distance
   KILN_STATUS_VIEW = 5,     ///< Seen in a depth view
-  KILN_STATUS_CLOSEST = 6   ///< The nearest point
+  KILN_STATUS_CLOSEST = 6,  ///< The nearest point
+  KILN_STATUS_COUNT = 7
 };
 
 #endif

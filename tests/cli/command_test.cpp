@@ -317,6 +317,14 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--match", "views", "--views", "many"}), 2, {"--views", "auto"}, out);
   expect_failure(bake({"--match", "views", "--view", "0,0,0"}), 2, {"--view"}, out);
   expect_failure(bake({"--match", "views", "--cage", "2%"}), 2, {"--fallback ray"}, out);
+  expect_failure(bake({"--match", "closest", "--cage", "2%"}), 2, {"--fallback ray"}, out);
+  expect_failure(bake({"--match", "nearest"}), 2, {"--match", "closest"}, out);
+  expect_failure(bake({"--fallback", "views"}), 2, {"--fallback", "closest"}, out);
+  expect_failure(bake({"--fallback", "ray"}), 2, {"--fallback ray", "itself"}, out);
+  expect_failure(bake({"--match", "closest", "--fallback", "closest"}), 2,
+                 {"--fallback closest", "itself"}, out);
+  expect_failure(bake({"--load-match", "a.exr", "--fallback", "closest"}), 2, {"--load-match"},
+                 out);
   expect_failure({"simplify", high, "--out", scene / "low.ply"}, 2, {".obj"});
 }
 

@@ -16,28 +16,6 @@
 namespace kiln::test {
 namespace {
 
-constexpr float kPi = 3.14159265f;
-
-/// Neighbouring rays in rows of 8, as the sampler orders them: normals of a sphere, with some noise.
-std::vector<Ray> coherent_rays(std::size_t count, unsigned seed, float noise) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> jitter(-noise, noise);
-  std::vector<Ray> rays(count);
-  const auto side = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(count) / 64)));
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t block = i / 64;
-    const std::size_t x = block % side * 8 + i % 8;
-    const std::size_t y = block / side * 8 + i % 64 / 8;
-    const float phi = 2 * kPi * static_cast<float>(x) / static_cast<float>(8 * side);
-    const float theta = kPi * (static_cast<float>(y) + 0.5f) / static_cast<float>(8 * side);
-    const Vec3 n =
-        unit({std::sin(theta) * std::cos(phi) + jitter(random),
-              std::sin(theta) * std::sin(phi) + jitter(random), std::cos(theta) + jitter(random)});
-    rays[i] = {{0.4f * n.x, 0.4f * n.y, 0.4f * n.z}, n, 0.05f};
-  }
-  return rays;
-}
-
 /// Our result must lie between the oracle's with a little less and a little more than the triangles.
 void expect_agrees(const Scene& scene, const std::vector<Ray>& rays, const RayQuery& query,
                    const Cast& ours) {

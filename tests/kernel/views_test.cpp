@@ -278,11 +278,32 @@ TEST(ViewsFailing, WhatNoViewSeesStaysUndecidedOrGoesToRays) {
   EXPECT_EQ(wrong, 0U);
   EXPECT_EQ(alone.report.missed, inside);
 
-  options.views.fallback = ViewFallback::ray;
+  options.fallback = Fallback::ray;
   const BakeResult helped = bake_pair(high, low, options);
   EXPECT_EQ(helped.report.missed, 0U);
   EXPECT_EQ(helped.report.outward + helped.report.inward, inside);
   EXPECT_EQ(helped.report.viewed, alone.report.viewed);
+
+  options.fallback = Fallback::closest;
+  const BakeResult nearest = bake_pair(high, low, options);
+  expect_sound(*nearest.match, 0.1);
+  EXPECT_EQ(nearest.report.missed, 0U);
+  EXPECT_EQ(nearest.report.closest, inside);
+  EXPECT_EQ(nearest.report.viewed, alone.report.viewed);
+  options.method = MatchMethod::closest;
+  options.fallback = Fallback::low;
+  const BakeResult closest = bake_pair(high, low, options);
+  EXPECT_EQ(closest.report.closest, closest.report.samples);
+  for (std::size_t i = 0; i < alone.match->status.size(); ++i) {
+    const std::uint8_t status = nearest.match->status[i];
+    if (status == KILN_STATUS_NONE) continue;
+    // What views decided stays; the rest is what nearest points alone give; all on the right wall.
+    const Match& same = status == KILN_STATUS_VIEW ? *alone.match : *closest.match;
+    ASSERT_EQ(nearest.match->triangle[i], same.triangle[i]);
+    ASSERT_EQ(nearest.match->distance[i], same.distance[i]);
+    ASSERT_EQ(nearest.match->u[i], same.u[i]);
+    ASSERT_EQ(nearest.match->triangle[i] >= outer, i % 256 >= 128);
+  }
 }
 
 TEST(ViewsFailing, ThinSheetsKeepTheirSides) {

@@ -100,6 +100,27 @@ inline std::vector<Ray> random_rays(std::size_t count, unsigned seed, float spre
   return rays;
 }
 
+/// Neighbouring rays in rows of 8, as the sampler orders them: normals of a sphere, with some noise.
+inline std::vector<Ray> coherent_rays(std::size_t count, unsigned seed, float noise) {
+  const float pi = 3.14159265f;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> jitter(-noise, noise);
+  std::vector<Ray> rays(count);
+  const auto side = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(count) / 64)));
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t block = i / 64;
+    const std::size_t x = block % side * 8 + i % 8;
+    const std::size_t y = block / side * 8 + i % 64 / 8;
+    const float phi = 2 * pi * static_cast<float>(x) / static_cast<float>(8 * side);
+    const float theta = pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(8 * side);
+    const Vec3 n =
+        unit({std::sin(theta) * std::cos(phi) + jitter(random),
+              std::sin(theta) * std::sin(phi) + jitter(random), std::cos(theta) + jitter(random)});
+    rays[i] = {{0.4f * n.x, 0.4f * n.y, 0.4f * n.z}, n, 0.05f};
+  }
+  return rays;
+}
+
 /// A face at z = 0.25 looks up, one at z = -0.25 looks down, as a solid's skin does.
 inline Scene slab() {
   Scene scene;
@@ -153,7 +174,9 @@ inline std::vector<float> planes_of(const std::vector<Ray>& rays, std::size_t ca
   return planes;
 }
 
-inline Cast cast(const RayCaster& caster, const std::vector<Ray>& rays, const RayQuery& query) {
+/// What `match(points, count, capacity, result)` writes for the rays, with canaries around it.
+template <typename Run>
+Cast match_of(const std::vector<Ray>& rays, const Run& match) {
   cl::Context& context = device()->context();
   const auto count = static_cast<std::uint32_t>(rays.size());
   const std::uint32_t capacity = count + 5;
@@ -165,7 +188,7 @@ inline Cast cast(const RayCaster& caster, const std::vector<Ray>& rays, const Ra
   context.fill(result.barycentric, -77.0f);
   context.fill(result.distance, -77.0f);
   context.fill(result.status, std::uint8_t{0xAB});
-  caster.intersect(points, count, capacity, query, result);
+  match(points, count, capacity, result);
   Cast out;
   out.triangle = result.triangle.download(context);
   const std::vector<float> barycentric = result.barycentric.download(context);
@@ -186,6 +209,13 @@ inline Cast cast(const RayCaster& caster, const std::vector<Ray>& rays, const Ra
   out.distance.resize(count);
   out.status.resize(count);
   return out;
+}
+
+inline Cast cast(const RayCaster& caster, const std::vector<Ray>& rays, const RayQuery& query) {
+  return match_of(rays, [&](const cl::Array<float>& points, std::uint32_t count,
+                            std::uint32_t capacity, Correspondence& result) {
+    caster.intersect(points, count, capacity, query, result);
+  });
 }
 
 inline std::vector<std::uint8_t> occluded(const RayCaster& caster, const std::vector<Ray>& rays,

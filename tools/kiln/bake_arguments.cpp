@@ -18,13 +18,13 @@ const std::map<std::string, MissPolicy> kMisses = {
     {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
 const std::map<std::string, RayTraversal> kTraversals = {
     {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
-const std::map<std::string, MatchMethod> kMethods = {{"ray", MatchMethod::ray},
-                                                     {"views", MatchMethod::views}};
+const std::map<std::string, MatchMethod> kMethods = {
+    {"ray", MatchMethod::ray}, {"views", MatchMethod::views}, {"closest", MatchMethod::closest}};
 const std::map<std::string, ViewCriterion> kCriteria = {{"depth", ViewCriterion::depth},
                                                         {"distance", ViewCriterion::distance},
                                                         {"angle", ViewCriterion::angle}};
-const std::map<std::string, ViewFallback> kFallbacks = {{"low", ViewFallback::low},
-                                                        {"ray", ViewFallback::ray}};
+const std::map<std::string, Fallback> kFallbacks = {
+    {"low", Fallback::low}, {"ray", Fallback::ray}, {"closest", Fallback::closest}};
 const std::map<std::string, ImageFormat> kFormats = {{"exr", ImageFormat::exr_half},
                                                      {"exr32", ImageFormat::exr_float},
                                                      {"png16", ImageFormat::png16},
@@ -108,9 +108,16 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   const char* const group_match = "The match";
   command
       .add_option("--match", a.match,
-                  "How the dense surface is found: ray along the normals, or views: depth "
-                  "pictures from all around")
+                  "How the dense surface is found: ray along the normals, views: depth pictures "
+                  "from all around, or closest: the nearest point")
       ->check(one_of(kMethods))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--fallback", a.fallback,
+                  "What decides samples that the match leaves undecided: low (LOW's normal; they "
+                  "count as missed), ray or closest")
+      ->check(one_of(kFallbacks))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -177,12 +184,6 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
                 "Keep the point on the view's line (as in the paper) instead of moving it to the "
                 "normal's")
       ->group(group_views);
-  command
-      .add_option("--fallback", a.fallback,
-                  "What no view sees: LOW's normal (counted as missed), or a ray")
-      ->check(one_of(kFallbacks))
-      ->capture_default_str()
-      ->group(group_views);
 
   const char* const group_low = "The light mesh";
   CLI::Option* faces =
@@ -231,9 +232,16 @@ void check(const BakeArguments& a) {
   if (!views && (!a.views.empty() || !a.view.empty() || a.view_size != 0)) {
     fail("--views, --view and --view-size are for --match views.");
   }
-  if (!views && a.fallback != "low") fail("--fallback is for --match views.");
-  if (views && a.fallback != "ray" && (!a.cage.empty() || !a.cage_mesh.empty())) {
-    fail("A cage is for rays: with --match views it needs --fallback ray.");
+  if (!a.load_match.empty() && a.fallback != "low") {
+    fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
+  }
+  if (a.match == a.fallback) {
+    fail("--fallback " + a.fallback +
+         " is the match itself, which leaves the same samples "
+         "undecided: choose another.");
+  }
+  if (a.match != "ray" && a.fallback != "ray" && (!a.cage.empty() || !a.cage_mesh.empty())) {
+    fail("A cage is for rays: with --match " + a.match + " it needs --fallback ray.");
   }
   if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
@@ -253,7 +261,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   }
   options.method = kMethods.at(a.match);
   options.views.criterion = kCriteria.at(a.view_criterion);
-  options.views.fallback = kFallbacks.at(a.fallback);
+  options.fallback = kFallbacks.at(a.fallback);
   options.views.size = a.view_size;
   options.views.refine = !a.no_view_refine;
   for (const std::string& view : a.view) options.views.directions.push_back(parse_direction(view));
@@ -324,7 +332,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"view_size", report.views ? Json(report.views->size) : Json()},
           {"view_criterion", report.views ? Json(a.view_criterion) : Json()},
           {"view_refine", report.views ? Json(!a.no_view_refine) : Json()},
-          {"fallback", report.views ? Json(a.fallback) : Json()},
+          {"fallback", a.load_match.empty() ? Json(a.fallback) : Json()},
           {"max_distance", or_null(a.max_distance)},
           {"max_distance_world", report.max_distance},
           {"cage", or_null(a.cage)},

@@ -81,7 +81,8 @@ std::string shares(const BakeReport& report) {
   std::string text;
   for (const auto& [name, count] :
        {std::pair{"outward", report.outward}, std::pair{"inward", report.inward},
-        std::pair{"cage", report.cage}, std::pair{"views", report.viewed}}) {
+        std::pair{"cage", report.cage}, std::pair{"views", report.viewed},
+        std::pair{"closest", report.closest}}) {
     if (count == 0) continue;
     text += (text.empty() ? "" : ", ") + std::string(name) + " " + percent(count, report.samples);
   }
@@ -370,6 +371,7 @@ int run_bake(const BakeArguments& arguments) {
           {"inward", report.inward},
           {"cage", report.cage},
           {"views", report.viewed},
+          {"closest", report.closest},
           {"missed", report.missed},
           {"gutter", report.gutter_texels}}},
         {"distance",
