@@ -1,12 +1,11 @@
 #include "embree_peer.h"
 
-#include <pmmintrin.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstring>
-#include <thread>
+#include <memory>
 
+#include "embree_threads.h"
 #include "parallel.h"
 #include "shared/common.h"
 
@@ -134,21 +133,6 @@ struct Arrays {
   }
 };
 
-/// Contiguous ranges, one a thread, with denormals flushed as Embree asks for.
-template <typename Body>
-void on_threads(std::size_t count, const Body& body) {
-  const auto threads = static_cast<std::size_t>(thread_count());
-  const std::size_t share = (count / threads + 63) / 64 * 64 + 64;
-  std::vector<std::jthread> pool;
-  for (std::size_t i = 0; i < threads; ++i) {
-    pool.emplace_back([&, i] {
-      _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-      _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-      body(std::min(count, i * share), std::min(count, (i + 1) * share));
-    });
-  }
-}
-
 RTCIntersectContext context_of(const RayPlanes& rays) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -191,6 +175,10 @@ EmbreeScene::EmbreeScene(std::span<const Vec3> positions, std::span<const Triang
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene_, geometry);
   rtcReleaseGeometry(geometry);
+  corners_.reserve(triangles.size());
+  for (const Triangle& t : triangles) {
+    corners_.push_back({positions[t[0]], positions[t[1]], positions[t[2]]});
+  }
   const auto start = std::chrono::steady_clock::now();
   rtcCommitScene(scene_);
   build_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -3,6 +3,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -47,11 +48,17 @@ class EmbreeScene {
   /// Any hit.
   void occluded(const RayPlanes& rays, EmbreeMode mode, std::vector<std::uint8_t>& hit) const;
 
+  /// Nearest points within `t_max` by rtcPointQuery with our callback (embree_point.cpp). Where not
+  /// two-sided, faces turned away from the direction are left out. `seeded`: the search starts with the
+  /// radius that the previous answer allows, as ours does. Distances go to `t`.
+  void closest(const RayPlanes& rays, bool two_sided, bool seeded, RayResults& results) const;
+
   double build_seconds() const { return build_seconds_; }
 
  private:
   RTCDevice device_ = nullptr;
   RTCScene scene_ = nullptr;
+  std::vector<std::array<Vec3, 3>> corners_;  ///< Of each triangle, for point queries
   double build_seconds_ = 0;
 };
 
