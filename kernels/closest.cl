@@ -21,8 +21,8 @@
 // Strengths: needs no direction to be right, finds something wherever the mesh is near. Limits: a miss
 // costs a walk through everything within the distance. Samples beyond 2^20 frame units, or with a
 // direction longer than 2 or none, miss.
+#include "lib/closest_group.clh"
 #include "lib/closest_scalar.clh"
-#include "lib/closest_wide.clh"
 
 #ifdef KILN_CLOSEST_SCALAR
 
@@ -60,17 +60,28 @@ kernel void kiln_closest_run(
   const uint first = params.first + (uint)get_global_id(0) * KILN_CLOSEST_RUN;
   if (first >= params.end) return;
   const uint end = min(params.end, first + KILN_CLOSEST_RUN);
-  uint seed = KILN_NO_TRIANGLE;
-  for (uint index = first; index < end; ++index) {
-    closest_sample sample;
-    closest_best best;
-    closest_start(params, &best);
-    if (closest_load(points, index, params, &sample)) {
-      if (seed != KILN_NO_TRIANGLE) closest_wide_leaf(blocks, seed, &sample, &best);
-      closest_wide(nodes, blocks, &sample, seed, &best);
-      if (best.block != KILN_NO_TRIANGLE) seed = best.block;
+  closest_group group;
+  group.seed = KILN_NO_TRIANGLE;
+  for (uint at = first; at < end; at += KILN_CLOSEST_GROUP) {
+    const uint count = min(end - at, KILN_CLOSEST_GROUP);
+    const bool together = count == KILN_CLOSEST_GROUP && closest_group_load(points, at, params, &group);
+    if (together && closest_group_walk(nodes, blocks, &group)) {
+      closest_group_store(at, params, &group, triangle, barycentric, distance, status);
+      continue;
     }
-    closest_store(index, params, &best, triangle, barycentric, distance, status);
+    for (uint i = 0; i < count; ++i) {
+      closest_sample sample;
+      closest_best best;
+      closest_start(params, &best);
+      if (closest_load(points, at + i, params, &sample)) {
+        if (together) closest_extract(&group, i, &best);
+        const uint seed = group.seed;
+        if (seed != KILN_NO_TRIANGLE) closest_wide_leaf(blocks, seed, &sample, &best);
+        closest_wide(nodes, blocks, &sample, seed, &best);
+        if (best.block != KILN_NO_TRIANGLE) group.seed = best.block;
+      }
+      closest_store(at + i, params, &best, triangle, barycentric, distance, status);
+    }
   }
 }
 
