@@ -64,7 +64,8 @@ kernel void kiln_closest_run(
   group.seed = KILN_NO_TRIANGLE;
   for (uint at = first; at < end; at += KILN_CLOSEST_GROUP) {
     const uint count = min(end - at, KILN_CLOSEST_GROUP);
-    const bool together = count == KILN_CLOSEST_GROUP && closest_group_load(points, at, params, &group);
+    const bool together =
+        count == KILN_CLOSEST_GROUP && closest_group_load(points, at, params, &group);
     if (together && closest_group_walk(nodes, blocks, &group)) {
       closest_group_store(at, params, &group, triangle, barycentric, distance, status);
       continue;
