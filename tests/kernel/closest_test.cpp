@@ -144,6 +144,15 @@ void expect_agrees(const Scene& scene, const std::vector<Ray>& samples, const Cl
   EXPECT_GE(hits, least_hits);
 }
 
+/// Samples that lie `far` from the origin.
+std::vector<Ray> far_samples(std::size_t count, float far) {
+  std::vector<Ray> samples = random_rays(count, 8);
+  for (Ray& ray : samples) {
+    ray.origin = {far * ray.direction.x, far * ray.direction.y, far * ray.direction.z};
+  }
+  return samples;
+}
+
 std::vector<ClosestQuery> all_queries() {
   return {{0.1f, false}, {0.1f, true}, {0.3f, false}, {0.3f, true}, {8, false}, {8, true}};
 }
@@ -183,10 +192,7 @@ TEST(ClosestKernel, AgreesWithTheOracleFromFarAway) {
   KILN_REQUIRE_DEVICE();
   const Scene scene = bumpy_sphere(12, 4, 0.02f);
   for (const float far : {30.0f, 3e4f, 1e6f}) {
-    std::vector<Ray> samples = random_rays(300, 8);
-    for (Ray& ray : samples) {
-      ray.origin = {far * ray.direction.x, far * ray.direction.y, far * ray.direction.z};
-    }
+    const std::vector<Ray> samples = far_samples(300, far);
     for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
       const ClosestFinder finder = finder_of(scene, traversal);
       const ClosestQuery query{1048576, true};
@@ -217,6 +223,14 @@ TEST(ClosestKernel, VariantsAgreeToTheBit) {
         EXPECT_TRUE(a == b);
       }
     }
+    // From far away the boxes' distances and the triangles' differ by less than their rounding.
+    for (const float far : {3.0f, 30.0f, 3e4f}) {
+      const std::vector<Ray> samples = far_samples(3000, far);
+      const Cast a = find(cpu, samples, {1048576, true});
+      const Cast b = find(gpu, samples, {1048576, true});
+      ASSERT_EQ(a.triangle, b.triangle) << far;
+      EXPECT_TRUE(a == b) << far;
+    }
   }
 }
 
@@ -245,6 +259,12 @@ TEST(ClosestKernel, NeitherTriangleNorSampleOrderMatters) {
         ASSERT_EQ(mixed.triangle[i], straight.triangle[order[i]]) << i;
         ASSERT_EQ(mixed.distance[i], straight.distance[order[i]]) << i;
         ASSERT_EQ(mixed.u[i], straight.u[order[i]]) << i;
+      }
+      const std::vector<Ray> far = far_samples(2000, 1e3f);
+      const Cast from_far = find(finder_of(scene, traversal), far, {1048576, true});
+      const Cast from_far_reversed = find(finder_of(turned, traversal), far, {1048576, true});
+      for (std::size_t i = 0; i < far.size(); ++i) {
+        ASSERT_EQ(std::abs(from_far.distance[i]), std::abs(from_far_reversed.distance[i])) << i;
       }
     }
   }
