@@ -36,21 +36,22 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
     throw Error(ErrorCode::internal, "More samples than their arrays hold.");
   }
   result.count = count;
-  const bool gpu = traversal_ == Traversal::gpu;
+  // Other CPU drivers than PoCL take minutes to compile the wide kernel (Mesa's rusticl did).
+  const bool scalar = traversal_ != Traversal::cpu;
   const cl::Kernel kernel =
-      context_->kernel("closest", gpu ? "kiln_closest_scalar" : "kiln_closest_run",
-                       gpu ? "-DKILN_CLOSEST_SCALAR=1" : "");
+      context_->kernel("closest", scalar ? "kiln_closest_scalar" : "kiln_closest_run",
+                       scalar ? "-DKILN_CLOSEST_SCALAR=1" : "");
   kiln_closest_params params{};
   params.max_distance = query.max_distance;
   params.flags = query.two_sided ? KILN_CLOSEST_TWO_SIDED : 0;
   params.capacity = capacity;
   params.result_capacity = result.capacity;
-  const std::uint32_t per_item = gpu ? 1 : KILN_CLOSEST_RUN;
+  const std::uint32_t per_item = scalar ? 1 : KILN_CLOSEST_RUN;
   for (std::uint32_t first = 0; first < count; first = params.end) {
     params.first = first;
     params.end = first + std::min(count - first, kSamplesPerLaunch);
     const std::size_t items = (params.end - first + per_item - 1) / per_item;
-    context_->launch(kernel, items, gpu ? kScalarLocalSize : kRunLocalSize, params, tree_->nodes,
+    context_->launch(kernel, items, scalar ? kScalarLocalSize : kRunLocalSize, params, tree_->nodes,
                      tree_->blocks, points, result.triangle, result.barycentric, result.distance,
                      result.status);
   }
