@@ -13,23 +13,21 @@
 //
 // Strengths: no hierarchy; a sample costs a projection a view. Limits: what no view sees stays undecided;
 // up to 64 views a launch.
+#include "lib/vector3.clh"
 #include "shared/match.h"
 #include "shared/raster.h"
 #include "shared/views.h"
 
-static inline float views_dot(float3 a, float3 b) {
-#pragma OPENCL FP_CONTRACT OFF
-  return (a.x * b.x + a.y * b.y) + a.z * b.z;
-}
-
-static inline float3 views_cross(float3 a, float3 b) {
-#pragma OPENCL FP_CONTRACT OFF
-  return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
 typedef struct {
   float3 position, direction;
 } views_sample;
+
+static inline views_sample views_load(global const float* points, size_t i, size_t plane) {
+  const views_sample sample = {
+      (float3)(points[i], points[i + plane], points[i + 2 * plane]),
+      (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane])};
+  return sample;
+}
 
 /// A line through the sample, and two directions across it.
 typedef struct {
@@ -59,6 +57,14 @@ typedef struct {
   float beside;   // squared, across the line; 0 where it meets the triangle
 } views_point;
 
+/// Where a view shows a point. False where that is beside the picture.
+static inline bool views_place(global const kiln_view* view, float3 point, float* x, float* y) {
+#pragma OPENCL FP_CONTRACT OFF
+  *x = dot3(vload3(0, view->right), point) * view->scale + view->left;
+  *y = view->top - dot3(vload3(0, view->up), point) * view->scale;
+  return *x >= 0.0f && *y >= 0.0f && *x < (float)view->width && *y < (float)view->height;
+}
+
 /// The point of one triangle on (or nearest to) a line through the sample. False where the face is turned
 /// away from the sample's direction, or seen edge on.
 static inline bool views_meet(const views_line* line, const views_sample* sample, uint triangle,
@@ -69,13 +75,13 @@ static inline bool views_meet(const views_line* line, const views_sample* sample
   const float3 a = vload3(index.x, positions) - sample->position;
   const float3 b = vload3(index.y, positions) - sample->position;
   const float3 c = vload3(index.z, positions) - sample->position;
-  const float3 normal = views_cross(b - a, c - a);
-  if (!two_sided && !(views_dot(normal, sample->direction) >= 0.0f)) return false;
+  const float3 normal = cross3(b - a, c - a);
+  if (!two_sided && !(dot3(normal, sample->direction) >= 0.0f)) return false;
   const float3 right = line->right;
   const float3 up = line->up;
-  const float ax = views_dot(right, a), ay = views_dot(up, a);
-  const float bx = views_dot(right, b), by = views_dot(up, b);
-  const float cx = views_dot(right, c), cy = views_dot(up, c);
+  const float ax = dot3(right, a), ay = dot3(up, a);
+  const float bx = dot3(right, b), by = dot3(up, b);
+  const float cx = dot3(right, c), cy = dot3(up, c);
   const float weight_a = bx * cy - by * cx;
   const float weight_b = cx * ay - cy * ax;
   const float weight_c = ax * by - ay * bx;
@@ -89,15 +95,16 @@ static inline bool views_meet(const views_line* line, const views_sample* sample
   out->v = clamp(v, 0.0f, 1.0f - out->u);
   const bool inside = out->u == u && out->v == v;
   out->offset = (a * (1.0f - out->u - out->v) + b * out->u) + c * out->v;
-  const float x = views_dot(right, out->offset);
-  const float y = views_dot(up, out->offset);
+  const float x = dot3(right, out->offset);
+  const float y = dot3(up, out->offset);
   out->beside = inside ? 0.0f : x * x + y * y;
   return isfinite(out->u) && isfinite(out->v);
 }
 
 /// The best point among the triangles of the 4 pixels whose centres surround a place of the picture.
 static inline bool views_find(global const kiln_view* view, const views_line* line,
-                              const views_sample* sample, float x, float y, float max_distance, global const ulong* restrict keys,
+                              const views_sample* sample, float x, float y, float max_distance,
+                              global const ulong* restrict keys,
                               global const uint* restrict triangles,
                               global const float* restrict positions, views_point* best) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -117,8 +124,8 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
     for (int i = 0; i < k; ++i) again |= tried[i] == triangle;
     views_point point;
     if (again || !views_meet(line, sample, triangle, two_sided, triangles, positions, &point)) continue;
-    if (!(views_dot(point.offset, point.offset) <= max_distance * max_distance)) continue;
-    const float near = views_dot(toward, point.offset);
+    if (!(dot3(point.offset, point.offset) <= max_distance * max_distance)) continue;
+    const float near = dot3(toward, point.offset);
     // Less beside the line, then nearer to the viewer, then the lower triangle.
     const bool better =
         !found || point.beside < best->beside ||
@@ -143,19 +150,18 @@ static inline void views_refine(global const kiln_view* view, const views_sample
                                 global const float* restrict positions, views_point* point) {
 #pragma OPENCL FP_CONTRACT OFF
   const views_line line = views_line_along(sample->direction);
-  float along = views_dot(point->offset, sample->direction);
+  float along = dot3(point->offset, sample->direction);
   for (int round = 0; round < 4; ++round) {
     const float3 place = sample->position + sample->direction * along;
-    const float x = views_dot(vload3(0, view->right), place) * view->scale + view->left;
-    const float y = view->top - views_dot(vload3(0, view->up), place) * view->scale;
-    if (!(x >= 0.0f && y >= 0.0f && x < (float)view->width && y < (float)view->height)) return;
+    float x, y;
+    if (!views_place(view, place, &x, &y)) return;
     views_point next;
     if (!views_find(view, &line, sample, x, y, max_distance, keys, triangles, positions, &next)) return;
     if (next.beside == 0.0f) {
       *point = next;
       return;
     }
-    along = views_dot(next.offset, sample->direction);
+    along = dot3(next.offset, sample->direction);
   }
 }
 
@@ -164,9 +170,7 @@ static inline bool views_project(global const kiln_view* view, const views_sampl
                                  float cosine, const kiln_views_params* params, float* x, float* y) {
 #pragma OPENCL FP_CONTRACT OFF
   if (!(cosine >= params->least_cosine)) return false;
-  *x = views_dot(vload3(0, view->right), sample->position) * view->scale + view->left;
-  *y = view->top - views_dot(vload3(0, view->up), sample->position) * view->scale;
-  return *x >= 0.0f && *y >= 0.0f && *x < (float)view->width && *y < (float)view->height;
+  return views_place(view, sample->position, x, y);
 }
 
 /// Depth difference between a sample and the pixel that it is in; infinite where that is empty.
@@ -175,7 +179,7 @@ static inline float views_difference(global const kiln_view* view, const views_s
 #pragma OPENCL FP_CONTRACT OFF
   const ulong key = keys[view->first + (uint)y * view->width + (uint)x];
   if (key == KILN_RASTER_EMPTY) return INFINITY;
-  const float depth = KILN_RASTER_FAR - views_dot(vload3(0, view->toward), sample->position);
+  const float depth = KILN_RASTER_FAR - dot3(vload3(0, view->toward), sample->position);
   return fabs(as_float((uint)(key >> 32)) - depth);
 }
 
@@ -194,10 +198,7 @@ kernel void kiln_views_match(const kiln_views_params params,
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
-  const size_t plane = params.capacity;
-  views_sample sample;
-  sample.position = (float3)(points[i], points[i + plane], points[i + 2 * plane]);
-  sample.direction = (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);
+  const views_sample sample = views_load(points, i, params.capacity);
   ulong left_out = 0;
   for (;;) {
     float best = score[i];
@@ -208,7 +209,7 @@ kernel void kiln_views_match(const kiln_views_params params,
     for (uint k = 0; k < params.view_count; ++k) {
       if ((left_out >> k & 1) != 0) continue;
       global const kiln_view* view = views + k;
-      const float cosine = views_dot(vload3(0, view->toward), sample.direction);
+      const float cosine = dot3(vload3(0, view->toward), sample.direction);
       if (params.criterion == KILN_VIEWS_ANGLE && !(-cosine < best)) continue;
       float x, y;
       if (!views_project(view, &sample, cosine, &params, &x, &y)) continue;
@@ -222,7 +223,7 @@ kernel void kiln_views_match(const kiln_views_params params,
                         &exact)) {
           continue;
         }
-        value = views_dot(exact.offset, exact.offset);
+        value = dot3(exact.offset, exact.offset);
         if (value < best) point = exact;
       }
       if (value < best) {
@@ -240,12 +241,12 @@ kernel void kiln_views_match(const kiln_views_params params,
       if (params.refine != 0) {
         views_refine(views + chosen, &sample, params.max_distance, keys, triangles, positions, &point);
       }
-      const float length = sqrt(views_dot(point.offset, point.offset));
+      const float length = sqrt(dot3(point.offset, point.offset));
       score[i] = best;
       hit_triangle[i] = point.triangle;
       hit_barycentric[i] = point.u;
       hit_barycentric[i + params.result_capacity] = point.v;
-      hit_distance[i] = views_dot(point.offset, sample.direction) < 0.0f ? -length : length;
+      hit_distance[i] = dot3(point.offset, sample.direction) < 0.0f ? -length : length;
       hit_status[i] = KILN_STATUS_VIEW;
       return;
     }
@@ -263,13 +264,10 @@ kernel void kiln_views_probe(const kiln_views_params params,
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
-  const size_t plane = params.capacity;
-  views_sample sample;
-  sample.position = (float3)(points[i], points[i + plane], points[i + 2 * plane]);
-  sample.direction = (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);
+  const views_sample sample = views_load(points, i, params.capacity);
   for (uint k = 0; k < params.view_count; ++k) {
     global const kiln_view* view = views + k;
-    const float cosine = views_dot(vload3(0, view->toward), sample.direction);
+    const float cosine = dot3(vload3(0, view->toward), sample.direction);
     float x, y;
     const bool seen = views_project(view, &sample, cosine, &params, &x, &y) &&
                       views_difference(view, &sample, x, y, keys) <= params.max_distance;
