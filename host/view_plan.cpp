@@ -51,19 +51,22 @@ struct Areas {
     }
     total = std::accumulate(sum.begin(), sum.end(), 0.0);
   }
+
+  /// Share of the surface whose triangles are smaller than a pixel of this side.
+  double share_below(double pixel) const {
+    double small = 0;
+    for (int i = 0; i < kBins; ++i) {
+      if (area_at(i) < pixel * pixel) small += sum[static_cast<std::size_t>(i)];
+    }
+    return total > 0 ? small / total : 0;
+  }
 };
 
 }  // namespace
 
 double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t size) {
-  const Areas areas(positions, triangles);
-  const double pixel = 2 * radius / size;
-  double small = 0;
-  for (int i = 0; i < Areas::kBins; ++i) {
-    if (Areas::area_at(i) < pixel * pixel) small += areas.sum[static_cast<std::size_t>(i)];
-  }
-  return areas.total > 0 ? small / areas.total : 0;
+  return Areas(positions, triangles).share_below(2 * radius / size);
 }
 
 ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
@@ -80,7 +83,7 @@ ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Trian
   const double rounded = std::ceil(std::min(wanted, 65536.0) / 256) * 256;
   ViewSize result;
   result.size = std::min(limit, static_cast<std::uint32_t>(std::max(1024.0, rounded)));
-  result.undersampled = undersampled_share(positions, triangles, radius, result.size);
+  result.undersampled = areas.share_below(2 * radius / result.size);
   return result;
 }
 
