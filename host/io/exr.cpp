@@ -192,25 +192,6 @@ Imf::Header make_header(const Image& image, Imf::PixelType type) {
   return header;
 }
 
-// Opens a file, calls write(stream), and puts the file in its place.
-template <typename Write>
-void write_file(const std::filesystem::path& path, const Write& write) {
-  AtomicFile file(path);
-  ExrStream stream(file);
-  try {
-    write(stream);
-  } catch (const Error&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    stream.check();
-    file.fail(error.what(), 0);
-  }
-  stream.check();
-  file.commit();
-}
-
 }  // namespace
 
 ExrStream::ExrStream(AtomicFile& file) : Imf::OStream(file.destination().c_str()), file_(file) {}
@@ -251,7 +232,7 @@ int exr_threads(int threads) {
 }
 
 void save_exr(const Image& image, const std::filesystem::path& path, bool half, int threads) {
-  write_file(path, [&](ExrStream& stream) {
+  write_exr(path, [&](ExrStream& stream) {
     const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
     Imf::OutputFile output(stream, make_header(image, type), exr_threads(threads));
     if (half) {
@@ -264,7 +245,7 @@ void save_exr(const Image& image, const std::filesystem::path& path, bool half, 
 
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
                    bool half, int threads) {
-  write_file(path, [&](ExrStream& stream) {
+  write_exr(path, [&](ExrStream& stream) {
     const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
     Imf::Header header = make_header(*levels.front(), type);
     header.setTileDescription({kTileSize, kTileSize, Imf::MIPMAP_LEVELS, Imf::ROUND_DOWN});

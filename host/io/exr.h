@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <exception>
 #include <filesystem>
+#include <new>
 
 #include "io/atomic_file.h"
 #include "kiln/image.h"
@@ -47,6 +48,26 @@ class ExrStream : public Imf::OStream {
   std::uint64_t position_ = 0;
   std::exception_ptr error_;
 };
+
+/// Opens a file, calls write(stream), and puts the file in its place, whole.
+/// \throws Error(output)
+template <typename Write>
+void write_exr(const std::filesystem::path& path, const Write& write) {
+  AtomicFile file(path);
+  ExrStream stream(file);
+  try {
+    write(stream);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    stream.check();
+    file.fail(error.what(), 0);
+  }
+  stream.check();
+  file.commit();
+}
 
 /// How many threads OpenEXR is to use: `threads`, or all where 0. Gives its global pool threads where
 /// it has none.

@@ -182,7 +182,6 @@ Match read_match(const std::filesystem::path& path) {
 
 void save_match(const Match& match, const std::filesystem::path& path) {
   check_sizes(match);
-  AtomicFile file(path);
   Imf::Header header(static_cast<int>(match.width), static_cast<int>(match.height));
   // Zlib's fastest level: weights and distances hardly compress at any.
   header.compression() = Imf::ZIP_COMPRESSION;
@@ -201,21 +200,11 @@ void save_match(const Match& match, const std::filesystem::path& path) {
   add_slice(buffer, "v", Imf::FLOAT, match.v.data(), match.width);
   add_slice(buffer, "distance", Imf::FLOAT, match.distance.data(), match.width);
   add_slice(buffer, "status", Imf::UINT, status.data(), match.width);
-  ExrStream stream(file);
-  try {
+  write_exr(path, [&](ExrStream& stream) {
     Imf::OutputFile output(stream, header, exr_threads(0));
     output.setFrameBuffer(buffer);
     output.writePixels(static_cast<int>(match.height));
-  } catch (const Error&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    stream.check();
-    file.fail(error.what(), 0);
-  }
-  stream.check();
-  file.commit();
+  });
 }
 
 Match load_match(const std::filesystem::path& path) {
