@@ -37,6 +37,15 @@ CLI::Validator one_of(const std::map<std::string, T>& values) {
   return CLI::IsMember(names, CLI::ignore_case);
 }
 
+/// A value as it is written on the command line.
+template <typename T>
+std::string name_of(const std::map<std::string, T>& values, T wanted) {
+  for (const auto& [name, value] : values) {
+    if (value == wanted) return name;
+  }
+  throw Error(ErrorCode::internal, "An option's value has no name.");
+}
+
 /// Percent, 0 to 100.
 CLI::Validator percentage() {
   return CLI::Validator(
@@ -298,12 +307,10 @@ SaveImageOptions image_options(const BakeArguments& a) {
 
 RayTraversal traversal(const BakeArguments& a) { return kTraversals.at(a.traversal); }
 
-std::string map_name(MapKind kind) {
-  for (const auto& [name, value] : kMaps) {
-    if (value == kind) return name;
-  }
-  return "map";
-}
+std::string map_name(MapKind kind) { return name_of(kMaps, kind); }
+std::string match_name(MatchMethod method) { return name_of(kMethods, method); }
+std::string fallback_name(Fallback fallback) { return name_of(kFallbacks, fallback); }
+std::string criterion_name(ViewCriterion criterion) { return name_of(kCriteria, criterion); }
 
 bool is_exr(const SaveImageOptions& options) {
   return options.format == ImageFormat::exr_half || options.format == ImageFormat::exr_float;

@@ -55,7 +55,13 @@ void check(const BakeArguments& arguments);
 BakeOptions bake_options(const BakeArguments& arguments);
 SaveImageOptions image_options(const BakeArguments& arguments);
 RayTraversal traversal(const BakeArguments& arguments);
+
+/// Values as they are written on the command line.
 std::string map_name(MapKind kind);
+std::string match_name(MatchMethod method);
+std::string fallback_name(Fallback fallback);
+std::string criterion_name(ViewCriterion criterion);
+
 bool is_exr(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);
 

@@ -1,14 +1,14 @@
-#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
 
+#include "check_result.h"
 #include "commands.h"
 #include "console.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "parse.h"
-#include "program.h"
+#include "plot.h"
 #include "report.h"
 #include "study_output.h"
 
@@ -56,11 +56,7 @@ StudyOptions study_options(const MeasureArguments& a) {
   options.size = a.size.value_or(options.size);
   options.faces = a.faces.value_or(options.faces);
   options.z_up = a.z_up;
-  options.max_distance = parse_length("--max-distance", a.max_distance);
-  if (options.max_distance.value == 0) {
-    throw Error(ErrorCode::usage,
-                "--max-distance is 0: a match that reaches nowhere finds nothing.");
-  }
+  options.max_distance = parse_reach(a.max_distance);
   return options;
 }
 
@@ -74,47 +70,6 @@ Json describe(const MeasureArguments& a, const StudyOptions& options) {
   json["faces"] = views && a.low.empty() ? Json(options.faces) : Json();
   json["z_up"] = a.z_up;
   return json;
-}
-
-/// Draws the plot by gnuplot. \returns why there is none, or nothing
-std::string draw_plot(const fs::path& folder, const std::string& name) {
-  const std::string by_hand = "'gnuplot " + name + ".gp' in " + folder.string();
-  const std::optional<ProgramResult> result =
-      run_program({"gnuplot", "--default-settings", "-e", "to_stdout = 1", name + ".gp"}, folder);
-  if (!result) {
-    return "gnuplot is not installed, so there is no plot: install the package gnuplot-nox, then "
-           "run " +
-           by_hand + ".";
-  }
-  constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
-  if (result->exit_code != 0 || result->output.substr(0, kPng.size()) != kPng) {
-    std::string reason = result->errors;
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    return "gnuplot drew no plot (exit code " + std::to_string(result->exit_code) + "): " + reason +
-           "Try " + by_hand + ".";
-  }
-  save_text(folder / (name + ".png"), result->output);
-  return {};
-}
-
-/// Every kind of warning once, with how many settings it concerns.
-void print_warnings(Console& console, const std::vector<Warning>& general, const Study& study) {
-  for (const Warning& warning : general) console.warning(warning.message);
-  std::map<std::string, std::pair<const Warning*, std::size_t>> kinds;
-  for (const Setting& setting : study.settings) {
-    for (const Warning& warning : setting.warnings) {
-      auto& [first, count] = kinds[warning.code];
-      if (first == nullptr) first = &warning;
-      ++count;
-    }
-  }
-  for (const auto& [code, kind] : kinds) {
-    const auto& [warning, count] = kind;
-    console.warning(warning->message +
-                    (count > 1 ? " (And so, or likewise, at " + std::to_string(count - 1) +
-                                     " further settings: see --json.)"
-                               : ""));
-  }
 }
 
 int run_one_study(const MeasureArguments& arguments) {
@@ -132,13 +87,7 @@ int run_one_study(const MeasureArguments& arguments) {
   const Mesh high = load_mesh(arguments.high, &warnings);
   std::optional<Mesh> low;
   if (!arguments.low.empty()) {
-    low = load_mesh(arguments.low, &warnings);
-    if (low->uv_triangles.empty()) {
-      throw Error(ErrorCode::input,
-                  "'" + arguments.low +
-                      "' has no texture coordinates, so there is no map to measure: give it UVs "
-                      "('kiln bake --unwrap' writes such a mesh), or leave LOW out.");
-    }
+    low = load_light(arguments.low, ", or leave LOW out", warnings);
   }
   const double seconds_load = watch.lap();
 
@@ -195,7 +144,11 @@ int run_one_study(const MeasureArguments& arguments) {
     save_text(arguments.json, json.dump(2) + "\n");
   }
   console.progress(1, "done");
-  print_warnings(console, warnings, study);
+  std::vector<Warning> of_settings;
+  for (const Setting& setting : study.settings) {
+    of_settings.insert(of_settings.end(), setting.warnings.begin(), setting.warnings.end());
+  }
+  print_warnings(console, warnings, of_settings, "--json");
   for (const Setting& setting : study.settings) {
     console.line(summary(setting, study.diagonal));
   }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
+#include <utility>
 
 #include "interrupt.h"
 
@@ -61,6 +63,24 @@ void Console::warning(const std::string& text) {
   if (quiet_) return;
   clear_bar();
   std::fprintf(stderr, "warning: %s\n", text.c_str());
+}
+
+void print_warnings(Console& console, const std::vector<Warning>& general,
+                    const std::vector<Warning>& of_settings, const std::string& report) {
+  for (const Warning& warning : general) console.warning(warning.message);
+  std::map<std::string, std::pair<const Warning*, std::size_t>> kinds;
+  for (const Warning& warning : of_settings) {
+    auto& [first, count] = kinds[warning.code];
+    if (first == nullptr) first = &warning;
+    ++count;
+  }
+  for (const auto& [code, kind] : kinds) {
+    const auto& [warning, count] = kind;
+    console.warning(warning->message +
+                    (count > 1 ? " (And so, or likewise, at " + std::to_string(count - 1) +
+                                     " further settings: see " + report + ".)"
+                               : ""));
+  }
 }
 
 }  // namespace kiln::cli

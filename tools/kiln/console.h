@@ -4,6 +4,9 @@
 #include <chrono>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "kiln/error.h"
 
 namespace kiln::cli {
 
@@ -30,5 +33,10 @@ class Console {
   int last_percent_ = -1;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
+
+/// Every general warning; and of the settings' every kind once, with how often it came.
+/// \param report  where the others are: "see REPORT"
+void print_warnings(Console& console, const std::vector<Warning>& general,
+                    const std::vector<Warning>& of_settings, const std::string& report);
 
 }  // namespace kiln::cli

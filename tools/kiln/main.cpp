@@ -89,6 +89,7 @@ int main(int argc, char** argv) {
   commands["simplify"] = cli::add_simplify(app);
   commands["render"] = cli::add_render(app);
   commands["measure"] = cli::add_measure(app);
+  commands["chart"] = cli::add_chart(app);
   commands["diff"] = cli::add_diff(app);
   commands["devices"] = cli::add_devices(app);
 

@@ -47,6 +47,15 @@ Length parse_length(const char* flag, const std::string& text) {
   return relative ? Length::share(value / 100) : Length::absolute(value);
 }
 
+Length parse_reach(const std::string& text) {
+  const Length length = parse_length("--max-distance", text);
+  if (length.value == 0) {
+    throw Error(ErrorCode::usage,
+                "--max-distance is 0: a match that reaches nowhere finds nothing.");
+  }
+  return length;
+}
+
 double parse_error_bound(const std::string& text) {
   std::string_view number = text;
   if (!number.empty() && number.back() == '%') number.remove_suffix(1);

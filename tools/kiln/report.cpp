@@ -50,6 +50,25 @@ Json describe(const NormalError& error) {
       {"one_sided_pixels", error.one_sided}};
 }
 
+Json describe(const ViewReport& views) {
+  Json directions = Json::array();
+  for (const Vec3& d : views.directions) directions.push_back({d.x, d.y, d.z});
+  return {{"count", views.directions.size()},
+          {"size", views.size},
+          {"pixel", views.pixel},
+          {"undersampled", views.undersampled},
+          {"height_field", views.height_field},
+          {"coverage_after_each", views.coverage},
+          {"directions", directions}};
+}
+
+Json describe_texels(const BakeReport& report) {
+  return {
+      {"covered", report.texels},  {"samples", report.samples}, {"outward", report.outward},
+      {"inward", report.inward},   {"cage", report.cage},       {"views", report.viewed},
+      {"closest", report.closest}, {"missed", report.missed},   {"gutter", report.gutter_texels}};
+}
+
 std::uint64_t peak_resident_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

@@ -17,6 +17,9 @@ Json describe(const DeviceInfo& info);
 Json describe(const Mesh& mesh, const std::filesystem::path& path);
 Json describe(const std::vector<Warning>& warnings);
 Json describe(const NormalError& error);
+Json describe(const ViewReport& views);
+/// Texels and samples by status.
+Json describe_texels(const BakeReport& report);
 
 /// Most memory the process ever had resident, bytes.
 std::uint64_t peak_resident_bytes();

@@ -10,8 +10,7 @@ namespace kiln::cli {
 namespace {
 
 constexpr std::uint32_t kPictureSize = 640;  // pixels a side of the error picture's panels
-constexpr double kLeastAngle = 2;  // degrees from a view matched from to one measured from
-constexpr double kEnough = 0.05;   // see levels_off
+constexpr double kEnough = 0.05;             // see levels_off
 
 /// What is to be measured, in an order that makes each light mesh once.
 std::vector<Setting> plan(const StudyOptions& options, const Mesh& high, const Mesh* low) {
@@ -120,7 +119,7 @@ RenderOptions picture_options(const Mesh& frame, const std::vector<Vec3>& held_o
   const std::array<Vec3, 1> front = {z_up ? Vec3{kFront.x, -kFront.z, kFront.y} : kFront};
   const auto angle = [&](const Vec3& view) { return least_angle_degrees({&view, 1}, front); };
   Vec3 toward = front[0];
-  if (least_angle_degrees(front, used) < kLeastAngle) {
+  if (least_angle_degrees(front, used) < kLeastHeldOutAngle) {
     toward = *std::min_element(held_out.begin(), held_out.end(),
                                [&](const Vec3& a, const Vec3& b) { return angle(a) < angle(b); });
   }
@@ -169,7 +168,7 @@ Study run_study(const Device& device, const Mesh& high, const Mesh* low,
     const std::vector<Vec3> more = spread_views(count);
     used.insert(used.end(), more.begin(), more.end());
   }
-  study.held_out = held_out_views(kHeldOutViews, used, kLeastAngle);
+  study.held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
   study.least_angle_degrees = least_angle_degrees(study.held_out, used);
 
   study.cancelled = true;  // until all is done

@@ -29,6 +29,7 @@ constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16,
 constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 8000, 16000};
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
 constexpr std::uint32_t kHeldOutViews = 30;
+constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from to one measured from
 constexpr std::uint32_t kMeasuredSize = 512;  ///< Pixels a side of the pictures measured
 
 /// How a setting's map was made: one curve of a plot.

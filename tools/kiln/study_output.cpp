@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "plot.h"
+
 namespace kiln::cli {
 namespace {
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
 
 Json describe(const Setting& setting, double diagonal) {
   Json json = {{"curve", curve_name(setting.curve)}};
@@ -84,14 +80,14 @@ std::string study_data(const Study& study) {
     }
     for (const double value : {s.normal.mean_degrees, s.normal.median_degrees, s.normal.p95_degrees,
                                s.normal.p99_degrees, s.normal.max_degrees, s.normal.mean_8bit}) {
-      text += "," + number(value);
+      text += "," + exact_text(value);
     }
-    for (const double share : s.normal.above_8bit) text += "," + number(share);
+    for (const double share : s.normal.above_8bit) text += "," + exact_text(share);
     const DistanceError& d = s.distance;
     text += "," + std::to_string(d.samples) + "," + std::to_string(d.missed);
-    for (const double value : {d.mean, d.p95, d.max}) text += "," + number(value);
+    for (const double value : {d.mean, d.p95, d.max}) text += "," + exact_text(value);
     for (const double value : {d.mean, d.p95, d.max}) {
-      text += "," + number(100 * value / study.diagonal);
+      text += "," + exact_text(100 * value / study.diagonal);
     }
     text += "\n";
   }

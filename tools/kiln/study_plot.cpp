@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "parse.h"
+#include "plot.h"
 #include "study_output.h"
 
 namespace kiln::cli {
@@ -28,16 +29,6 @@ constexpr const char* kKiln = "lw 3 pt 7 ps 1.5 lc rgb '#0072b2'";
 constexpr const char* kRay = "lw 2.5 dt 2 pt 9 ps 1.4 lc rgb '#333333'";
 constexpr const char* kNone = "lw 2 dt 3 pt 4 ps 1.2 lc rgb '#888888'";
 
-/// Inside single quotes of gnuplot, without its markup.
-std::string quoted(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (std::string_view("_^@{}~&\\").find(c) != std::string_view::npos) result += '\\';
-    result += c == '\'' ? "''" : std::string(1, c);
-  }
-  return "'" + result + "'";
-}
-
 /// "'study_views.csv' using (condition ? $x : NaN):y skip 1 ..."
 std::string curve(const std::string& file, const std::string& condition, int x, int y,
                   const std::string& title, const std::string& style) {
@@ -49,12 +40,6 @@ std::string curve(const std::string& file, const std::string& condition, int x, 
 }
 
 std::string of(Curve which) { return std::string("strcol(1) eq '") + curve_name(which) + "'"; }
-
-std::string join(const std::vector<std::string>& parts, const char* between) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
-  return text;
-}
 
 std::string plot(const std::vector<std::string>& curves) {
   return "plot \\\n" + join(curves, ", \\\n") + "\n";
@@ -69,12 +54,6 @@ std::string tics(const List& values) {
   return "set xtics (" + join(texts, ", ") + ")\n";
 }
 
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
-
 /// The axis upwards for such values: logarithmic where they span much, with few tics and plain numbers.
 std::string y_axis(const std::string& label, std::vector<double> values) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
@@ -82,35 +61,14 @@ std::string y_axis(const std::string& label, std::vector<double> values) {
     return "unset logscale y\nset yrange [0:" + text_of(std::max(*most * 1.5, 1e-9)) +
            "]\nset ytics autofreq\nset ylabel '" + label + "'\n";
   }
-  std::vector<std::string> texts;
-  for (int power = -9; power <= 9; ++power) {
-    for (const int factor : {1, 2, 5}) {
-      const std::string tic = text_of(factor * std::pow(10.0, power));
-      texts.push_back("'" + tic + "' " + tic);
-    }
-  }
   return "set logscale y 10\nset yrange [" + text_of(*least / 1.3) + ":" + text_of(*most * 1.25) +
-         "]\nset ytics (" + join(texts, ", ") + ")\nset ylabel '" + label + " (logarithmic)'\n";
+         "]\nset ytics (" + logarithmic_tics() + ")\nset ylabel '" + label + " (logarithmic)'\n";
 }
 
 std::vector<double> means(const Study& study) {
   std::vector<double> values;
   for (const Setting& setting : study.settings) values.push_back(setting.normal.mean_degrees);
   return values;
-}
-
-std::string header(const std::string& name, int width, const std::string& title) {
-  std::ostringstream text;
-  text << "# Draws " << name << ".png from " << name << ".csv: gnuplot " << name << ".gp\n"
-       << "set terminal pngcairo size " << width << ",860 font 'sans,17' enhanced\n"
-       << "if (!exists('to_stdout')) set output '" << name << ".png'\n"
-       << "set datafile separator ','\n"
-       << "set border 3 lw 1.2 lc rgb '#555555'\n"
-       << "set grid x y lt 1 lw 1 lc rgb '#d8d8d8'\n"
-       << "set tics nomirror textcolor rgb '#222222'\n"
-       << "set key Left reverse samplen 2.5 spacing 1.25\n"
-       << title;
-  return text.str();
 }
 
 std::string two_panels(const std::string& title) {
@@ -132,8 +90,8 @@ std::string views_script(const Study& study, const StudyOptions&, const std::str
   const Setting& ray = *select(study, Curve::ray).front();
   const Setting& none = *select(study, Curve::none).front();
   const std::string file = "study_views.csv";
-  std::string text = header(
-      "study_views", 1800,
+  std::string text = plot_header(
+      "study_views", 1800, 860,
       two_panels(quoted("Normal error against the number of views matched from: " + mesh + ", " +
                         with_commas(ray.faces) + " faces, " + size_text(ray.size) + " map")));
   text += "set logscale x 2\nset xrange [0.9:53]\n" + tics(kStudyViews);
@@ -168,10 +126,11 @@ std::string faces_script(const Study& study, const StudyOptions& options, const 
   const std::string file = "study_faces.csv";
   std::vector<std::uint32_t> faces;
   for (const Setting* s : select(study, Curve::kiln)) faces.push_back(s->target_faces);
-  std::string text = header("study_faces", 1800,
-                            two_panels(quoted("Errors against the light mesh's faces: " + mesh +
-                                              ", " + std::to_string(options.views) + " views, " +
-                                              size_text(options.size) + " map")));
+  std::string text =
+      plot_header("study_faces", 1800, 860,
+                  two_panels(quoted("Errors against the light mesh's faces: " + mesh + ", " +
+                                    std::to_string(options.views) + " views, " +
+                                    size_text(options.size) + " map")));
   text += "set logscale x 2\n" + tics(faces);
   text += "set xrange [" + std::to_string(faces.front() * 0.85) + ":" +
           std::to_string(faces.back() * 1.18) + "]\n";
@@ -224,11 +183,11 @@ std::string size_script(const Study& study, const StudyOptions& options, const s
                       std::to_string(enough->normal.mean_degrees));
     }
   }
-  std::string text = header("study_size", 1300,
-                            "set tmargin 4\nset label 99 " +
-                                quoted("Normal error against map size and faces: " + mesh + ", " +
-                                       std::to_string(options.views) + " views") +
-                                " at screen 0.5, 0.955 center font 'sans,20'\n");
+  std::string text = plot_header("study_size", 1300, 860,
+                                 "set tmargin 4\nset label 99 " +
+                                     quoted("Normal error against map size and faces: " + mesh +
+                                            ", " + std::to_string(options.views) + " views") +
+                                     " at screen 0.5, 0.955 center font 'sans,20'\n");
   text += "set logscale x 2\nset xrange [110:2400]\n" + tics(kStudySizes);
   text += "set xlabel 'Texels a side of the map (logarithmic)'\n";
   std::vector<double> shown;

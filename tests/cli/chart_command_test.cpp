@@ -1,0 +1,324 @@
+// kiln chart: figures, front, files, exit codes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::ProcessOptions;
+using test::ProcessResult;
+using test::run_kiln;
+
+const std::vector<std::string> kSettings = {
+    "ray",           "ray_2x2",       "ray_4x4",    "views_6",      "views_12",
+    "views_24",      "views_48",      "views_auto", "views_12_512", "views_12_1024",
+    "views_12_2048", "views_12_4096", "paper_12",   "views_12_ray", "closest"};
+
+fs::path make_scene(std::uint32_t faces) {
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(faces), folder / "high.obj");
+  save_obj(test::BumpySphere::light(24, 12), folder / "low.obj");
+  return folder;
+}
+
+json read_json(const fs::path& path) {
+  std::ifstream stream(path);
+  return json::parse(stream);
+}
+
+std::vector<std::string> read_lines(const fs::path& path) {
+  std::ifstream stream(path);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+bool has_gnuplot() {
+  return test::run_process({"/bin/sh", "-c", "command -v gnuplot"}).exit_code == 0;
+}
+
+json find(const json& pair, const std::string& name) {
+  for (const json& setting : pair["settings"]) {
+    if (setting["name"] == name) return setting;
+  }
+  ADD_FAILURE() << "no setting " << name;
+  return {};
+}
+
+double seconds_of(const json& setting) {
+  return setting["seconds"]["correspondence"].get<double>();
+}
+
+double error_of(const json& setting, const std::string& measure) {
+  return setting[measure]["mean_angle_degrees"].get<double>();
+}
+
+/// The front by its meaning: walking up the seconds, each that is better than all before it. (By sorting,
+/// where the command compares all with all.)
+std::vector<std::string> front_of(const json& pair, const std::string& measure) {
+  std::vector<json> settings = pair["settings"];
+  std::sort(settings.begin(), settings.end(), [&](const json& a, const json& b) {
+    return std::pair(seconds_of(a), error_of(a, measure)) <
+           std::pair(seconds_of(b), error_of(b, measure));
+  });
+  std::vector<std::string> names;
+  double best = INFINITY;
+  for (const json& setting : settings) {
+    if (error_of(setting, measure) >= best) continue;
+    best = error_of(setting, measure);
+    names.push_back(setting["name"]);
+  }
+  return names;
+}
+
+void expect_finite(const json& value, const std::string& where) {
+  if (value.is_number()) {
+    EXPECT_TRUE(std::isfinite(value.get<double>())) << where;
+  } else if (value.is_structured()) {
+    for (const auto& [key, item] : value.items()) expect_finite(item, where + "." + key);
+  } else if (value.is_null()) {
+    ADD_FAILURE() << where << " is null, as numbers that are not finite are written";
+  }
+}
+
+void expect_pair(const json& pair, const std::vector<std::string>& names, int repeat) {
+  ASSERT_EQ(pair["settings"].size(), names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const json& setting = pair["settings"][i];
+    EXPECT_EQ(setting["name"], names[i]);
+    expect_finite(setting, names[i]);
+    EXPECT_GT(seconds_of(setting), 0);
+    EXPECT_GT(setting["seconds"]["total"].get<double>(), seconds_of(setting));
+    ASSERT_EQ(setting["runs"].size(), static_cast<std::size_t>(repeat));
+    std::vector<double> runs;
+    for (const json& run : setting["runs"]) runs.push_back(run["correspondence"]);
+    std::sort(runs.begin(), runs.end());
+    EXPECT_EQ(seconds_of(setting), runs[(runs.size() - 1) / 2]);
+    const json& t = setting["texels"];
+    EXPECT_EQ(t["samples"].get<int>(), t["outward"].get<int>() + t["inward"].get<int>() +
+                                           t["cage"].get<int>() + t["views"].get<int>() +
+                                           t["closest"].get<int>() + t["missed"].get<int>());
+    EXPECT_GT(setting["matched_share"].get<double>(), 0.9) << names[i];
+    EXPECT_GT(setting["map_error"]["texels"].get<int>(), 1000);
+    EXPECT_GT(error_of(setting, "normal_error"), 0);
+    EXPECT_LT(error_of(setting, "normal_error"),
+              0.5 * pair["normal_error_without_map"]["mean_angle_degrees"].get<double>());
+  }
+  for (const char* measure : {"map_error", "normal_error"}) {
+    const std::vector<std::string> front = front_of(pair, measure);
+    EXPECT_EQ(pair["front"][measure].get<std::vector<std::string>>(), front);
+    for (const json& setting : pair["settings"]) {
+      const bool on_front =
+          std::count(front.begin(), front.end(), setting["name"].get<std::string>()) != 0;
+      EXPECT_EQ(setting["on_front"][measure].get<bool>(), on_front) << setting["name"];
+    }
+  }
+}
+
+TEST(ChartCommand, MeasuresEverySetting) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(8000);
+  const fs::path out = scene / "out";
+  const std::vector<std::string> arguments = {"chart",
+                                              scene / "high.obj",
+                                              scene / "low.obj",
+                                              "--out",
+                                              out,
+                                              "--size",
+                                              "128",
+                                              "--repeat",
+                                              "3",
+                                              "--max-distance",
+                                              "10%"};
+  const ProcessResult result = run_kiln(arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(out / "chart.json");
+  for (const char* key : {"version", "device", "options", "pairs", "seconds", "memory", "outputs",
+                          "warnings", "compile_seconds"}) {
+    EXPECT_TRUE(report.contains(key)) << key;
+  }
+  EXPECT_EQ(report["options"]["size"], 128);
+  EXPECT_EQ(report["options"]["repeat"], 3);
+  EXPECT_EQ(report["options"]["settings"].get<std::vector<std::string>>(), kSettings);
+  ASSERT_EQ(report["pairs"].size(), 1U);
+  const json& pair = report["pairs"][0];
+  expect_pair(pair, kSettings, 3);
+  EXPECT_EQ(pair["measured_from"]["views"], 30);
+  EXPECT_GE(pair["measured_from"]["least_angle_to_a_matching_view_degrees"].get<double>(), 2);
+
+  // Rays with the reference's own settings are the reference; fewer samples are farther from it.
+  const json reference = find(pair, "ray_4x4");
+  EXPECT_EQ(reference["map_error"]["max_angle_degrees"], 0);
+  for (const std::string& name : kSettings) {
+    if (name == "ray_4x4") continue;
+    EXPECT_GT(error_of(find(pair, name), "map_error"), 0) << name;
+  }
+  EXPECT_LT(error_of(find(pair, "ray_2x2"), "map_error"), error_of(find(pair, "ray"), "map_error"));
+  // The settings are what their names say.
+  EXPECT_EQ(find(pair, "ray_2x2")["samples"], 2);
+  EXPECT_EQ(find(pair, "views_24")["views"]["count"], 24);
+  EXPECT_EQ(find(pair, "views_12_2048")["views"]["size"], 2048);
+  EXPECT_EQ(find(pair, "paper_12")["view_criterion"], "depth");
+  EXPECT_EQ(find(pair, "paper_12")["view_refine"], false);
+  EXPECT_EQ(find(pair, "views_12")["view_refine"], true);
+  EXPECT_EQ(find(pair, "views_12_ray")["fallback"], "ray");
+  EXPECT_EQ(find(pair, "views_12")["fallback"], "low");
+  EXPECT_EQ(find(pair, "closest")["match"], "closest");
+  EXPECT_EQ(find(pair, "closest")["texels"]["outward"], 0);
+  EXPECT_TRUE(find(pair, "views_auto")["views_chosen"].get<bool>());
+  EXPECT_FALSE(find(pair, "views_auto")["views"]["coverage_after_each"].empty());
+  // Points left on the view's lines stand for others than the normals' lines do.
+  EXPECT_GT(error_of(find(pair, "paper_12"), "map_error"),
+            error_of(find(pair, "views_12"), "map_error"));
+
+  // Every setting is in the table and in the data, with the figures of the report.
+  const std::vector<std::string> lines = read_lines(out / "chart.csv");
+  ASSERT_EQ(lines.size(), 1 + kSettings.size());
+  for (std::size_t i = 0; i < kSettings.size(); ++i) {
+    std::istringstream line(lines[i + 1]);
+    std::vector<std::string> fields;
+    for (std::string field; std::getline(line, field, ',');) fields.push_back(field);
+    ASSERT_EQ(fields.size(),
+              static_cast<std::size_t>(1 + std::count(lines[0].begin(), lines[0].end(), ',')));
+    EXPECT_EQ(fields[0], "1");
+    EXPECT_EQ(fields[1], kSettings[i]);
+    const json setting = find(pair, kSettings[i]);
+    EXPECT_NEAR(std::stod(fields[3]), seconds_of(setting), 1e-6);
+    EXPECT_NEAR(std::stod(fields[4]), error_of(setting, "map_error"), 1e-6);
+    EXPECT_NEAR(std::stod(fields[5]), error_of(setting, "normal_error"), 1e-6);
+  }
+  const std::vector<std::string> table = read_lines(out / "chart.md");
+  EXPECT_EQ(std::count_if(table.begin(), table.end(),
+                          [](const std::string& line) { return line.starts_with("|"); }),
+            static_cast<long>(kSettings.size() + 2));
+
+  EXPECT_TRUE(fs::exists(out / "chart.gp"));
+  if (!has_gnuplot()) return;
+  EXPECT_GT(load_image(out / "chart.png").width, 1000U);
+  // By hand, as the script says: it draws the same without a complaint.
+  fs::remove(out / "chart.png");
+  const ProcessResult again =
+      test::run_process({"/bin/sh", "-c", "cd '" + out.string() + "' && gnuplot chart.gp"});
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_EQ(again.errors, "");
+  EXPECT_TRUE(fs::exists(out / "chart.png"));
+}
+
+TEST(ChartCommand, TakesSeveralPairsAndNeedsNoGnuplot) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(2000);
+  save_obj(test::BumpyTorus::dense(3000), scene / "ring_high.obj");
+  save_obj(test::BumpyTorus::light(24, 12), scene / "ring_low.obj");
+  const fs::path out = scene / "out";
+  ProcessOptions options;
+  options.environment = {{"PATH", "/nonexistent"}};
+  const ProcessResult result =
+      run_kiln({"chart", scene / "high.obj", scene / "low.obj", scene / "ring_high.obj",
+                scene / "ring_low.obj", "--out", out, "--size", "64", "--repeat", "1",
+                "--max-distance", "10%", "--quiet", "--settings", "views_12_512,views_6,ray"},
+               options);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(result.output + result.errors, "");
+  const json report = read_json(out / "chart.json");
+  // In the chart's own order, and with the reference.
+  const std::vector<std::string> names = {"ray", "ray_4x4", "views_6", "views_12_512"};
+  ASSERT_EQ(report["pairs"].size(), 2U);
+  for (const json& pair : report["pairs"]) expect_pair(pair, names, 1);
+  EXPECT_NE(report["pairs"][1]["high"]["path"].get<std::string>().find("ring_high"),
+            std::string::npos);
+  EXPECT_EQ(read_lines(out / "chart.csv").size(), 1 + 2 * names.size());
+  EXPECT_FALSE(fs::exists(out / "chart.png"));
+  const auto is_no_plot = [](const json& warning) { return warning["code"] == "no-plot"; };
+  EXPECT_EQ(std::count_if(report["warnings"].begin(), report["warnings"].end(), is_no_plot), 1);
+}
+
+TEST(ChartCommand, RefusesBadUsage) {
+  const fs::path scene = make_scene(600);
+  const fs::path out = scene / "out";
+  const std::string high = scene / "high.obj";
+  const std::string low = scene / "low.obj";
+  const auto expect = [&](std::vector<std::string> more, int code,
+                          const std::vector<std::string>& words) {
+    more.insert(more.begin(), "chart");
+    const ProcessResult result = run_kiln(more);
+    EXPECT_EQ(result.exit_code, code) << result.errors;
+    for (const std::string& word : words) {
+      EXPECT_NE(result.errors.find(word), std::string::npos) << word << " in " << result.errors;
+    }
+    EXPECT_TRUE(!fs::exists(out) || fs::is_empty(out));
+  };
+  expect({"--out", out}, 2, {"HIGH"});
+  expect({high, low, "--settings", "ray,guess", "--out", out}, 2, {"guess", "views_12"});
+  expect({high, low}, 2, {"--out"});
+  expect({high, "--out", out}, 2, {"high.obj", "LOW"});
+  expect({high, low, high, "--out", out}, 2, {"high.obj", "LOW"});
+  expect({high, low, "--size", "8", "--out", out}, 2, {"--size"});
+  expect({high, low, "--repeat", "0", "--out", out}, 2, {"--repeat"});
+  expect({high, low, "--max-distance", "0", "--out", out}, 2, {"--max-distance"});
+  expect({high, low, "--sise", "64", "--out", out}, 2, {"--size"});
+  expect({high, low, "--out", scene / "no/such"}, 5, {"no/such"});
+
+  // Not even a mesh with the name of an output is written over.
+  const fs::path trap = scene / "chart.csv";
+  fs::copy_file(high, trap);
+  const auto before = fs::file_size(trap);
+  expect({trap, low, "--out", scene}, 2, {"chart.csv"});
+  EXPECT_EQ(fs::file_size(trap), before);
+}
+
+TEST(ChartCommand, NamesTheRemedyForBadInput) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(200);
+  const fs::path out = scene / "out";
+  const std::string high = scene / "high.obj";
+  const std::string low = scene / "low.obj";
+  const auto expect = [&](std::vector<std::string> more, const std::string& word) {
+    more.insert(more.begin(), "chart");
+    more.insert(more.end(), {"--size", "64", "--out", out});
+    const ProcessResult result = run_kiln(more);
+    EXPECT_EQ(result.exit_code, 3) << result.errors;
+    EXPECT_NE(result.errors.find(word), std::string::npos) << result.errors;
+    EXPECT_TRUE(fs::is_empty(out));
+  };
+  expect({high, high}, "--unwrap");
+  expect({scene / "none.ply", low}, "none.ply");
+  // The second pair's are looked at before the first one's minutes.
+  expect({high, low, scene / "none.ply", low}, "none.ply");
+  expect({high, low, high, high}, "--unwrap");
+  Mesh away = test::BumpySphere::light(24, 12);
+  for (Vec3& position : away.positions) position.x += 100;
+  save_obj(away, scene / "away.obj");
+  expect({high, scene / "away.obj"}, "move one of them");
+}
+
+TEST(ChartCommand, InterruptLeavesNothing) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(20000);
+  for (const double delay : {0.3, 2.0}) {
+    const fs::path out = scene / ("out" + std::to_string(delay));
+    ProcessOptions options;
+    options.interrupt_after_seconds = delay;
+    const ProcessResult result =
+        run_kiln({"chart", scene / "high.obj", scene / "low.obj", "--out", out}, options);
+    EXPECT_EQ(result.exit_code, 130) << result.errors;
+    EXPECT_LT(result.seconds_after_signal, 0.6);
+    EXPECT_TRUE(!fs::exists(out) || fs::is_empty(out));
+  }
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,20 @@
+// What is no success although nothing threw, and what a measured mesh needs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+
+namespace kiln::cli {
+
+/// A map with nothing in it is no success. \throws Error(input) that says why nothing matched
+void check_result(const BakeReport& report, const Mesh& high, const Mesh& low);
+
+/// Reads a light mesh whose map is to be measured.
+/// \param otherwise  ends the message: ", or ..."
+/// \throws Error(input) where it has no UVs
+Mesh load_light(const std::string& path, const std::string& otherwise,
+                std::vector<Warning>& warnings);
+
+}  // namespace kiln::cli
