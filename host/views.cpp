@@ -42,11 +42,12 @@ std::vector<Vec3d> spread_directions(std::uint32_t count) {
 }
 
 std::uint32_t DepthViews::batch_size(const cl::Context& context, std::uint32_t size) {
-  const double bytes = 8.0 * size * size;
+  const auto pixels = static_cast<double>(DepthKeys::count(size, size));
+  const double bytes = 8.0 * pixels;
   const double limit = std::min(static_cast<double>(context.info().largest_buffer_bytes),
                                 kShareOfMemory * static_cast<double>(context.info().memory_bytes));
   // Pixels of a batch are counted in 32 bits.
-  const double most = std::min(limit / bytes, 4294967295.0 / (static_cast<double>(size) * size));
+  const double most = std::min(limit / bytes, 4294967295.0 / pixels);
   return static_cast<std::uint32_t>(std::clamp(most, 1.0, double{kViewsPerLaunch}));
 }
 
@@ -58,12 +59,12 @@ DepthViews::DepthViews(cl::Context& context, Rasterizer& rasterizer,
     kiln_view view = make_view(toward, rasterizer.radius(), size);
     view.first = first;
     view.flags = two_sided ? KILN_RASTER_TWO_SIDED : 0;
-    first += size * size;
+    first += static_cast<std::uint32_t>(DepthKeys::count(size, size));
     views_.push_back(view);
   }
   device_views_ = cl::Array<kiln_view>(context, std::span<const kiln_view>(views_));
-  keys_ = cl::Array<std::uint64_t>(context, first);
-  for (const kiln_view& view : views_) rasterizer.draw(view, keys_);
+  keys_ = DepthKeys(context, first);
+  rasterizer.draw(views_, keys_);
 }
 
 void DepthViews::reset(cl::Context& context, std::uint32_t count, const cl::Array<float>& score,
@@ -97,14 +98,16 @@ void DepthViews::match(const cl::Array<float>& points, std::uint32_t count, std:
   kiln_views_params values = params(count, capacity, query);
   values.result_capacity = result.capacity;
   context_.launch(context_.kernel("views", "kiln_views_match"), count, kLocal, values,
-                  device_views_, keys_, rasterizer_.triangles(), rasterizer_.positions(), points,
-                  score, result.triangle, result.barycentric, result.distance, result.status);
+                  device_views_, keys_.keys, keys_.drawn, rasterizer_.triangles(),
+                  rasterizer_.positions(), points, score, result.triangle, result.barycentric,
+                  result.distance, result.status);
 }
 
 void DepthViews::probe(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                        const ViewQuery& query, const cl::Array<float>& quality) const {
   context_.launch(context_.kernel("views", "kiln_views_probe"), count, kLocal,
-                  params(count, capacity, query), device_views_, keys_, points, quality);
+                  params(count, capacity, query), device_views_, keys_.keys, keys_.drawn, points,
+                  quality);
 }
 
 }  // namespace kiln

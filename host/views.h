@@ -50,7 +50,7 @@ class DepthViews {
   static std::uint32_t batch_size(const cl::Context& context, std::uint32_t size);
 
   const std::vector<kiln_view>& views() const { return views_; }
-  const cl::Array<std::uint64_t>& keys() const { return keys_; }
+  const DepthKeys& keys() const { return keys_; }
 
  private:
   kiln_views_params params(std::uint32_t count, std::uint32_t capacity,
@@ -60,7 +60,7 @@ class DepthViews {
   const Rasterizer& rasterizer_;
   std::vector<kiln_view> views_;
   cl::Array<kiln_view> device_views_;
-  cl::Array<std::uint64_t> keys_;
+  DepthKeys keys_;
 };
 
 }  // namespace kiln

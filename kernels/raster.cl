@@ -1,4 +1,5 @@
-// Raster: software z-buffer of depth and triangle id, orthographic, for matching by views.
+// Raster: software z-buffer of depth and triangle id, orthographic, for matching by views. The way for
+// GPUs; tiles.cl draws the same pictures on CPUs.
 //
 // Pineda 1988, "A parallel algorithm for polygon rasterization": edge functions, here in fixed point, so
 // that coverage is exact. Vertices are snapped once, to 1/256 of a pixel, and shared; by the top-left
@@ -17,7 +18,9 @@
 //
 // Strengths: a triangle that no pixel centre meets costs three vertex reads. Limits: triangles larger
 // than 32 pixels are queued for a second kernel; views up to 16384 pixels a side; ids below 2^32 - 1.
+#include "lib/keys.clh"
 #include "lib/mask.clh"
+#include "lib/raster.clh"
 #include "shared/raster.h"
 
 #ifdef KILN_RASTER_ATOMIC64
@@ -28,19 +31,17 @@ typedef ulong raster_key;
 typedef uint2 raster_key;  // x: triangle, y: depth
 #endif
 
-/// Sets 8 keys an item to nothing.
-kernel void kiln_raster_clear(const uint first, const uint count, global ulong* restrict keys) {
+/// Sets 8 keys an item to nothing, and marks the tiles. `count`: a multiple of a tile's pixels.
+kernel void kiln_raster_clear(const uint first, const uint count, global ulong* restrict keys,
+                              global uchar* restrict drawn) {
   const uint i = (uint)get_global_id(0) * 8u;
-  if (i + 8u <= count) {
-    vstore8((ulong8)(KILN_RASTER_EMPTY), 0, keys + first + i);
-  } else {
-    for (uint k = i; k < count; ++k) keys[first + k] = KILN_RASTER_EMPTY;
-  }
+  if (i >= count) return;
+  vstore8((ulong8)(KILN_RASTER_EMPTY), 0, keys + first + i);
+  if (i % KILN_RASTER_TILE_PIXELS == 0) drawn[(first + i) / KILN_RASTER_TILE_PIXELS] = 1;
 }
 
 /// Vertices in fixed point; w is 1 for those that are not finite.
-kernel void kiln_raster_project(const kiln_view view,
-                                const uint count,
+kernel void kiln_raster_project(const kiln_view view, const uint count,
                                 global const float* restrict positions,
                                 global int4* restrict projected) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -97,10 +98,6 @@ static inline bool raster_is_small(const raster_triangle* t) {
   return hi.x - lo.x <= KILN_RASTER_SMALL && hi.y - lo.y <= KILN_RASTER_SMALL;
 }
 
-/// The bias of the top-left rule: a centre on the edge counts only where the edge is a top or a left
-/// one, of a triangle that runs clockwise on the screen.
-static inline int raster_bias(int dx, int dy) { return dy < 0 || (dy == 0 && dx > 0) ? 0 : -1; }
-
 /// Puts a triangle at a pixel, if nothing nearer is there.
 static inline void raster_put(global raster_key* keys, uint pixel, float depth, uint triangle,
                               uint pass) {
@@ -121,14 +118,10 @@ static inline void raster_put(global raster_key* keys, uint pixel, float depth, 
 }
 
 /// Draws what is at most 32 pixels wide and high; queues the rest: {triangle, first row, last row}.
-kernel void kiln_raster_small(const kiln_view view,
-                              const uint first,
-                              const uint count,
-                              const uint pass,
-                              global const uint* restrict triangles,
+kernel void kiln_raster_small(const kiln_view view, const uint first, const uint count,
+                              const uint pass, global const uint* restrict triangles,
                               global const int4* restrict projected,
-                              global raster_key* restrict all_keys,
-                              global uint* restrict queue_size,
+                              global raster_key* restrict keys, global uint* restrict queue_size,
                               global uint4* restrict queue) {
 #pragma OPENCL FP_CONTRACT OFF
   const uint i = (uint)get_global_id(0);
@@ -142,7 +135,6 @@ kernel void kiln_raster_small(const kiln_view view,
     }
     return;
   }
-  global raster_key* keys = all_keys + view.first;
   const int2 ab = t.b.xy - t.a.xy;
   const int2 bc = t.c.xy - t.b.xy;
   const int2 ca = t.a.xy - t.c.xy;
@@ -172,8 +164,7 @@ kernel void kiln_raster_small(const kiln_view view,
       const int8 weight_c = lane_c + (row_c - skip * ab.y);
       const int8 weight_a = lane_a + (row_a - skip * bc.y);
       const int8 weight_b = lane_b + (row_b - skip * ca.y);
-      const int8 outside =
-          ((weight_c + bias_c) | (weight_a + bias_a) | (weight_b + bias_b)) >> 31;
+      const int8 outside = ((weight_c + bias_c) | (weight_a + bias_a) | (weight_b + bias_b)) >> 31;
       uint bits = ~mask_bits8(outside) & 0xFFu;
       const int left = t.x1 - x + 1;
       if (left < 8) bits &= (1u << left) - 1u;
@@ -182,10 +173,10 @@ kernel void kiln_raster_small(const kiln_view view,
           za + (convert_float8(weight_b) * zb + convert_float8(weight_c) * zc) * reciprocal;
       float depths[8];
       vstore8(depth, 0, depths);
-      const uint pixel = (uint)y * view.width + (uint)x;
       for (; bits != 0; bits &= bits - 1) {
         const uint k = mask_lowest(bits);
-        raster_put(keys, pixel + k, depths[k], triangle, pass);
+        const uint pixel = keys_index(view.first, view.width, (uint)x + k, (uint)y);
+        raster_put(keys, pixel, depths[k], triangle, pass);
       }
     }
     row_c += ab.x * KILN_RASTER_UNIT;
@@ -194,36 +185,17 @@ kernel void kiln_raster_small(const kiln_view view,
   }
 }
 
-/// a / b rounded down; b > 0.
-static inline long raster_floor_divide(long a, long b) {
-  const long quotient = a / b;
-  return quotient - (a % b < 0 ? 1 : 0);
-}
-
-/// Narrows [x0, x1] to where value + slope * x >= 0.
-static inline void raster_clip(long value, long slope, long* x0, long* x1) {
-  if (slope > 0) {
-    *x0 = max(*x0, -raster_floor_divide(value, slope));
-  } else if (slope < 0) {
-    *x1 = min(*x1, raster_floor_divide(value, -slope));
-  } else if (value < 0) {
-    *x1 = *x0 - 1;
-  }
-}
-
 /// Draws the queued triangles: each work-group draws the rows of one band, row by row between exact ends.
-kernel void kiln_raster_large(const kiln_view view,
-                              const uint pass,
+kernel void kiln_raster_large(const kiln_view view, const uint pass,
                               global const uint* restrict triangles,
                               global const int4* restrict projected,
-                              global raster_key* restrict all_keys,
+                              global raster_key* restrict keys,
                               global const uint* restrict queue_size,
                               global const uint4* restrict queue) {
 #pragma OPENCL FP_CONTRACT OFF
   const uint band_rows = (view.height + KILN_RASTER_BANDS - 1) / KILN_RASTER_BANDS;
   const int first_row = (int)((uint)get_group_id(0) * band_rows);
   const int last_row = first_row + (int)band_rows - 1;
-  global raster_key* keys = all_keys + view.first;
   const uint queued = queue_size[0];
   for (uint q = (uint)get_local_id(0); q < queued; q += 64u) {
     const uint4 entry = queue[q];
@@ -231,35 +203,16 @@ kernel void kiln_raster_large(const kiln_view view,
     const int y1 = min((int)entry.z, last_row);
     raster_triangle t;
     if (y0 > y1 || !raster_fetch(&view, entry.x, triangles, projected, &t)) continue;
-    const int2 ab = t.b.xy - t.a.xy;
-    const int2 bc = t.c.xy - t.b.xy;
-    const int2 ca = t.a.xy - t.c.xy;
-    const long area = (long)ab.x * -ca.y + (long)ab.y * ca.x;
-    const float reciprocal = 1.0f / (float)area;
-    const float za = as_float(t.a.z);
-    const float zb = as_float(t.b.z) - za;
-    const float zc = as_float(t.c.z) - za;
-    const long step_c = -(long)ab.y * KILN_RASTER_UNIT;
-    const long step_a = -(long)bc.y * KILN_RASTER_UNIT;
-    const long step_b = -(long)ca.y * KILN_RASTER_UNIT;
+    const raster_large large = raster_large_of(t.a, t.b, t.c);
     for (int y = y0; y <= y1; ++y) {
-      const int centre_y = y * KILN_RASTER_UNIT + KILN_RASTER_UNIT / 2;
-      const int centre_x = KILN_RASTER_UNIT / 2;
-      // At column 0.
-      const long row_c = (long)ab.x * (centre_y - t.a.y) - (long)ab.y * (centre_x - t.a.x);
-      const long row_a = (long)bc.x * (centre_y - t.b.y) - (long)bc.y * (centre_x - t.b.x);
-      const long row_b = (long)ca.x * (centre_y - t.c.y) - (long)ca.y * (centre_x - t.c.x);
-      long x0 = t.x0;
-      long x1 = t.x1;
-      raster_clip(row_c + raster_bias(ab.x, ab.y), step_c, &x0, &x1);
-      raster_clip(row_a + raster_bias(bc.x, bc.y), step_a, &x0, &x1);
-      raster_clip(row_b + raster_bias(ca.x, ca.y), step_b, &x0, &x1);
-      const uint pixel = (uint)y * view.width;
-      for (long x = x0; x <= x1; ++x) {
-        const float weight_b = (float)(row_b + step_b * x);
-        const float weight_c = (float)(row_c + step_c * x);
-        const float depth = za + (weight_b * zb + weight_c * zc) * reciprocal;
-        raster_put(keys, pixel + (uint)x, depth, entry.x, pass);
+      const raster_row row = raster_row_of(&large, y, t.x0, t.x1);
+      for (long x = row.first; x <= row.last; ++x) {
+        const float weight_b = (float)(row.weight_b + row.step_b * x);
+        const float weight_c = (float)(row.weight_c + row.step_c * x);
+        const float depth =
+            large.za + (weight_b * large.zb + weight_c * large.zc) * large.reciprocal;
+        const uint pixel = keys_index(view.first, view.width, (uint)x, (uint)y);
+        raster_put(keys, pixel, depth, entry.x, pass);
       }
     }
   }

@@ -13,9 +13,9 @@
 //
 // Strengths: no hierarchy; a sample costs a projection a view. Limits: what no view sees stays undecided;
 // up to 64 views a launch.
+#include "lib/keys.clh"
 #include "lib/vector3.clh"
 #include "shared/match.h"
-#include "shared/raster.h"
 #include "shared/views.h"
 
 typedef struct {
@@ -104,7 +104,7 @@ static inline bool views_meet(const views_line* line, const views_sample* sample
 /// The best point among the triangles of the 4 pixels whose centres surround a place of the picture.
 static inline bool views_find(global const kiln_view* view, const views_line* line,
                               const views_sample* sample, float x, float y, float max_distance,
-                              global const ulong* restrict keys,
+                              global const ulong* restrict keys, global const uchar* restrict drawn,
                               global const uint* restrict triangles,
                               global const float* restrict positions, views_point* best) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -118,19 +118,20 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
   for (int k = 0; k < 4; ++k) {
     const int column = clamp(x0 + (k & 1), 0, (int)view->width - 1);
     const int row = clamp(y0 + (k >> 1), 0, (int)view->height - 1);
-    const uint triangle = (uint)keys[view->first + (uint)row * view->width + (uint)column];
+    const uint triangle =
+        (uint)keys_at(keys, drawn, keys_index(view->first, view->width, (uint)column, (uint)row));
     tried[k] = triangle;
     bool again = triangle == KILN_NO_TRIANGLE;
     for (int i = 0; i < k; ++i) again |= tried[i] == triangle;
     views_point point;
-    if (again || !views_meet(line, sample, triangle, two_sided, triangles, positions, &point)) continue;
+    if (again || !views_meet(line, sample, triangle, two_sided, triangles, positions, &point))
+      continue;
     if (!(dot3(point.offset, point.offset) <= max_distance * max_distance)) continue;
     const float near = dot3(toward, point.offset);
     // Less beside the line, then nearer to the viewer, then the lower triangle.
-    const bool better =
-        !found || point.beside < best->beside ||
-        (point.beside == best->beside &&
-         (near > best_near || (near == best_near && triangle < best->triangle)));
+    const bool better = !found || point.beside < best->beside ||
+                        (point.beside == best->beside &&
+                         (near > best_near || (near == best_near && triangle < best->triangle)));
     if (better) {
       *best = point;
       best_near = near;
@@ -146,6 +147,7 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
 /// the point where the line meets none of them.
 static inline void views_refine(global const kiln_view* view, const views_sample* sample,
                                 float max_distance, global const ulong* restrict keys,
+                                global const uchar* restrict drawn,
                                 global const uint* restrict triangles,
                                 global const float* restrict positions, views_point* point) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -156,7 +158,9 @@ static inline void views_refine(global const kiln_view* view, const views_sample
     float x, y;
     if (!views_place(view, place, &x, &y)) return;
     views_point next;
-    if (!views_find(view, &line, sample, x, y, max_distance, keys, triangles, positions, &next)) return;
+    if (!views_find(view, &line, sample, x, y, max_distance, keys, drawn, triangles, positions,
+                    &next))
+      return;
     if (next.beside == 0.0f) {
       *point = next;
       return;
@@ -167,30 +171,30 @@ static inline void views_refine(global const kiln_view* view, const views_sample
 
 /// Where a view shows a sample. False where it is beside the picture or seen too much aslant.
 static inline bool views_project(global const kiln_view* view, const views_sample* sample,
-                                 float cosine, const kiln_views_params* params, float* x, float* y) {
+                                 float cosine, const kiln_views_params* params, float* x,
+                                 float* y) {
 #pragma OPENCL FP_CONTRACT OFF
   if (!(cosine >= params->least_cosine)) return false;
   return views_place(view, sample->position, x, y);
 }
 
 /// Depth difference between a sample and the pixel that it is in; infinite where that is empty.
-static inline float views_difference(global const kiln_view* view, const views_sample* sample, float x,
-                                     float y, global const ulong* restrict keys) {
+static inline float views_difference(global const kiln_view* view, const views_sample* sample,
+                                     float x, float y, global const ulong* restrict keys,
+                                     global const uchar* restrict drawn) {
 #pragma OPENCL FP_CONTRACT OFF
-  const ulong key = keys[view->first + (uint)y * view->width + (uint)x];
+  const ulong key = keys_at(keys, drawn, keys_index(view->first, view->width, (uint)x, (uint)y));
   if (key == KILN_RASTER_EMPTY) return INFINITY;
   const float depth = KILN_RASTER_FAR - dot3(vload3(0, view->toward), sample->position);
   return fabs(as_float((uint)(key >> 32)) - depth);
 }
 
 /// \param score  the best so far of each sample, less is better; updated where a view is better
-kernel void kiln_views_match(const kiln_views_params params,
-                             global const kiln_view* restrict views,
-                             global const ulong* restrict keys,
+kernel void kiln_views_match(const kiln_views_params params, global const kiln_view* restrict views,
+                             global const ulong* restrict keys, global const uchar* restrict drawn,
                              global const uint* restrict triangles,
                              global const float* restrict positions,
-                             global const float* restrict points,
-                             global float* restrict score,
+                             global const float* restrict points, global float* restrict score,
                              global uint* restrict hit_triangle,
                              global float* restrict hit_barycentric,
                              global float* restrict hit_distance,
@@ -213,14 +217,14 @@ kernel void kiln_views_match(const kiln_views_params params,
       if (params.criterion == KILN_VIEWS_ANGLE && !(-cosine < best)) continue;
       float x, y;
       if (!views_project(view, &sample, cosine, &params, &x, &y)) continue;
-      const float difference = views_difference(view, &sample, x, y, keys);
+      const float difference = views_difference(view, &sample, x, y, keys, drawn);
       if (!(difference <= params.max_distance)) continue;
       float value = params.criterion == KILN_VIEWS_ANGLE ? -cosine : difference;
       if (params.criterion == KILN_VIEWS_DISTANCE) {
         views_point exact;
         const views_line line = views_line_of_view(view);
-        if (!views_find(view, &line, &sample, x, y, params.max_distance, keys, triangles, positions,
-                        &exact)) {
+        if (!views_find(view, &line, &sample, x, y, params.max_distance, keys, drawn, triangles,
+                        positions, &exact)) {
           continue;
         }
         value = dot3(exact.offset, exact.offset);
@@ -237,9 +241,10 @@ kernel void kiln_views_match(const kiln_views_params params,
     const views_line line = views_line_of_view(views + chosen);
     if (params.criterion == KILN_VIEWS_DISTANCE ||
         views_find(views + chosen, &line, &sample, chosen_x, chosen_y, params.max_distance, keys,
-                   triangles, positions, &point)) {
+                   drawn, triangles, positions, &point)) {
       if (params.refine != 0) {
-        views_refine(views + chosen, &sample, params.max_distance, keys, triangles, positions, &point);
+        views_refine(views + chosen, &sample, params.max_distance, keys, drawn, triangles,
+                     positions, &point);
       }
       const float length = sqrt(dot3(point.offset, point.offset));
       score[i] = best;
@@ -256,11 +261,9 @@ kernel void kiln_views_match(const kiln_views_params params,
 
 /// How much along its direction each view sees a sample: the cosine, or 0 where it does not.
 /// \param quality  [view_count * count]
-kernel void kiln_views_probe(const kiln_views_params params,
-                             global const kiln_view* restrict views,
-                             global const ulong* restrict keys,
-                             global const float* restrict points,
-                             global float* restrict quality) {
+kernel void kiln_views_probe(const kiln_views_params params, global const kiln_view* restrict views,
+                             global const ulong* restrict keys, global const uchar* restrict drawn,
+                             global const float* restrict points, global float* restrict quality) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
@@ -270,7 +273,7 @@ kernel void kiln_views_probe(const kiln_views_params params,
     const float cosine = dot3(vload3(0, view->toward), sample.direction);
     float x, y;
     const bool seen = views_project(view, &sample, cosine, &params, &x, &y) &&
-                      views_difference(view, &sample, x, y, keys) <= params.max_distance;
+                      views_difference(view, &sample, x, y, keys, drawn) <= params.max_distance;
     quality[(size_t)k * params.count + i] = seen ? cosine : 0.0f;
   }
 }

@@ -15,6 +15,18 @@
 /// Pictures are at most this many pixels a side, so that coordinates are exact as floats.
 #define KILN_RASTER_LARGEST 16384
 
+/// Pictures are stored tile by tile, in rows of tiles, and row by row within a tile: squares of this many
+/// pixels a side, whole ones at the right and lower borders, too.
+#define KILN_RASTER_TILE_SHIFT 6
+#define KILN_RASTER_TILE 64
+#define KILN_RASTER_TILE_PIXELS 4096
+
+/// What kiln_raster_tiles draws together: at most this many triangles with at most as many vertices.
+#define KILN_RASTER_CHUNK 32
+
+/// Boxes that are tested at a time.
+#define KILN_RASTER_BOXES 16
+
 /// Bands of rows that the large triangles' path hands out.
 #define KILN_RASTER_BANDS 64
 
@@ -39,10 +51,47 @@ struct kiln_view {
   kiln_float top;
   kiln_uint width;
   kiln_uint height;
-  kiln_uint first;  ///< Its first pixel within the array of keys
+  kiln_uint first;  ///< Its first pixel within the array of keys: a multiple of KILN_RASTER_TILE_PIXELS
   kiln_uint flags;
 };
 typedef struct kiln_view kiln_view;
 KILN_CHECK_SIZE(kiln_view, 64);
+
+/// Tiles side by side that a picture of this width has.
+#define KILN_RASTER_TILES(size) (((size) + KILN_RASTER_TILE - 1u) >> KILN_RASTER_TILE_SHIFT)
+
+/// Triangles that lie close together, with vertices of their own. Triangles that fill it up have three
+/// corners at vertex 0, and draw nothing.
+struct kiln_raster_chunk {
+  kiln_float position[3][KILN_RASTER_CHUNK];
+  kiln_uint triangle[KILN_RASTER_CHUNK];  ///< In the mesh
+  unsigned char corner[3][KILN_RASTER_CHUNK];
+  unsigned char pad[32];
+};
+typedef struct kiln_raster_chunk kiln_raster_chunk;
+KILN_CHECK_SIZE(kiln_raster_chunk, 640);
+
+/// Where 16 chunks lie, and which way they face.
+struct kiln_raster_bounds {
+  kiln_float centre[3][KILN_RASTER_BOXES];
+  kiln_float half_extent[3][KILN_RASTER_BOXES];
+  /// Cone around the triangles' normals. Cosine of its half angle; below 0: they face all ways.
+  kiln_float axis[3][KILN_RASTER_BOXES];
+  kiln_float cosine[KILN_RASTER_BOXES];
+  kiln_float height[KILN_RASTER_BOXES];  ///< Least of its triangles' heights on their longest edge
+};
+typedef struct kiln_raster_bounds kiln_raster_bounds;
+KILN_CHECK_SIZE(kiln_raster_bounds, 704);
+
+/// What 16 chunks, or 16 sixteens of them, cover of a view: pixels, inclusive. Of what covers nothing,
+/// `first` lies beyond the picture or `last` before it.
+struct kiln_raster_boxes {
+  short first_x[KILN_RASTER_BOXES];
+  short first_y[KILN_RASTER_BOXES];
+  short last_x[KILN_RASTER_BOXES];
+  short last_y[KILN_RASTER_BOXES];
+};
+typedef struct kiln_raster_boxes kiln_raster_boxes;
+KILN_CHECK_SIZE(kiln_raster_boxes, 128);
 
 #endif

@@ -20,12 +20,12 @@ namespace {
 cl::Context& context() { return device()->context(); }
 
 std::vector<std::uint64_t> draw(const kiln_view& view, const std::vector<Vec3>& positions,
-                                const std::vector<Triangle>& triangles, bool two_passes = false) {
-  Rasterizer rasterizer(context(), positions, triangles, two_passes);
-  const cl::Array<std::uint64_t> keys(context(),
-                                      std::size_t{view.width} * view.height + view.first);
-  rasterizer.draw(view, keys);
-  return keys.download(context());
+                                const std::vector<Triangle>& triangles,
+                                RasterPath path = RasterPath::automatic) {
+  Rasterizer rasterizer(context(), positions, triangles, path);
+  const DepthKeys keys(context(), DepthKeys::count(view.width, view.height) + view.first);
+  rasterizer.draw({&view, 1}, keys);
+  return keys.picture(context(), view);
 }
 
 std::uint32_t triangle_of(std::uint64_t key) { return static_cast<std::uint32_t>(key); }
@@ -41,14 +41,13 @@ void expect_as_oracle(const kiln_view& view, const std::vector<Vec3>& positions,
   std::size_t covered = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     const bool empty = expected[i].triangle == KILN_NO_TRIANGLE;
-    ASSERT_EQ(keys[view.first + i] == KILN_RASTER_EMPTY, empty) << "pixel " << i;
+    ASSERT_EQ(keys[i] == KILN_RASTER_EMPTY, empty) << "pixel " << i;
     if (empty) continue;
     ++covered;
     // Depth: positions of 24 bits, three products, three sums of weights of 24 bits.
     constexpr double kDepth = 1e-6;
-    ASSERT_NEAR(static_cast<double>(depth_of(keys[view.first + i])), expected[i].depth, kDepth)
-        << "pixel " << i;
-    if (triangle_of(keys[view.first + i]) != expected[i].triangle) {
+    ASSERT_NEAR(static_cast<double>(depth_of(keys[i])), expected[i].depth, kDepth) << "pixel " << i;
+    if (triangle_of(keys[i]) != expected[i].triangle) {
       ASSERT_LT(expected[i].second - expected[i].depth, 2 * kDepth) << "pixel " << i;
     }
   }
@@ -93,7 +92,7 @@ TEST(Raster, LargeTrianglesAgreeWithTheOracle) {
     kiln_view view = make_view(toward, 0.2, 300);
     view.height = 170;
     view.flags = KILN_RASTER_TWO_SIDED;
-    view.first = 1234;
+    view.first = 2 * KILN_RASTER_TILE_PIXELS;
     expect_as_oracle(view, soup.positions, soup.triangles);
   }
 }
@@ -157,8 +156,8 @@ TEST(Raster, TwoPassesDrawTheSame) {
   for (const Drawn* drawn : {&sphere, &soup}) {
     kiln_view view = make_view(unit(-0.4, 0.7, 0.2), 0.5, 180);
     view.flags = KILN_RASTER_TWO_SIDED;
-    EXPECT_TRUE(draw(view, drawn->positions, drawn->triangles, true) ==
-                draw(view, drawn->positions, drawn->triangles, false));
+    EXPECT_TRUE(draw(view, drawn->positions, drawn->triangles, RasterPath::two_passes) ==
+                draw(view, drawn->positions, drawn->triangles, RasterPath::atomics));
   }
 }
 

@@ -21,12 +21,11 @@ namespace {
 void compare(cl::Context& context, GlPeer& peer, const DepthViews& views) {
   peer.draw({views.views().back()});
   const std::vector<std::uint32_t> theirs = peer.ids();
-  const std::vector<std::uint64_t> ours = views.keys().download(context);
-  const std::size_t first = views.views().back().first;
+  const std::vector<std::uint64_t> ours = views.keys().picture(context, views.views().back());
   std::size_t other = 0;
   std::size_t covered = 0;
   for (std::size_t i = 0; i < theirs.size(); ++i) {
-    const std::uint64_t key = ours[first + i];
+    const std::uint64_t key = ours[i];
     const std::uint32_t id = key == KILN_RASTER_EMPTY ? 0 : static_cast<std::uint32_t>(key) + 1;
     covered += id != 0 ? 1 : 0;
     other += id != theirs[i] ? 1 : 0;
@@ -62,8 +61,7 @@ void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::u
 
   std::vector<Mode> modes;
   modes.push_back({"draw", false, [&] {
-                     for (const kiln_view& view : views.views())
-                       rasterizer.draw(view, views.keys());
+                     rasterizer.draw(views.views(), views.keys());
                      context.finish();
                    }});
   std::optional<GlPeer> peer;
