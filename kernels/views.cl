@@ -101,7 +101,8 @@ static inline bool views_meet(const views_line* line, const views_sample* sample
   return isfinite(out->u) && isfinite(out->v);
 }
 
-/// The best point among the triangles of the 4 pixels whose centres surround a place of the picture.
+/// The best point among the triangles of the 4 pixels whose centres surround a place of the picture. The
+/// one that the view shows at the place itself is taken where it meets the line.
 static inline bool views_find(global const kiln_view* view, const views_line* line,
                               const views_sample* sample, float x, float y, float max_distance,
                               global const ulong* restrict keys, global const uchar* restrict drawn,
@@ -112,17 +113,19 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
   const int y0 = (int)floor(y - 0.5f);
   const bool two_sided = (view->flags & KILN_RASTER_TWO_SIDED) != 0;
   const float3 toward = vload3(0, view->toward);
+  const int home = (((int)y - y0) << 1 | ((int)x - x0)) & 3;
   uint tried[4];
   bool found = false;
   float best_near = 0.0f;
-  for (int k = 0; k < 4; ++k) {
+  for (int step = 0; step < 4; ++step) {
+    const int k = step ^ home;
     const int column = clamp(x0 + (k & 1), 0, (int)view->width - 1);
     const int row = clamp(y0 + (k >> 1), 0, (int)view->height - 1);
     const uint triangle =
         (uint)keys_at(keys, drawn, keys_index(view->first, view->width, (uint)column, (uint)row));
-    tried[k] = triangle;
+    tried[step] = triangle;
     bool again = triangle == KILN_NO_TRIANGLE;
-    for (int i = 0; i < k; ++i) again |= tried[i] == triangle;
+    for (int i = 0; i < step; ++i) again |= tried[i] == triangle;
     views_point point;
     if (again || !views_meet(line, sample, triangle, two_sided, triangles, positions, &point))
       continue;
@@ -137,36 +140,37 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
       best_near = near;
       found = true;
     }
+    if (step == 0 && found && best->beside == 0.0f) return true;
   }
   return found;
 }
 
-/// From the point that the view's line found to the one on the sample's own direction: where a point of
-/// that line shows in the view, the pixels' triangles are tried against the line, and its next point taken
-/// from what they say (as relief mapping searches a depth image; Policarpo, Oliveira, Comba 2005). Keeps
-/// the point where the line meets none of them.
-static inline void views_refine(global const kiln_view* view, const views_sample* sample,
-                                float max_distance, global const ulong* restrict keys,
+/// The point on the sample's own direction: where a point of that line shows in the view, the pixels'
+/// triangles are tried against the line, and its next point taken from what they say (as relief mapping
+/// searches a depth image; Policarpo, Oliveira, Comba 2005). False where the line meets none of them.
+/// \param along  distance along the line where the search begins
+static inline bool views_refine(global const kiln_view* view, const views_sample* sample,
+                                float along, float max_distance, global const ulong* restrict keys,
                                 global const uchar* restrict drawn,
                                 global const uint* restrict triangles,
                                 global const float* restrict positions, views_point* point) {
 #pragma OPENCL FP_CONTRACT OFF
   const views_line line = views_line_along(sample->direction);
-  float along = dot3(point->offset, sample->direction);
-  for (int round = 0; round < 4; ++round) {
+  for (int round = 0; round < 5; ++round) {
     const float3 place = sample->position + sample->direction * along;
     float x, y;
-    if (!views_place(view, place, &x, &y)) return;
+    if (!views_place(view, place, &x, &y)) return false;
     views_point next;
     if (!views_find(view, &line, sample, x, y, max_distance, keys, drawn, triangles, positions,
                     &next))
-      return;
+      return false;
     if (next.beside == 0.0f) {
       *point = next;
-      return;
+      return true;
     }
     along = dot3(next.offset, sample->direction);
   }
+  return false;
 }
 
 /// Where a view shows a sample. False where it is beside the picture or seen too much aslant.
@@ -178,7 +182,7 @@ static inline bool views_project(global const kiln_view* view, const views_sampl
   return views_place(view, sample->position, x, y);
 }
 
-/// Depth difference between a sample and the pixel that it is in; infinite where that is empty.
+/// How much nearer to the viewer than a sample the pixel that it is in is; infinite where that is empty.
 static inline float views_difference(global const kiln_view* view, const views_sample* sample,
                                      float x, float y, global const ulong* restrict keys,
                                      global const uchar* restrict drawn) {
@@ -186,7 +190,7 @@ static inline float views_difference(global const kiln_view* view, const views_s
   const ulong key = keys_at(keys, drawn, keys_index(view->first, view->width, (uint)x, (uint)y));
   if (key == KILN_RASTER_EMPTY) return INFINITY;
   const float depth = KILN_RASTER_FAR - dot3(vload3(0, view->toward), sample->position);
-  return fabs(as_float((uint)(key >> 32)) - depth);
+  return depth - as_float((uint)(key >> 32));
 }
 
 /// \param score  the best so far of each sample, less is better; updated where a view is better
@@ -209,6 +213,7 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
     uint chosen = params.view_count;
     float chosen_x = 0.0f;
     float chosen_y = 0.0f;
+    float chosen_along = 0.0f;
     views_point point;
     for (uint k = 0; k < params.view_count; ++k) {
       if ((left_out >> k & 1) != 0) continue;
@@ -217,8 +222,10 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
       if (params.criterion == KILN_VIEWS_ANGLE && !(-cosine < best)) continue;
       float x, y;
       if (!views_project(view, &sample, cosine, &params, &x, &y)) continue;
-      const float difference = views_difference(view, &sample, x, y, keys, drawn);
+      const float ahead = views_difference(view, &sample, x, y, keys, drawn);
+      const float difference = fabs(ahead);
       if (!(difference <= params.max_distance)) continue;
+      float along = cosine * ahead;
       float value = params.criterion == KILN_VIEWS_ANGLE ? -cosine : difference;
       if (params.criterion == KILN_VIEWS_DISTANCE) {
         views_point exact;
@@ -228,6 +235,7 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
           continue;
         }
         value = dot3(exact.offset, exact.offset);
+        along = dot3(exact.offset, sample.direction);
         if (value < best) point = exact;
       }
       if (value < best) {
@@ -235,17 +243,20 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
         chosen = k;
         chosen_x = x;
         chosen_y = y;
+        chosen_along = along;
       }
     }
     if (chosen == params.view_count) return;
-    const views_line line = views_line_of_view(views + chosen);
-    if (params.criterion == KILN_VIEWS_DISTANCE ||
-        views_find(views + chosen, &line, &sample, chosen_x, chosen_y, params.max_distance, keys,
-                   drawn, triangles, positions, &point)) {
-      if (params.refine != 0) {
-        views_refine(views + chosen, &sample, params.max_distance, keys, drawn, triangles,
-                     positions, &point);
-      }
+    bool found = params.refine != 0 &&
+                 views_refine(views + chosen, &sample, chosen_along, params.max_distance, keys,
+                              drawn, triangles, positions, &point);
+    found |= params.criterion == KILN_VIEWS_DISTANCE;
+    if (!found) {
+      const views_line line = views_line_of_view(views + chosen);
+      found = views_find(views + chosen, &line, &sample, chosen_x, chosen_y, params.max_distance,
+                         keys, drawn, triangles, positions, &point);
+    }
+    if (found) {
       const float length = sqrt(dot3(point.offset, point.offset));
       score[i] = best;
       hit_triangle[i] = point.triangle;
@@ -272,8 +283,9 @@ kernel void kiln_views_probe(const kiln_views_params params, global const kiln_v
     global const kiln_view* view = views + k;
     const float cosine = dot3(vload3(0, view->toward), sample.direction);
     float x, y;
-    const bool seen = views_project(view, &sample, cosine, &params, &x, &y) &&
-                      views_difference(view, &sample, x, y, keys, drawn) <= params.max_distance;
+    const bool seen =
+        views_project(view, &sample, cosine, &params, &x, &y) &&
+        fabs(views_difference(view, &sample, x, y, keys, drawn)) <= params.max_distance;
     quality[(size_t)k * params.count + i] = seen ? cosine : 0.0f;
   }
 }
