@@ -50,7 +50,8 @@ double squared_radius(std::span<const Vec3> positions, std::span<const Triangle>
 
 RasterPath choose_path(const cl::Context& context, RasterPath wanted) {
   const DeviceInfo& info = context.info();
-  // Mesa's rusticl takes 160 times as long for the tiles, with 40 KiB of private memory an item.
+  // Mesa's rusticl draws wrong pictures with the tiles, at 160 times the time (40 KiB of private memory an
+  // item); its 64-bit arithmetic is at fault with the other ways, too, but for small triangles.
   const bool is_mesa = info.platform.find("rusticl") != std::string::npos;
   if (wanted == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
   if (wanted == RasterPath::automatic || wanted == RasterPath::atomics) {
