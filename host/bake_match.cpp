@@ -12,22 +12,9 @@ namespace {
 template <typename Body>
 void for_each_sample(cl::Context& context, const TexelBand& band, const Match& match,
                      const Body& body) {
-  std::vector<std::uint32_t> index(band.texel_count);
-  std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
-  std::vector<std::uint32_t> slot(band.sample_count);
-  band.texel_index.read(context, index);
-  band.texel_first.read(context, first);
-  band.sample_slot.read(context, slot);
-  const std::uint32_t n = match.samples;
-  const std::uint32_t width = match.width / n;
-  parallel_for(band.texel_count, 1 << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      const std::size_t x = index[t] % width;
-      const std::size_t y = band.first_row + index[t] / width;
-      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-        body(s, (y * n + slot[s] / n) * match.width + x * n + slot[s] % n);
-      }
-    }
+  const std::vector<std::size_t> elements = sample_elements(context, band, match);
+  parallel_for(elements.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) body(s, elements[s]);
   });
 }
 
@@ -69,6 +56,29 @@ struct HostBand {
 };
 
 }  // namespace
+
+std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& band,
+                                         const Match& match) {
+  std::vector<std::uint32_t> index(band.texel_count);
+  std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
+  std::vector<std::uint32_t> slot(band.sample_count);
+  band.texel_index.read(context, index);
+  band.texel_first.read(context, first);
+  band.sample_slot.read(context, slot);
+  const std::uint32_t n = match.samples;
+  const std::uint32_t width = match.width / n;
+  std::vector<std::size_t> elements(band.sample_count);
+  parallel_for(band.texel_count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const std::size_t x = index[t] % width;
+      const std::size_t y = band.first_row + index[t] / width;
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+        elements[s] = (y * n + slot[s] / n) * match.width + x * n + slot[s] % n;
+      }
+    }
+  });
+  return elements;
+}
 
 Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
                  std::uint64_t source_triangles) {

@@ -1,7 +1,10 @@
 // Moving correspondences between a band on the device and a whole map on the host.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "cl/context.h"
 #include "kiln/bake.h"
@@ -23,6 +26,10 @@ std::uint64_t hash_low(const Mesh& low);
 
 /// Checks that a match was made for these meshes, where it says for which. \throws Error(input)
 void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t low_hash);
+
+/// The element of the map's match that each of a band's samples is.
+std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& band,
+                                         const Match& match);
 
 /// Scatters a band's correspondences into the map's match. \param unit world length of a frame unit
 void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,

@@ -1,6 +1,7 @@
 // The structs that host and kernels share.
 #pragma once
 
+#include "shared/assess.h"
 #include "shared/common.h"
 #include "shared/detail.h"
 #include "shared/match.h"

@@ -3,6 +3,7 @@
 /// whole public API; each part's header documents it.
 #pragma once
 
+#include "kiln/assess.h"
 #include "kiln/bake.h"
 #include "kiln/device.h"
 #include "kiln/error.h"
