@@ -103,6 +103,7 @@ void NormalComparison::add(const Image& reference, const Image& other) {
     if (angles[i] < 0) continue;
     angles_.push_back(angles[i]);
     sum_degrees_ += angles[i];
+    sum_squares_ += angles[i] * angles[i];
     sum_8bit_ += differences[i];
     for (std::size_t k = 0; k < above_.size(); ++k) {
       above_[k] += differences[i] > NormalError::kThresholds8Bit[k] ? 1 : 0;
@@ -117,6 +118,7 @@ NormalError NormalComparison::error() const {
   if (angles_.empty()) return error;
   const auto count = static_cast<double>(angles_.size());
   error.mean_degrees = sum_degrees_ / count;
+  error.rms_degrees = std::sqrt(sum_squares_ / count);
   error.mean_8bit = sum_8bit_ / count;
   for (std::size_t k = 0; k < above_.size(); ++k) {
     error.above_8bit[k] = static_cast<double>(above_[k]) / count;

@@ -90,6 +90,7 @@ kiln_render_params camera_params(const Camera& camera, const Frame& frame,
   params.tile_columns = (options.size + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
   params.flat = options.flat ? 1 : 0;
   params.show_normals = options.show_normals ? 1 : 0;
+  params.show_colors = options.show_colors ? 1 : 0;
   return params;
 }
 
@@ -223,11 +224,16 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
 
 Image Scene::Impl::draw(const RenderOptions& options) const {
   check(options);
+  if (options.show_colors && (!has_map || options.ignore_map || options.flat)) {
+    throw Error(
+        ErrorCode::usage,
+        "A map's colours are to be shown, but there is no map, or it is left out: give one.");
+  }
   const Camera camera =
       Camera::fit(options.frame == nullptr ? target : CameraTarget::of(*options.frame), options);
   kiln_render_params params = camera_params(camera, target.frame, options);
   const std::uint32_t per_pixel = options.samples * options.samples;
-  if (!options.show_normals) {
+  if (!options.show_normals && !options.show_colors) {
     params.ambient_passes = (options.ambient_rays + per_pixel - 1) / per_pixel;
   }
 
@@ -276,6 +282,7 @@ Image Scene::Impl::draw(const RenderOptions& options) const {
       kiln_render_map_params with_map = map_params;
       with_map.count = count;
       with_map.capacity = params.capacity;
+      if (options.show_colors) with_map.space = KILN_RENDER_COLORS;
       context.launch(context.kernel("render", "kiln_render_map"), count, kLocal, with_map,
                      part.match.triangle, part.match.barycentric, shading, uvs, map, part.surface);
     }

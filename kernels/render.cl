@@ -116,7 +116,7 @@ static float3 render_texel(global const ushort* map, int x, int y, int width) {
   return convert_float3(vload3((size_t)y * (size_t)width + (size_t)x, map));
 }
 
-/// Replaces the shading normal by the map's.
+/// Replaces the shading normal by the map's: its normal, or its colour where it holds such.
 kernel void kiln_render_map(const kiln_render_map_params params,
                             global const uint* restrict hit_triangle,
                             global const float* restrict hit_barycentric,
@@ -158,6 +158,11 @@ kernel void kiln_render_map(const kiln_render_map_params params,
   const float3 below = render_texel(map, x0, y1, width) * (1.0f - fx) +
                        render_texel(map, x1, y1, width) * fx;
   const float3 texel = above * (1.0f - fy) + below * fy;
+  if (params.space == KILN_RENDER_COLORS) {
+    const float3 color = texel * (1.0f / KILN_RENDER_MAP_ONE);
+    render_store(color, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
+    return;
+  }
   float3 value = texel * (2.0f / KILN_RENDER_MAP_ONE) - 1.0f;
   value.y *= params.y_scale;
 
@@ -308,7 +313,7 @@ static float3 render_shaded(float3 n, float open) {
 }
 
 /// Colours the part's pixels. With show_normals: the normal in world space as n/2 + 1/2, averaged over
-/// the samples that hit, 0 where none did. Else sRGB.
+/// the samples that hit, 0 where none did; with show_colors: the map's channels likewise. Else sRGB.
 kernel void kiln_render_shade(const kiln_render_params params,
                               global const uint* restrict hit_triangle,
                               global const float* restrict surface,
@@ -338,14 +343,16 @@ kernel void kiln_render_shade(const kiln_render_params params,
   for (size_t s = first; s < first + per_pixel; ++s) {
     if (hit_triangle[s] == KILN_NO_TRIANGLE) continue;
     const float3 n = render_load(surface + KILN_SURFACE_NORMAL * capacity, s, capacity);
-    sum += params.show_normals != 0u
+    sum += params.show_normals != 0u || params.show_colors != 0u
                ? n
                : render_shaded((float3)(dot3(n, right), dot3(n, up),
                                         dot3(n, toward)),
                                sky);
   }
   float3 color;
-  if (params.show_normals != 0u) {
+  if (params.show_colors != 0u) {
+    color = hits == 0u ? (float3)(0.0f) : sum / (float)hits;
+  } else if (params.show_normals != 0u) {
     color = hits == 0u ? (float3)(0.0f) : render_unit(sum, toward) * 0.5f + 0.5f;
   } else {
     const uint2 pixel = render_pixel(&params, (uint)i);

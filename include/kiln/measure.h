@@ -25,6 +25,7 @@ struct NormalError {
   std::uint64_t pixels = 0;     ///< Compared
   std::uint64_t one_sided = 0;  ///< Covered by one of the two only: left out
   double mean_degrees = 0;
+  double rms_degrees = 0;  ///< Root of the mean square
   double median_degrees = 0;
   double p95_degrees = 0;
   double p99_degrees = 0;
@@ -47,7 +48,7 @@ class NormalComparison {
  private:
   std::vector<double> angles_;
   std::uint64_t one_sided_ = 0;
-  double sum_degrees_ = 0, sum_8bit_ = 0;
+  double sum_degrees_ = 0, sum_squares_ = 0, sum_8bit_ = 0;
   std::array<std::uint64_t, NormalError::kThresholds8Bit.size()> above_{};
 };
 

@@ -32,6 +32,8 @@ struct RenderOptions {
   bool ignore_map = false;          ///< Leave the scene's normal map out
   bool show_normals = false;  ///< Colour by world-space normal as n/2 + 1/2, without sRGB; exactly
                               ///< 0 beside the mesh. With one sample a pixel, a measurement.
+  bool show_colors = false;   ///< The map's channels as they are, without light, averaged over the
+                              ///< samples that hit; 0 beside the mesh. Needs a map.
   const Mesh* frame =
       nullptr;  ///< Fit this mesh into the picture (default: the scene's own), so that
                 ///< pictures of several meshes line up in world coordinates

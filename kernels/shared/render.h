@@ -32,7 +32,8 @@ typedef struct kiln_render_params {
   kiln_uint flat;          // 1: face normals
   kiln_uint show_normals;  // 1: the normal as a colour
   kiln_uint ambient_passes;  // rays a sample for ambient occlusion; 0: none
-  kiln_uint padding[2];
+  kiln_uint show_colors;     // 1: the map's channels, unlit
+  kiln_uint padding;
 } kiln_render_params;
 KILN_CHECK_SIZE(kiln_render_params, 96);
 
@@ -41,11 +42,14 @@ typedef struct kiln_render_map_params {
   kiln_uint capacity;  // elements of one plane of the samples' arrays
   kiln_uint width;     // of the map, texels
   kiln_uint height;
-  kiln_int space;      // KILN_SPACE_* (shared/detail.h)
+  kiln_int space;      // KILN_SPACE_* (shared/detail.h), or KILN_RENDER_COLORS
   kiln_float y_scale;  // -1: green points down
   kiln_uint padding[2];
 } kiln_render_map_params;
 KILN_CHECK_SIZE(kiln_render_map_params, 32);
+
+/// The map holds colours and not normals.
+#define KILN_RENDER_COLORS 3
 
 /// Maps are held in 16 bits a channel, c * 65534 to the nearest: 0, 1/2 and 1 are exact.
 #define KILN_RENDER_MAP_ONE 65534

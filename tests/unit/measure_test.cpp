@@ -48,7 +48,7 @@ TEST(CompareNormals, AConstantTiltIsItsAngle) {
       compare_normals(picture(flat), picture(std::vector<Vec3>(200, tilted(10))));
   EXPECT_EQ(error.pixels, 200U);
   // Single precision keeps components to 6e-8.
-  for (const double value : {error.mean_degrees, error.median_degrees, error.p95_degrees,
+  for (const double value : {error.mean_degrees, error.rms_degrees, error.median_degrees, error.p95_degrees,
                              error.p99_degrees, error.max_degrees}) {
     EXPECT_NEAR(value, 10, 1e-5);
   }

@@ -309,6 +309,12 @@ RayTraversal traversal(const BakeArguments& a) { return kTraversals.at(a.travers
 
 std::string map_name(MapKind kind) { return name_of(kMaps, kind); }
 std::string match_name(MatchMethod method) { return name_of(kMethods, method); }
+MatchMethod match_method(const std::string& name) { return kMethods.at(name); }
+std::vector<std::string> match_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, method] : kMethods) names.push_back(name);
+  return names;
+}
 std::string fallback_name(Fallback fallback) { return name_of(kFallbacks, fallback); }
 std::string criterion_name(ViewCriterion criterion) { return name_of(kCriteria, criterion); }
 

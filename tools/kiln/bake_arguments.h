@@ -59,6 +59,8 @@ RayTraversal traversal(const BakeArguments& arguments);
 /// Values as they are written on the command line.
 std::string map_name(MapKind kind);
 std::string match_name(MatchMethod method);
+MatchMethod match_method(const std::string& name);
+std::vector<std::string> match_names();
 std::string fallback_name(Fallback fallback);
 std::string criterion_name(ViewCriterion criterion);
 

@@ -2,13 +2,16 @@
 #include <memory>
 #include <optional>
 
+#include "bake_arguments.h"
 #include "check_result.h"
 #include "commands.h"
 #include "console.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "parse.h"
+#include "paths.h"
 #include "plot.h"
+#include "rating.h"
 #include "report.h"
 #include "study_output.h"
 
@@ -23,13 +26,18 @@ const std::map<std::string, StudyKind> kStudies = {
 struct MeasureArguments {
   std::string high, low, study, out, json, device;
   std::string max_distance = "2%";
-  std::optional<std::uint32_t> views, view_size, size, faces;
+  std::vector<std::string> matches;
+  std::optional<std::uint32_t> views, view_size, size, faces, directions;
   bool z_up = false, quiet = false;
 };
 
 /// Contradictions between several options.
 void check(const MeasureArguments& a) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  if (!a.matches.empty() || a.directions) {
+    fail("--match and --directions are for rating ways to match: leave out --study, or them.");
+  }
+  if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
   if (!a.low.empty() && a.study != "views") {
     fail("--study " + a.study + " makes its own light meshes, but LOW '" + a.low +
          "' was given: leave it out.");
@@ -157,34 +165,131 @@ int run_one_study(const MeasureArguments& arguments) {
   return 0;
 }
 
+/// Without --study: every way to match asked for, rated on the two meshes.
+int run_rating(const MeasureArguments& a) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  if (a.low.empty()) {
+    fail(
+        "To rate ways to match, both meshes are needed: kiln measure HIGH LOW. For one alone, say "
+        "what is to be studied with --study.");
+  }
+  if (a.views || a.view_size || a.faces) {
+    fail("--views, --view-size and --faces are for --study: leave them out.");
+  }
+  RatingOptions options;
+  options.methods = a.matches.empty() ? match_names() : a.matches;
+  options.size = a.size.value_or(options.size);
+  options.directions = a.directions.value_or(options.directions);
+  options.max_distance = parse_reach(a.max_distance);
+  options.pictures = !a.out.empty();
+  options.z_up = a.z_up;
+  Console console(a.quiet);
+  Stopwatch watch;
+  const fs::path folder = a.out;
+  check_paths({a.high, a.low}, {a.json, options.pictures ? folder / "measure.png" : fs::path()});
+  if (options.pictures) prepare_output_folder(folder);
+  if (!a.json.empty() && a.json != "-") prepare_parent(a.json);
+
+  const Device device = Device::open(a.device);
+  if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
+  std::vector<Warning> warnings;
+  const Mesh high = load_mesh(a.high, &warnings);
+  const Mesh low = load_light(a.low, "", warnings);
+  const double seconds_load = watch.lap();
+  const std::optional<Ratings> ratings =
+      rate(device, high, low, options, [&](double done, std::string_view stage) {
+        return console.progress(0.05 + 0.9 * done, stage);
+      });
+  if (!ratings) return kExitCancelled;
+  warnings.insert(warnings.end(), ratings->warnings.begin(), ratings->warnings.end());
+  const double seconds_rate = watch.lap();
+  std::vector<std::string> outputs;
+  if (options.pictures) {
+    if (!console.progress(0.95, "writing")) return kExitCancelled;
+    const auto save = [&](const Image& image, const std::string& name, ImageFormat format) {
+      save_image(image, folder / name, {format});
+      outputs.push_back((folder / name).string());
+    };
+    save(ratings_picture(*ratings), "measure.png", ImageFormat::png8);
+    for (const Rating& row : ratings->rows) {
+      const std::string stem = low.name + "_" + row.method;
+      const AssessmentFields& fields = row.match.fields;
+      save(fields.object_distance, stem + "_object_distance.exr", ImageFormat::exr_float);
+      save(fields.image_distance, stem + "_image_distance.exr", ImageFormat::exr_float);
+      save(fields.stretch, stem + "_stretch.exr", ImageFormat::exr_float);
+    }
+  }
+  if (!a.json.empty()) {
+    Json json = {
+        {"version", version()},
+        {"device", cli::describe(device.info())},
+        {"inputs", {{"high", cli::describe(high, a.high)}, {"low", cli::describe(low, a.low)}}},
+        {"options",
+         {{"match", options.methods},
+          {"size", options.size},
+          {"directions", options.directions},
+          {"max_distance", a.max_distance},
+          {"z_up", a.z_up}}}};
+    json.update(cli::describe(*ratings));
+    json["seconds"] = {{"load", seconds_load}, {"rate", seconds_rate}, {"total", watch.total()}};
+    json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
+    json["outputs"] = outputs;
+    json["warnings"] = cli::describe(warnings);
+    save_report(a.json, json);
+  }
+  console.progress(1, "done");
+  std::vector<Warning> of_methods;
+  for (const Rating& row : ratings->rows) {
+    of_methods.insert(of_methods.end(), row.bake.warnings.begin(), row.bake.warnings.end());
+  }
+  print_warnings(console, warnings, of_methods, "--json");
+  if (a.json != "-") {
+    for (const std::string& line : ratings_table(*ratings)) console.line(line);
+    for (const std::string& output : outputs) console.line("wrote " + output);
+  }
+  return 0;
+}
+
 }  // namespace
 
 Run add_measure(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "measure", "How errors depend on views, faces and map size: data, plots and pictures");
+      "measure",
+      "How good the ways to match are on two meshes; or, with --study, how errors depend on views, "
+      "faces and map size");
   auto a = std::make_shared<MeasureArguments>();
   std::vector<std::string> names;
   for (const auto& [name, kind] : kStudies) names.push_back(name);
   command->add_option("HIGH", a->high, "The dense mesh (PLY, OBJ, STL, OFF)")->required();
-  command->add_option("LOW", a->low,
-                      "--study views: the light mesh, with UVs; left out, Kiln makes one");
+  command->add_option(
+      "LOW", a->low,
+      "The light mesh, with UVs; with --study views it may be left out: Kiln makes one");
+  command
+      ->add_option("--match", a->matches,
+                   "A way to match to rate, as of kiln bake; may be given again (default: all)")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(match_names()));
+  command
+      ->add_option("--directions", a->directions,
+                   "Directions of the pictures that distances are measured in (default 512)")
+      ->check(CLI::Range(12U, 4096U));
   command
       ->add_option("--study", a->study,
                    "What varies: the views matched from, the light mesh's faces, or its faces and "
                    "the map's size")
-      ->check(CLI::IsMember(names))
-      ->required();
-  command
-      ->add_option("--out", a->out,
-                   "Folder for study_<what>.csv, .gp, .png and study_<what>_error.png")
-      ->required();
+      ->check(CLI::IsMember(names));
+  command->add_option("--out", a->out,
+                      "Folder for measure.png and the measures as textures (EXR); with --study for "
+                      "study_<what>.csv, .gp, .png and study_<what>_error.png");
   command->add_option("--views", a->views, "Depth views, where they do not vary (default 12)")
       ->check(CLI::Range(1U, 128U));
   command
       ->add_option("--view-size", a->view_size,
                    "Pixels a side of a depth view (default: by the density of HIGH)")
       ->check(CLI::Range(16U, 8192U));
-  command->add_option("--size", a->size, "Texels a side, where they do not vary (default 1024)")
+  command
+      ->add_option("--size", a->size,
+                   "Texels a side (default 512; of a study, where they do not vary, 1024)")
       ->check(CLI::Range(16U, 8192U));
   command
       ->add_option("--faces", a->faces,
@@ -198,7 +303,7 @@ Run add_measure(CLI::App& app) {
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file");
   command->add_flag("--quiet", a->quiet, "Print nothing but errors");
-  return [a] { return run_one_study(*a); };
+  return [a] { return a->study.empty() ? run_rating(*a) : run_one_study(*a); };
 }
 
 }  // namespace kiln::cli

@@ -42,12 +42,16 @@ Json describe(const NormalError& error) {
   for (std::size_t i = 0; i < error.above_8bit.size(); ++i) {
     above[std::to_string(static_cast<int>(NormalError::kThresholds8Bit[i]))] = error.above_8bit[i];
   }
-  return {
-      {"mean_angle_degrees", error.mean_degrees}, {"median_angle_degrees", error.median_degrees},
-      {"p95_angle_degrees", error.p95_degrees},   {"p99_angle_degrees", error.p99_degrees},
-      {"max_angle_degrees", error.max_degrees},   {"mean_8bit_difference", error.mean_8bit},
-      {"share_above_8bit_difference", above},     {"pixels", error.pixels},
-      {"one_sided_pixels", error.one_sided}};
+  return {{"mean_angle_degrees", error.mean_degrees},
+          {"rms_angle_degrees", error.rms_degrees},
+          {"median_angle_degrees", error.median_degrees},
+          {"p95_angle_degrees", error.p95_degrees},
+          {"p99_angle_degrees", error.p99_degrees},
+          {"max_angle_degrees", error.max_degrees},
+          {"mean_8bit_difference", error.mean_8bit},
+          {"share_above_8bit_difference", above},
+          {"pixels", error.pixels},
+          {"one_sided_pixels", error.one_sided}};
 }
 
 Json describe(const ViewReport& views) {
