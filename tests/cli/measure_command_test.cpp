@@ -1,4 +1,4 @@
-// kiln measure --study: figures, files, exit codes.
+// kiln measure: ratings and studies: figures, files, exit codes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,6 +70,68 @@ std::vector<json> select(const json& report, const std::string& curve) {
 
 double mean_of(const json& setting) {
   return setting["normal_error"]["mean_angle_degrees"].get<double>();
+}
+
+TEST(MeasureCommand, RatesWaysToMatch) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(8000);
+  const std::vector<std::string> arguments = {"measure",
+                                              scene / "high.obj",
+                                              scene / "low.obj",
+                                              "--match",
+                                              "ray",
+                                              "--match",
+                                              "closest",
+                                              "--size",
+                                              "128",
+                                              "--directions",
+                                              "64",
+                                              "--max-distance",
+                                              "10%",
+                                              "--json",
+                                              scene / "r.json",
+                                              "--out",
+                                              scene / "out"};
+  const ProcessResult result = run_kiln(arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(scene / "r.json");
+  ASSERT_EQ(report["methods"].size(), 2U);
+  const json& ray = report["methods"][0];
+  const json& closest = report["methods"][1];
+  EXPECT_EQ(ray["method"], "ray");
+  EXPECT_EQ(ray["image_distance"]["directions"], 64);
+  EXPECT_EQ(ray["miss_rate"], 0);
+  const auto mean = [](const json& of) { return of["mean"].get<double>(); };
+  // Heights of the bumps are some hundredths; nearest points are nearer than where normals lead.
+  EXPECT_GT(mean(closest["object_distance"]), 0.005);
+  EXPECT_LT(mean(closest["object_distance"]), mean(ray["object_distance"]));
+  EXPECT_LT(mean(ray["object_distance"]), 0.04);
+  // Pictures show a distance shorter or as it is.
+  EXPECT_LT(mean(ray["image_distance"]["normalised"]), mean(ray["object_distance"]));
+  EXPECT_LT(ray["rendered_normals"]["mean_angle_degrees"].get<double>(),
+            report["without_map"]["mean_angle_degrees"].get<double>() / 3);
+  EXPECT_GE(ray["rendered_normals"]["rms_angle_degrees"].get<double>(),
+            ray["rendered_normals"]["mean_angle_degrees"].get<double>());
+
+  ASSERT_EQ(report["outputs"].size(), 7U);
+  for (const json& output : report["outputs"]) EXPECT_TRUE(fs::exists(output.get<std::string>()));
+  const Image field = load_image(scene / "out" / "low_ray_object_distance.exr");
+  EXPECT_EQ(field.width, 128U);
+  double sum = 0;
+  int known = 0;
+  for (const float value : field.pixels) {
+    if (value < 0) continue;
+    sum += value;
+    ++known;
+  }
+  EXPECT_EQ(known, ray["samples"].get<int>());
+  // Texels of the sphere's map weigh alike here and by their area there.
+  EXPECT_NEAR(sum / known, mean(ray["object_distance"]), 0.2 * mean(ray["object_distance"]));
+
+  EXPECT_EQ(run_kiln({"measure", scene / "high.obj"}).exit_code, 2);
+  EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "low.obj", "--views", "3"}).exit_code,
+            2);
+  EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "none.obj"}).exit_code, 3);
 }
 
 TEST(MeasureCommand, StudiesViews) {

@@ -94,6 +94,44 @@ TEST(Render, ShowsTheSpheresNormals) {
   EXPECT_GT(inside, 20000);
 }
 
+TEST(Render, ShowsTheMapsColours) {
+  KILN_REQUIRE_DEVICE();
+  // Red grows to the right, green up; row 0 is at the top.
+  Image map{64, 64, 3, {}};
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      const auto channel = [](double value) { return static_cast<float>(value); };
+      map.pixels.insert(map.pixels.end(),
+                        {channel((x + 0.5) / 64), channel(1 - (y + 0.5) / 64), 0.25F});
+    }
+  }
+  const Scene scene(*test::device(), test::plane(1, 1), {&map});
+  RenderOptions options = normals_seen(128, 0, 0);
+  options.show_normals = false;
+  options.show_colors = true;
+  const Image image = scene.draw(options);
+  // The plane fills the picture but for 4% on each side.
+  const double half = 64 * 0.92;
+  int inside = 0;
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 128; ++x) {
+      const double px = (x + 0.5 - 64) / half, py = (64 - y - 0.5) / half;
+      const float* color = image.at(static_cast<std::size_t>(x), static_cast<std::size_t>(y));
+      if (std::max(std::abs(px), std::abs(py)) > 1.05) {
+        EXPECT_EQ(color[0] + color[1] + color[2], 0);
+      } else if (std::max(std::abs(px), std::abs(py)) < 0.95) {
+        ++inside;
+        EXPECT_NEAR(color[0], px / 2 + 0.5, 1e-3);
+        EXPECT_NEAR(color[1], py / 2 + 0.5, 1e-3);
+        EXPECT_NEAR(color[2], 0.25, 1e-4);
+      }
+    }
+  }
+  EXPECT_GT(inside, 5000);
+  options.ignore_map = true;
+  EXPECT_THROW(scene.draw(options), Error);
+}
+
 TEST(Render, ReadsEveryKindOfMapAsItWasBaked) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(100000, true);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "bake_arguments.h"
 #include "check_result.h"
@@ -46,13 +47,18 @@ Image spread(Image field, float none) {
 Image draw_field(const Device& device, const Mesh& low, const Image& field, float none,
                  const RenderOptions& view) {
   const Image full = spread(field, none);
-  const auto [least, largest] = std::minmax_element(full.pixels.begin(), full.pixels.end());
-  const float from = *least;
-  const float extent = std::max(*largest - from, 1e-30F);
+  float from = std::numeric_limits<float>::max();
+  float to = std::numeric_limits<float>::lowest();
+  for (const float value : full.pixels) {
+    if (value == none) continue;
+    from = std::min(from, value);
+    to = std::max(to, value);
+  }
+  const float extent = std::max(to - from, 1e-30F);
   Image map{full.width, full.height, 3, {}};
   map.pixels.reserve(full.pixels.size() * 3);
   for (const float value : full.pixels) {
-    const float share = (value - from) / extent;
+    const float share = value == none ? 0 : (value - from) / extent;
     map.pixels.insert(map.pixels.end(), {share, 1.0F, value == none ? 0.0F : 1.0F});
   }
   RenderOptions colors = view;
