@@ -54,6 +54,23 @@ BakeOptions closest() {
 
 bool has_views(const ChartSetting& setting) { return setting.bake.method == MatchMethod::views; }
 
+/// How far the matches of a setting lie from the samples: no matter of how many samples a texel has.
+MatchAssessment assess_setting(const Source& source, const Mesh& low, const ChartSetting& setting,
+                               const ChartOptions& options, const std::vector<Vec3>& used,
+                               const Progress& progress) {
+  BakeOptions bake_with = setting.bake;
+  bake_with.width = bake_with.height = kAssessedSize;
+  bake_with.samples = 1;
+  bake_with.max_distance = options.max_distance;
+  bake_with.keep_match = true;
+  const BakeResult baked = bake(source, low, bake_with);
+  AssessOptions assess_with;
+  assess_with.directions = kAssessedDirections;
+  assess_with.avoid = used;
+  assess_with.progress = progress;
+  return assess(source, low, *baked.match, assess_with);
+}
+
 struct Baked {
   BakeResult result;
   ChartSeconds seconds;
@@ -158,6 +175,20 @@ std::vector<Vec3> used_views(const std::vector<ChartSetting>& settings,
 
 }  // namespace
 
+double ChartRow::error(ChartMeasure measure) const {
+  switch (measure) {
+    case ChartMeasure::map:
+      return map_error.mean_angle_degrees;
+    case ChartMeasure::picture:
+      return normal_error.mean_degrees;
+    case ChartMeasure::object_distance:
+      return 100 * match.object_distance.mean / match.diagonal;
+    case ChartMeasure::image_distance:
+      break;
+  }
+  return 100 * match.image_distance.mean / match.diagonal;
+}
+
 const char* family_name(ChartFamily family) {
   switch (family) {
     case ChartFamily::rays:
@@ -220,11 +251,9 @@ std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const
   const auto show = [&](double more) { return progress((done + more) / steps, stage); };
   const Progress show_bake = [&](double share, std::string_view) { return show(share); };
   if (!show(0)) return std::nullopt;
-  {
-    const Source source(device, high);
-    pair.diagonal = source.stats().diagonal;
-    pair.warnings = source.warnings();
-  }
+  const Source source(device, high);
+  pair.diagonal = source.stats().diagonal;
+  pair.warnings = source.warnings();
 
   // The reference's map comes first, and views that are chosen by what they see, since none is measured from.
   std::map<std::size_t, BakeResult> early;
@@ -271,6 +300,8 @@ std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const
     row.normal_error = pictures.compare(scene);
     if (i == 0) pair.without_map = pictures.compare(scene, true);
     check_compared(row, options, high, low);
+    row.match = assess_setting(source, low, settings[i], options, used, show_bake);
+    if (row.match.cancelled) return std::nullopt;
     row.report = result.report;
     pair.max_distance = row.report.max_distance;
     pair.rows.push_back(std::move(row));

@@ -51,12 +51,18 @@ struct ChartSeconds {
   double correspondence() const { return build + match; }
 };
 
-/// How far from the truth, by two measures.
+/// How far from the truth, by several measures.
 enum class ChartMeasure {
   map,  ///< Against the reference map, over texels that both have and where the reference found something
-  picture,  ///< Rendered normals against the dense mesh's, over held-out views
+  picture,          ///< Rendered normals against the dense mesh's, over held-out views
+  object_distance,  ///< From samples to their matches (Tarini et al. 2003, section 4.1)
+  image_distance,   ///< The same in pictures, normalised (section 4.2)
 };
-constexpr std::array<ChartMeasure, 2> kChartMeasures = {ChartMeasure::map, ChartMeasure::picture};
+constexpr std::array<ChartMeasure, 4> kChartMeasures = {ChartMeasure::map, ChartMeasure::picture,
+                                                        ChartMeasure::object_distance,
+                                                        ChartMeasure::image_distance};
+/// Of the distances: texels a side, one sample each, and directions of pictures.
+constexpr std::uint32_t kAssessedSize = 256, kAssessedDirections = 512;
 
 struct ChartRow {
   ChartSetting setting;
@@ -66,11 +72,10 @@ struct ChartRow {
                          ///< median of its own
   ImageDifference map_error;
   NormalError normal_error;
+  MatchAssessment match;
   std::array<bool, kChartMeasures.size()> on_front{};  ///< Undominated, by measure
 
-  double error(ChartMeasure measure) const {  ///< Mean, degrees
-    return measure == ChartMeasure::map ? map_error.mean_angle_degrees : normal_error.mean_degrees;
-  }
+  double error(ChartMeasure measure) const;  ///< Mean: degrees, or % of the diagonal
   bool front(ChartMeasure measure) const { return on_front[static_cast<std::size_t>(measure)]; }
 };
 

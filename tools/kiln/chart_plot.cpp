@@ -18,12 +18,12 @@ enum Column {
   family_column = 3,
   seconds_column = 4,
   first_error_column = 5,
-  least_column = 9,
-  most_column = 10
+  least_column = 13,
+  most_column = 14
 };
 
 // Pixels.
-constexpr double kWidth = 1900, kHead = 112, kFoot = 64, kRowHead = 106, kPanelHeight = 600;
+constexpr double kWidth = 1900, kHead = 112, kFoot = 64, kRowHead = 106, kPanelHeight = 520;
 constexpr double kRowFoot = 112, kLeft = 124, kBetween = 124, kRight = 30;
 constexpr double kLabelFont = 15, kLabelHeight = 1.35 * kLabelFont;
 constexpr double kMarkRadius = 10, kLegendFont = 15;
@@ -174,20 +174,26 @@ class Panel {
     std::string title;
     if (measure_ == ChartMeasure::map) {
       title = "Error of the map: angle to the reference (rays, 4×4 samples)";
+    } else if (measure_ == ChartMeasure::object_distance) {
+      title = "Distance in space from the light surface to its matches";
+    } else if (measure_ == ChartMeasure::image_distance) {
+      title = "Distance in pictures from all around, normalised";
     } else {
       char figure[32];
       std::snprintf(figure, sizeof figure, "%.2f", pair_.without_map.mean_degrees);
       title = "Error of the picture: rendered normals to the dense mesh's (no map: " +
               std::string(figure) + "°)";
     }
+    const bool is_angle = measure_ == ChartMeasure::map || measure_ == ChartMeasure::picture;
+    const std::string what = is_angle ? "Mean angle, degrees" : "Mean, % of the diagonal";
     text_ << "set yrange [" << exact_text(y_.least) << ":" << exact_text(y_.most) << "]\n";
     if (y_.logarithmic) {
       text_ << "set logscale y 10\nset ytics (" << logarithmic_tics(y_.broken);
       if (y_.zero > 0) text_ << ", '0' " << exact_text(y_.zero);
-      text_ << ")\nset ylabel 'Mean angle, degrees (logarithmic)' offset 1\n";
+      text_ << ")\nset ylabel '" << what << " (logarithmic)' offset 1\n";
     } else {
-      text_ << "unset logscale y\nset ytics autofreq\nset ylabel 'Mean angle, degrees (not from "
-               "0)' offset 1\n";
+      text_ << "unset logscale y\nset ytics autofreq\nset ylabel '" << what
+            << " (not from 0)' offset 1\n";
     }
     const Point at = {corner_.x, corner_.y - 24};
     text_ << "set label 1 " << quoted(title) << " at " << screen(at)
@@ -331,9 +337,11 @@ std::string legend(double y, double page_height) {
 
 std::string chart_script(const std::vector<ChartPair>& pairs, const ChartOptions& options,
                          const DeviceInfo& device) {
-  const double row_height = kRowHead + kPanelHeight + kRowFoot;
+  constexpr std::size_t kColumns = 2, kPanelRows = kChartMeasures.size() / kColumns;
+  constexpr double kPanelRow = kPanelHeight + kRowFoot + 30;
+  const double row_height = kRowHead + kPanelRow * kPanelRows;
   const double height = kHead + row_height * static_cast<double>(pairs.size()) + kFoot;
-  const double width = (kWidth - kLeft - kBetween - kRight) / kChartMeasures.size();
+  const double width = (kWidth - kLeft - kBetween - kRight) / kColumns;
   std::string text =
       plot_header(kChartName, static_cast<int>(kWidth), static_cast<int>(height), "");
   text += "set encoding utf8\nunset key\nset multiplot\n";
@@ -368,9 +376,10 @@ std::string chart_script(const std::vector<ChartPair>& pairs, const ChartOptions
                        pairs[i].low_name + ", " + with_commas(pairs[i].low_faces),
                    top + 18, "font 'sans:Bold,19'");
     for (const ChartMeasure measure : kChartMeasures) {
-      const auto column = static_cast<double>(measure);
-      Panel panel(pairs[i], i, measure, {kLeft + column * (width + kBetween), top + kRowHead},
-                  width, height);
+      const auto place = static_cast<std::size_t>(measure);
+      const Point corner = {kLeft + static_cast<double>(place % kColumns) * (width + kBetween),
+                            top + kRowHead + static_cast<double>(place / kColumns) * kPanelRow};
+      Panel panel(pairs[i], i, measure, corner, width, height);
       text += panel.script(titles);
       titles.clear();
     }
