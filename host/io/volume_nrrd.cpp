@@ -14,7 +14,6 @@ constexpr const char* export_again = "Correct the header, or export the volume a
 struct Header {
   HeaderFields fields;
   std::size_t end = 0;  ///< Where what follows the blank line begins.
-  bool closed = false;  ///< There is a blank line.
 };
 
 /// One axis of the file, of any number.
@@ -57,6 +56,7 @@ bool known_field(std::string_view key) {
 
 Header parse_header(const VolumeInput& input, std::string_view text) {
   Header header;
+  bool closed = false;  // by a blank line
   HeaderLines lines(text);
   const auto place = [&lines] { return "line " + std::to_string(lines.number()); };
   const auto first = lines.next().value_or("");
@@ -66,7 +66,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
   }
   while (const auto line = lines.next()) {
     if (line->empty()) {
-      header.closed = true;
+      closed = true;
       break;
     }
     if (line->front() == '#') continue;
@@ -88,8 +88,12 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     }
     header.fields.all.push_back(std::move(field));
   }
-  if (!header.closed && text.size() == header_limit) {
+  if (!closed && text.size() == header_limit) {
     input.fail("header", "it has no blank line at its end within its first MiB", export_again);
+  }
+  if (!closed && header.fields.find("datafile") == nullptr) {
+    input.fail("header", "it has neither a blank line at its end nor a field \"data file\"",
+               "The file is truncated; copy or export it again.");
   }
   header.end = lines.offset();
   return header;
@@ -262,6 +266,10 @@ std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFie
     const std::string& kind = axes[a].kind;
     const bool within = kind.empty() || kind == "domain" || kind == "space" || kind == "time" ||
                         kind == "???" || kind == "none";
+    if (kind == "time" && axes[a].size > 1) {
+      input.fail(place, "there are " + std::to_string(axes[a].size) + " time steps",
+                 "Save one time step as a volume of three dimensions.");
+    }
     if (within && (!directed || axes[a].has_direction || kind == "time")) {
       kept.push_back(a);
     } else if (axes[a].size > 1) {
@@ -448,10 +456,6 @@ Volume read_nrrd(const VolumeInput& input) {
   VoxelPlace place = voxel_place(input, fields, volume.type);
   const HeaderField* file = fields.find("datafile");
   if (file == nullptr) {
-    if (!header.closed) {
-      input.fail("header", "it has neither a blank line at its end nor a field \"data file\"",
-                 "The file is truncated; copy or export it again.");
-    }
     place.offset = header.end;
     skip(input, fields, *input.source, place);
     read_voxels(input, *input.source, place, volume);
