@@ -15,3 +15,4 @@
 #include "kiln/render.h"
 #include "kiln/types.h"
 #include "kiln/version.h"
+#include "kiln/volume.h"

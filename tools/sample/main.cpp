@@ -1,4 +1,4 @@
-// kiln_sample: writes a dense mesh made by formula, to try Kiln and to measure it on.
+// kiln_sample: writes a dense mesh or a volume made by formula, to try Kiln and to measure it on.
 #include <bit>
 #include <charconv>
 #include <cstdint>
@@ -10,39 +10,70 @@
 #include <string_view>
 #include <vector>
 
+#include "fields.h"
 #include "kiln/error.h"
 #include "kiln/mesh.h"
+#include "kiln/volume.h"
 #include "scenes.h"
 
 namespace {
 
 constexpr std::string_view usage =
     "Usage: kiln_sample --out FILE [--shape urn|rock] [--faces N]\n"
+    "       kiln_sample --out FILE --volume sphere|torus|gyroid|boxes [--size N] [--type "
+    "f32|u8|u16]\n"
     "\n"
-    "Writes a dense closed mesh with detail worth baking. The same options give the same file.\n"
+    "Writes a dense closed mesh with detail worth baking, or a volume. The same options give the "
+    "same\n"
+    "file.\n"
     "\n"
-    "  --out FILE     binary .ply\n"
+    "  --out FILE     binary .ply; .nrrd for a volume\n"
     "  --shape NAME   urn (default): carved stone; rock: a weathered boulder\n"
     "  --faces N      about how many triangles, 1000 to 20000000 (default 500000)\n"
+    "  --volume NAME  a solid that is above its surface's value: a sphere, a torus, a gyroid "
+    "sheet, or\n"
+    "                 boxes with sharp edges\n"
+    "  --size N       voxels along each axis, 8 to 2048 (default 128)\n"
+    "  --type NAME    f32 (default): signed distance, the surface at 0; u8, u16: what of it is "
+    "within 4\n"
+    "                 voxels, the surface at 127.5 or 32767.5\n"
     "  --help         this text\n";
 
 struct Options {
   std::filesystem::path out;
   std::string shape = "urn";
   std::uint64_t faces = 500000;
+  std::string volume;  ///< Empty: a mesh
+  std::uint64_t size = 128;
+  kiln::VoxelType type = kiln::VoxelType::f32;
 };
 
 [[noreturn]] void fail_usage(const std::string& message) {
   throw kiln::Error(kiln::ErrorCode::usage, message + "; see kiln_sample --help");
 }
 
+std::uint64_t parse_number(const std::string& name, const std::string& value, std::uint64_t least,
+                           std::uint64_t most) {
+  std::uint64_t number = 0;
+  const char* end = value.data() + value.size();
+  const auto [stop, error] = std::from_chars(value.data(), end, number);
+  if (error != std::errc{} || stop != end || number < least || number > most) {
+    fail_usage(name + " is '" + value + "', not a number from " + std::to_string(least) + " to " +
+               std::to_string(most));
+  }
+  return number;
+}
+
 Options parse(const std::vector<std::string>& arguments) {
   Options options;
+  std::string for_mesh, for_volume;  // an option that was given and is for the one alone
   for (std::size_t i = 0; i < arguments.size(); i += 2) {
     const std::string& name = arguments[i];
-    if (name != "--out" && name != "--shape" && name != "--faces") {
-      fail_usage("unknown option '" + name + "'");
-    }
+    const bool mesh = name == "--shape" || name == "--faces";
+    const bool volume = name == "--volume" || name == "--size" || name == "--type";
+    if (!mesh && !volume && name != "--out") fail_usage("unknown option '" + name + "'");
+    if (mesh) for_mesh = name;
+    if (volume) for_volume = name;
     if (i + 1 == arguments.size()) fail_usage(name + " needs a value");
     const std::string& value = arguments[i + 1];
     if (name == "--out") {
@@ -51,15 +82,31 @@ Options parse(const std::vector<std::string>& arguments) {
       if (value != "urn" && value != "rock")
         fail_usage("--shape is '" + value + "', not urn or rock");
       options.shape = value;
-    } else {
-      const char* end = value.data() + value.size();
-      const auto [stop, error] = std::from_chars(value.data(), end, options.faces);
-      if (error != std::errc{} || stop != end || options.faces < 1000 || options.faces > 20000000) {
-        fail_usage("--faces is '" + value + "', not a number from 1000 to 20000000");
+    } else if (name == "--faces") {
+      options.faces = parse_number(name, value, 1000, 20000000);
+    } else if (name == "--volume") {
+      if (!kiln::sample::field_of(value)) {
+        fail_usage("--volume is '" + value + "', not sphere, torus, gyroid or boxes");
       }
+      options.volume = value;
+    } else if (name == "--size") {
+      options.size = parse_number(name, value, 8, 2048);
+    } else {
+      const auto type = kiln::voxel_type_of(value);
+      if (value != "f32" && value != "u8" && value != "u16") {
+        fail_usage("--type is '" + value + "', not f32, u8 or u16");
+      }
+      options.type = *type;
     }
   }
-  if (options.out.extension() != ".ply") fail_usage("--out must name a file that ends in .ply");
+  if (options.volume.empty() && !for_volume.empty()) fail_usage(for_volume + " needs --volume");
+  if (!options.volume.empty() && !for_mesh.empty()) {
+    fail_usage("--volume and " + for_mesh + " exclude each other");
+  }
+  const std::string extension = options.volume.empty() ? ".ply" : ".nrrd";
+  if (options.out.extension() != extension) {
+    fail_usage("--out must name a file that ends in " + extension);
+  }
   return options;
 }
 
@@ -101,6 +148,17 @@ int main(int argc, char** argv) {
       }
     }
     const Options options = parse(arguments);
+    if (!options.volume.empty()) {
+      kiln::Volume volume =
+          kiln::sample::sample_volume(*kiln::sample::field_of(options.volume),
+                                      static_cast<std::uint32_t>(options.size), options.type);
+      volume.name = options.volume;
+      kiln::save_nrrd(volume, options.out);
+      std::printf("%s: %u x %u x %u voxels, %s; the surface lies at %g\n",
+                  options.out.string().c_str(), volume.size[0], volume.size[1], volume.size[2],
+                  kiln::name_of(volume.type), kiln::sample::surface_value(volume.type));
+      return 0;
+    }
     const kiln::Mesh mesh = options.shape == "urn" ? kiln::sample::urn(options.faces)
                                                    : kiln::sample::rock(options.faces);
     write_ply(mesh, options.out);
