@@ -153,7 +153,7 @@ struct VisibilityOptions {
     double weight = 1;
   };
   /// For ViewLikelihood::list: each of the spread directions takes the weight of the nearest of these.
-  std::vector<Likelihood> likelihoods;
+  std::vector<Likelihood> likelihoods = {};
 };
 
 struct BakeOptions {
