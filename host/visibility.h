@@ -111,6 +111,8 @@ class VisibilityField {
   cl::Array<float> field_;
   cl::Array<std::uint32_t> field_triangle_;
   cl::Array<std::uint32_t> chart_;
+  cl::Array<std::uint32_t> border_;  // of each pixel: its place among the links
+  cl::Array<std::uint32_t> links_;
 };
 
 }  // namespace kiln

@@ -220,8 +220,10 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
       TexelLinks::of(surface, topology, texel_triangle, field_width_, field_height_);
   const auto border = static_cast<std::uint32_t>(links.links.size() / 9);
   const cl::Array<std::uint8_t> kind(context_, std::span<const std::uint8_t>(links.kind));
-  const cl::Array<std::uint32_t> device_links(context_,
-                                              std::span<const std::uint32_t>(links.links));
+  links_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(links.links));
+  std::vector<std::uint32_t> border_of(pixels, KILN_VISIBILITY_NO_LINK);
+  for (std::uint32_t i = 0; i < border; ++i) border_of[links.links[9 * std::size_t{i}]] = i;
+  border_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(border_of));
   cl::Array<float> to;
   if (options.smoothing > 0) {
     to = cl::Array<float>(context_, 4 * pixels);
@@ -232,7 +234,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
                     static_cast<std::uint32_t>(pixels), field_width_, kind, from, to);
     if (border != 0) {
       context_.launch(context_.kernel("visibility", "kiln_visibility_link"), border, kLocal, border,
-                      device_links, from, to);
+                      links_, from, to);
     }
     std::swap(from, to);
   }
@@ -254,19 +256,6 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
       unseen.push_back(static_cast<std::uint32_t>(i));
     }
   }
-  const auto border_of = [&](std::uint32_t texel) {
-    std::size_t low = 0;
-    std::size_t high = border;
-    while (low < high) {
-      const std::size_t middle = (low + high) / 2;
-      if (links.links[9 * middle] < texel) {
-        low = middle + 1;
-      } else {
-        high = middle;
-      }
-    }
-    return 9 * low;
-  };
   fill_unseen(
       means, std::move(unseen),
       [&](std::uint32_t texel, const auto& visit) {
@@ -276,7 +265,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
           }
           return;
         }
-        const std::size_t at = border_of(texel);
+        const std::size_t at = 9 * std::size_t{border_of[texel]};
         for (std::size_t k = 1; k < 9; ++k) {
           if (links.links[at + k] != KILN_VISIBILITY_NO_LINK) visit(links.links[at + k]);
         }
@@ -370,8 +359,8 @@ void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool 
   params.hybrid = hybrid ? 1 : 0;
   context_.launch(context_.kernel("visibility", "kiln_visibility_direct"), band.texel_count, kLocal,
                   params, band.texel_index, band.texel_first, band.sample_slot, band.triangle,
-                  band.barycentric, band.points, normals_, field_, field_triangle_, chart_,
-                  directed);
+                  band.barycentric, band.points, normals_, field_, field_triangle_, chart_, border_,
+                  links_, directed);
 }
 
 }  // namespace kiln

@@ -321,27 +321,54 @@ kernel void kiln_visibility_link(const uint count, global const uint* restrict l
   vstore4(sum * 0.0625f, texel, to);
 }
 
-/// The field at a place of the map: bilinear among texels of the same chart.
+/// Where a texel's neighbour lies in the links of kiln_visibility_link.
+static inline uint visibility_slot(int dx, int dy) {
+  return dy == 0   ? (dx < 0 ? 1u : 2u)
+         : dx == 0 ? (dy < 0 ? 3u : 4u)
+                   : (dy < 0 ? 5u : 7u) + (dx < 0 ? 0u : 1u);
+}
+
+/// The field at a place of the map: bilinear among texels of one chart, and beyond its border among their
+/// neighbours on the surface.
+/// \param border  of each texel its place among the links, or KILN_VISIBILITY_NO_LINK
 static inline float3 visibility_at(global const float* field, global const uint* field_triangle,
-                                   global const uint* chart, uint own, float x, float y, int width,
+                                   global const uint* chart, global const uint* border,
+                                   global const uint* links, uint own, float x, float y, int width,
                                    int height) {
 #pragma OPENCL FP_CONTRACT OFF
   const int left = (int)floor(x);
   const int top = (int)floor(y);
   const float part_x = x - floor(x);
   const float part_y = y - floor(y);
-  float4 sum = (float4)(0.0f);
+  float weight[4];
+  uint texel[4];
+  int nearest = -1;
   for (int k = 0; k < 4; ++k) {
     const int column = left + (k & 1);
     const int row = top + (k >> 1);
-    const float weight =
-        ((k & 1) != 0 ? part_x : 1.0f - part_x) * ((k >> 1) != 0 ? part_y : 1.0f - part_y);
-    if (!(weight > 0.0f)) continue;
+    weight[k] = ((k & 1) != 0 ? part_x : 1.0f - part_x) * ((k >> 1) != 0 ? part_y : 1.0f - part_y);
+    texel[k] = KILN_VISIBILITY_NO_LINK;
     if (column < 0 || row < 0 || column >= width || row >= height) continue;
-    const size_t pixel = (size_t)row * width + column;
+    const uint pixel = (uint)row * (uint)width + (uint)column;
     const uint triangle = field_triangle[pixel];
     if (triangle == KILN_NO_TRIANGLE || chart[triangle] != own) continue;
-    sum += vload4(pixel, field) * weight;
+    texel[k] = pixel;
+    if (nearest < 0 || weight[k] > weight[nearest]) nearest = k;
+  }
+  if (nearest < 0) return (float3)(0.0f);
+  float4 sum = (float4)(0.0f);
+  for (int k = 0; k < 4; ++k) {
+    if (!(weight[k] > 0.0f)) continue;
+    uint other = texel[k];
+    if (other == KILN_VISIBILITY_NO_LINK) {
+      const uint at = border[texel[nearest]];
+      other = at == KILN_VISIBILITY_NO_LINK
+                  ? at
+                  : links[9 * (size_t)at +
+                          visibility_slot((k & 1) - (nearest & 1), (k >> 1) - (nearest >> 1))];
+    }
+    if (other == KILN_VISIBILITY_NO_LINK) continue;
+    sum += vload4(other, field) * weight[k];
   }
   return sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
 }
@@ -359,7 +386,8 @@ kernel void kiln_visibility_direct(
     global const uint* restrict triangle, global const float* restrict barycentric,
     global const float* restrict points, global const float* restrict normals,
     global const float* restrict field, global const uint* restrict field_triangle,
-    global const uint* restrict chart, global float* restrict directed) {
+    global const uint* restrict chart, global const uint* restrict border,
+    global const uint* restrict links, global float* restrict directed) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t texel = get_global_id(0);
   if (texel >= params.texel_count) return;
@@ -386,8 +414,8 @@ kernel void kiln_visibility_direct(
                       ((float)(slot / params.samples) + 0.5f) * step;
       const float place_x = x * ((float)params.field_width / (float)params.width) - 0.5f;
       const float place_y = y * ((float)params.field_height / (float)params.height) - 0.5f;
-      mean = visibility_at(field, field_triangle, chart, chart[own], place_x, place_y,
-                           (int)params.field_width, (int)params.field_height);
+      mean = visibility_at(field, field_triangle, chart, border, links, chart[own], place_x,
+                           place_y, (int)params.field_width, (int)params.field_height);
     }
     const float3 given =
         (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);

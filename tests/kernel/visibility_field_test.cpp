@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 
 #include "geometry/frame.h"
@@ -335,7 +336,12 @@ struct Directed {
 
 TEST(VisibilityField, DirectionsAreUnitAndNeverLeadUnderTheSurface) {
   KILN_REQUIRE_DEVICE();
-  const Mesh mesh = grid(6, 3, folded, whole_map, 256, 128);
+  // Walls so steep that the mean of both sides of a ridge leads along them.
+  const auto steep = [](int column, int row) {
+    return Vec3{0.06F * static_cast<float>(column), static_cast<float>(row),
+                column % 2 == 0 ? 0.0F : 1.0F};
+  };
+  const Mesh mesh = grid(6, 3, steep, whole_map, 256, 128);
   for (const bool hybrid : {false, true}) {
     for (const VisibilityAt at : {VisibilityAt::texel, VisibilityAt::vertex, VisibilityAt::face}) {
       for (const std::uint32_t samples : {1U, 3U}) {
@@ -357,6 +363,42 @@ TEST(VisibilityField, DirectionsAreUnitAndNeverLeadUnderTheSurface) {
       }
     }
   }
+}
+
+TEST(VisibilityField, SubsamplesTakeNothingFromOtherCharts) {
+  KILN_REQUIRE_DEVICE();
+  // Charts that touch on the map, but not on the surface: rows swap places.
+  VisibilityOptions options;
+  options.directions = 128;
+  const Mesh whole = grid(6, 3, folded, whole_map, 256, 128);
+  const Mesh cut = grid(
+      6, 3, folded,
+      [](int c, int r, int i, int j) { return cut_map((c * 5 + 2 * r) % 6, r, i, j, 0); }, 256,
+      128);
+  const Directed one(whole, options, false, 256, 128, 2);
+  const Directed many(cut, options, false, 256, 128, 2);
+  ASSERT_EQ(one.count, many.count);
+  const auto key = [](const Directed& d, std::size_t i) {
+    std::array<long, 3> result{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      result[k] = std::lround(1e4 * double{d.given[i + k * d.capacity]});
+    }
+    return result;
+  };
+  std::map<std::array<long, 3>, std::size_t> place;
+  for (std::size_t i = 0; i < one.count; ++i) place[key(one, i)] = i;
+  std::size_t found = 0;
+  double worst = 0;
+  for (std::size_t i = 0; i < many.count; ++i) {
+    const auto at = place.find(key(many, i));
+    if (at == place.end()) continue;
+    ++found;
+    worst = std::max(worst,
+                     angle(one.direction(one.turned, at->second), many.direction(many.turned, i)));
+  }
+  EXPECT_GT(found, one.count * 9 / 10);
+  RecordProperty("worst_degrees", std::to_string(worst));
+  EXPECT_LT(worst, 0.001);
 }
 
 TEST(VisibilityField, HybridGoesFromVisibilityToTheNormal) {
