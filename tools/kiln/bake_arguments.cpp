@@ -58,6 +58,23 @@ std::string name_of(const std::map<std::string, T>& values, T wanted) {
   throw Error(ErrorCode::internal, "An option's value has no name.");
 }
 
+/// Other ways to say --miss.
+const std::map<std::string, MissPolicy> kFallbackMisses = {{"fill", MissPolicy::fill},
+                                                           {"none", MissPolicy::mark}};
+
+std::vector<std::string> fallback_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : kFallbacks) names.push_back(name);
+  for (const auto& [name, value] : kFallbackMisses) names.push_back(name);
+  return names;
+}
+
+/// What the fallback says of misses, or else --miss.
+MissPolicy miss_policy(const BakeArguments& a) {
+  const auto said = kFallbackMisses.find(a.fallback);
+  return said != kFallbackMisses.end() ? said->second : kMisses.at(a.miss);
+}
+
 /// Percent, 0 to 100.
 CLI::Validator percentage() {
   return CLI::Validator(
@@ -139,8 +156,9 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command
       .add_option("--fallback", a.fallback,
                   "What decides samples that the match leaves undecided: low (LOW's normal; they "
-                  "count as missed), ray, closest or views")
-      ->check(one_of(kFallbacks))
+                  "count as missed), ray, closest, views, fill (the map around them, as --miss "
+                  "fill), or none (marked, as --miss mark)")
+      ->check(CLI::IsMember(fallback_names(), CLI::ignore_case))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -306,6 +324,11 @@ void check(const BakeArguments& a) {
         "--visibility-..., --directions and --view-weight are for --match visibility and "
         "--match hybrid.");
   }
+  if (kFallbackMisses.contains(a.fallback) && a.miss != "keep" &&
+      kMisses.at(a.miss) != miss_policy(a)) {
+    fail("--fallback " + a.fallback + " is another --miss than " + a.miss +
+         ": leave one of them out.");
+  }
   if (!a.load_match.empty() && a.fallback != "low") {
     fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
   }
@@ -335,7 +358,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   }
   options.method = kMethods.at(a.match);
   options.views.criterion = kCriteria.at(a.view_criterion);
-  options.fallback = kFallbacks.at(a.fallback);
+  if (!kFallbackMisses.contains(a.fallback)) options.fallback = kFallbacks.at(a.fallback);
   options.visibility.at = kVisibilityAt.at(a.visibility_at);
   options.visibility.test = kVisibilityTests.at(a.visibility_test);
   options.visibility.directions = a.directions;
@@ -367,7 +390,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.flip_y = a.flip_y;
   options.two_component = a.two_component;
   options.raw = a.raw;
-  options.miss = kMisses.at(a.miss);
+  options.miss = miss_policy(a);
   options.gutter = parse_gutter(a.gutter);
   options.mips = a.mips;
   options.keep_match = !a.save_match.empty();
@@ -430,7 +453,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"cage", or_null(a.cage)},
           {"cage_mesh", or_null(a.cage_mesh)},
           {"two_sided", a.two_sided},
-          {"miss", a.miss},
+          {"miss", name_of(kMisses, miss_policy(a))},
           {"traversal", a.traversal},
           {"space", a.space},
           {"flip_y", a.flip_y},
