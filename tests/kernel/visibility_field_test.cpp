@@ -571,6 +571,46 @@ TEST(VisibilityBake, LargeMapsTakeASmallerField) {
   EXPECT_EQ(result.report.missed, 0U);
 }
 
+TEST(VisibilityBake, TakesImperfectLightMeshes) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::icosphere(4);
+  const Source source(*test::device(), high);
+  // A vertex that is nowhere, a triangle without area, three triangles at an edge, and one inside out.
+  Mesh low = test::uv_sphere(24, 12);
+  low.positions[30].y = std::nanf("");
+  low.triangles.push_back({5, 5, 6});
+  low.uv_triangles.push_back({5, 5, 6});
+  low.triangles.push_back(low.triangles[40]);
+  low.uv_triangles.push_back(low.uv_triangles[40]);
+  std::swap(low.triangles[60][0], low.triangles[60][1]);
+  std::swap(low.uv_triangles[60][0], low.uv_triangles[60][1]);
+  low.normals.clear();
+  low.normal_triangles.clear();
+  // And one that no texel lies on.
+  Mesh nowhere = test::uv_sphere(24, 12);
+  for (Vec2& uv : nowhere.uvs) uv = {0.5F + 1e-3F * uv.x, 0.5F + 1e-3F * uv.y};
+  BakeOptions options;
+  options.width = options.height = 64;
+  options.max_distance = Length::share(0.1);
+  for (const MatchMethod method : {MatchMethod::visibility, MatchMethod::hybrid}) {
+    for (const VisibilityAt at : {VisibilityAt::texel, VisibilityAt::vertex, VisibilityAt::face}) {
+      for (const VisibilityTest test : {VisibilityTest::views, VisibilityTest::rays}) {
+        options.method = method;
+        options.visibility.at = at;
+        options.visibility.test = test;
+        options.visibility.directions = 32;
+        const BakeResult result = bake(source, low, options);
+        EXPECT_GT(result.report.samples, 3000U);
+        EXPECT_LT(result.report.missed, result.report.samples / 20);
+        for (const float value : result.maps[0].image.pixels) ASSERT_TRUE(std::isfinite(value));
+        EXPECT_EQ(bake(source, nowhere, options).report.samples, 0U);
+      }
+    }
+  }
+  options.width = options.height = 1;
+  EXPECT_LE(bake(source, low, options).report.samples, 1U);
+}
+
 TEST(VisibilityBake, ViewsDecideWhatRaysLeave) {
   KILN_REQUIRE_DEVICE();
   // A light plane wider than the dense one: past its rim only slanted lines find it.
