@@ -6,7 +6,6 @@
 #include "bake_match.h"
 #include "kernels_shared.h"
 #include "view_plan.h"
-#include "visibility.h"
 
 namespace kiln {
 namespace {
@@ -105,7 +104,9 @@ class VisibilityMatcher : public Matcher {
         samples_(options.samples),
         hybrid_(options.method == MatchMethod::hybrid),
         field_(context_, surface, options.width, options.height, options.visibility,
-               source.traversal, report) {}
+               source.traversal, report, [&options](double done) {
+                 return !options.progress || options.progress(kPreparingShare * done, "visibility");
+               }) {}
 
   void run(const TexelBand& band, Correspondence& match) override {
     if (band.sample_count == 0) return;

@@ -14,6 +14,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocal = 64;
+constexpr std::uint32_t kViewsAtATime = 32;  // a few tenths of a second on two cores
 constexpr std::uint32_t kMostDirections = 4096;
 // Where a ray begins, in frame units: a face seen at the least cosine is left behind by then by more than
 // its points are rounded.
@@ -102,6 +103,15 @@ struct VisibilityProbe::Impl {
   cl::Array<kiln_view> device_views;
   cl::Array<float> weights;
   DepthKeys keys;
+  KeepOn keep_on;
+
+  /// Before the direction with this number.
+  void poll(std::size_t next) const {
+    if (!keep_on) return;
+    context.finish();
+    const double done = static_cast<double>(next) / static_cast<double>(directions.size());
+    if (!keep_on(done)) throw Cancelled{};
+  }
 
   Impl(cl::Context& opened, std::vector<ProbeDirection> probed, std::uint32_t size,
        Traversal wanted)
@@ -125,6 +135,7 @@ struct VisibilityProbe::Impl {
 
   /// The views of a batch, beginning with one direction, on the device.
   void choose_views(std::size_t first, std::size_t count) {
+    poll(first);
     const auto pixels = static_cast<std::uint32_t>(DepthKeys::count(view_size, view_size));
     views.clear();
     std::vector<float> likely;
@@ -150,7 +161,9 @@ struct VisibilityProbe::Impl {
     rasterizer().draw(views, keys);
   }
 
-  std::size_t batch() const { return DepthViews::batch_size(context, view_size); }
+  std::size_t batch() const {
+    return std::min(DepthViews::batch_size(context, view_size), kViewsAtATime);
+  }
 };
 
 VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface,
@@ -187,6 +200,8 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
 
 VisibilityProbe::~VisibilityProbe() = default;
 VisibilityProbe::VisibilityProbe(VisibilityProbe&&) noexcept = default;
+
+void VisibilityProbe::ask(KeepOn keep_on) { impl_->keep_on = std::move(keep_on); }
 
 const cl::Array<float>& VisibilityProbe::normals() const { return impl_->normals; }
 
@@ -282,6 +297,7 @@ void VisibilityProbe::add_by_rays(Places& places) {
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
     impl_->choose_views(first, impl_->batch());
     for (std::uint32_t k = 0; k < impl_->views.size(); ++k) {
+      if (k % 4 == 0) impl_->poll(first + k);
       context.launch(aim, places.count, kLocal, params, impl_->device_views, k, places.points,
                      rays);
       impl_->rays->occluded(rays, places.count, places.capacity, query, hidden);

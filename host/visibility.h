@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -21,6 +22,12 @@ struct ProbeDirection {
   Vec3d toward;      ///< Unit, from the mesh to the viewer
   float weight = 1;  ///< How likely
 };
+
+/// Thrown by what is under way where its caller says stop.
+struct Cancelled {};
+
+/// Called with the share done; false: stop. May be empty.
+using KeepOn = std::function<bool(double)>;
 
 /// The directions that the options ask for, those without weight left out. \throws Error(usage)
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options);
@@ -55,6 +62,9 @@ class VisibilityProbe {
   /// Any places. \param positions,normals  in the surface's frame
   Places places(std::span<const Vec3> positions, std::span<const Vec3> normals) const;
 
+  /// Asked several times a second in what follows. \throws Cancelled where it says stop
+  void ask(KeepOn keep_on);
+
   /// Adds all directions to the places' sums: by pictures, or by rays.
   void add_by_views(Places& places);
   void add_by_rays(Places& places);
@@ -77,9 +87,10 @@ class VisibilityField {
  public:
   /// \param width,height  of the map; a field of texels has at most 2048 a side, and is enlarged for larger
   ///                      maps
+  /// \throws Cancelled
   VisibilityField(cl::Context& context, const LowSurface& surface, std::uint32_t width,
                   std::uint32_t height, const VisibilityOptions& options, Traversal traversal,
-                  VisibilityReport& report);
+                  VisibilityReport& report, KeepOn keep_on = {});
 
   /// Copies a band's samples, with new directions: never below
   /// KILN_VISIBILITY_LEAST_RISE over their faces. Places without any keep their own.

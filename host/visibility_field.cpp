@@ -164,7 +164,7 @@ void add_deviation(const std::vector<std::array<float, 4>>& means, VisibilityRep
 VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface,
                                  std::uint32_t width, std::uint32_t height,
                                  const VisibilityOptions& options, Traversal traversal,
-                                 VisibilityReport& report)
+                                 VisibilityReport& report, KeepOn keep_on)
     : context_(context), width_(width), height_(height) {
   const auto start = std::chrono::steady_clock::now();
   check_visibility(options);
@@ -173,6 +173,7 @@ VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface
   report.by_rays = options.test == VisibilityTest::automatic ? options.at == VisibilityAt::vertex
                                                              : options.test == VisibilityTest::rays;
   VisibilityProbe probe(context, surface, std::move(directions), options.view_size, traversal);
+  probe.ask(std::move(keep_on));
   if (options.at == VisibilityAt::texel) {
     make_texels(surface, probe, options, report);
   } else {

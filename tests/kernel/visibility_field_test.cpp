@@ -611,6 +611,40 @@ TEST(VisibilityBake, TakesImperfectLightMeshes) {
   EXPECT_LE(bake(source, low, options).report.samples, 1U);
 }
 
+TEST(VisibilityBake, StopsWhereItIsTold) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpyTorus::dense(20000);
+  const Mesh low = test::BumpyTorus::light();
+  const Source source(*test::device(), high);
+  for (const VisibilityTest test : {VisibilityTest::views, VisibilityTest::rays}) {
+    BakeOptions options;
+    options.width = options.height = 128;
+    options.max_distance = Length::absolute(0.1);
+    options.method = MatchMethod::hybrid;
+    options.visibility.test = test;
+    double last = -1;
+    int asked = 0;
+    options.progress = [&](double done, std::string_view) {
+      EXPECT_GE(done, last);
+      last = done;
+      ++asked;
+      return true;
+    };
+    EXPECT_FALSE(bake(source, low, options).cancelled);
+    EXPECT_EQ(last, 1);
+    EXPECT_GT(asked, 15);
+    asked = 0;
+    options.progress = [&](double done, std::string_view stage) {
+      ++asked;
+      return stage != "visibility" || done < 0.2;
+    };
+    const BakeResult stopped = bake(source, low, options);
+    EXPECT_TRUE(stopped.cancelled);
+    EXPECT_TRUE(stopped.maps.empty());
+    EXPECT_GT(asked, 5);
+  }
+}
+
 TEST(VisibilityBake, ViewsDecideWhatRaysLeave) {
   KILN_REQUIRE_DEVICE();
   // A light plane wider than the dense one: past its rim only slanted lines find it.
