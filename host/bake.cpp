@@ -171,7 +171,16 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
                        {options.width, options.height, options.samples, 1U << 20});
   NormalDetail detail(context, surface, high.attributes, options);
   report.seconds_texels = watch.lap();
-  const std::unique_ptr<Matcher> matcher = make_matcher(high, surface, options, report);
+  std::unique_ptr<Matcher> matcher;
+  try {
+    matcher = make_matcher(high, surface, options, report);
+  } catch (const Cancelled&) {
+    result = BakeResult{};
+    result.cancelled = true;
+    return result;
+  }
+  // Methods that prepare for long have reported their progress.
+  const double prepared = report.visibility ? kPreparingShare : 0;
   context.finish();
   report.seconds_match = watch.lap() - report.seconds_build;
 
@@ -199,7 +208,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
 
   const std::uint32_t bands = sampler.band_count();
   for (std::uint32_t b = 0; b < bands; ++b) {
-    if (options.progress && !options.progress(0.97 * b / bands, "baking")) {
+    if (options.progress && !options.progress(prepared + (0.97 - prepared) * b / bands, "baking")) {
       result = BakeResult{};
       result.cancelled = true;
       return result;

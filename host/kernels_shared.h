@@ -9,3 +9,4 @@
 #include "shared/render.h"
 #include "shared/texel.h"
 #include "shared/views.h"
+#include "shared/visibility.h"

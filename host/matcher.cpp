@@ -93,6 +93,43 @@ class RayMatcher : public Matcher {
   RayQuery query_;
 };
 
+/// Rays along directions of visibility, or between these and the samples' own.
+class VisibilityMatcher : public Matcher {
+ public:
+  VisibilityMatcher(const Source::Impl& source, const LowSurface& surface, const RayQuery& query,
+                    const BakeOptions& options, VisibilityReport& report)
+      : context_(source.device.context()),
+        rays_(source.rays()),
+        query_(query),
+        samples_(options.samples),
+        hybrid_(options.method == MatchMethod::hybrid),
+        field_(context_, surface, options.width, options.height, options.visibility,
+               source.traversal, report, [&options](double done) {
+                 return !options.progress || options.progress(kPreparingShare * done, "visibility");
+               }) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    if (capacity_ < band.capacity) {
+      points_ = cl::Array<float>();
+      points_ = cl::Array<float>(context_, std::size_t{7} * band.capacity);
+      capacity_ = band.capacity;
+    }
+    field_.direct(band, samples_, hybrid_, points_, capacity_);
+    rays_.intersect(points_, band.sample_count, capacity_, query_, match);
+  }
+
+ private:
+  cl::Context& context_;
+  const RayCaster& rays_;
+  RayQuery query_;
+  std::uint32_t samples_;
+  bool hybrid_;
+  VisibilityField field_;
+  std::uint32_t capacity_ = 0;
+  cl::Array<float> points_;
+};
+
 class ClosestMatcher : public Matcher {
  public:
   ClosestMatcher(const ClosestFinder& finder, const ClosestQuery& query)
@@ -289,8 +326,10 @@ void check_fallback(const BakeOptions& options) {
   if (options.match != nullptr) {
     usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.");
   }
-  const bool same = options.fallback == Fallback::ray ? options.method == MatchMethod::ray
-                                                      : options.method == MatchMethod::closest;
+  const MatchMethod fallback = options.fallback == Fallback::ray     ? MatchMethod::ray
+                               : options.fallback == Fallback::views ? MatchMethod::views
+                                                                     : MatchMethod::closest;
+  const bool same = options.method == fallback;
   if (same) {
     usage(
         "The fallback is the method itself, which leaves the same samples undecided: choose "
@@ -326,6 +365,9 @@ void check_options(const BakeOptions& options) {
         "space.");
   }
   check_views(options.views);
+  if (options.method == MatchMethod::visibility || options.method == MatchMethod::hybrid) {
+    check_visibility(options.visibility);
+  }
   check_fallback(options);
 }
 
@@ -371,14 +413,24 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     return std::make_unique<ClosestMatcher>(
         source.closest(), ClosestQuery{static_cast<float>(distance), options.two_sided});
   };
+  const auto by_views = [&] {
+    report.views.emplace();
+    return std::make_unique<ViewMatcher>(source, surface, options, *report.views);
+  };
   std::unique_ptr<Matcher> matcher;
   if (options.match != nullptr) {
     matcher = std::make_unique<LoadedMatcher>(source.device.context(), *options.match, unit);
   } else if (options.method == MatchMethod::views) {
-    report.views.emplace();
-    matcher = std::make_unique<ViewMatcher>(source, surface, options, *report.views);
+    matcher = by_views();
   } else if (options.method == MatchMethod::closest) {
     matcher = by_nearest_points();
+  } else if (options.method == MatchMethod::visibility || options.method == MatchMethod::hybrid) {
+    report.visibility.emplace();
+    BakeOptions plain = options;  // a cage is for the fallback
+    plain.cage.reset();
+    plain.cage_mesh = nullptr;
+    matcher = std::make_unique<VisibilityMatcher>(
+        source, surface, ray_query(plain, source.frame, distance), options, *report.visibility);
   } else {
     matcher = by_rays();
   }
@@ -386,6 +438,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     std::unique_ptr<Matcher> second;
     if (options.fallback == Fallback::ray) second = by_rays();
     if (options.fallback == Fallback::closest) second = by_nearest_points();
+    if (options.fallback == Fallback::views) second = by_views();
     matcher = std::make_unique<FallbackMatcher>(source.device.context(), std::move(matcher),
                                                 std::move(second));
   }

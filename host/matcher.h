@@ -7,8 +7,12 @@
 #include "source.h"
 #include "texels.h"
 #include "views.h"
+#include "visibility.h"
 
 namespace kiln {
+
+/// Of a bake's progress, what preparing takes for methods that prepare for long.
+inline constexpr double kPreparingShare = 0.5;
 
 class Matcher {
  public:
@@ -32,7 +36,7 @@ ViewQuery view_query(const BakeOptions& options, const LowSurface& surface, cons
 
 /// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
 /// is known before the first band.
-/// \throws Error(usage) for an option out of its range
+/// \throws Error(usage) for an option out of its range, Cancelled where the progress callback says stop
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report);
 

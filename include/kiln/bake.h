@@ -79,6 +79,8 @@ enum class MatchMethod {
           ///< sees
   closest,  ///< The nearest point of faces that do not look away from the sample (Tarini et al., section
             ///< 3.1): finds something wherever the mesh is near, but bunches at ridges and skips creases
+  visibility,  ///< Rays along the direction that each place is seen from (Tarini et al., section 3.3)
+  hybrid,      ///< Rays between that direction and the normal (Tarini et al., section 3.4)
 };
 
 /// What decides samples that the method leaves undecided.
@@ -86,6 +88,7 @@ enum class Fallback {
   low,      ///< Nothing: they are misses
   ray,      ///< Rays
   closest,  ///< The nearest point
+  views,    ///< Depth views
 };
 
 /// Of the views that show a sample within the distance, which one decides it.
@@ -111,6 +114,48 @@ struct ViewOptions {
   bool refine = true;
 };
 
+/// Where directions of visibility are gathered.
+enum class VisibilityAt {
+  face,    ///< On faces, then averaged at vertices by the faces' angles there
+  vertex,  ///< At vertices
+  texel,   ///< At texels, smoothed over neighbours on the surface, across seams too
+};
+
+/// How it is found out whether a place is seen from a direction.
+enum class VisibilityTest {
+  automatic,  ///< views, but for vertices rays
+  views,      ///< Pictures of the light mesh: as fine as their pixels
+  rays,       ///< Rays from the place: exact
+};
+
+/// From where the light mesh is likely to be looked at. +Y is up.
+enum class ViewLikelihood {
+  all,      ///< From all around alike
+  horizon,  ///< From the side: the squared cosine of the angle to the horizon
+  up,       ///< From above: 1 straight above, 0 straight below, by half the height
+  list,     ///< As `VisibilityOptions::likelihoods` says
+};
+
+/// For MatchMethod::visibility and hybrid. The direction of a place is the mean of all directions, out of
+/// many spread evenly, that see it past the light mesh itself, each weighted by the cosine at which it
+/// sees the face (what counting pixels in pictures comes to) and by how likely a view from there is.
+struct VisibilityOptions {
+  VisibilityAt at = VisibilityAt::texel;
+  VisibilityTest test = VisibilityTest::automatic;
+  std::uint32_t directions = 512;  ///< 1 to 4096
+  std::uint32_t view_size = 256;   ///< Pixels a side of a picture, 16 to 2048
+  /// Rounds of smoothing of texels' directions, each over 3 x 3 texels, 0 to 256; the result reaches about
+  /// the square root of this many texels.
+  std::uint32_t smoothing = 4;
+  ViewLikelihood likelihood = ViewLikelihood::all;
+  struct Likelihood {
+    Vec3 direction;  ///< From the mesh to the viewer, of any length above 0
+    double weight = 1;
+  };
+  /// For ViewLikelihood::list: each of the spread directions takes the weight of the nearest of these.
+  std::vector<Likelihood> likelihoods = {};
+};
+
 struct BakeOptions {
   std::uint32_t width = 2048;  ///< 1 to 16384 texels
   std::uint32_t height = 2048;
@@ -118,7 +163,8 @@ struct BakeOptions {
   std::vector<MapKind> maps = {MapKind::normal};
 
   MatchMethod method = MatchMethod::ray;
-  ViewOptions views;                  ///< For MatchMethod::views
+  ViewOptions views;                  ///< For MatchMethod::views and Fallback::views
+  VisibilityOptions visibility;       ///< For MatchMethod::visibility and hybrid
   Fallback fallback = Fallback::low;  ///< Another method than `method`
 
   /// How far the match looks each way (nearest points: all around); with a cage, the ray's length from the
@@ -188,6 +234,18 @@ struct ViewReport {
   bool height_field = false;  ///< Detected: one view
 };
 
+/// What gathering directions of visibility came to. Places are texels of the field, or vertices.
+struct VisibilityReport {
+  std::uint32_t directions = 0;           ///< With a weight above 0
+  bool by_rays = false;                   ///< Else by pictures
+  std::uint32_t width = 0, height = 0;    ///< Of the field of texels
+  std::uint64_t places = 0;
+  std::uint64_t unseen = 0;  ///< Places that no direction sees, after smoothing; filled from around
+  std::uint64_t without = 0;  ///< Of these, with nothing around either: they keep the normal
+  double mean_deviation = 0;  ///< Standard deviation of the directions that see a place, mean over places
+  double seconds = 0;         ///< Part of seconds_match
+};
+
 struct BakeReport {
   std::uint64_t texels = 0;  ///< Covered by the light mesh
   std::uint64_t samples = 0;
@@ -197,6 +255,7 @@ struct BakeReport {
   double max_distance = 0;          ///< As used, world units
   double mean_abs_distance = 0;     ///< Of the samples that hit, world units
   std::optional<ViewReport> views;  ///< Where matched by views
+  std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   double seconds_build = 0;         ///< Structures of the source, made for this bake
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;
   double seconds_mips = 0;  ///< Charts, levels, their gutters and encoding

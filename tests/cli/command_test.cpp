@@ -182,6 +182,86 @@ TEST(Command, GivesTheSameBytesEveryTime) {
   EXPECT_TRUE(bake("e", {"--traversal", "cpu"}, one_thread) == expected);
 }
 
+TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  {
+    std::ofstream file(scene / "views.txt");
+    file << "# where visitors stand\n1 0.2 0 1\n\n0 0.2 1 2.5 # the entrance\n0 -1 0 0\n";
+  }
+  const auto bake = [&](const std::vector<std::string>& more, const ProcessOptions& options) {
+    std::vector<std::string> arguments = {"bake",
+                                          scene / "high.obj",
+                                          scene / "low.obj",
+                                          "--out",
+                                          scene / "out",
+                                          "--size",
+                                          "200",
+                                          "--max-distance",
+                                          "10%",
+                                          "--directions",
+                                          "96",
+                                          "--json",
+                                          scene / "report.json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(arguments, options);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    std::ifstream file(scene / "out" / "low_normal.png", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  ProcessOptions one_thread;
+  one_thread.environment = {{"KILN_THREADS", "1"}, {"POCL_MAX_PTHREAD_COUNT", "1"}};
+  ProcessOptions three_threads;
+  three_threads.environment = {{"KILN_THREADS", "3"}};
+  std::vector<std::string> all;
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"--match", "visibility"},
+        {"--match", "visibility", "--visibility-at", "vertex"},
+        {"--match", "visibility", "--visibility-at", "vertex", "--visibility-test", "views"},
+        {"--match", "visibility", "--visibility-at", "face"},
+        {"--match", "visibility", "--visibility-test", "rays", "--samples", "2"},
+        {"--match", "hybrid", "--visibility-smooth", "9"},
+        {"--match", "visibility", "--view-weight", "horizon"},
+        {"--match", "visibility", "--view-weight", scene / "views.txt"}}) {
+    const std::string expected = bake(options, {});
+    ASSERT_GT(expected.size(), 1000U);
+    EXPECT_TRUE(bake(options, one_thread) == expected) << options.back();
+    EXPECT_TRUE(bake(options, three_threads) == expected) << options.back();
+    std::vector<std::string> gpu = options;
+    gpu.insert(gpu.end(), {"--traversal", "gpu"});
+    EXPECT_TRUE(bake(gpu, {}) == expected) << options.back();
+    EXPECT_EQ(std::count(all.begin(), all.end(), expected), 0) << options.back();
+    all.push_back(expected);
+    const nlohmann::json report = read_json(scene / "report.json");
+    EXPECT_EQ(report["options"]["match"], options[1]);
+    EXPECT_EQ(report["options"]["directions"], 96);
+    const auto& visibility = report["visibility"];
+    EXPECT_GT(visibility["places"].get<int>(), 1000);
+    EXPECT_GT(visibility["seconds"].get<double>(), 0);
+    EXPECT_EQ(visibility["test"], report["options"]["visibility_test"]);
+    EXPECT_LE(visibility["directions"].get<int>(), 96);
+  }
+  // In words, too.
+  const ProcessResult said =
+      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
+                "64", "--match", "hybrid", "--fallback", "none", "--max-distance", "0.1%"});
+  EXPECT_NE((said.output + said.errors).find("visibility from 512 directions"), std::string::npos)
+      << said.output << said.errors;
+}
+
+TEST(Command, NamesTheLineOfABadListOfViews) {
+  const fs::path scene = make_scene(500);
+  for (const auto& [text, line] :
+       {std::pair{"0 0 1 1\n0 0 0 1\n", "line 2"}, std::pair{"1 2 3\n", "line 1"},
+        std::pair{"1 2 3 -4\n", "line 1"}, std::pair{"1 2 3 4 5\n", "line 1"},
+        std::pair{"\n# nothing\n", "no line"}}) {
+    std::ofstream(scene / "views.txt") << text;
+    expect_failure({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out",
+                    "--match", "hybrid", "--view-weight", scene / "views.txt"},
+                   3, {"views.txt", line}, scene / "out");
+  }
+}
+
 TEST(Command, GivesTheSameBytesOnOtherImplementations) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(2000);
@@ -319,7 +399,18 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--match", "views", "--cage", "2%"}), 2, {"--fallback ray"}, out);
   expect_failure(bake({"--match", "closest", "--cage", "2%"}), 2, {"--fallback ray"}, out);
   expect_failure(bake({"--match", "nearest"}), 2, {"--match", "closest"}, out);
-  expect_failure(bake({"--fallback", "views"}), 2, {"--fallback", "closest"}, out);
+  expect_failure(bake({"--fallback", "hybrid"}), 2, {"--fallback", "closest"}, out);
+  expect_failure(bake({"--fallback", "fill", "--miss", "mark"}), 2, {"--fallback fill", "--miss"},
+                 out);
+  expect_failure(bake({"--match", "views", "--fallback", "views"}), 2, {"itself"}, out);
+  expect_failure(bake({"--directions", "100"}), 2, {"--directions", "--match visibility"}, out);
+  expect_failure(bake({"--match", "hybrid", "--directions", "0"}), 2, {"--directions", "4096"},
+                 out);
+  expect_failure(bake({"--match", "visibility", "--visibility-at", "edge"}), 2,
+                 {"--visibility-at", "texel"}, out);
+  expect_failure(bake({"--match", "visibility", "--view-weight", "nowhere.txt"}), 3,
+                 {"nowhere.txt", "horizon"}, out);
+  expect_failure(bake({"--match", "visibility", "--cage", "2%"}), 2, {"--fallback ray"}, out);
   expect_failure(bake({"--fallback", "ray"}), 2, {"--fallback ray", "itself"}, out);
   expect_failure(bake({"--match", "closest", "--fallback", "closest"}), 2,
                  {"--fallback closest", "itself"}, out);

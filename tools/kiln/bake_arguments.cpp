@@ -18,13 +18,25 @@ const std::map<std::string, MissPolicy> kMisses = {
     {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
 const std::map<std::string, RayTraversal> kTraversals = {
     {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
-const std::map<std::string, MatchMethod> kMethods = {
-    {"ray", MatchMethod::ray}, {"views", MatchMethod::views}, {"closest", MatchMethod::closest}};
+const std::map<std::string, MatchMethod> kMethods = {{"ray", MatchMethod::ray},
+                                                     {"views", MatchMethod::views},
+                                                     {"closest", MatchMethod::closest},
+                                                     {"visibility", MatchMethod::visibility},
+                                                     {"hybrid", MatchMethod::hybrid}};
+const std::map<std::string, VisibilityAt> kVisibilityAt = {
+    {"face", VisibilityAt::face}, {"vertex", VisibilityAt::vertex}, {"texel", VisibilityAt::texel}};
+const std::map<std::string, VisibilityTest> kVisibilityTests = {{"auto", VisibilityTest::automatic},
+                                                                {"views", VisibilityTest::views},
+                                                                {"rays", VisibilityTest::rays}};
+const std::map<std::string, ViewLikelihood> kLikelihoods = {
+    {"all", ViewLikelihood::all}, {"horizon", ViewLikelihood::horizon}, {"up", ViewLikelihood::up}};
 const std::map<std::string, ViewCriterion> kCriteria = {{"depth", ViewCriterion::depth},
                                                         {"distance", ViewCriterion::distance},
                                                         {"angle", ViewCriterion::angle}};
-const std::map<std::string, Fallback> kFallbacks = {
-    {"low", Fallback::low}, {"ray", Fallback::ray}, {"closest", Fallback::closest}};
+const std::map<std::string, Fallback> kFallbacks = {{"low", Fallback::low},
+                                                    {"ray", Fallback::ray},
+                                                    {"closest", Fallback::closest},
+                                                    {"views", Fallback::views}};
 const std::map<std::string, ImageFormat> kFormats = {{"exr", ImageFormat::exr_half},
                                                      {"exr32", ImageFormat::exr_float},
                                                      {"png16", ImageFormat::png16},
@@ -44,6 +56,23 @@ std::string name_of(const std::map<std::string, T>& values, T wanted) {
     if (value == wanted) return name;
   }
   throw Error(ErrorCode::internal, "An option's value has no name.");
+}
+
+/// Other ways to say --miss.
+const std::map<std::string, MissPolicy> kFallbackMisses = {{"fill", MissPolicy::fill},
+                                                           {"none", MissPolicy::mark}};
+
+std::vector<std::string> fallback_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : kFallbacks) names.push_back(name);
+  for (const auto& [name, value] : kFallbackMisses) names.push_back(name);
+  return names;
+}
+
+/// What the fallback says of misses, or else --miss.
+MissPolicy miss_policy(const BakeArguments& a) {
+  const auto said = kFallbackMisses.find(a.fallback);
+  return said != kFallbackMisses.end() ? said->second : kMisses.at(a.miss);
 }
 
 /// Percent, 0 to 100.
@@ -116,17 +145,20 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
 
   const char* const group_match = "The match";
   command
-      .add_option("--match", a.match,
-                  "How the dense surface is found: ray along the normals, views: depth pictures "
-                  "from all around, or closest: the nearest point")
+      .add_option(
+          "--match", a.match,
+          "How the dense surface is found: ray along the normals, views: depth pictures "
+          "from all around, closest: the nearest point, visibility: rays along the direction "
+          "that a place is seen from, or hybrid: between that and the normal")
       ->check(one_of(kMethods))
       ->capture_default_str()
       ->group(group_match);
   command
       .add_option("--fallback", a.fallback,
                   "What decides samples that the match leaves undecided: low (LOW's normal; they "
-                  "count as missed), ray or closest")
-      ->check(one_of(kFallbacks))
+                  "count as missed), ray, closest, views, fill (the map around them, as --miss "
+                  "fill), or none (marked, as --miss mark)")
+      ->check(CLI::IsMember(fallback_names(), CLI::ignore_case))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -194,6 +226,42 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
                 "normal's")
       ->group(group_views);
 
+  const char* const group_visibility = "Visibility (--match visibility, hybrid)";
+  command
+      .add_option("--visibility-at", a.visibility_at,
+                  "Where directions are gathered: face (averaged at vertices), vertex or texel "
+                  "(smoothed, across seams too)")
+      ->check(one_of(kVisibilityAt))
+      ->capture_default_str()
+      ->group(group_visibility);
+  command.add_option("--directions", a.directions, "How many directions look at LOW, 1 to 4096")
+      ->check(CLI::Range(1U, 4096U))
+      ->capture_default_str()
+      ->group(group_visibility);
+  command
+      .add_option("--visibility-test", a.visibility_test,
+                  "What finds out what they see: views (pictures of LOW), rays (exact), or auto: "
+                  "rays for vertices, else views")
+      ->check(one_of(kVisibilityTests))
+      ->capture_default_str()
+      ->group(group_visibility);
+  command.add_option("--visibility-size", a.visibility_size, "Pixels a side of these pictures")
+      ->check(CLI::Range(16U, 2048U))
+      ->capture_default_str()
+      ->group(group_visibility);
+  command
+      .add_option("--visibility-smooth", a.visibility_smooth,
+                  "Rounds of smoothing texels' directions, 3 x 3 texels each")
+      ->check(CLI::Range(0U, 256U))
+      ->capture_default_str()
+      ->group(group_visibility);
+  command
+      .add_option("--view-weight", a.view_weight,
+                  "From where LOW will be looked at: all, horizon, up (+Y), or a file with a line "
+                  "\"X Y Z WEIGHT\" a direction")
+      ->capture_default_str()
+      ->group(group_visibility);
+
   const char* const group_low = "The light mesh";
   CLI::Option* faces =
       command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
@@ -225,6 +293,10 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command.add_flag("--quiet", a.quiet, "Print nothing but errors")->group(group_run);
 }
 
+bool by_visibility(const BakeArguments& a) {
+  return a.load_match.empty() && (a.match == "visibility" || a.match == "hybrid");
+}
+
 void check(const BakeArguments& a) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
   if (!a.low.empty() && (a.faces != 0 || !a.max_error.empty())) {
@@ -237,9 +309,25 @@ void check(const BakeArguments& a) {
   if (a.low.empty() && !a.cage_mesh.empty()) {
     fail("--cage-mesh needs the LOW that it belongs to.");
   }
-  const bool views = a.match == "views";
+  const bool views = a.match == "views" || a.fallback == "views";
   if (!views && (!a.views.empty() || !a.view.empty() || a.view_size != 0)) {
     fail("--views, --view and --view-size are for --match views.");
+  }
+  const BakeArguments defaults;
+  if (!by_visibility(a) &&
+      (a.visibility_at != defaults.visibility_at || a.directions != defaults.directions ||
+       a.visibility_test != defaults.visibility_test ||
+       a.visibility_size != defaults.visibility_size ||
+       a.visibility_smooth != defaults.visibility_smooth ||
+       a.view_weight != defaults.view_weight)) {
+    fail(
+        "--visibility-..., --directions and --view-weight are for --match visibility and "
+        "--match hybrid.");
+  }
+  if (kFallbackMisses.contains(a.fallback) && a.miss != "keep" &&
+      kMisses.at(a.miss) != miss_policy(a)) {
+    fail("--fallback " + a.fallback + " is another --miss than " + a.miss +
+         ": leave one of them out.");
   }
   if (!a.load_match.empty() && a.fallback != "low") {
     fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
@@ -270,7 +358,18 @@ BakeOptions bake_options(const BakeArguments& a) {
   }
   options.method = kMethods.at(a.match);
   options.views.criterion = kCriteria.at(a.view_criterion);
-  options.fallback = kFallbacks.at(a.fallback);
+  if (!kFallbackMisses.contains(a.fallback)) options.fallback = kFallbacks.at(a.fallback);
+  options.visibility.at = kVisibilityAt.at(a.visibility_at);
+  options.visibility.test = kVisibilityTests.at(a.visibility_test);
+  options.visibility.directions = a.directions;
+  options.visibility.view_size = a.visibility_size;
+  options.visibility.smoothing = a.visibility_smooth;
+  if (const auto known = kLikelihoods.find(a.view_weight); known != kLikelihoods.end()) {
+    options.visibility.likelihood = known->second;
+  } else {
+    options.visibility.likelihood = ViewLikelihood::list;
+    options.visibility.likelihoods = load_likelihoods(a.view_weight);
+  }
   options.views.size = a.view_size;
   options.views.refine = !a.no_view_refine;
   for (const std::string& view : a.view) options.views.directions.push_back(parse_direction(view));
@@ -291,7 +390,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.flip_y = a.flip_y;
   options.two_component = a.two_component;
   options.raw = a.raw;
-  options.miss = kMisses.at(a.miss);
+  options.miss = miss_policy(a);
   options.gutter = parse_gutter(a.gutter);
   options.mips = a.mips;
   options.keep_match = !a.save_match.empty();
@@ -340,18 +439,27 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
   return {{"size", a.size},
           {"maps", a.maps},
           {"match", a.load_match.empty() ? a.match : "loaded"},
-          {"views", a.match == "views" ? Json(a.views.empty() ? "default" : a.views) : Json()},
+          {"views", a.match == "views" || a.fallback == "views"
+                        ? Json(a.views.empty() ? "default" : a.views)
+                        : Json()},
           {"view", a.view},
           {"view_size", report.views ? Json(report.views->size) : Json()},
           {"view_criterion", report.views ? Json(a.view_criterion) : Json()},
           {"view_refine", report.views ? Json(!a.no_view_refine) : Json()},
+          {"visibility_at", by_visibility(a) ? Json(a.visibility_at) : Json()},
+          {"visibility_test",
+           report.visibility ? Json(report.visibility->by_rays ? "rays" : "views") : Json()},
+          {"directions", by_visibility(a) ? Json(a.directions) : Json()},
+          {"visibility_size", by_visibility(a) ? Json(a.visibility_size) : Json()},
+          {"visibility_smooth", by_visibility(a) ? Json(a.visibility_smooth) : Json()},
+          {"view_weight", by_visibility(a) ? Json(a.view_weight) : Json()},
           {"fallback", a.load_match.empty() ? Json(a.fallback) : Json()},
           {"max_distance", or_null(a.max_distance)},
           {"max_distance_world", report.max_distance},
           {"cage", or_null(a.cage)},
           {"cage_mesh", or_null(a.cage_mesh)},
           {"two_sided", a.two_sided},
-          {"miss", a.miss},
+          {"miss", name_of(kMisses, miss_policy(a))},
           {"traversal", a.traversal},
           {"space", a.space},
           {"flip_y", a.flip_y},

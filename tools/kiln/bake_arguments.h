@@ -23,6 +23,12 @@ struct BakeArguments {
   std::uint32_t view_size = 0;
   std::string view_criterion = "angle";
   bool no_view_refine = false;
+  std::string visibility_at = "texel";
+  std::string visibility_test = "auto";
+  std::uint32_t directions = 512;
+  std::uint32_t visibility_size = 256;
+  std::uint32_t visibility_smooth = 4;
+  std::string view_weight = "all";
   std::string fallback = "low";
   std::string cage, cage_mesh;
   bool two_sided = false;
@@ -63,6 +69,9 @@ MatchMethod match_method(const std::string& name);
 std::vector<std::string> match_names();
 std::string fallback_name(Fallback fallback);
 std::string criterion_name(ViewCriterion criterion);
+
+/// Whether directions of visibility are asked for.
+bool by_visibility(const BakeArguments& arguments);
 
 bool is_exr(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);

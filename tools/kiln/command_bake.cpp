@@ -122,6 +122,20 @@ std::string summary(const ViewReport& views, double diagonal) {
   return line;
 }
 
+/// One line about visibility.
+std::string summary(const VisibilityReport& visibility) {
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "visibility from %u directions by %s at %s %s in %.2f s; %s seen from none of them "
+                "(%s have no neighbour that is seen, and keep the normal); standard deviation %.3f",
+                visibility.directions, visibility.by_rays ? "rays" : "views",
+                with_commas(visibility.places).c_str(),
+                visibility.width != 0 ? "texels" : "vertices", visibility.seconds,
+                with_commas(visibility.unseen).c_str(), with_commas(visibility.without).c_str(),
+                visibility.mean_deviation);
+  return text;
+}
+
 struct Stages {
   double load = 0, low = 0, build = 0, save = 0;
 };
@@ -298,6 +312,7 @@ int run_bake(const BakeArguments& arguments) {
         {"warnings", describe(warnings)}};
     if (options.mips) json["mips"] = mips;
     if (report.views) json["views"] = describe(*report.views);
+    if (report.visibility) json["visibility"] = describe(*report.visibility);
     if (low.simplified) {
       json["low"] = {{"faces", low.simplified->faces},
                      {"error", low.simplified->error},
@@ -317,6 +332,7 @@ int run_bake(const BakeArguments& arguments) {
     console.line(text);
   }
   if (report.views) console.line(summary(*report.views, source.stats().diagonal));
+  if (report.visibility) console.line(summary(*report.visibility));
   print_summary(console, report, std::uint64_t{options.width} * options.height, source.stats(),
                 stages, total);
   for (const std::string& output : outputs) console.line("wrote " + output);

@@ -66,6 +66,14 @@ Json describe(const ViewReport& views) {
           {"directions", directions}};
 }
 
+Json describe(const VisibilityReport& visibility) {
+  return {{"directions", visibility.directions}, {"test", visibility.by_rays ? "rays" : "views"},
+          {"width", visibility.width},           {"height", visibility.height},
+          {"places", visibility.places},         {"unseen", visibility.unseen},
+          {"without", visibility.without},       {"mean_deviation", visibility.mean_deviation},
+          {"seconds", visibility.seconds}};
+}
+
 Json describe_texels(const BakeReport& report) {
   return {
       {"covered", report.texels},  {"samples", report.samples}, {"outward", report.outward},
