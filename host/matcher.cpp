@@ -198,7 +198,7 @@ class ViewMatcher : public Matcher {
     Rasterizer& raster = source.raster();
     const double radius = raster.radius();
     choose_directions(surface, options, report);
-    size_ = choose_size(options.views, radius, report);
+    size_ = choose_size(surface, options, radius, report);
     report.pixel = 2 * radius / size_ / source.frame.scale;
     for (const Vec3d& direction : directions_) report.directions.push_back(to_float(direction));
     batch_ = DepthViews::batch_size(context_, size_);
@@ -269,7 +269,28 @@ class ViewMatcher : public Matcher {
     return sampler.sample(0);
   }
 
-  std::uint32_t choose_size(const ViewOptions& views, double radius, ViewReport& report) const {
+  /// Pixels a side that are worth it: two across a sample of the map. A point is then found within half a
+  /// sample of where it should be, however many triangles a pixel covers.
+  static double useful_size(const LowSurface& surface, const BakeOptions& options, double radius) {
+    double area = 0;
+    double uv_area = 0;
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+      if (surface.usable[i] == 0) continue;
+      const auto& [a, b, c] = surface.triangles[i];
+      const Vec3d origin(a.position);
+      area += length(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin)) / 2;
+      const double ux = double{b.uv.x} - a.uv.x, uy = double{b.uv.y} - a.uv.y;
+      const double vx = double{c.uv.x} - a.uv.x, vy = double{c.uv.y} - a.uv.y;
+      const double doubled = std::abs(ux * vy - uy * vx);
+      if (std::isfinite(doubled)) uv_area += doubled / 2;
+    }
+    const double texels = uv_area * options.width * options.height;
+    return 2 * 2 * radius * options.samples * std::sqrt(texels / area);
+  }
+
+  std::uint32_t choose_size(const LowSurface& surface, const BakeOptions& options, double radius,
+                            ViewReport& report) const {
+    const ViewOptions& views = options.views;
     if (views.size != 0) {
       report.size = views.size;
       report.undersampled =
@@ -277,6 +298,8 @@ class ViewMatcher : public Matcher {
     } else {
       // No larger than lets all views lie on the device together.
       std::uint32_t limit = kLargestView;
+      const double useful = useful_size(surface, options, radius);
+      while (limit > 1024 && limit - 256 >= useful) limit -= 256;
       while (limit > 1024 && DepthViews::batch_size(context_, limit) < directions_.size()) {
         limit -= 256;
       }

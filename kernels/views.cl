@@ -147,7 +147,9 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
 
 /// The point on the sample's own direction: where a point of that line shows in the view, the pixels'
 /// triangles are tried against the line, and its next point taken from what they say (as relief mapping
-/// searches a depth image; Policarpo, Oliveira, Comba 2005). False where the line meets none of them.
+/// searches a depth image; Policarpo, Oliveira, Comba 2005). Where it meets none of them, since pixels show
+/// only some of the triangles that are smaller, the nearest point beside it counts within a pixel. Else
+/// false.
 /// \param along  distance along the line where the search begins
 static inline bool views_refine(global const kiln_view* view, const views_sample* sample,
                                 float along, float max_distance, global const ulong* restrict keys,
@@ -156,21 +158,25 @@ static inline bool views_refine(global const kiln_view* view, const views_sample
                                 global const float* restrict positions, views_point* point) {
 #pragma OPENCL FP_CONTRACT OFF
   const views_line line = views_line_along(sample->direction);
+  float least = 1.0f / (view->scale * view->scale);
+  bool found = false;
   for (int round = 0; round < 5; ++round) {
     const float3 place = sample->position + sample->direction * along;
     float x, y;
-    if (!views_place(view, place, &x, &y)) return false;
+    if (!views_place(view, place, &x, &y)) break;
     views_point next;
     if (!views_find(view, &line, sample, x, y, max_distance, keys, drawn, triangles, positions,
                     &next))
-      return false;
-    if (next.beside == 0.0f) {
+      break;
+    if (next.beside < least) {
       *point = next;
-      return true;
+      least = next.beside;
+      found = true;
     }
+    if (next.beside == 0.0f) break;
     along = dot3(next.offset, sample->direction);
   }
-  return false;
+  return found;
 }
 
 /// Where a view shows a sample. False where it is beside the picture or seen too much aslant.

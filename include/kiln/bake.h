@@ -106,7 +106,8 @@ struct ViewOptions {
   bool automatic = false;
   /// The caller's own, beside those: from the mesh to the viewer, of any length above 0.
   std::vector<Vec3> directions;
-  /// Pixels a side of a depth view, up to 8192. 0: by the mesh's density.
+  /// Pixels a side of a depth view, up to 8192. 0: by the mesh's density, but no more than two pixels
+  /// across a sample of the map.
   std::uint32_t size = 0;
   ViewCriterion criterion = ViewCriterion::angle;
   /// Move each point from the view's line to the sample's own direction where the view shows it there:

@@ -210,7 +210,7 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->group(group_views);
   command
       .add_option("--view-size", a.view_size,
-                  "Pixels a side of a view (default: by the density of HIGH)")
+                  "Pixels a side of a view (default: by the density of HIGH, up to two a sample)")
       ->check(CLI::Range(16U, 8192U))
       ->group(group_views);
   command
