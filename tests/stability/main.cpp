@@ -1,0 +1,14 @@
+// stability_survey: prints the tables of tests/stability/README.md.
+#include <cstdio>
+
+#include "kiln/kiln.h"
+#include "stability/survey.h"
+
+int main() {
+  try {
+    std::fputs(kiln::test::survey(kiln::Device::open()).c_str(), stdout);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "stability_survey: %s\n", error.what());
+    return 1;
+  }
+}

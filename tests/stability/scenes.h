@@ -1,0 +1,37 @@
+// Small scenes in which one way to match or another goes wrong: which samples it gets right is known.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "kiln/bake.h"
+#include "kiln/mesh.h"
+
+namespace kiln::test {
+
+/// What became of a sample.
+enum class Verdict { right, wrong, undecided };
+
+struct FailureScene {
+  std::string name;  ///< For tables, in words
+  std::string what;  ///< One sentence: what is difficult, and what counts as right
+  Mesh high, low;
+  Length reach = Length::absolute(0.1);
+  Length cage = Length::absolute(0.1);  ///< For the way that uses one
+  /// Of a sample by its place in the texture and its match (triangle KILN_NO_TRIANGLE: none).
+  std::function<Verdict(double u, double v, std::uint32_t triangle, double distance)> judge = {};
+};
+
+std::vector<FailureScene> failure_scenes();
+
+/// A way to match, as tables name it.
+struct Way {
+  std::string name;
+  BakeOptions options;
+  bool use_cage = false;
+};
+std::vector<Way> ways();
+
+}  // namespace kiln::test
