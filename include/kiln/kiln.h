@@ -4,6 +4,7 @@
 #pragma once
 
 #include "kiln/bake.h"
+#include "kiln/contour.h"
 #include "kiln/device.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
@@ -14,3 +15,4 @@
 #include "kiln/render.h"
 #include "kiln/types.h"
 #include "kiln/version.h"
+#include "kiln/volume.h"
