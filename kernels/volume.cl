@@ -6,14 +6,15 @@
 // between the edge's ends. A vertex minimises E(x) = sum (n . (x - p))^2 over its sheet's crossings, from
 // their mean along the eigenvectors of A = sum n n' with eigenvalues above a share of the largest
 // (Lindstrom 2000, "Out-of-Core Simplification of Large Polygonal Models", section 3.3), clamped to
-// the cell. Eigenvectors come from four cyclic Jacobi sweeps (Golub and Van Loan, section 8.5).
+// the cell.
+// Eigenvectors come from four cyclic Jacobi sweeps (Golub and Van Loan, section 8.5).
 //
 // | kernel                | items            | local | traffic an item                               |
 // | --------------------- | ---------------- | ----- | --------------------------------------------- |
 // | kiln_volume_signs     | words of a slab  | 64    | 64 voxels read, 8 B written                   |
 // | kiln_volume_crossings | crossed edges    | 64    | 8 B and 12 voxels (gathered) read, 16 B written |
-// | kiln_volume_vertices  | vertices         | 64    | 8 B and 3 to 12 words and crossings (gathered) |
-// |                       |                  |       | read, 80 B written                            |
+// | kiln_volume_vertices  | vertices / 8     | 64    | 8 x (8 B and 3 to 12 words and crossings      |
+// |                       |                  |       | (gathered) read, 80 B written)                |
 //
 // Defines: KILN_VOXEL=uchar, char, ushort, short or float (default): the voxels' type. Others come as
 // floats.
@@ -154,130 +155,168 @@ kernel void kiln_volume_crossings(const kiln_volume_grid grid,
   crossings[item].normal[2] = normal.z;
 }
 
-/// One Jacobi rotation that zeroes a[p][q] of a symmetric matrix; r is the third index. The columns of
+/// One Jacobi rotation that zeroes a[p][q] of symmetric matrices; r is the third index. The columns of
 /// the eigenvectors turn with it.
-static void volume_rotate(float* app, float* aqq, float* apq, float* arp, float* arq, float3* vp,
-                          float3* vq) {
+static void volume_rotate(float8* app, float8* aqq, float8* apq, float8* arp, float8* arq,
+                          float8 vp[3], float8 vq[3]) {
 #pragma OPENCL FP_CONTRACT OFF
-  const float off = *apq;
-  const float difference = *aqq - *app;
+  const float8 off = *apq;
+  const float8 difference = *aqq - *app;
   // tan of the angle: the smaller root of t^2 + 2 theta t - 1 = 0, theta = difference / (2 off).
-  const float scale = fabs(difference) + sqrt(difference * difference + 4.0f * off * off);
-  const float tangent =
-      scale > 0.0f ? (difference < 0.0f ? -2.0f * off : 2.0f * off) / scale : 0.0f;
-  const float cosine = 1.0f / sqrt(tangent * tangent + 1.0f);
-  const float sine = tangent * cosine;
+  const float8 scale = fabs(difference) + sqrt(difference * difference + 4.0f * off * off);
+  const float8 twice = difference < 0.0f ? -2.0f * off : 2.0f * off;
+  const float8 tangent = scale > 0.0f ? twice / scale : (float8)(0.0f);
+  const float8 cosine = 1.0f / sqrt(tangent * tangent + 1.0f);
+  const float8 sine = tangent * cosine;
   *app -= tangent * off;
   *aqq += tangent * off;
-  *apq = 0.0f;
-  const float rp = *arp;
-  const float rq = *arq;
+  *apq = (float8)(0.0f);
+  const float8 rp = *arp;
+  const float8 rq = *arq;
   *arp = cosine * rp - sine * rq;
   *arq = sine * rp + cosine * rq;
-  const float3 p = *vp;
-  const float3 q = *vq;
-  *vp = p * cosine - q * sine;
-  *vq = p * sine + q * cosine;
-}
-
-/// The part of the correction along one eigenvector.
-static float3 volume_along(float3 axis, float value, float limit, float3 residual) {
-#pragma OPENCL FP_CONTRACT OFF
-  return value > limit ? axis * (dot3(axis, residual) / value) : (float3)(0.0f);
-}
-
-/// Where E is least, from `middle` on.
-static float3 volume_solve(const float a[6], float3 b, float3 middle) {
-#pragma OPENCL FP_CONTRACT OFF
-  float xx = a[0], xy = a[1], xz = a[2], yy = a[3], yz = a[4], zz = a[5];
-  const float3 residual =
-      b - (float3)(dot3((float3)(xx, xy, xz), middle), dot3((float3)(xy, yy, yz), middle),
-                   dot3((float3)(xz, yz, zz), middle));
-  float3 vx = (float3)(1.0f, 0.0f, 0.0f);
-  float3 vy = (float3)(0.0f, 1.0f, 0.0f);
-  float3 vz = (float3)(0.0f, 0.0f, 1.0f);
-  for (int sweep = 0; sweep < 4; ++sweep) {
-    volume_rotate(&xx, &yy, &xy, &xz, &yz, &vx, &vy);
-    volume_rotate(&xx, &zz, &xz, &xy, &yz, &vx, &vz);
-    volume_rotate(&yy, &zz, &yz, &xy, &xz, &vy, &vz);
+  for (int k = 0; k < 3; ++k) {
+    const float8 p = vp[k];
+    const float8 q = vq[k];
+    vp[k] = p * cosine - q * sine;
+    vq[k] = p * sine + q * cosine;
   }
-  const float limit = KILN_VOLUME_EIGEN_LIMIT * max(xx, max(yy, zz));
-  return middle + volume_along(vx, xx, limit, residual) + volume_along(vy, yy, limit, residual) +
-         volume_along(vz, zz, limit, residual);
 }
 
-/// Vertices from their keys (shared/volume.h). words and crossings: of all the volume.
+/// Adds the part of the correction along one eigenvector.
+static void volume_advance(const float8 axis[3], float8 value, float8 limit,
+                           const float8 residual[3], float8 place[3]) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float8 product = (axis[0] * residual[0] + axis[1] * residual[1]) + axis[2] * residual[2];
+  const float8 step = value > limit ? product / value : (float8)(0.0f);
+  for (int k = 0; k < 3; ++k) place[k] += axis[k] * step;
+}
+
+/// Where E is least, eight vertices at once. place: in: where to start, out: the place.
+static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) {
+#pragma OPENCL FP_CONTRACT OFF
+  float8 xx = a[0], xy = a[1], xz = a[2], yy = a[3], yz = a[4], zz = a[5];
+  const float8 residual[3] = {b[0] - ((xx * place[0] + xy * place[1]) + xz * place[2]),
+                              b[1] - ((xy * place[0] + yy * place[1]) + yz * place[2]),
+                              b[2] - ((xz * place[0] + yz * place[1]) + zz * place[2])};
+  const float8 one = (float8)(1.0f);
+  const float8 zero = (float8)(0.0f);
+  float8 vx[3] = {one, zero, zero};
+  float8 vy[3] = {zero, one, zero};
+  float8 vz[3] = {zero, zero, one};
+  for (int sweep = 0; sweep < 4; ++sweep) {
+    volume_rotate(&xx, &yy, &xy, &xz, &yz, vx, vy);
+    volume_rotate(&xx, &zz, &xz, &xy, &yz, vx, vz);
+    volume_rotate(&yy, &zz, &yz, &xy, &xz, vy, vz);
+  }
+  const float8 limit = KILN_VOLUME_EIGEN_LIMIT * max(xx, max(yy, zz));
+  volume_advance(vx, xx, limit, residual, place);
+  volume_advance(vy, yy, limit, residual, place);
+  volume_advance(vz, zz, limit, residual, place);
+}
+
+/// Rank of a crossed edge: its number among all.
+static uint volume_edge(const kiln_volume_grid* grid, global const kiln_volume_word* words,
+                        uint axis, uint x, uint y, uint z) {
+  global const kiln_volume_word* word = words + volume_row(grid, y, z) + (x >> 6);
+  const ulong before = (1ul << (x & 63u)) - 1ul;
+  ulong rank = popcount(word->edge[axis] & before);
+  if (axis > 0u) rank += popcount(word->edge[0]);
+  if (axis > 1u) rank += popcount(word->edge[1]);
+  return word->edge_base + (uint)rank;
+}
+
+/// Vertices from their keys (shared/volume.h), eight an item. words and crossings: of all the volume.
 kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong* restrict keys,
                                  global const kiln_volume_word* restrict words,
                                  global const kiln_volume_crossing* restrict crossings,
                                  global kiln_volume_qef* restrict qefs,
                                  global kiln_volume_vertex* restrict vertices) {
 #pragma OPENCL FP_CONTRACT OFF
-  const uint item = (uint)get_global_id(0);
-  if (item >= grid.count) return;
-  const ulong key = keys[item];
-  const uint cell[3] = {(uint)(key & 0xFFFFul), (uint)(key >> 16 & 0xFFFFul),
-                        (uint)(key >> 32 & 0xFFFFul)};
-  const uint mask = (uint)(key >> 48);
-  float a[6] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-  float3 b = (float3)(0.0f);
-  float3 mass = (float3)(0.0f);
-  float3 mean = (float3)(0.0f);
-  float c = 0.0f;
-  float count = 0.0f;
-  for (uint rest = mask; rest != 0u; rest &= rest - 1u) {
-    const uint edge = 31u - clz(rest & (0u - rest));
-    const uint axis = edge >> 2;
-    const uint u = edge & 1u;
-    const uint v = edge >> 1 & 1u;
-    // Offsets of the edge's lower end from the cell's lowest corner.
-    const uint dx = axis == 1u ? v : axis == 2u ? u : 0u;
-    const uint dy = axis == 2u ? v : axis == 0u ? u : 0u;
-    const uint dz = axis == 0u ? v : axis == 1u ? u : 0u;
-    const uint x = cell[0] + dx;
-    global const kiln_volume_word* word =
-        words + volume_row(&grid, cell[1] + dy, cell[2] + dz) + (x >> 6);
-    const ulong before = (1ul << (x & 63u)) - 1ul;
-    ulong rank = popcount(word->edge[axis] & before);
-    if (axis > 0u) rank += popcount(word->edge[0]);
-    if (axis > 1u) rank += popcount(word->edge[1]);
-    global const kiln_volume_crossing* crossing = crossings + word->edge_base + (uint)rank;
-    const float t = crossing->t;
-    const float3 n = vload3(0, crossing->normal);
-    const float3 p = (float3)(axis == 0u ? t : (float)dx, axis == 1u ? t : (float)dy,
-                              axis == 2u ? t : (float)dz);
-    const float d = dot3(n, p);
-    a[0] += n.x * n.x;
-    a[1] += n.x * n.y;
-    a[2] += n.x * n.z;
-    a[3] += n.y * n.y;
-    a[4] += n.y * n.z;
-    a[5] += n.z * n.z;
-    b += n * d;
-    c += d * d;
-    mass += p;
-    mean += n;
-    count += 1.0f;
+  const uint first = (uint)get_global_id(0) * 8u;
+  if (first >= grid.count) return;
+  const uint lanes = min(grid.count - first, 8u);
+  float a[6][8] = {{0.0f}};
+  float b[3][8] = {{0.0f}};
+  float middle[3][8] = {{0.0f}};
+  for (uint lane = 0u; lane < lanes; ++lane) {
+    const uint item = first + lane;
+    const ulong key = keys[item];
+    const uint cell_x = (uint)(key & 0xFFFFul);
+    const uint cell_y = (uint)(key >> 16 & 0xFFFFul);
+    const uint cell_z = (uint)(key >> 32 & 0xFFFFul);
+    kiln_volume_qef qef;
+    for (int k = 0; k < 6; ++k) qef.a[k] = 0.0f;
+    float3 sum = (float3)(0.0f);
+    float3 mass = (float3)(0.0f);
+    float3 mean = (float3)(0.0f);
+    float c = 0.0f;
+    float count = 0.0f;
+    for (uint rest = (uint)(key >> 48); rest != 0u; rest &= rest - 1u) {
+      const uint edge = 31u - clz(rest & (0u - rest));
+      const uint axis = edge >> 2;
+      const uint u = edge & 1u;
+      const uint v = edge >> 1 & 1u;
+      // Offsets of the edge's lower end from the cell's lowest corner.
+      const uint dx = axis == 1u ? v : axis == 2u ? u : 0u;
+      const uint dy = axis == 2u ? v : axis == 0u ? u : 0u;
+      const uint dz = axis == 0u ? v : axis == 1u ? u : 0u;
+      global const kiln_volume_crossing* crossing =
+          crossings + volume_edge(&grid, words, axis, cell_x + dx, cell_y + dy, cell_z + dz);
+      const float t = crossing->t;
+      const float3 n = vload3(0, crossing->normal);
+      const float3 p = (float3)(axis == 0u ? t : (float)dx, axis == 1u ? t : (float)dy,
+                                axis == 2u ? t : (float)dz);
+      const float d = dot3(n, p);
+      qef.a[0] += n.x * n.x;
+      qef.a[1] += n.x * n.y;
+      qef.a[2] += n.x * n.z;
+      qef.a[3] += n.y * n.y;
+      qef.a[4] += n.y * n.z;
+      qef.a[5] += n.z * n.z;
+      sum += n * d;
+      c += d * d;
+      mass += p;
+      mean += n;
+      count += 1.0f;
+    }
+    vstore3(sum, 0, qef.b);
+    qef.c = c;
+    vstore3(mass, 0, qef.mass);
+    qef.count = count;
+    qefs[item] = qef;
+    for (int k = 0; k < 6; ++k) a[k][lane] = qef.a[k];
+    for (int k = 0; k < 3; ++k) b[k][lane] = qef.b[k];
+    for (int k = 0; k < 3; ++k) middle[k][lane] = qef.mass[k] / count;
+
+    // Crossings that cancel each other out: any direction.
+    const float3 normal = volume_unit(mean, (float3)(0.0f, 0.0f, 1.0f));
+    const float3 turned = volume_unit((float3)(dot3(vload3(0, grid.normal_to_world), normal),
+                                               dot3(vload3(1, grid.normal_to_world), normal),
+                                               dot3(vload3(2, grid.normal_to_world), normal)),
+                                      normal);
+    vstore3(turned, 0, vertices[item].normal);
   }
-  const float3 place = clamp(volume_solve(a, b, mass / count), 0.0f, 1.0f);
 
-  for (int k = 0; k < 6; ++k) qefs[item].a[k] = a[k];
-  vstore3(b, 0, qefs[item].b);
-  qefs[item].c = c;
-  vstore3(mass, 0, qefs[item].mass);
-  qefs[item].count = count;
+  float8 matrix[6];
+  float8 side[3];
+  float8 place[3];
+  for (int k = 0; k < 6; ++k) matrix[k] = vload8(0, a[k]);
+  for (int k = 0; k < 3; ++k) {
+    side[k] = vload8(0, b[k]);
+    place[k] = vload8(0, middle[k]);
+  }
+  volume_solve(matrix, side, place);
+  for (int k = 0; k < 3; ++k) vstore8(clamp(place[k], 0.0f, 1.0f), 0, middle[k]);
 
-  const float3 voxel =
-      (float3)((float)cell[0] - 1.0f, (float)cell[1] - 1.0f, (float)cell[2] - 1.0f);
-  const float3 at = voxel + place;
-  const float3 world = vload3(0, grid.to_world) * at.x + vload3(1, grid.to_world) * at.y +
-                       vload3(2, grid.to_world) * at.z;
-  // Crossings that cancel each other out: the cell's own first direction.
-  const float3 normal = volume_unit(mean, (float3)(0.0f, 0.0f, 1.0f));
-  const float3 turned = volume_unit((float3)(dot3(vload3(0, grid.normal_to_world), normal),
-                                             dot3(vload3(1, grid.normal_to_world), normal),
-                                             dot3(vload3(2, grid.normal_to_world), normal)),
-                                    normal);
-  vstore3(world, 0, vertices[item].position);
-  vstore3(turned, 0, vertices[item].normal);
+  for (uint lane = 0u; lane < lanes; ++lane) {
+    const uint item = first + lane;
+    const ulong key = keys[item];
+    const float x = (float)(key & 0xFFFFul) - 1.0f + middle[0][lane];
+    const float y = (float)(key >> 16 & 0xFFFFul) - 1.0f + middle[1][lane];
+    const float z = (float)(key >> 32 & 0xFFFFul) - 1.0f + middle[2][lane];
+    const float3 world =
+        vload3(0, grid.to_world) * x + vload3(1, grid.to_world) * y + vload3(2, grid.to_world) * z;
+    vstore3(world, 0, vertices[item].position);
+  }
 }

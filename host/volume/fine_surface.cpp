@@ -321,7 +321,8 @@ FineSurface fine_surface(cl::Context& context, const Volume& volume, const Conto
       const std::size_t n = std::min(part, count - begin);
       grid.count = static_cast<std::uint32_t>(n);
       keys.write(context, std::span<const std::uint64_t>(&surface.keys[begin], n));
-      context.launch(vertices_kernel, n, kLocal, grid, keys, words, crossings, qefs, vertices);
+      context.launch(vertices_kernel, (n + 7) / 8, kLocal, grid, keys, words, crossings, qefs,
+                     vertices);
       vertices.read(context, {&surface.vertices[begin], n});
       if (with_qefs) qefs.read(context, {&surface.qefs[begin], n});
     }
