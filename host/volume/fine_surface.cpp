@@ -16,6 +16,8 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocal = 64;
+// Vertices worked on at once: their error functions then stay in a CPU's caches.
+constexpr std::size_t kPartVertices = std::size_t{1} << 16;
 
 double lap(std::chrono::steady_clock::time_point& last) {
   const auto now = std::chrono::steady_clock::now();
@@ -137,7 +139,7 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
   const std::uint32_t planes = grid.size[2] + 2;
   const bool whole = slabs.step() >= grid.size[2];
   const std::uint32_t step = whole ? planes : std::max(1U, slabs.step() - 3);
-  std::vector<kiln_volume_crossing> part;
+  RawVector<kiln_volume_crossing> part;
   for (std::uint32_t first = 0; first < planes; first += step) {
     const std::uint32_t last = std::min(planes, first + step);
     const std::uint32_t begin = cells.plane_edges()[first];
@@ -147,7 +149,7 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
     const std::uint32_t low = std::min(grid.size[2] - 1, first < 2 ? 0 : first - 2);
     const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 1));
     const cl::Array<std::byte>& voxels = slabs.load(low, high, grid);
-    std::vector<std::uint64_t> keys(grid.count);
+    RawVector<std::uint64_t> keys(grid.count);
     parallel_for(last - first, 4, [&](std::size_t from, std::size_t to) {
       for (std::size_t z = from; z < to; ++z) {
         cells.for_edges(first + static_cast<std::uint32_t>(z),
@@ -172,10 +174,10 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
 }
 
 /// Signs and sheets of every cell, and the vertices' keys.
-std::vector<CellRecord> find_sheets(const CellGrid& cells, std::vector<std::uint64_t>& keys) {
+RawVector<CellRecord> find_sheets(const CellGrid& cells, RawVector<std::uint64_t>& keys) {
   const PatchTable& table = PatchTable::get();
   const std::uint32_t planes = cells.size()[2] + 2;
-  std::vector<CellRecord> records(cells.cell_count());
+  RawVector<CellRecord> records(cells.cell_count());
   std::vector<std::uint32_t> first(planes + 1);
   parallel_for(planes, 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t z = begin; z < end; ++z) {
@@ -223,11 +225,11 @@ std::vector<CellRecord> find_sheets(const CellGrid& cells, std::vector<std::uint
   return records;
 }
 
-std::vector<FineEdge> find_quads(const CellGrid& cells, const std::vector<CellRecord>& records,
-                                 std::uint64_t& quads) {
+RawVector<FineEdge> find_quads(const CellGrid& cells, const RawVector<CellRecord>& records,
+                               std::uint64_t& quads) {
   const PatchTable& table = PatchTable::get();
   const std::uint32_t planes = cells.size()[2] + 2;
-  std::vector<FineEdge> edges(cells.edge_count());
+  RawVector<FineEdge> edges(cells.edge_count());
   std::vector<std::uint64_t> counts(planes);
   parallel_for(planes, 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t z = begin; z < end; ++z) {
@@ -305,7 +307,7 @@ FineSurface fine_surface(cl::Context& context, const Volume& volume, const Conto
     report.seconds_hermite = lap(clock);
   }
   surface.cells = cells.cell_count();
-  const std::vector<CellRecord> records = find_sheets(cells, surface.keys);
+  const RawVector<CellRecord> records = find_sheets(cells, surface.keys);
   const std::size_t count = surface.keys.size();
   surface.vertices.resize(count);
   if (with_qefs) surface.qefs.resize(count);
@@ -313,7 +315,7 @@ FineSurface fine_surface(cl::Context& context, const Volume& volume, const Conto
     const cl::Array<kiln_volume_word> words(context,
                                             std::span<const kiln_volume_word>(cells.words()));
     // In parts, so that what the device holds beside the crossings stays small.
-    const std::size_t part = std::min<std::size_t>(count, std::size_t{1} << 20);
+    const std::size_t part = std::min(count, kPartVertices);
     cl::Array<std::uint64_t> keys(context, part);
     const cl::Array<kiln_volume_qef> qefs(context, part);
     const cl::Array<kiln_volume_vertex> vertices(context, part);

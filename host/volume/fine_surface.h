@@ -9,6 +9,7 @@
 #include "kiln/contour.h"
 #include "shared/volume.h"
 #include "volume/cell_grid.h"
+#include "volume/raw_vector.h"
 
 namespace kiln {
 
@@ -31,10 +32,10 @@ struct FineEdge {
 struct FineSurface {
   std::uint32_t cells = 0;
   std::uint64_t quads = 0;
-  std::vector<std::uint64_t> keys;  ///< Per vertex, shared/volume.h; by cell, plane after plane
-  std::vector<kiln_volume_vertex> vertices;
-  std::vector<kiln_volume_qef> qefs;  ///< Empty where not asked for
-  std::vector<FineEdge> edges;
+  RawVector<std::uint64_t> keys;  ///< Per vertex, shared/volume.h; by cell, plane after plane
+  RawVector<kiln_volume_vertex> vertices;
+  RawVector<kiln_volume_qef> qefs;  ///< Empty where not asked for
+  RawVector<FineEdge> edges;
   bool mirrored = false;  ///< The axes are left-handed: triangles must be turned round
 };
 
