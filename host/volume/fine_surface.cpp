@@ -174,11 +174,13 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
 }
 
 /// Signs and sheets of every cell, and the vertices' keys.
-RawVector<CellRecord> find_sheets(const CellGrid& cells, RawVector<std::uint64_t>& keys) {
+RawVector<CellRecord> find_sheets(const CellGrid& cells, RawVector<std::uint64_t>& keys,
+                                  std::vector<FineFork>& forks) {
   const PatchTable& table = PatchTable::get();
   const std::uint32_t planes = cells.size()[2] + 2;
   RawVector<CellRecord> records(cells.cell_count());
   std::vector<std::uint32_t> first(planes + 1);
+  std::vector<std::vector<CellPlace>> doubled(planes);
   parallel_for(planes, 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t z = begin; z < end; ++z) {
       std::uint32_t count = 0;
@@ -193,9 +195,12 @@ RawVector<CellRecord> find_sheets(const CellGrid& cells, RawVector<std::uint64_t
           // lies beyond an open border.
           CellPlace neighbour = place;
           neighbour[face / 2] += face % 2 == 0 ? ~0U : 1U;
-          if (cells.cell(neighbour) != CellGrid::kNone &&
-              table.doubled_face(cells.corners(neighbour)) == (face ^ 1U)) {
-            record.flipped = static_cast<std::uint8_t>(face);
+          if (cells.cell(neighbour) != CellGrid::kNone) {
+            if (table.doubled_face(cells.corners(neighbour)) == (face ^ 1U)) {
+              record.flipped = static_cast<std::uint8_t>(face);
+            } else {
+              doubled[z].push_back(place);
+            }
           }
         }
         record.first_vertex = count;
@@ -222,6 +227,25 @@ RawVector<CellRecord> find_sheets(const CellGrid& cells, RawVector<std::uint64_t
       });
     }
   });
+  for (const auto& plane : doubled) {
+    for (const CellPlace& place : plane) {
+      const CellRecord& record = records[cells.cell(place)];
+      const std::uint32_t face = table.doubled_face(record.corners);
+      CellPlace beyond = place;
+      beyond[face / 2] += face % 2 == 0 ? ~0U : 1U;
+      const CellRecord& other = records[cells.cell(beyond)];
+      FineFork fork{};
+      for (std::size_t k = 0; k < 2; ++k) {
+        const auto vertex = [&](const CellRecord& cell, std::uint32_t side) {
+          const std::uint32_t edge = PatchTable::opposite_edges(side)[k];
+          return cell.first_vertex + table.patch(cell.corners, cell.flipped, edge);
+        };
+        fork.stem = vertex(record, face);
+        fork.branches[k] = vertex(other, face ^ 1U);
+      }
+      forks.push_back(fork);
+    }
+  }
   return records;
 }
 
@@ -307,7 +331,7 @@ FineSurface fine_surface(cl::Context& context, const Volume& volume, const Conto
     report.seconds_hermite = lap(clock);
   }
   surface.cells = cells.cell_count();
-  const RawVector<CellRecord> records = find_sheets(cells, surface.keys);
+  const RawVector<CellRecord> records = find_sheets(cells, surface.keys, surface.forks);
   const std::size_t count = surface.keys.size();
   surface.vertices.resize(count);
   if (with_qefs) surface.qefs.resize(count);

@@ -29,6 +29,13 @@ struct FineEdge {
   }
 };
 
+/// A vertex that meets two others through the same face, since its sheet bends back there: these two must not
+/// become one vertex unless it joins them, or an edge would have four faces.
+struct FineFork {
+  std::uint32_t stem;
+  std::array<std::uint32_t, 2> branches;
+};
+
 struct FineSurface {
   std::uint32_t cells = 0;
   std::uint64_t quads = 0;
@@ -36,7 +43,8 @@ struct FineSurface {
   RawVector<kiln_volume_vertex> vertices;
   RawVector<kiln_volume_qef> qefs;  ///< Empty where not asked for
   RawVector<FineEdge> edges;
-  bool mirrored = false;  ///< The axes are left-handed: triangles must be turned round
+  std::vector<FineFork> forks;  ///< Few
+  bool mirrored = false;        ///< The axes are left-handed: triangles must be turned round
 };
 
 /// \param with_qefs  keep the vertices' error functions

@@ -109,6 +109,11 @@ PatchTable::PatchTable() {
   }
 }
 
+std::array<std::uint32_t, 2> PatchTable::opposite_edges(std::uint32_t face_index) {
+  const Face f = face(face_index);
+  return {f.edges[0], f.edges[2]};
+}
+
 const PatchTable& PatchTable::get() {
   static const PatchTable table;
   return table;

@@ -35,6 +35,9 @@ class PatchTable {
   /// must be flipped, which parts the sheet in both (Wenger 2013, "Isosurfaces", section 3.3.5).
   std::uint32_t doubled_face(std::uint32_t corners) const { return doubled_[corners]; }
 
+  /// A crossed edge of each of the two lines on a face whose corners alternate.
+  static std::array<std::uint32_t, 2> opposite_edges(std::uint32_t face);
+
  private:
   PatchTable();
   std::array<std::array<std::uint32_t, kFlips>, 256> edges_{};
