@@ -77,7 +77,7 @@ struct ExtractOptions {
   /// last, and counted ("topology-changed").
   bool keep_topology = true;
 
-  std::uint32_t size = 1024;                       ///< Side of the map, 16 to 16384 texels
+  std::uint32_t size = 1024;                       ///< Side of the map, 16 to 8192 texels
   std::uint32_t border_texels = 2;                 ///< Around each chart, 1 to 64
   NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent or object
   bool flip_y = false;                             ///< Green down (DirectX)

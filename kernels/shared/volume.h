@@ -74,4 +74,39 @@ KILN_CHECK_SIZE(kiln_volume_vertex, 24);
 /// Eigenvalues below this share of the largest do not move a vertex off the crossings' mean.
 #define KILN_VOLUME_EIGEN_LIMIT 0.05f
 
+/// A polygon of the light mesh and its rectangle of texels: one triangle, or two that share the edge from
+/// corner 0 to corner 2: (0, 1, 2) and (0, 2, 3). Texels are local to the rectangle, rows from the top;
+/// whole numbers are their centres.
+typedef struct kiln_volume_chart {
+  kiln_float project[2][2]
+                    [4];  ///< Per triangle: weights of its 2nd and 3rd corner at a point of the
+                          ///< world (x, y, z, 1), along the triangle's normal
+  kiln_float weights[2][2][3];  ///< ... at a texel (x, y, 1)
+  kiln_float texel[4][2];       ///< Of the corners
+  kiln_float normal[2][3];      ///< Of the triangles, unit
+  kiln_uint corner[4];          ///< Vertices of the light mesh
+  kiln_uint size[2];            ///< Width, height
+  kiln_uint first_texel;        ///< In the pool, at level 0
+  kiln_uint triangle;           ///< The first of its triangles in the light mesh
+  kiln_uint triangles;          ///< 1 or 2
+  kiln_uint corners;            ///< 3 or 4
+  kiln_uint place[2];           ///< Of its first texel in the map
+  kiln_uint padding[2];
+} kiln_volume_chart;
+KILN_CHECK_SIZE(kiln_volume_chart, 224);
+
+/// A level of the charts' pyramids: sides halve, rounded up, down to 1 x 1. Rows of all charts that have
+/// the level follow each other.
+typedef struct kiln_volume_level {
+  kiln_uint rows;
+  kiln_uint level;
+  kiln_uint charts;
+  kiln_int space;      ///< KILN_SPACE_*
+  kiln_float y_scale;  ///< -1 turns green down
+  kiln_float scale;    ///< n scale + offset is written
+  kiln_float offset;
+  kiln_uint padding;
+} kiln_volume_level;
+KILN_CHECK_SIZE(kiln_volume_level, 32);
+
 #endif

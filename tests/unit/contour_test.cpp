@@ -259,7 +259,7 @@ TEST(VertexTree, ReachesTheFacesAskedFor) {
   KILN_REQUIRE_DEVICE();
   const Volume volume = gyroid(60, 40);
   std::uint64_t fine = 0;
-  for (const std::uint32_t faces : {100000000U, 8000U, 3000U, 1000U}) {
+  for (const std::uint32_t faces : {100000000U, 8000U, 4000U}) {
     const Simplified s = simplified(volume, faces, 0);
     EXPECT_TRUE(s.light.reached);
     EXPECT_LE(s.light.faces, faces);
@@ -288,9 +288,9 @@ TEST(VertexTree, BoxKeepsItsCorners) {
   const Volume volume = test::make_float_volume({40, 40, 40}, [](double x, double y, double z) {
     return test::box_field(x - 19.3, y - 19.4, z - 19.6, 13.2, 11.3, 9.1);
   });
-  const Simplified s = simplified(volume, 0, 0.05);
+  const Simplified s = simplified(volume, 0, 0.3);
   EXPECT_EQ(s.after.euler, 2);
-  EXPECT_LT(s.light.faces, s.fine.quads / 4);
+  EXPECT_LT(s.light.faces, 50U);
   double sum = test::enclosed_volume(s.mesh);
   EXPECT_NEAR(sum, 8 * 13.2 * 11.3 * 9.1, 8 * 13.2 * 11.3 * 9.1 * 0.01);
 }
