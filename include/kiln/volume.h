@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kiln/error.h"
@@ -18,16 +20,26 @@ enum class VoxelType : std::uint8_t { u8, i8, u16, i16, u32, i32, f32, f64 };
 constexpr std::size_t size_of(VoxelType type) {
   switch (type) {
     case VoxelType::u8:
-    case VoxelType::i8: return 1;
+    case VoxelType::i8:
+      return 1;
     case VoxelType::u16:
-    case VoxelType::i16: return 2;
+    case VoxelType::i16:
+      return 2;
     case VoxelType::u32:
     case VoxelType::i32:
-    case VoxelType::f32: return 4;
-    case VoxelType::f64: return 8;
+    case VoxelType::f32:
+      return 4;
+    case VoxelType::f64:
+      return 8;
   }
   return 0;
 }
+
+/// "u8", "i8", "u16", "i16", "u32", "i32", "f32" or "f64".
+const char* name_of(VoxelType type);
+
+/// The type of such a name (exactly), or nothing.
+std::optional<VoxelType> voxel_type_of(std::string_view name);
 
 /// A scalar field sampled on a regular grid. A voxel is a sample at a grid point, not a box.
 struct Volume {
@@ -40,5 +52,75 @@ struct Volume {
   std::array<std::array<double, 3>, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::vector<std::byte> voxels;  ///< size[0] size[1] size[2] values, x fastest.
 };
+
+/// Reads a volume; the name's extension, in any case, says the format:
+///
+///   .nrrd, .nhdr  NRRD 1 to 5, attached or detached data; raw, gzip, text. `space directions` and
+///                 `space origin`, else `spacings`, else spacing 1. Left-handed spaces
+///                 (left-anterior-superior, 3D-left-handed) get x negated, so that no picture is
+///                 mirrored.
+///   .mha, .mhd    MetaImage, data LOCAL or in a file of its own; raw, compressed (zlib), text.
+///                 TransformMatrix, ElementSpacing (else ElementSize), Offset.
+///   .nii, .nii.gz NIfTI 1 and 2 in one file, read with libnifti. Axes by the sform where its code is
+///                 positive, else the qform, else the pixel sizes. scl_slope and scl_inter, where they
+///                 change values, are applied; the volume is f32 then.
+///   .vdb          OpenVDB, in builds that have it (reads_openvdb()): the first float or double grid
+///                 as f32 over the bounding box of its active voxels and 2 voxels more on each side,
+///                 which hold the background's value (or the inside's, in a level set).
+///
+/// Positions are in the file's own world and units: left-posterior-superior in most NRRD and MetaImage
+/// files, right-anterior-superior in NIfTI (the same body, turned by 180 degrees about z). Either byte
+/// order. Limits: one value a voxel; three axes (others must have size 1); a header of a MiB; axes
+/// with lengths from 1e-30 to 1e30, at least a 1e-4th part of a right angle apart. 64-bit integers,
+/// bzip2, and volumes over many files are refused by name.
+///
+/// What is imperfect but can be handled is counted in `warnings`:
+///
+///   non-finite-voxels  NaN or infinite: kept. The contouring decides what they mean.
+///   trailing-bytes     after the last voxel: ignored
+///   missing-spacing    an axis without a usable spacing: 1
+///   bad-transform      a NIfTI form without three independent axes: the next of the rule above
+///   ignored-scale      a mapping of values that is not applied: NIfTI's where it is not finite,
+///                      MetaImage's ElementToIntensityFunction always
+///   ignored-grids      further grids of an OpenVDB file
+///
+/// \param path      the file
+/// \param warnings  where to append what was imperfect but handled; may be null
+/// \throws Error(input) names the file, the place (line, field or byte) and the remedy: no file, no
+///         known format, another format than the name says, truncated (expected and found bytes), a
+///         size of 0 or beyond 2^32 - 1 on an axis, an encoding or type that Kiln does not read, more
+///         than one value a voxel, several time steps, axes that are not independent.
+/// Thread safety: may be called from several threads. Memory is the volume's, plus a few MiB: a header
+/// that claims more than its file could hold is refused before anything is allocated for it.
+/// \see http://teem.sourceforge.net/nrrd/format.html,
+///      https://itk.org/Wiki/ITK/MetaIO/Documentation, https://nifti.nimh.nih.gov/nifti-1
+Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
+
+/// Whether this build of Kiln reads .vdb.
+bool reads_openvdb();
+
+enum class ByteOrder : std::uint8_t { little, big };
+
+/// What a file without header cannot say of itself.
+struct RawVolumeLayout {
+  std::array<std::uint64_t, 3> size{};  ///< Voxels along x (fastest in the file), y, z.
+  VoxelType type = VoxelType::u8;
+  std::array<double, 3> spacing{1, 1, 1};  ///< World units between neighbours, positive.
+  ByteOrder byte_order = ByteOrder::little;
+  std::int64_t header_bytes = 0;  ///< To skip; -1: whatever precedes the last voxels.
+};
+
+/// Reads a volume without header. The file must have exactly the bytes that the layout asks for: more
+/// or fewer mean that the layout is wrong. Warnings and promises as load_volume's.
+/// \throws Error(usage) a size, spacing or number of header bytes out of range
+/// \throws Error(input) no such file, or its size is not as the layout says (both in bytes)
+Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout& layout,
+                       std::vector<Warning>* warnings = nullptr);
+
+/// Writes a volume as NRRD: raw, little-endian, with `space directions` and `space origin` exactly as
+/// they are; load_volume gives the same volume. Whole or not at all.
+/// \throws Error(usage) the number of voxels is not as `size` says, or the axes are not usable
+/// \throws Error(output)
+void save_nrrd(const Volume& volume, const std::filesystem::path& path);
 
 }  // namespace kiln
