@@ -21,6 +21,10 @@ void check(const ExtractOptions& options) {
     fail("The error is " + std::to_string(options.error) +
          " cells: give one above 0, or a number of faces.");
   }
+  if (!(options.min_part >= 0 && options.min_part <= 1)) {
+    fail("The least part is " + std::to_string(options.min_part) +
+         " of the largest: give a share from 0 to 1.");
+  }
   if (options.size < 16 || options.size > 8192) {
     fail("The map's size is " + std::to_string(options.size) + " texels; use 16 to 8192.");
   }
@@ -72,8 +76,11 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
   report.warnings = report.contour.warnings;
   lap();
   const VertexTree tree(surface, volume.size, options.contour.border == VolumeBorder::open);
-  const LightSurface light = choose_light_surface(surface, tree, volume, options.faces,
-                                                  options.error, options.keep_topology);
+  const LightSurface light = choose_light_surface(surface, tree, volume,
+                                                  {.faces = options.faces,
+                                                   .error = options.error,
+                                                   .keep_topology = options.keep_topology,
+                                                   .min_part = options.min_part});
   if (light.polygons.empty()) {
     throw Error(ErrorCode::input, "Nothing of the surface of volume '" + volume.name +
                                       "' is left: ask for more faces or a smaller error, or keep "
@@ -85,6 +92,14 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
     ++(polygon.is_quad() ? report.quads : report.triangles);
   }
   report.error = light.error;
+  report.parts = light.parts;
+  if (light.dropped_parts != 0) {
+    report.warnings.push_back({"small-parts",
+                               std::to_string(light.dropped_parts) + " of " +
+                                   std::to_string(light.parts) +
+                                   " parts of the surface are small and were left out, as asked.",
+                               light.dropped_parts});
+  }
   if (!light.reached) {
     report.warnings.push_back({"faces-not-reached",
                                "The light mesh has " + std::to_string(light.faces) +

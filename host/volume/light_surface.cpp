@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 
 #include "geometry/vector.h"
 #include "parallel.h"
@@ -12,8 +13,30 @@ namespace {
 
 constexpr std::uint32_t kNone = VertexTree::kNone;
 constexpr float kNever = std::numeric_limits<float>::infinity();
-/// Beyond any error in cells: clusters that change the topology come after all others.
-constexpr float kLast = 1e6F;
+
+/// 1 for fine vertices of parts that are left out; empty where none is.
+std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
+                                      LightSurface& light) {
+  std::vector<std::uint32_t> part(tree.count()), sizes(tree.count());
+  for (std::uint32_t node = tree.count(); node-- > 0;) {
+    part[node] = tree.parent(node) == kNone ? node : part[tree.parent(node)];
+    if (node < tree.leaves()) ++sizes[part[node]];
+  }
+  std::uint32_t largest = 0;
+  for (const std::uint32_t size : sizes) largest = std::max(largest, size);
+  for (const std::uint32_t size : sizes) {
+    if (size == 0) continue;
+    ++light.parts;
+    if (size < min_part * largest) ++light.dropped_parts;
+  }
+  std::vector<std::uint8_t> result;
+  if (light.dropped_parts == 0) return result;
+  result.resize(tree.leaves());
+  for (std::uint32_t leaf = 0; leaf < tree.leaves(); ++leaf) {
+    result[leaf] = sizes[part[leaf]] < min_part * largest ? 1 : 0;
+  }
+  return result;
+}
 
 /// From which limit on a cluster's vertices are one, whichever cluster above does it.
 std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
@@ -21,9 +44,7 @@ std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
   std::vector<float> limits(tree.count() - leaves);
   for (std::uint32_t node = tree.count(); node-- > leaves;) {
     const VertexTree::Cluster& cluster = tree.cluster(node);
-    float limit = cluster.is_one_sheet ? cluster.error
-                  : keep_topology      ? kNever
-                                       : kLast + cluster.error;
+    float limit = cluster.is_one_sheet || !keep_topology ? cluster.error : kNever;
     const std::uint32_t parent = tree.parent(node);
     if (parent != kNone) limit = std::min(limit, limits[parent - leaves]);
     limits[node - leaves] = limit;
@@ -34,13 +55,14 @@ std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
 /// The limit that leaves at most `faces` triangles: a quad loses one with each of the first two of its
 /// sides whose ends become one vertex.
 float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
-                      const std::vector<float>& limits, std::uint32_t faces) {
+                      const std::vector<std::uint8_t>& small, const std::vector<float>& limits,
+                      std::uint32_t faces) {
   RawVector<float> losses(2 * surface.edges.size());
   parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const FineEdge& edge = surface.edges[i];
       float first = -1, second = -1;  // edges that are no quads have no triangles to lose
-      if (edge.is_quad()) {
+      if (edge.is_quad() && (small.empty() || small[edge.vertices[0]] == 0)) {
         first = second = kNever;
         for (std::size_t k = 0; k < 4; ++k) {
           std::uint32_t a = edge.vertices[k], b = edge.vertices[(k + 1) % 4];
@@ -85,9 +107,9 @@ Vec3d normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
   return cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
 }
 
-/// Turns a quad so that its diagonal runs from corner 0 to 2 where the triangles fit the normals best: the
-/// greater of the two diagonals' least agreement.
-void choose_diagonal(LightSurface& light, LightSurface::Polygon& polygon) {
+/// Whether a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than from 0 to 2:
+/// by their least agreement.
+bool prefers_second(const LightSurface& light, const LightSurface::Polygon& polygon) {
   const auto& c = polygon.corners;
   const auto position = [&](std::size_t k) { return light.positions[c[k % 4]]; };
   const auto agreement = [&](std::size_t first) {
@@ -102,21 +124,48 @@ void choose_diagonal(LightSurface& light, LightSurface::Polygon& polygon) {
     }
     return least;
   };
-  if (agreement(1) > agreement(0)) {
-    std::rotate(polygon.corners.begin(), polygon.corners.begin() + 1, polygon.corners.end());
+  return agreement(1) > agreement(0);
+}
+
+std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
+  return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+}
+
+/// Turns quads so that the better diagonal runs from corner 0 to 2; the other one where that is an edge
+/// of other polygons already, so that no edge gets more than two triangles for it.
+void choose_diagonals(LightSurface& light) {
+  std::unordered_set<std::uint64_t> taken;
+  taken.reserve(3 * light.polygons.size());
+  for (const LightSurface::Polygon& polygon : light.polygons) {
+    const std::size_t count = polygon.is_quad() ? 4 : 3;
+    for (std::size_t k = 0; k < count; ++k) {
+      taken.insert(edge_key(polygon.corners[k], polygon.corners[(k + 1) % count]));
+    }
+  }
+  for (LightSurface::Polygon& polygon : light.polygons) {
+    if (!polygon.is_quad()) continue;
+    auto& c = polygon.corners;
+    const std::uint64_t diagonals[2] = {edge_key(c[0], c[2]), edge_key(c[1], c[3])};
+    std::size_t chosen = prefers_second(light, polygon) ? 1 : 0;
+    if (taken.count(diagonals[chosen]) != 0 && taken.count(diagonals[1 - chosen]) == 0) {
+      chosen = 1 - chosen;
+    }
+    taken.insert(diagonals[chosen]);
+    if (chosen == 1) std::rotate(c.begin(), c.begin() + 1, c.end());
   }
 }
 
 }  // namespace
 
 LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& tree,
-                                  const Volume& volume, std::uint32_t faces, double error,
-                                  bool keep_topology) {
+                                  const Volume& volume, const LightOptions& options) {
   const std::uint32_t leaves = tree.leaves();
-  const std::vector<float> limits = merging_limits(tree, keep_topology);
-  const float limit =
-      faces != 0 ? limit_for_faces(surface, tree, limits, faces) : static_cast<float>(error);
   LightSurface light;
+  const std::vector<std::uint8_t> small = small_parts(tree, options.min_part, light);
+  const std::vector<float> limits = merging_limits(tree, options.keep_topology);
+  const float limit = options.faces != 0
+                          ? limit_for_faces(surface, tree, small, limits, options.faces)
+                          : static_cast<float>(options.error);
   // The topmost cluster within the limit stands for all below it.
   std::vector<std::uint32_t> stands(tree.count());
   for (std::uint32_t node = tree.count(); node-- > 0;) {
@@ -128,8 +177,8 @@ LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& 
       stands[node] = node;
     } else {
       const VertexTree::Cluster& cluster = tree.cluster(node);
-      const bool within = cluster.is_one_sheet ? cluster.error <= limit
-                                               : !keep_topology && kLast + cluster.error <= limit;
+      const bool within =
+          (cluster.is_one_sheet || !options.keep_topology) && cluster.error <= limit;
       stands[node] = within ? node : kNone;
     }
   }
@@ -143,7 +192,7 @@ LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& 
       const std::size_t last = std::min(surface.edges.size(), (part + 1) * kGrain);
       for (std::size_t i = part * kGrain; i < last; ++i) {
         const FineEdge& edge = surface.edges[i];
-        if (!edge.is_quad()) continue;
+        if (!edge.is_quad() || (!small.empty() && small[edge.vertices[0]] != 0)) continue;
         LightSurface::Polygon polygon{{kNone, kNone, kNone, kNone}};
         std::size_t corners = 0;
         for (std::size_t k = 0; k < 4; ++k) {
@@ -218,10 +267,10 @@ LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& 
     for (std::uint32_t& corner : polygon.corners) {
       if (corner != kNone) corner = number[corner];
     }
-    if (polygon.is_quad()) choose_diagonal(light, polygon);
     light.faces += polygon.is_quad() ? 2 : 1;
   }
-  light.reached = faces == 0 || light.faces <= faces;
+  choose_diagonals(light);
+  light.reached = options.faces == 0 || light.faces <= options.faces;
   return light;
 }
 

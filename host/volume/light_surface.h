@@ -27,12 +27,20 @@ struct LightSurface {
   std::uint64_t faces = 0;             ///< Triangles
   double error = 0;                    ///< The greatest that a cluster has, cells
   std::uint64_t changed_topology = 0;  ///< Clusters that are not one sheet
+  std::uint64_t parts = 0;             ///< Connected parts of the fine surface
+  std::uint64_t dropped_parts = 0;     ///< ... left out for being small
   bool reached = true;                 ///< No more faces than asked for
 };
 
-/// \param error  greatest error, where faces is 0
+struct LightOptions {
+  std::uint32_t faces = 0;
+  double error = 0;  ///< Greatest, where faces is 0
+  bool keep_topology = true;
+  double min_part =
+      0;  ///< Leave out parts with fewer fine vertices than this share of the largest's
+};
+
 LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& tree,
-                                  const Volume& volume, std::uint32_t faces, double error,
-                                  bool keep_topology);
+                                  const Volume& volume, const LightOptions& options);
 
 }  // namespace kiln

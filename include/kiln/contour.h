@@ -73,9 +73,13 @@ struct ExtractOptions {
   /// With faces = 0: how far vertices may be from the planes of the crossings that they stand for: root
   /// mean square, in cells. Above 0.
   double error = 0.1;
-  /// Keep every part, hole and handle. Without, what stands in the way of `faces` is simplified away
-  /// last, and counted ("topology-changed").
+  /// Keep every part, hole and handle. Without, clusters count by their error alone, whatever they join:
+  /// the mesh stays closed and oriented, but edges may have more than two triangles
+  /// ("topology-changed").
   bool keep_topology = true;
+  /// Leave out connected parts with fewer fine vertices than this share of the largest one's, 0 to 1
+  /// ("small-parts"): specks of noise.
+  double min_part = 0;
 
   std::uint32_t size = 1024;                       ///< Side of the map, 16 to 8192 texels
   std::uint32_t border_texels = 2;                 ///< Around each chart, 1 to 64
@@ -90,6 +94,7 @@ struct ExtractReport {
   std::uint64_t faces = 0;      ///< Triangles of the light mesh
   std::uint64_t quads = 0;      ///< Polygons it was made of: quads, and triangles where cells of
   std::uint64_t triangles = 0;  ///< several sizes meet
+  std::uint64_t parts = 0;      ///< Connected parts of the full contour
   double error = 0;             ///< Greatest root mean square distance of a vertex, cells
   std::uint64_t non_manifold_edges = 0;  ///< Edges of the light mesh with more than two triangles
   std::uint64_t charts = 0;

@@ -31,6 +31,7 @@ struct VolumeArguments {
   std::uint32_t faces = 0;
   double error = 0.1;
   std::string topology = "keep";
+  double min_part = 0;
   std::string match = "direct";
   std::string max_distance;
   std::uint32_t samples = 1;
@@ -104,6 +105,7 @@ ExtractOptions extract_options(const VolumeArguments& a) {
   options.contour.border = a.border == "closed" ? VolumeBorder::closed : VolumeBorder::open;
   options.faces = a.faces;
   options.error = a.error;
+  options.min_part = a.min_part / 100;
   options.keep_topology = a.topology == "keep";
   const auto [width, height] = parse_size(a.size);
   if (width != height) fail("--size " + a.size + ": maps from volumes are square.");
@@ -188,9 +190,9 @@ Json describe(const Volume& volume, const std::string& path) {
 
 void print_summary(Console& console, const ExtractReport& r, const ExtractOptions& options) {
   char text[400];
-  std::snprintf(text, sizeof text, "full contour: %s cells, %s vertices, %s quads",
+  std::snprintf(text, sizeof text, "full contour: %s cells, %s vertices, %s quads, %s parts",
                 with_commas(r.contour.cells).c_str(), with_commas(r.contour.vertices).c_str(),
-                with_commas(r.contour.quads).c_str());
+                with_commas(r.contour.quads).c_str(), with_commas(r.parts).c_str());
   console.line(text);
   std::snprintf(
       text, sizeof text,
@@ -273,6 +275,7 @@ int run_volume(const VolumeArguments& a) {
                    {"faces", a.faces == 0 ? Json() : Json(a.faces)},
                    {"error", a.faces == 0 ? Json(a.error) : Json()},
                    {"topology", a.topology},
+                   {"min_part_percent", a.min_part},
                    {"match", a.match},
                    {"size", options.size},
                    {"chart_border", options.border_texels},
@@ -293,7 +296,8 @@ int run_volume(const VolumeArguments& a) {
                    {"total", watch.total()}}},
                  {"compile_seconds", device.compile_seconds()},
                  {"contour",
-                  {{"cells", r.contour.cells},
+                  {{"parts", r.parts},
+                   {"cells", r.contour.cells},
                    {"vertices", r.contour.vertices},
                    {"quads", r.contour.quads}}},
                  {"low",
@@ -385,6 +389,12 @@ Run add_volume(CLI::App& app) {
       ->add_option("--topology", a.topology,
                    "keep every part, hole and handle, or be free to lose some to reach --faces")
       ->check(one_of({"keep", "free"}))
+      ->capture_default_str()
+      ->group(group_surface);
+  command
+      ->add_option("--min-part", a.min_part,
+                   "Leave out parts with less than P percent of the largest one's vertices")
+      ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str()
       ->group(group_surface);
   command->add_option("--full", a.full, "Also write the full-resolution contour (OBJ)")
