@@ -76,8 +76,11 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
       float3 weights = (float3)(0.0f);
       const uint k = map_project(chart, vload3(0, leaf->position), &weights);
       const float3 normal = vload3(0, leaf->normal);
-      // What looks the other way is another side of the surface.
-      if (!(dot3(normal, vload3(0, chart->normal[k])) > 0.0f)) continue;
+      // What looks the other way is another side of the surface; what hardly looks this way belongs to the
+      // polygon beyond a crease, and counts little.
+      const float facing = dot3(normal, vload3(0, chart->normal[k]));
+      if (!(facing > 0.0f)) continue;
+      const float weight = (facing * facing) * (facing * facing);
       const uint second = 1u + k;
       const uint third = 2u + k;
       const float x = (chart->texel[0][0] * weights.x + chart->texel[second][0] * weights.y) +
@@ -86,9 +89,17 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
                       chart->texel[third][1] * weights.z;
       if (!(x > -0.5f && y > -0.5f && x < (float)width - 0.5f && y < (float)height - 0.5f))
         continue;
-      const int column = min(max((int)floor(x + 0.5f), 0), width - 1);
-      const int row = min(max((int)floor(y + 0.5f), 0), height - 1);
-      out[row * width + column] += (float4)(normal, 1.0f);
+      // Onto the four texels around it, by nearness: a texel's place in the mean is then its own.
+      const float left = floor(x);
+      const float top = floor(y);
+      for (int corner = 0; corner < 4; ++corner) {
+        const int column = (int)left + (corner & 1);
+        const int row = (int)top + (corner >> 1);
+        if (column < 0 || row < 0 || column >= width || row >= height) continue;
+        const float share = ((corner & 1) != 0 ? x - left : left + 1.0f - x) *
+                            ((corner >> 1) != 0 ? y - top : top + 1.0f - y) * weight;
+        out[row * width + column] += (float4)(normal * share, share);
+      }
     }
   }
   uint known = 0u;
