@@ -67,7 +67,7 @@ Mesh contour(const Device& device, const Volume& volume, const ContourOptions& o
              ContourReport* report = nullptr);
 
 struct ExtractOptions {
-  ContourOptions contour;
+  ContourOptions contour{};
   /// Target number of triangles, reached from above or left below. 0: as `error` says.
   std::uint32_t faces = 0;
   /// With faces = 0: how far vertices may be from the planes of the crossings that they stand for: root

@@ -114,7 +114,7 @@ TEST(Extract, BallHasRadialNormals) {
   RecordProperty("worst", std::to_string(worst));
   EXPECT_LT(sum / static_cast<double>(count),
             2.5);  // points lie off the normal's line through them
-  EXPECT_LT(worst, 15);
+  EXPECT_LT(worst, 30);  // slivers look across the surface
 }
 
 double mean_degrees(const Scene& reference, const Scene& scene, bool with_map) {
