@@ -113,7 +113,7 @@ TEST(Extract, BallHasRadialNormals) {
   RecordProperty("mean", std::to_string(sum / static_cast<double>(count)));
   RecordProperty("worst", std::to_string(worst));
   EXPECT_LT(sum / static_cast<double>(count),
-            2.5);  // points lie off the normal's line through them
+            2.5);        // points lie off the normal's line through them
   EXPECT_LT(worst, 30);  // slivers look across the surface
 }
 
@@ -178,6 +178,28 @@ TEST(Extract, SmallPartsAreLeftOutWhereAsked) {
   ASSERT_EQ(large.report.warnings.size(), 1U);
   EXPECT_EQ(large.report.warnings[0].code, "small-parts");
   EXPECT_EQ(large.report.warnings[0].count, 1U);
+}
+
+TEST(Extract, HeadIsClosedHoweverItIsSimplified) {
+  // A real scan: ten thousand specks, thin walls, vertices of neighbouring cells at the same place.
+  KILN_REQUIRE_DEVICE();
+  KILN_REQUIRE_DATA("head_t1.nrrd");
+  const Volume volume = load_volume(*test::shared_data("head_t1.nrrd"));
+  ExtractOptions options;
+  options.contour.iso = 40;
+  options.faces = 3000;
+  options.min_part = 0.05;
+  options.size = 4096;
+  const ExtractResult kept = extract(*test::device(), volume, options);
+  EXPECT_EQ(kept.report.non_manifold_edges, 0U);
+  options.size = 512;
+  options.keep_topology = false;
+  const ExtractResult freed = extract(*test::device(), volume, options);
+  EXPECT_LE(freed.report.faces, 3000U);
+  EXPECT_GT(freed.report.faces, 2800U);
+  const test::Topology t = topology(freed.mesh);
+  EXPECT_EQ(t.border_edges, 0U);
+  EXPECT_EQ(t.inconsistent_edges, 0U);
 }
 
 TEST(Extract, SaysWhatIsWrong) {
