@@ -126,13 +126,14 @@ kernel void kiln_volume_crossings(const kiln_volume_grid grid,
   const int3 step = (int3)(axis == 0, axis == 1, axis == 2);
   const int3 b = a + step;
   const int along = axis == 0 ? a.x : axis == 1 ? a.y : a.z;
+  const uint side = axis == 0 ? grid.size[0] : axis == 1 ? grid.size[1] : grid.size[2];
   const float3 direction = convert_float3(step);
   float t;
   float3 normal;
   if (along < 0) {  // a lies before the volume: the solid is cut off at b
     t = 1.0f;
     normal = -direction;
-  } else if (along + 1 >= (int)grid.size[axis]) {
+  } else if (along + 1 >= (int)side) {
     t = 0.0f;
     normal = direction;
   } else {
