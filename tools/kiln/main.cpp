@@ -91,6 +91,7 @@ int main(int argc, char** argv) {
   commands["measure"] = cli::add_measure(app);
   commands["chart"] = cli::add_chart(app);
   commands["diff"] = cli::add_diff(app);
+  commands["volume"] = cli::add_volume(app);
   commands["devices"] = cli::add_devices(app);
 
   try {

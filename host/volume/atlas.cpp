@@ -1,0 +1,246 @@
+#include "volume/atlas.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/packing.h"
+#include "geometry/pairing.h"
+#include "geometry/vector.h"
+#include "parallel.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kNone = VertexTree::kNone;
+
+/// Corners of each chart: quads as they are, triangles in pairs or single.
+std::vector<std::array<std::uint32_t, 4>> chart_corners(const LightSurface& light) {
+  std::vector<std::array<std::uint32_t, 4>> charts;
+  std::vector<Triangle> triangles;
+  for (const LightSurface::Polygon& polygon : light.polygons) {
+    const auto& c = polygon.corners;
+    if (polygon.is_quad()) {
+      charts.push_back(c);
+    } else {
+      triangles.push_back({c[0], c[1], c[2]});
+    }
+  }
+  std::vector<TriangleShape> shapes;
+  shapes.reserve(triangles.size());
+  for (const Triangle& t : triangles) {
+    shapes.push_back(
+        triangle_shape(light.positions[t[0]], light.positions[t[1]], light.positions[t[2]]));
+  }
+  const Pairing pairing = pair_triangles(light.positions, triangles, shapes);
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles[i];
+    const std::uint32_t other = pairing.partner[i];
+    const std::size_t apex = other == no_index ? 0 : pairing.apex[i];
+    const std::uint32_t first = t[(apex + 1) % 3], second = t[(apex + 2) % 3];
+    // Pairs go by position, but vertices at the same place are not one here.
+    const bool paired = other != no_index &&
+                        std::count(triangles[other].begin(), triangles[other].end(), first) == 1 &&
+                        std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
+    if (!paired) {
+      charts.push_back({t[0], t[1], t[2], kNone});
+    } else if (i < other) {
+      charts.push_back({first, triangles[other][pairing.apex[other]], second, t[apex]});
+    }
+  }
+  return charts;
+}
+
+/// Lengths of a chart's rectangle, world units.
+struct Extent {
+  double width, height;
+};
+
+Extent extent(const LightSurface& light, const std::array<std::uint32_t, 4>& c) {
+  const auto side = [&](std::size_t a, std::size_t b) {
+    return length(Vec3d(light.positions[c[a]]) - Vec3d(light.positions[c[b]]));
+  };
+  if (c[3] == kNone) return {side(0, 1), side(1, 2)};
+  return {std::max(side(0, 1), side(3, 2)), std::max(side(1, 2), side(0, 3))};
+}
+
+/// Texel steps between corners, at least 1.
+std::uint32_t steps(double length, double density, std::uint32_t most) {
+  return static_cast<std::uint32_t>(std::clamp(std::round(length * density), 1.0, double(most)));
+}
+
+std::vector<PackSize> pack_sizes(const std::vector<Extent>& extents, double density,
+                                 std::uint32_t size, std::uint32_t border) {
+  const std::uint32_t most = size - 1 - 2 * border;
+  std::vector<PackSize> result;
+  result.reserve(extents.size());
+  for (const Extent& e : extents) {
+    result.push_back({steps(e.width, density, most) + 1 + 2 * border,
+                      steps(e.height, density, most) + 1 + 2 * border});
+  }
+  return result;
+}
+
+/// The greatest density whose rectangles fit, to some percent; 0 where not even the smallest do.
+double find_density(const std::vector<Extent>& extents, std::uint32_t size, std::uint32_t border,
+                    std::vector<PackPlace>& places, std::vector<PackSize>& sizes) {
+  if (2 * border + 2 > size) return 0;
+  const double texels = double(size) * size;
+  const auto fits = [&](double density) {
+    std::vector<PackSize> tried = pack_sizes(extents, density, size, border);
+    double area = 0;
+    for (const PackSize& s : tried) area += double(s.width) * s.height;
+    if (area > texels) return false;
+    std::vector<PackPlace> found;
+    if (!pack_rectangles(tried, size, found)) return false;
+    places = std::move(found);
+    sizes = std::move(tried);
+    return true;
+  };
+  double longest = 0;
+  for (const Extent& e : extents) longest = std::max({longest, e.width, e.height});
+  if (!(longest > 0)) return fits(0) ? 1 : 0;
+  // Where the area alone is just enough: fitting starts a little below.
+  double low = 0, high = size / longest;
+  for (int round = 0; round < 40; ++round) {
+    const double middle = round == 0 ? high : (low + high) / 2;
+    double area = 0;
+    for (const PackSize& s : pack_sizes(extents, middle, size, border)) {
+      area += double(s.width) * s.height;
+    }
+    (area <= texels ? low : high) = middle;
+    if (high - low < 1e-3 * high) break;
+  }
+  const double bound = low;
+  if (bound > 0) {
+    for (double share = 0.98; share > 0.6; share *= 0.97) {
+      if (fits(bound * share)) return bound * share;
+    }
+    for (double share = 0.6; share > 0.01; share *= 0.8) {
+      if (fits(bound * share)) return bound * share;
+    }
+  }
+  return fits(0) ? 1e-30 : 0;
+}
+
+/// Weights of a triangle's 2nd and 3rd corner as affine functions of a point: along the normal.
+void set_projection(const Vec3d& a, const Vec3d& b, const Vec3d& c, float rows[2][4],
+                    float normal[3]) {
+  const Vec3d e = b - a, f = c - a;
+  const Vec3d n = cross(e, f);
+  const double squared = dot(n, n);
+  std::fill_n(&rows[0][0], 8, 0.0F);
+  std::fill_n(normal, 3, 0.0F);
+  if (!(squared > 0)) return;
+  const Vec3d second = cross(f, n) * (1 / squared), third = cross(n, e) * (1 / squared);
+  const Vec3 s = to_float(second), t = to_float(third);
+  const Vec3 unit = to_float(n * (1 / std::sqrt(squared)));
+  const float values[2][4] = {{s.x, s.y, s.z, static_cast<float>(-dot(second, a))},
+                              {t.x, t.y, t.z, static_cast<float>(-dot(third, a))}};
+  std::copy_n(&values[0][0], 8, &rows[0][0]);
+  normal[0] = unit.x;
+  normal[1] = unit.y;
+  normal[2] = unit.z;
+}
+
+/// The same as functions of a texel.
+void set_weights(const float* a, const float* b, const float* c, float rows[2][3]) {
+  const double ex = double{b[0]} - a[0], ey = double{b[1]} - a[1];
+  const double fx = double{c[0]} - a[0], fy = double{c[1]} - a[1];
+  const double determinant = ex * fy - ey * fx;  // never 0: corners of a rectangle
+  const double second[2] = {fy / determinant, -fx / determinant};
+  const double third[2] = {-ey / determinant, ex / determinant};
+  for (int k = 0; k < 2; ++k) {
+    rows[0][k] = static_cast<float>(second[k]);
+    rows[1][k] = static_cast<float>(third[k]);
+  }
+  rows[0][2] = static_cast<float>(-second[0] * a[0] - second[1] * a[1]);
+  rows[1][2] = static_cast<float>(-third[0] * a[0] - third[1] * a[1]);
+}
+
+kiln_volume_chart make_chart(const LightSurface& light, const std::array<std::uint32_t, 4>& corners,
+                             const PackSize& size, const PackPlace& place, std::uint32_t map,
+                             std::uint32_t border) {
+  kiln_volume_chart chart{};
+  chart.size[0] = place.turned ? size.height : size.width;
+  chart.size[1] = place.turned ? size.width : size.height;
+  chart.place[0] = place.x;
+  chart.place[1] = map - place.y - chart.size[1];  // rows from the top
+  chart.corners = corners[3] == kNone ? 3 : 4;
+  chart.triangles = chart.corners - 2;
+  const auto b = static_cast<float>(border);
+  const float right = static_cast<float>(chart.size[0] - 1) - b;
+  const float bottom = static_cast<float>(chart.size[1] - 1) - b;
+  // Counter-clockwise with v upwards, from the lower left; turned by a quarter from the lower right.
+  const float ring[4][2] = {{b, bottom}, {right, bottom}, {right, b}, {b, b}};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t from = (k + (place.turned ? 1 : 0)) % 4;
+    chart.texel[k][0] = ring[from][0];
+    chart.texel[k][1] = ring[from][1];
+    chart.corner[k] = corners[k] == kNone ? 0 : corners[k];
+  }
+  for (std::uint32_t k = 0; k < chart.triangles; ++k) {
+    const auto at = [&](std::uint32_t c) { return Vec3d(light.positions[corners[c]]); };
+    set_projection(at(0), at(1 + k), at(2 + k), chart.project[k], chart.normal[k]);
+    set_weights(chart.texel[0], chart.texel[1 + k], chart.texel[2 + k], chart.weights[k]);
+  }
+  // A triangle without area takes the other's direction.
+  for (std::uint32_t k = 0; k < chart.triangles; ++k) {
+    const float* n = chart.normal[k];
+    if (n[0] != 0 || n[1] != 0 || n[2] != 0) continue;
+    const Vec3& v = light.normals[corners[0]];
+    const float given[3] = {v.x, v.y, v.z};
+    std::copy_n(given, 3, chart.normal[k]);
+  }
+  return chart;
+}
+
+}  // namespace
+
+Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t size,
+                 std::uint32_t border) {
+  const auto corners = chart_corners(light);
+  std::vector<Extent> extents;
+  extents.reserve(corners.size());
+  for (const auto& c : corners) extents.push_back(extent(light, c));
+  Atlas atlas;
+  std::vector<PackPlace> places;
+  std::vector<PackSize> sizes;
+  for (atlas.border = border; atlas.border > 0; --atlas.border) {
+    atlas.texels_per_unit = find_density(extents, size, atlas.border, places, sizes);
+    if (atlas.texels_per_unit > 0) break;
+  }
+  if (atlas.border == 0) {
+    throw Error(ErrorCode::usage, "The light mesh has " + std::to_string(corners.size()) +
+                                      " charts, too many for a map of " + std::to_string(size) +
+                                      " x " + std::to_string(size) +
+                                      " texels: ask for a larger map or fewer faces.");
+  }
+  Mesh& mesh = atlas.mesh;
+  mesh.name = volume.name;
+  mesh.origin = volume.origin;
+  mesh.positions = light.positions;
+  mesh.normals = light.normals;
+  atlas.charts.reserve(corners.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    kiln_volume_chart chart =
+        make_chart(light, corners[i], sizes[i], places[i], size, atlas.border);
+    chart.first_texel = static_cast<std::uint32_t>(atlas.texels);
+    atlas.texels += std::uint64_t{chart.size[0]} * chart.size[1];
+    chart.triangle = static_cast<std::uint32_t>(mesh.triangles.size());
+    const auto first_uv = static_cast<std::uint32_t>(mesh.uvs.size());
+    for (std::uint32_t k = 0; k < chart.corners; ++k) {
+      const double x = chart.place[0] + double{chart.texel[k][0]} + 0.5;
+      const double y = chart.place[1] + double{chart.texel[k][1]} + 0.5;
+      mesh.uvs.push_back({static_cast<float>(x / size), static_cast<float>(1 - y / size)});
+    }
+    for (std::uint32_t k = 0; k < chart.triangles; ++k) {
+      mesh.triangles.push_back({corners[i][0], corners[i][1 + k], corners[i][2 + k]});
+      mesh.uv_triangles.push_back({first_uv, first_uv + 1 + k, first_uv + 2 + k});
+    }
+    atlas.charts.push_back(chart);
+  }
+  mesh.normal_triangles = mesh.triangles;
+  return atlas;
+}
+
+}  // namespace kiln

@@ -1,0 +1,29 @@
+// Charts of the light mesh's polygons in one texture.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "shared/volume.h"
+#include "volume/light_surface.h"
+
+namespace kiln {
+
+struct Atlas {
+  std::vector<kiln_volume_chart> charts;
+  Mesh mesh;  ///< With UVs and smooth normals; each chart's triangles follow each other
+  std::uint64_t texels = 0;    ///< Of all charts, with borders
+  double texels_per_unit = 0;  ///< Side of the world's unit in texels
+  std::uint32_t border = 0;    ///< That was kept
+};
+
+/// Packs the polygons as rectangles; single triangles are paired where they unfold well. The corners lie on
+/// texel centres, `border` texels in from the rectangle's sides, so that bilinear filtering reads the
+/// chart's own texels alone. Sides follow the polygon's lengths; as dense as fits.
+/// \throws Error(usage) where the polygons are too many for the size
+Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t size,
+                 std::uint32_t border);
+
+}  // namespace kiln

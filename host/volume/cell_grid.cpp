@@ -1,0 +1,120 @@
+#include "volume/cell_grid.h"
+
+#include <algorithm>
+
+#include "kiln/error.h"
+#include "parallel.h"
+
+namespace kiln {
+namespace {
+
+/// Bits first to last - 1 of a row's word w.
+std::uint64_t range_mask(std::uint32_t word, std::uint32_t first, std::uint32_t last) {
+  const std::int64_t begin = std::clamp<std::int64_t>(std::int64_t{first} - word * 64, 0, 64);
+  const std::int64_t end = std::clamp<std::int64_t>(std::int64_t{last} - word * 64, 0, 64);
+  if (begin >= end) return 0;
+  const std::uint64_t below_end = end == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << end) - 1;
+  return below_end & ~((std::uint64_t{1} << begin) - 1);
+}
+
+}  // namespace
+
+CellGrid::CellGrid(const std::array<std::uint32_t, 3>& size)
+    : size_(size), words_per_row_((size[0] + 2 + 63) / 64) {
+  inside_.resize(plane_words() * (size[2] + 2));
+}
+
+void CellGrid::build(bool open) {
+  const std::uint32_t planes = size_[2] + 2;
+  const std::uint32_t rows = size_[1] + 2;
+  const std::size_t row = words_per_row_;
+  words_.resize(inside_.size());
+  // Cells and lower ends of edges, along each axis: all that there are, or those without padding.
+  const std::uint32_t first = open ? 1 : 0;
+  const auto last = [&](int axis) { return open ? size_[axis] : size_[axis] + 1; };
+  std::vector<std::uint64_t> edges(planes), cells(planes);
+  parallel_for(planes, 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t z = begin; z < end; ++z) {
+      const bool z_cell = z >= first && z < last(2);
+      for (std::uint32_t y = 0; y < rows; ++y) {
+        const bool y_cell = y >= first && y < last(1);
+        const std::uint64_t* here = &inside_[(z * rows + y) * row];
+        const std::uint64_t* up = y_cell ? here + row : here;
+        const std::uint64_t* above = z_cell ? here + rows * row : here;
+        const std::uint64_t* both = y_cell ? above + row : above;
+        kiln_volume_word* out = &words_[(z * rows + y) * row];
+        for (std::uint32_t w = 0; w < row; ++w) {
+          const bool more = w + 1 < row;
+          // The next voxel along x of each.
+          const auto next = [&](const std::uint64_t* line) {
+            return line[w] >> 1 | (more ? line[w + 1] << 63 : 0);
+          };
+          const std::uint64_t x_edges = range_mask(w, first, last(0));
+          const std::uint64_t voxels = range_mask(w, 1, size_[0] + 1);
+          kiln_volume_word word{};
+          word.edge[0] = (here[w] ^ next(here)) & x_edges;
+          word.edge[1] = y_cell ? (here[w] ^ up[w]) & voxels : 0;
+          word.edge[2] = z_cell ? (here[w] ^ above[w]) & voxels : 0;
+          if (y_cell && z_cell) {
+            const std::uint64_t any = here[w] | up[w] | above[w] | both[w] | next(here) | next(up) |
+                                      next(above) | next(both);
+            const std::uint64_t all = here[w] & up[w] & above[w] & both[w] & next(here) & next(up) &
+                                      next(above) & next(both);
+            word.cell = any & ~all & x_edges;
+          }
+          for (const std::uint64_t bits : word.edge) {
+            edges[z] += static_cast<std::uint64_t>(std::popcount(bits));
+          }
+          cells[z] += static_cast<std::uint64_t>(std::popcount(word.cell));
+          out[w] = word;
+        }
+      }
+    }
+  });
+  plane_edges_.assign(planes + 1, 0);
+  plane_cells_.assign(planes + 1, 0);
+  std::uint64_t edge_total = 0, cell_total = 0;
+  for (std::uint32_t z = 0; z < planes; ++z) {
+    edge_total += edges[z];
+    cell_total += cells[z];
+    // A cell may need four vertices, an edge two triangles.
+    if (edge_total >= kNone / 4 || cell_total >= kNone / 4) {
+      throw Error(ErrorCode::input,
+                  "The volume's surface crosses more than a billion edges: smooth the volume, take "
+                  "another iso value, or cut it into parts.");
+    }
+    plane_edges_[z + 1] = static_cast<std::uint32_t>(edge_total);
+    plane_cells_[z + 1] = static_cast<std::uint32_t>(cell_total);
+  }
+  edge_count_ = plane_edges_[planes];
+  cell_count_ = plane_cells_[planes];
+  parallel_for(planes, 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t z = begin; z < end; ++z) {
+      std::uint32_t edge = plane_edges_[z];
+      std::uint32_t cell = plane_cells_[z];
+      kiln_volume_word* word = &words_[z * plane_words()];
+      for (std::size_t w = 0; w < plane_words(); ++w, ++word) {
+        word->edge_base = edge;
+        word->cell_base = cell;
+        for (const std::uint64_t bits : word->edge) {
+          edge += static_cast<std::uint32_t>(std::popcount(bits));
+        }
+        cell += static_cast<std::uint32_t>(std::popcount(word->cell));
+      }
+    }
+  });
+}
+
+std::uint32_t CellGrid::corners(const CellPlace& at) const {
+  std::uint32_t result = 0;
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const std::size_t word = word_index({at[0], at[1] + (k & 1), at[2] + (k >> 1)});
+    const std::uint32_t bit = at[0] & 63;
+    auto pair = static_cast<std::uint32_t>(inside_[word] >> bit & 3);
+    if (bit == 63) pair |= static_cast<std::uint32_t>(inside_[word + 1] & 1) << 1;
+    result |= pair << (2 * k);
+  }
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,277 @@
+#include "volume/light_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_set>
+
+#include "geometry/vector.h"
+#include "parallel.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kNone = VertexTree::kNone;
+constexpr float kNever = std::numeric_limits<float>::infinity();
+
+/// 1 for fine vertices of parts that are left out; empty where none is.
+std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
+                                      LightSurface& light) {
+  std::vector<std::uint32_t> part(tree.count()), sizes(tree.count());
+  for (std::uint32_t node = tree.count(); node-- > 0;) {
+    part[node] = tree.parent(node) == kNone ? node : part[tree.parent(node)];
+    if (node < tree.leaves()) ++sizes[part[node]];
+  }
+  std::uint32_t largest = 0;
+  for (const std::uint32_t size : sizes) largest = std::max(largest, size);
+  for (const std::uint32_t size : sizes) {
+    if (size == 0) continue;
+    ++light.parts;
+    if (size < min_part * largest) ++light.dropped_parts;
+  }
+  std::vector<std::uint8_t> result;
+  if (light.dropped_parts == 0) return result;
+  result.resize(tree.leaves());
+  for (std::uint32_t leaf = 0; leaf < tree.leaves(); ++leaf) {
+    result[leaf] = sizes[part[leaf]] < min_part * largest ? 1 : 0;
+  }
+  return result;
+}
+
+/// From which limit on a cluster's vertices are one, whichever cluster above does it.
+std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
+  const std::uint32_t leaves = tree.leaves();
+  std::vector<float> limits(tree.count() - leaves);
+  for (std::uint32_t node = tree.count(); node-- > leaves;) {
+    const VertexTree::Cluster& cluster = tree.cluster(node);
+    float limit = cluster.is_one_sheet || !keep_topology ? cluster.error : kNever;
+    const std::uint32_t parent = tree.parent(node);
+    if (parent != kNone) limit = std::min(limit, limits[parent - leaves]);
+    limits[node - leaves] = limit;
+  }
+  return limits;
+}
+
+/// The limit that leaves at most `faces` triangles: a quad loses one with each of the first two of its
+/// sides whose ends become one vertex.
+float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
+                      const std::vector<std::uint8_t>& small, const std::vector<float>& limits,
+                      std::uint32_t faces) {
+  RawVector<float> losses(2 * surface.edges.size());
+  parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const FineEdge& edge = surface.edges[i];
+      float first = -1, second = -1;  // edges that are no quads have no triangles to lose
+      if (edge.is_quad() && (small.empty() || small[edge.vertices[0]] == 0)) {
+        first = second = kNever;
+        for (std::size_t k = 0; k < 4; ++k) {
+          std::uint32_t a = edge.vertices[k], b = edge.vertices[(k + 1) % 4];
+          while (a != b) {
+            std::uint32_t& lower = a < b ? a : b;
+            if (lower == kNone) break;
+            lower = tree.parent(lower);
+            if (lower == kNone) break;
+          }
+          if (a != b) continue;
+          const float limit = limits[a - tree.leaves()];
+          second = std::min(second, std::max(first, limit));
+          first = std::min(first, limit);
+        }
+      }
+      losses[2 * i] = first;
+      losses[2 * i + 1] = second;
+    }
+  });
+  if (losses.size() <= faces) return -1;
+  // So many must be lost.
+  const auto last = losses.begin() + static_cast<std::ptrdiff_t>(losses.size() - faces - 1);
+  std::nth_element(losses.begin(), last, losses.end());
+  if (*last != kNever) return *last;
+  float most = -1;
+  for (auto at = losses.begin(); at != last; ++at) {
+    if (*at != kNever) most = std::max(most, *at);
+  }
+  return most;
+}
+
+Vec3d world(const Volume& volume, const Vec3d& padded) {
+  const double at[3] = {padded.x - 1, padded.y - 1, padded.z - 1};
+  Vec3d result;
+  for (std::size_t k = 0; k < 3; ++k) {
+    result += Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]) * at[k];
+  }
+  return result;
+}
+
+Vec3d normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
+}
+
+/// Whether a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than from 0 to 2:
+/// by their least agreement.
+bool prefers_second(const LightSurface& light, const LightSurface::Polygon& polygon) {
+  const auto& c = polygon.corners;
+  const auto position = [&](std::size_t k) { return light.positions[c[k % 4]]; };
+  const auto agreement = [&](std::size_t first) {
+    double least = 1;
+    for (std::size_t half = 0; half < 2; ++half) {
+      const std::size_t k0 = first, k1 = first + 1 + half, k2 = first + 2 + half;
+      const Vec3d normal = normal_of(position(k0), position(k1), position(k2));
+      const Vec3d wanted = Vec3d(light.normals[c[k0 % 4]]) + Vec3d(light.normals[c[k1 % 4]]) +
+                           Vec3d(light.normals[c[k2 % 4]]);
+      const double size = length(normal) * length(wanted);
+      least = std::min(least, size > 0 ? dot(normal, wanted) / size : -1.0);
+    }
+    return least;
+  };
+  return agreement(1) > agreement(0);
+}
+
+std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
+  return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+}
+
+/// Turns quads so that the better diagonal runs from corner 0 to 2; the other one where that is an edge
+/// of other polygons already, so that no edge gets more than two triangles for it.
+void choose_diagonals(LightSurface& light) {
+  std::unordered_set<std::uint64_t> taken;
+  taken.reserve(3 * light.polygons.size());
+  for (const LightSurface::Polygon& polygon : light.polygons) {
+    const std::size_t count = polygon.is_quad() ? 4 : 3;
+    for (std::size_t k = 0; k < count; ++k) {
+      taken.insert(edge_key(polygon.corners[k], polygon.corners[(k + 1) % count]));
+    }
+  }
+  for (LightSurface::Polygon& polygon : light.polygons) {
+    if (!polygon.is_quad()) continue;
+    auto& c = polygon.corners;
+    const std::uint64_t diagonals[2] = {edge_key(c[0], c[2]), edge_key(c[1], c[3])};
+    std::size_t chosen = prefers_second(light, polygon) ? 1 : 0;
+    if (taken.count(diagonals[chosen]) != 0 && taken.count(diagonals[1 - chosen]) == 0) {
+      chosen = 1 - chosen;
+    }
+    taken.insert(diagonals[chosen]);
+    if (chosen == 1) std::rotate(c.begin(), c.begin() + 1, c.end());
+  }
+}
+
+}  // namespace
+
+LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& tree,
+                                  const Volume& volume, const LightOptions& options) {
+  const std::uint32_t leaves = tree.leaves();
+  LightSurface light;
+  const std::vector<std::uint8_t> small = small_parts(tree, options.min_part, light);
+  const std::vector<float> limits = merging_limits(tree, options.keep_topology);
+  const float limit = options.faces != 0
+                          ? limit_for_faces(surface, tree, small, limits, options.faces)
+                          : static_cast<float>(options.error);
+  // The topmost cluster within the limit stands for all below it.
+  std::vector<std::uint32_t> stands(tree.count());
+  for (std::uint32_t node = tree.count(); node-- > 0;) {
+    const std::uint32_t parent = tree.parent(node);
+    const std::uint32_t above = parent == kNone ? kNone : stands[parent];
+    if (above != kNone) {
+      stands[node] = above;
+    } else if (node < leaves) {
+      stands[node] = node;
+    } else {
+      const VertexTree::Cluster& cluster = tree.cluster(node);
+      const bool within =
+          (cluster.is_one_sheet || !options.keep_topology) && cluster.error <= limit;
+      stands[node] = within ? node : kNone;
+    }
+  }
+
+  // Polygons of distinct vertices, part by part in the edges' order.
+  constexpr std::size_t kGrain = 1 << 15;
+  std::vector<std::vector<LightSurface::Polygon>> parts((surface.edges.size() + kGrain - 1) /
+                                                        kGrain);
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      const std::size_t last = std::min(surface.edges.size(), (part + 1) * kGrain);
+      for (std::size_t i = part * kGrain; i < last; ++i) {
+        const FineEdge& edge = surface.edges[i];
+        if (!edge.is_quad() || (!small.empty() && small[edge.vertices[0]] != 0)) continue;
+        LightSurface::Polygon polygon{{kNone, kNone, kNone, kNone}};
+        std::size_t corners = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const std::uint32_t vertex = stands[edge.vertices[k]];
+          if (vertex != stands[edge.vertices[(k + 1) % 4]]) polygon.corners[corners++] = vertex;
+        }
+        if (corners < 3) continue;
+        if ((edge.rises != 0) == surface.mirrored) {
+          std::reverse(polygon.corners.begin(),
+                       polygon.corners.begin() + static_cast<std::ptrdiff_t>(corners));
+        }
+        parts[part].push_back(polygon);
+      }
+    }
+  });
+  for (const auto& part : parts) {
+    light.polygons.insert(light.polygons.end(), part.begin(), part.end());
+  }
+
+  // Vertices that polygons use, in the order of the tree.
+  std::vector<std::uint32_t> number(tree.count(), kNone);
+  for (const LightSurface::Polygon& polygon : light.polygons) {
+    for (const std::uint32_t corner : polygon.corners) {
+      if (corner != kNone) number[corner] = 0;
+    }
+  }
+  std::uint32_t count = 0;
+  for (std::uint32_t node = 0; node < tree.count(); ++node) {
+    if (number[node] == kNone) continue;
+    number[node] = count++;
+    if (node < leaves) {
+      const float* p = surface.vertices[node].position;
+      light.positions.push_back({p[0], p[1], p[2]});
+      continue;
+    }
+    const VertexTree::Cluster& cluster = tree.cluster(node);
+    light.positions.push_back(to_float(world(volume, cluster.place)));
+    light.error = std::max(light.error, double{cluster.error});
+    if (!cluster.is_one_sheet) ++light.changed_topology;
+  }
+  // Their fine vertices.
+  light.leaf_begins.assign(count + 1, 0);
+  for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
+    const std::uint32_t vertex = number[stands[leaf]];
+    if (vertex != kNone) ++light.leaf_begins[vertex + 1];
+  }
+  for (std::uint32_t i = 0; i < count; ++i) light.leaf_begins[i + 1] += light.leaf_begins[i];
+  light.leaves.resize(light.leaf_begins[count]);
+  {
+    std::vector<std::uint32_t> next(light.leaf_begins.begin(), light.leaf_begins.end() - 1);
+    for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
+      const std::uint32_t vertex = number[stands[leaf]];
+      if (vertex != kNone) light.leaves[next[vertex]++] = leaf;
+    }
+  }
+  light.normals.resize(count);
+  parallel_for(count, 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Vec3d sum;
+      for (std::uint32_t k = light.leaf_begins[i]; k < light.leaf_begins[i + 1]; ++k) {
+        const float* n = surface.vertices[light.leaves[k]].normal;
+        sum += Vec3d(n[0], n[1], n[2]);
+      }
+      if (!(length(sum) > 1e-9)) {
+        const float* n = surface.vertices[light.leaves[light.leaf_begins[i]]].normal;
+        sum = Vec3d(n[0], n[1], n[2]);
+      }
+      light.normals[i] = to_float(sum * (1 / length(sum)));
+    }
+  });
+  for (LightSurface::Polygon& polygon : light.polygons) {
+    for (std::uint32_t& corner : polygon.corners) {
+      if (corner != kNone) corner = number[corner];
+    }
+    light.faces += polygon.is_quad() ? 2 : 1;
+  }
+  choose_diagonals(light);
+  light.reached = options.faces == 0 || light.faces <= options.faces;
+  return light;
+}
+
+}  // namespace kiln

@@ -1,0 +1,46 @@
+// The light mesh's polygons, chosen from the tree of vertices.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kiln/contour.h"
+#include "volume/vertex_tree.h"
+
+namespace kiln {
+
+struct LightSurface {
+  struct Polygon {
+    std::array<std::uint32_t, 4>
+        corners;  ///< Counter-clockwise from outside, from corner 0 to 2 the
+                  ///< diagonal; a triangle's last is kNone
+    bool is_quad() const { return corners[3] != VertexTree::kNone; }
+  };
+  std::vector<Vec3> positions;  ///< World, relative to the volume's origin
+  std::vector<Vec3> normals;    ///< Mean of the fine vertices'
+  std::vector<Polygon> polygons;
+  /// Fine vertices that each vertex stands for: leaves[leaf_begins[v]] to leaves[leaf_begins[v + 1] - 1].
+  std::vector<std::uint32_t> leaf_begins;
+  RawVector<std::uint32_t> leaves;
+
+  std::uint64_t faces = 0;             ///< Triangles
+  double error = 0;                    ///< The greatest that a cluster has, cells
+  std::uint64_t changed_topology = 0;  ///< Clusters that are not one sheet
+  std::uint64_t parts = 0;             ///< Connected parts of the fine surface
+  std::uint64_t dropped_parts = 0;     ///< ... left out for being small
+  bool reached = true;                 ///< No more faces than asked for
+};
+
+struct LightOptions {
+  std::uint32_t faces = 0;
+  double error = 0;  ///< Greatest, where faces is 0
+  bool keep_topology = true;
+  double min_part =
+      0;  ///< Leave out parts with fewer fine vertices than this share of the largest's
+};
+
+LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& tree,
+                                  const Volume& volume, const LightOptions& options);
+
+}  // namespace kiln

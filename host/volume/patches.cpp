@@ -1,0 +1,122 @@
+#include "volume/patches.h"
+
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+/// The corner at steps u and v from an end of edge axis `axis`.
+std::uint32_t corner(std::uint32_t axis, std::uint32_t along, std::uint32_t u, std::uint32_t v) {
+  return along << axis | u << ((axis + 1) % 3) | v << ((axis + 2) % 3);
+}
+
+struct Sheets {
+  std::array<std::uint8_t, 12> parent{};
+  std::uint32_t find(std::uint32_t edge) const {
+    while (parent[edge] != edge) edge = parent[edge];
+    return edge;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    parent[a > b ? a : b] = static_cast<std::uint8_t>(a > b ? b : a);
+  }
+};
+
+/// A face's corners in turn, and the edge from each to the next.
+struct Face {
+  std::array<std::uint32_t, 4> corners, edges;
+};
+
+Face face(std::uint32_t index) {
+  const std::uint32_t axis = index / 2, side = index % 2;
+  const std::uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+  // Along u the edge's own steps are (v, axis), along v they are (axis, u).
+  return {{corner(axis, side, 0, 0), corner(axis, side, 1, 0), corner(axis, side, 1, 1),
+           corner(axis, side, 0, 1)},
+          {4 * u + 0 + 2 * side, 4 * v + side + 2, 4 * u + 1 + 2 * side, 4 * v + side + 0}};
+}
+
+bool alternates(const Face& face, std::uint32_t signs) {
+  const auto inside = [&](std::size_t k) { return signs >> face.corners[k] & 1; };
+  return inside(0) == inside(2) && inside(1) == inside(3) && inside(0) != inside(1);
+}
+
+Sheets trace(std::uint32_t signs, std::uint32_t flipped) {
+  Sheets sheets;
+  for (std::uint32_t edge = 0; edge < 12; ++edge) {
+    sheets.parent[edge] = static_cast<std::uint8_t>(edge);
+  }
+  for (std::uint32_t index = 0; index < 6; ++index) {
+    const Face f = face(index);
+    const auto inside = [&](std::size_t k) { return signs >> f.corners[k] & 1; };
+    if (alternates(f, signs)) {
+      // A line around each inside corner (around each outside one where flipped).
+      const std::uint32_t around = index == flipped ? 0 : 1;
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (inside(k) == around) sheets.join(f.edges[k], f.edges[(k + 3) % 4]);
+      }
+      continue;
+    }
+    std::uint32_t first = 12;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (inside(k) == inside((k + 1) % 4)) continue;
+      if (first == 12) {
+        first = f.edges[k];
+      } else {
+        sheets.join(first, f.edges[k]);
+      }
+    }
+  }
+  return sheets;
+}
+
+}  // namespace
+
+PatchTable::PatchTable() {
+  for (std::uint32_t signs = 0; signs < 256; ++signs) {
+    for (std::uint32_t edge = 0; edge < 12; ++edge) {
+      const std::uint32_t axis = edge / 4;
+      const std::uint32_t a = corner(axis, 0, edge & 1, edge >> 1 & 1);
+      const std::uint32_t b = corner(axis, 1, edge & 1, edge >> 1 & 1);
+      if ((signs >> a & 1) != (signs >> b & 1)) {
+        crossed_[signs] = static_cast<std::uint16_t>(crossed_[signs] | 1U << edge);
+      }
+    }
+    for (std::uint32_t flipped = 0; flipped < kFlips; ++flipped) {
+      const Sheets sheets = trace(signs, flipped);
+      std::array<std::uint32_t, 12> number{};
+      std::uint8_t count = 0;
+      for (std::uint32_t edge = 0; edge < 12; ++edge) {
+        if ((crossed_[signs] >> edge & 1) == 0) continue;
+        const std::uint32_t root = sheets.find(edge);
+        if (root == edge) number[edge] = count++;
+        edges_[signs][flipped] |= number[root] << (2 * edge);
+      }
+      counts_[signs][flipped] = count;
+    }
+    doubled_[signs] = kNoFace;
+    for (std::uint32_t index = 0; index < 6; ++index) {
+      const Face f = face(index);
+      if (!alternates(f, signs)) continue;
+      // Opposite edges of the face belong to different lines.
+      if (patch(signs, kNoFace, f.edges[0]) != patch(signs, kNoFace, f.edges[2])) continue;
+      if (doubled_[signs] != kNoFace) {
+        throw Error(ErrorCode::internal, "Two faces of a cell would have to be flipped.");
+      }
+      doubled_[signs] = static_cast<std::uint8_t>(index);
+    }
+  }
+}
+
+std::array<std::uint32_t, 2> PatchTable::opposite_edges(std::uint32_t face_index) {
+  const Face f = face(face_index);
+  return {f.edges[0], f.edges[2]};
+}
+
+const PatchTable& PatchTable::get() {
+  static const PatchTable table;
+  return table;
+}
+
+}  // namespace kiln

@@ -1,0 +1,119 @@
+#include "volume/qef.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kiln {
+namespace {
+
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+Vec3d times(const std::array<double, 6>& a, const Vec3d& x) {
+  return {a[0] * x.x + a[1] * x.y + a[2] * x.z, a[1] * x.x + a[3] * x.y + a[4] * x.z,
+          a[2] * x.x + a[4] * x.y + a[5] * x.z};
+}
+
+/// Eigenvalues on the diagonal of `m`, eigenvectors in the columns of `v`: cyclic Jacobi sweeps.
+void diagonalise(Matrix& m, Matrix& v) {
+  v = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  for (int sweep = 0; sweep < 8; ++sweep) {
+    const double off = m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2];
+    const double trace = m[0][0] + m[1][1] + m[2][2];
+    if (off <= 1e-24 * trace * trace) return;
+    for (std::size_t p = 0; p < 2; ++p) {
+      for (std::size_t q = p + 1; q < 3; ++q) {
+        if (m[p][q] == 0) continue;
+        const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
+        const double t =
+            (theta < 0 ? -1.0 : 1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+        const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+        const std::size_t r = 3 - p - q;
+        m[p][p] -= t * m[p][q];
+        m[q][q] += t * m[p][q];
+        m[p][q] = m[q][p] = 0;
+        const double rp = m[r][p], rq = m[r][q];
+        m[r][p] = m[p][r] = c * rp - s * rq;
+        m[r][q] = m[q][r] = s * rp + c * rq;
+        for (auto& row : v) {
+          const double vp = row[p], vq = row[q];
+          row[p] = c * vp - s * vq;
+          row[q] = s * vp + c * vq;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void Qef::add(const kiln_volume_qef& local, const CellPlace& cell) {
+  const Vec3d o(cell[0], cell[1], cell[2]);
+  std::array<double, 6> m{};
+  for (std::size_t k = 0; k < 6; ++k) m[k] = local.a[k];
+  const Vec3d side(local.b[0], local.b[1], local.b[2]);
+  const Vec3d shifted = times(m, o);
+  for (std::size_t k = 0; k < 6; ++k) a[k] += m[k];
+  b += side + shifted;
+  c += local.c + 2 * dot(side, o) + dot(o, shifted);
+  mass += Vec3d(local.mass[0], local.mass[1], local.mass[2]) + o * local.count;
+  count += local.count;
+}
+
+void Qef::add(const Qef& other) {
+  for (std::size_t k = 0; k < 6; ++k) a[k] += other.a[k];
+  b += other.b;
+  c += other.c;
+  mass += other.mass;
+  count += other.count;
+}
+
+Qef::Minimum Qef::minimum(const Vec3d& low, const Vec3d& high) const {
+  const Vec3d middle = mass * (1 / count);
+  const Vec3d residual = b - times(a, middle);
+  Matrix m = {{{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}}};
+  Matrix v;
+  diagonalise(m, v);
+  const double largest = std::max({m[0][0], m[1][1], m[2][2]});
+  // What the crossings decide: the step from their mean, and the matrix and right side without the rest.
+  std::array<double, 3> step{}, right{};
+  Matrix kept{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!(m[k][k] > KILN_VOLUME_EIGEN_LIMIT * largest)) continue;
+    const double along = v[0][k] * residual.x + v[1][k] * residual.y + v[2][k] * residual.z;
+    for (std::size_t i = 0; i < 3; ++i) {
+      step[i] += v[i][k] * (along / m[k][k]);
+      right[i] += v[i][k] * along;
+      for (std::size_t j = 0; j < 3; ++j) kept[i][j] += m[k][k] * v[i][k] * v[j][k];
+    }
+  }
+  const std::array<double, 3> from = {low.x - middle.x, low.y - middle.y, low.z - middle.z};
+  const std::array<double, 3> to = {high.x - middle.x, high.y - middle.y, high.z - middle.z};
+  bool outside = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double clamped = std::clamp(step[i], from[i], to[i]);
+    outside = outside || clamped != step[i];
+    step[i] = clamped;
+  }
+  if (outside) {
+    // The least within the box: coordinate after coordinate, each to its own minimum. The matrix is
+    // positive with what keeps undecided directions at the mean, so this converges.
+    for (std::size_t i = 0; i < 3; ++i) kept[i][i] += 1e-3 * largest;
+    for (int round = 0; round < 24; ++round) {
+      double moved = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+        const double best = (right[i] - kept[i][j] * step[j] - kept[i][k] * step[k]) / kept[i][i];
+        const double next = std::clamp(best, from[i], to[i]);
+        moved = std::max(moved, std::abs(next - step[i]));
+        step[i] = next;
+      }
+      if (moved < 1e-6) break;
+    }
+  }
+  const Vec3d d(step[0], step[1], step[2]);
+  const double at_middle = dot(middle, times(a, middle)) - 2 * dot(b, middle) + c;
+  const double error = at_middle - 2 * dot(residual, d) + dot(d, times(a, d));
+  return {middle + d, std::sqrt(std::max(0.0, error) / count)};
+}
+
+}  // namespace kiln

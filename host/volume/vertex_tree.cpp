@@ -1,0 +1,266 @@
+#include "volume/vertex_tree.h"
+
+#include <algorithm>
+#include <bit>
+#include <span>
+
+#include "parallel.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kNone = VertexTree::kNone;
+
+/// What decides whether a cluster is one sheet.
+struct Shape {
+  std::int32_t euler2 = 0;       ///< Twice its surface's Euler characteristic
+  std::uint16_t once = 0;        ///< Bit: the node's edge is crossed
+  std::uint16_t repeatedly = 0;  ///< ... more than once
+};
+
+/// The four edges of each face, as bits. Faces are 2 axis + side.
+constexpr std::array<std::uint16_t, 6> face_edges() {
+  std::array<std::uint16_t, 6> result{};
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    for (std::uint32_t side = 0; side < 2; ++side) {
+      const std::uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+      const std::uint32_t bits = 1U << (4 * u + 2 * side) | 1U << (4 * u + 1 + 2 * side) |
+                                 1U << (4 * v + side) | 1U << (4 * v + 2 + side);
+      result[2 * axis + side] = static_cast<std::uint16_t>(bits);
+    }
+  }
+  return result;
+}
+
+/// A disk that meets no edge of the node twice and no face in more than one line. Then the vertex that
+/// replaces it has one ring of polygons. \param at_border  lines may end at the volume's open border
+bool is_one_sheet(const Shape& shape, bool at_border) {
+  constexpr std::array<std::uint16_t, 6> kFaces = face_edges();
+  if (shape.euler2 != 2 || shape.repeatedly != 0) return false;
+  if (std::popcount(shape.once) < (at_border ? 1 : 3)) return false;
+  for (const std::uint16_t face : kFaces) {
+    const int crossed = std::popcount(static_cast<std::uint16_t>(shape.once & face));
+    if (crossed > 2 || (crossed == 1 && !at_border)) return false;
+  }
+  return true;
+}
+
+/// Joins fine vertices; a set's number is its lowest member.
+class Sets {
+ public:
+  explicit Sets(std::uint32_t count) : parent_(count) {
+    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
+  }
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+  std::uint32_t join(std::uint32_t a, std::uint32_t b) {
+    if (a > b) std::swap(a, b);
+    parent_[b] = a;
+    return a;
+  }
+
+ private:
+  RawVector<std::uint32_t> parent_;
+};
+
+/// Sides of an edge's quad that cross the plane of constant u, and of constant v.
+constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossU = {{{0, 1}, {3, 2}}};
+constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossV = {{{1, 2}, {0, 3}}};
+/// Which of a cell's edges along the axis it is: u + 2 v (shared/volume.h), for each of the four cells.
+constexpr std::array<std::uint32_t, 4> kCorner = {3, 2, 0, 1};
+
+}  // namespace
+
+VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size,
+                       bool open)
+    : leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
+  Sets sets(leaves_);
+  parent_.assign(leaves_, kNone);
+  RawVector<std::uint32_t> node_of(leaves_);  // of each set, at the level reached
+  for (std::uint32_t i = 0; i < leaves_; ++i) node_of[i] = i;
+  std::vector<Shape> shapes;  // of clusters
+  const auto is_there = [](std::uint32_t vertex) { return vertex != CellGrid::kNone; };
+
+  // Edges at which something still joins, and edges that lie on nodes' edges; numbers rise.
+  const auto edge_count = static_cast<std::uint32_t>(surface.edges.size());
+  std::vector<std::uint32_t> joining(edge_count), framing;
+  for (std::uint32_t i = 0; i < edge_count; ++i) joining[i] = i;
+  framing = joining;
+  const std::uint32_t side = std::max({size[0], size[1], size[2]}) + 1;
+
+  struct Touched {
+    std::uint32_t set, node;
+  };
+  std::vector<Touched> touched;
+  for (std::uint32_t level = 1; (side - 1) >> (level - 1) != 0; ++level) {
+    const std::uint32_t plane = level - 1;
+    touched.clear();
+    const std::uint32_t first = count();
+    const auto join = [&](std::uint32_t a, std::uint32_t b) {
+      if (!is_there(a) || !is_there(b)) return;
+      a = sets.find(a);
+      b = sets.find(b);
+      if (a == b) return;
+      // A set that was joined at this level already has no node yet.
+      for (const std::uint32_t set : {a, b}) {
+        if (node_of[set] != kNone) touched.push_back({set, node_of[set]});
+      }
+      node_of[sets.join(a, b)] = kNone;
+    };
+    for (const std::uint32_t index : joining) {
+      const FineEdge& edge = surface.edges[index];
+      if (edge.u_level == plane) {
+        for (const auto& [a, b] : kAcrossU) join(edge.vertices[a], edge.vertices[b]);
+      }
+      if (edge.v_level == plane) {
+        for (const auto& [a, b] : kAcrossV) join(edge.vertices[a], edge.vertices[b]);
+      }
+    }
+    // A cluster for each set that grew, numbered in the order of the joins.
+    for (const Touched& child : touched) {
+      const std::uint32_t set = sets.find(child.set);
+      if (node_of[set] == kNone) {
+        node_of[set] = count();
+        parent_.push_back(kNone);
+        shapes.emplace_back();
+      }
+      parent_[child.node] = node_of[set];
+      shapes[node_of[set] - leaves_].euler2 +=
+          child.node < leaves_ ? 2 : shapes[child.node - leaves_].euler2;
+    }
+    const auto shape_at = [&](std::uint32_t vertex) -> Shape* {
+      const std::uint32_t node = node_of[sets.find(vertex)];
+      return node < first ? nullptr : &shapes[node - leaves_];
+    };
+    // V - E + F: children counted crossings and lines (of the surface with faces) between them once each;
+    // a line has two crossings at its ends, each of which sees half of it.
+    for (const std::uint32_t index : joining) {
+      const FineEdge& edge = surface.edges[index];
+      const bool u = edge.u_level == plane, v = edge.v_level == plane;
+      if (!u && !v) continue;
+      const auto& at = edge.vertices;
+      const auto lines = [&](const auto& sides, bool apart) {
+        for (const auto& [a, b] : sides) {
+          if (!is_there(at[a]) || !is_there(at[b])) continue;
+          // Where the other pair lies in another node, or is gone, the crossing is shared by these two.
+          shape_at(at[a])->euler2 += apart ? 1 - 2 : 1;
+        }
+      };
+      if (u) lines(kAcrossU, edge.v_level > plane);
+      if (v) lines(kAcrossV, edge.u_level > plane);
+      if (u && v) {
+        // All in one: counted by each of them, now once.
+        int present = 0;
+        std::uint32_t any = 0;
+        for (const std::uint32_t vertex : at) {
+          if (is_there(vertex)) {
+            ++present;
+            any = vertex;
+          }
+        }
+        if (present > 1) shape_at(any)->euler2 -= 2 * (present - 1);
+      } else if ((u && edge.v_level < plane) || (v && edge.u_level < plane)) {
+        // Two halves that were one each.
+        const auto& [near, far] = u ? kAcrossU : kAcrossV;
+        const bool one = is_there(at[near[0]]) || is_there(at[far[0]]);
+        const bool other = is_there(at[near[1]]) || is_there(at[far[1]]);
+        if (one && other) shape_at(is_there(at[near[0]]) ? at[near[0]] : at[far[0]])->euler2 -= 2;
+      }
+    }
+    std::erase_if(framing, [&](std::uint32_t index) {
+      const FineEdge& edge = surface.edges[index];
+      return edge.u_level < level || edge.v_level < level;
+    });
+    for (const std::uint32_t index : framing) {
+      const FineEdge& edge = surface.edges[index];
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (!is_there(edge.vertices[k])) continue;
+        Shape* shape = shape_at(edge.vertices[k]);
+        if (shape == nullptr) continue;
+        const auto bit = static_cast<std::uint16_t>(1U << (4 * edge.axis + kCorner[k]));
+        shape->repeatedly = static_cast<std::uint16_t>(shape->repeatedly | (shape->once & bit));
+        shape->once = static_cast<std::uint16_t>(shape->once | bit);
+      }
+    }
+    std::erase_if(joining, [&](std::uint32_t index) {
+      const FineEdge& edge = surface.edges[index];
+      const auto later = [&](std::uint32_t at) { return at != 31 && at > plane; };
+      return !later(edge.u_level) && !later(edge.v_level);
+    });
+
+    // Children by cluster, in their order: sums do not depend on the number of threads.
+    const std::uint32_t fresh = count() - first;
+    std::vector<std::uint32_t> begins(fresh + 1), children(touched.size());
+    for (const Touched& child : touched) ++begins[parent_[child.node] - first + 1];
+    for (std::uint32_t i = 0; i < fresh; ++i) begins[i + 1] += begins[i];
+    {
+      std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
+      for (const Touched& child : touched)
+        children[next[parent_[child.node] - first]++] = child.node;
+    }
+    clusters_.resize(count() - leaves_);
+    parallel_for(fresh, 256, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        Cluster& cluster = clusters_[first - leaves_ + i];
+        cluster = {};
+        std::uint32_t leaf = children[begins[i]];
+        for (std::uint32_t c = begins[i]; c < begins[i + 1]; ++c) {
+          const std::uint32_t child = children[c];
+          if (child < leaves_) {
+            cluster.qef.add(surface.qefs[child], unpack_place(surface.keys[child]));
+          } else {
+            const Cluster& below = clusters_[child - leaves_];
+            cluster.qef.add(below.qef);
+            cluster.error = std::max(cluster.error, below.error);
+          }
+        }
+        // The node's box, from any place within it.
+        CellPlace node;
+        if (leaf < leaves_) {
+          node = unpack_place(surface.keys[leaf]);
+        } else {
+          const Cluster& below = clusters_[leaf - leaves_];
+          node = below.node;
+        }
+        bool at_border = false;
+        std::array<double, 3> low{}, high{};
+        for (std::size_t k = 0; k < 3; ++k) {
+          node[k] = node[k] >> level << level;
+          const std::uint32_t last = node[k] + (1U << level);
+          at_border = at_border || (open && (node[k] < 1 || last > size[k]));
+          low[k] = open ? std::max(node[k], 1U) : node[k];
+          high[k] = std::min(last, open ? size[k] : size[k] + 1);
+        }
+        cluster.node = node;
+        cluster.level = static_cast<std::uint8_t>(level);
+        const Qef::Minimum minimum =
+            cluster.qef.minimum(Vec3d(low[0], low[1], low[2]), Vec3d(high[0], high[1], high[2]));
+        cluster.place = minimum.place;
+        cluster.error = std::max(cluster.error, static_cast<float>(minimum.error));
+        cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i], at_border);
+      }
+    });
+  }
+  const auto common = [&](std::uint32_t a, std::uint32_t b) {
+    while (a != b) {
+      std::uint32_t& lower = a < b ? a : b;
+      if (lower == kNone) return kNone;
+      lower = parent_[lower];
+    }
+    return a;
+  };
+  for (const FineFork& fork : surface.forks) {
+    std::uint32_t node = common(fork.branches[0], fork.branches[1]);
+    const std::uint32_t end = node == kNone ? kNone : common(node, fork.stem);
+    for (; node != end && node != kNone; node = parent_[node]) {
+      clusters_[node - leaves_].is_one_sheet = false;
+    }
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,201 @@
+#include "volume/voxels.h"
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <mutex>
+#include <string>
+
+#include "parallel.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kGrain = std::size_t{1} << 18;
+constexpr std::uint32_t kMaxSide = 32766;
+
+/// Calls body(typed pointer, count) for the volume's type.
+template <typename Body>
+auto with_type(const Volume& volume, const Body& body) {
+  const std::byte* data = volume.voxels.data();
+  switch (volume.type) {
+    case VoxelType::u8:
+      return body(reinterpret_cast<const std::uint8_t*>(data));
+    case VoxelType::i8:
+      return body(reinterpret_cast<const std::int8_t*>(data));
+    case VoxelType::u16:
+      return body(reinterpret_cast<const std::uint16_t*>(data));
+    case VoxelType::i16:
+      return body(reinterpret_cast<const std::int16_t*>(data));
+    case VoxelType::u32:
+      return body(reinterpret_cast<const std::uint32_t*>(data));
+    case VoxelType::i32:
+      return body(reinterpret_cast<const std::int32_t*>(data));
+    case VoxelType::f32:
+      return body(reinterpret_cast<const float*>(data));
+    default:
+      return body(reinterpret_cast<const double*>(data));
+  }
+}
+
+std::size_t voxel_count(const Volume& volume) {
+  return std::size_t{volume.size[0]} * volume.size[1] * volume.size[2];
+}
+
+struct Range {
+  double lowest = std::numeric_limits<double>::infinity();
+  double highest = -std::numeric_limits<double>::infinity();
+  std::uint64_t not_finite = 0;
+};
+
+Range find_range(const Volume& volume) {
+  return with_type(volume, [&](const auto* voxels) {
+    using T = std::remove_cvref_t<decltype(*voxels)>;
+    Range range;
+    std::mutex mutex;
+    parallel_for(voxel_count(volume), kGrain, [&](std::size_t begin, std::size_t end) {
+      T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
+      std::uint64_t bad = 0;
+      for (std::size_t i = begin; i < end; ++i) {
+        const T value = voxels[i];
+        if constexpr (std::is_floating_point_v<T>) {
+          const bool good = std::abs(value) <= std::numeric_limits<T>::max();
+          bad += good ? 0 : 1;
+          low = good && value < low ? value : low;
+          high = good && value > high ? value : high;
+        } else {
+          low = std::min(low, value);
+          high = std::max(high, value);
+        }
+      }
+      if (bad == end - begin) low = high = 0;  // nothing to say of it
+      const std::lock_guard lock(mutex);
+      range.not_finite += bad;
+      if (bad == end - begin) return;
+      range.lowest = std::min(range.lowest, static_cast<double>(low));
+      range.highest = std::max(range.highest, static_cast<double>(high));
+    });
+    return range;
+  });
+}
+
+void check(const Volume& volume, const ContourOptions& options) {
+  const auto fail = [&](const std::string& text) {
+    throw Error(ErrorCode::input, "Volume '" + volume.name + "' " + text);
+  };
+  if (!std::isfinite(options.iso)) {
+    throw Error(ErrorCode::usage, "The iso value is not finite: give a number.");
+  }
+  const std::string sides = std::to_string(volume.size[0]) + " x " +
+                            std::to_string(volume.size[1]) + " x " +
+                            std::to_string(volume.size[2]) + " voxels";
+  for (const std::uint32_t side : volume.size) {
+    if (side < 2 || side > kMaxSide) {
+      fail("has " + sides + ": a surface needs 2 to " + std::to_string(kMaxSide) +
+           " along each axis.");
+    }
+  }
+  if (volume.voxels.size() != voxel_count(volume) * size_of(volume.type)) {
+    fail("has " + sides + " of " + std::to_string(size_of(volume.type)) + " bytes, but " +
+         std::to_string(volume.voxels.size()) + " bytes of data.");
+  }
+  const auto& a = volume.axes;
+  const double determinant = a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
+                             a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
+                             a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]);
+  double lengths = 1;
+  for (const auto& axis : a) lengths *= std::hypot(axis[0], axis[1], axis[2]);
+  for (const double value : volume.origin) {
+    if (!std::isfinite(value)) fail("has an origin that is not finite.");
+  }
+  if (!(std::abs(determinant) > 1e-6 * lengths) || !std::isfinite(lengths)) {
+    fail("has axes that span no space: check its spacing and directions.");
+  }
+}
+
+std::string number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+}  // namespace
+
+const char* DeviceVoxels::type_name() const {
+  switch (type) {
+    case VoxelType::u8:
+      return "uchar";
+    case VoxelType::i8:
+      return "char";
+    case VoxelType::u16:
+      return "ushort";
+    case VoxelType::i16:
+      return "short";
+    default:
+      return "float";
+  }
+}
+
+DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, double& lowest,
+                           double& highest) {
+  check(volume, options);
+  DeviceVoxels result;
+  result.data = volume.voxels.data();
+  result.type = volume.type;
+  result.iso = static_cast<float>(std::clamp<double>(options.iso, -FLT_MAX, FLT_MAX));
+  if (static_cast<double>(result.iso) < options.iso) {
+    result.iso = std::nextafter(result.iso, std::numeric_limits<float>::infinity());
+  }
+  Range range;
+  if (volume.type == VoxelType::f32 || volume.type == VoxelType::f64) {
+    range = find_range(volume);
+    if (!(range.lowest <= range.highest)) {
+      throw Error(ErrorCode::input,
+                  "Volume '" + volume.name + "' has no finite voxel: it holds nothing to contour.");
+    }
+    lowest = range.lowest;
+    highest = range.highest;
+  }
+  result.not_finite = range.not_finite;
+  double outside = options.inside == Inside::above ? range.lowest : range.highest;
+  if (size_of(volume.type) >= 4 && volume.type != VoxelType::f32) {
+    // Relative to the iso value, so that no digit near it is lost.
+    const auto relative = [&](double value) {
+      const double difference = value - options.iso;
+      if (std::isnan(difference) || std::isinf(value)) return static_cast<float>(value);
+      const auto rounded = static_cast<float>(std::clamp<double>(difference, -FLT_MAX, FLT_MAX));
+      if (rounded == 0 && difference != 0) return difference < 0 ? -FLT_MIN : FLT_MIN;
+      return rounded;
+    };
+    result.converted.resize(voxel_count(volume));
+    with_type(volume, [&](const auto* voxels) {
+      parallel_for(result.converted.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          result.converted[i] = relative(static_cast<double>(voxels[i]));
+        }
+      });
+    });
+    result.data = reinterpret_cast<const std::byte*>(result.converted.data());
+    result.type = VoxelType::f32;
+    result.iso = 0;
+    outside = relative(outside);
+  }
+  result.outside = std::isfinite(outside) ? static_cast<float>(outside) : 0.0F;
+  return result;
+}
+
+void throw_no_surface(const Volume& volume, const ContourOptions& options) {
+  const Range range = find_range(volume);
+  if (range.lowest == range.highest) {
+    throw Error(ErrorCode::input, "Volume '" + volume.name + "' is constant: every voxel is " +
+                                      number(range.lowest) + ", so there is no surface in it.");
+  }
+  throw Error(ErrorCode::input, "The iso value " + number(options.iso) +
+                                    " is outside the range of volume '" + volume.name +
+                                    "': its voxels lie between " + number(range.lowest) + " and " +
+                                    number(range.highest) + ". Give one between them.");
+}
+
+}  // namespace kiln

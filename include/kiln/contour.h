@@ -1,0 +1,136 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kiln/device.h"
+#include "kiln/error.h"
+#include "kiln/image.h"
+#include "kiln/mesh.h"
+#include "kiln/render.h"
+#include "kiln/volume.h"
+
+namespace kiln {
+
+/// Which side of the iso value is the solid one. Normals point out of it.
+enum class Inside {
+  above,  ///< Voxels at or above the iso value
+  below,  ///< Voxels below it
+};
+
+/// What happens where the solid reaches the volume's border.
+enum class VolumeBorder {
+  closed,  ///< It is cut off flat at the outermost voxels: the mesh is watertight
+  open,    ///< The surface ends there, up to a cell short of it: the mesh has a border
+};
+
+struct ContourOptions {
+  double iso = 0;
+  Inside inside = Inside::above;
+  VolumeBorder border = VolumeBorder::closed;
+};
+
+/// What full-resolution contouring came to.
+struct ContourReport {
+  std::uint64_t cells = 0;      ///< That the surface passes through
+  std::uint64_t vertices = 0;   ///< Of the finest contour: one for each sheet of surface in a cell
+  std::uint64_t quads = 0;      ///< Of the finest contour
+  double lowest = 0;            ///< Least and greatest finite voxel, where they were looked for
+  double highest = 0;           ///< (floating-point volumes, and before an error)
+  double seconds_scan = 0;      ///< Signs of all voxels, cells that the surface passes through
+  double seconds_hermite = 0;   ///< Crossings of edges and their normals
+  double seconds_vertices = 0;  ///< Vertices by quadric error functions
+  double seconds_quads = 0;
+  std::vector<Warning> warnings;
+};
+
+/// The full-resolution contour of a volume: dual contouring (Ju, Losasso, Schaefer, Warren 2002, "Dual
+/// Contouring of Hermite Data") on the grid of voxels.
+///
+/// A cell is a cube between eight voxels. An edge between a voxel inside and one outside is crossed
+/// where linear interpolation meets the iso value, with the normal that the field's gradient (central
+/// differences, interpolated along the edge) has there. Each sheet of surface in a cell gets a vertex of
+/// its own (Nielson 2004, "Dual Marching Cubes"), where the quadric error function of its crossings is
+/// least, clamped to the cell; directions that the crossings do not decide (eigenvalues below 1/20 of the
+/// largest) keep the crossings' mean. Each crossed edge gives a quad of two triangles. Sheets are told
+/// apart so that the mesh is a closed, consistently oriented 2-manifold (Wenger 2013, "Isosurfaces",
+/// section 3.3: ambiguous faces between two cells that both join what the face separates are joined).
+///
+/// Voxels that are not finite count as outside ("non-finite-voxels"). Vertices have positions relative
+/// to the volume's origin and smooth unit normals. Deterministic: the same on every run, number of
+/// threads and conforming device.
+/// \param report  where to write what was done; may be null
+/// \throws Error(usage) for an iso value that is not finite; Error(input) for a volume of fewer than two
+///         voxels along an axis, or more than 32,766, whose voxels are all the same or miss the iso value
+///         (says the range), or whose axes span no space; Error(device)
+Mesh contour(const Device& device, const Volume& volume, const ContourOptions& options = {},
+             ContourReport* report = nullptr);
+
+struct ExtractOptions {
+  ContourOptions contour{};
+  /// Target number of triangles, reached from above or left below. 0: as `error` says.
+  std::uint32_t faces = 0;
+  /// With faces = 0: how far vertices may be from the planes of the crossings that they stand for: root
+  /// mean square, in cells. Above 0.
+  double error = 0.1;
+  /// Keep every part, hole and handle. Without, clusters count by their error alone, whatever they join:
+  /// the mesh stays closed and oriented, but edges may have more than two triangles
+  /// ("topology-changed").
+  bool keep_topology = true;
+  /// Leave out connected parts with fewer fine vertices than this share of the largest one's, 0 to 1
+  /// ("small-parts"): specks of noise.
+  double min_part = 0;
+
+  std::uint32_t size = 1024;                       ///< Side of the map, 16 to 8192 texels
+  std::uint32_t border_texels = 2;                 ///< Around each chart, 1 to 64
+  NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent or object
+  bool flip_y = false;                             ///< Green down (DirectX)
+  bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
+};
+
+struct ExtractReport {
+  ContourReport contour;
+  std::uint64_t clusters = 0;   ///< Inner nodes of the tree of vertices
+  std::uint64_t faces = 0;      ///< Triangles of the light mesh
+  std::uint64_t quads = 0;      ///< Polygons it was made of: quads, and triangles where cells of
+  std::uint64_t triangles = 0;  ///< several sizes meet
+  std::uint64_t parts = 0;      ///< Connected parts of the full contour
+  double error = 0;             ///< Greatest root mean square distance of a vertex, cells
+  std::uint64_t non_manifold_edges = 0;  ///< Edges of the light mesh with more than two triangles
+  std::uint64_t charts = 0;
+  double texels_per_cell = 0;  ///< Side of a cell in texels of the map
+  double coverage = 0;         ///< Share of the map that charts and their borders cover
+  std::uint64_t splatted_texels =
+      0;                        ///< That fine vertices fell into; the rest of the charts is filled
+  double seconds_simplify = 0;  ///< Tree of vertices and choice among them
+  double seconds_atlas = 0;
+  double seconds_map = 0;
+  double seconds_total = 0;
+  std::vector<Warning> warnings;  ///< Of all steps
+};
+
+struct ExtractResult {
+  Mesh mesh;         ///< The light mesh, with UVs and smooth normals
+  Image normal_map;  ///< 3 channels; outside the charts (1/2, 1/2, 1)
+  ExtractReport report;
+};
+
+/// A light mesh with a normal map straight from a volume (Barry and Wood, "Direct Extraction of Normal
+/// Mapped Meshes from Volume Data").
+///
+/// The vertices of the full-resolution contour are gathered bottom-up through an octree: those that
+/// touch within a node become one, whose quadric error function is their sum and which is kept in the
+/// node's box. A node's vertex may stand for its children where the surface that it replaces is a disk and
+/// meets the node's edges and faces as one sheet does, so that the light mesh is a manifold of the same
+/// topology (Schaefer, Ju, Warren 2007, "Manifold Dual Contouring", section 3: it allows more than the
+/// criterion of Ju et al. 2002, section 4.1, which permits only one sheet a cell).
+///
+/// Each polygon of the light mesh is a chart. The fine vertices of the clusters that it spans are
+/// projected onto it and their normals splatted into the map; other texels are filled smoothly within
+/// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
+/// blends neighbours.
+/// \throws as contour(); Error(usage) for an option out of range
+ExtractResult extract(const Device& device, const Volume& volume,
+                      const ExtractOptions& options = {});
+
+}  // namespace kiln

@@ -1,0 +1,323 @@
+// Volumes: signs of voxels, crossings of edges with their normals, vertices of the finest contour.
+//
+// Algorithm: dual contouring (Ju, Losasso, Schaefer, Warren 2002, "Dual Contouring of Hermite Data",
+// sections 2 and 3). A crossing lies where linear interpolation along an edge meets the iso value; its
+// normal is the gradient by central differences (one-sided at the volume's border), interpolated linearly
+// between the edge's ends. A vertex minimises E(x) = sum (n . (x - p))^2 over its sheet's crossings, from
+// their mean along the eigenvectors of A = sum n n' with eigenvalues above a share of the largest
+// (Lindstrom 2000, "Out-of-Core Simplification of Large Polygonal Models", section 3.3), clamped to
+// the cell.
+// Eigenvectors come from four cyclic Jacobi sweeps (Golub and Van Loan, section 8.5).
+//
+// | kernel                | items            | local | traffic an item                               |
+// | --------------------- | ---------------- | ----- | --------------------------------------------- |
+// | kiln_volume_signs     | words of a slab  | 64    | 64 voxels read, 8 B written                   |
+// | kiln_volume_crossings | crossed edges    | 64    | 8 B and 12 voxels (gathered) read, 16 B written |
+// | kiln_volume_vertices  | vertices / 8     | 64    | 8 x (8 B and 3 to 12 words and crossings      |
+// |                       |                  |       | (gathered) read, 80 B written)                |
+//
+// Defines: KILN_VOXEL=uchar, char, ushort, short or float (default): the voxels' type. Others come as
+// floats.
+// Strengths: work but for the signs grows with the surface only. Limits: 65,535 cells along an axis; a
+// slab of voxels must fit a buffer.
+#include "lib/vector3.clh"
+#include "shared/volume.h"
+
+#ifndef KILN_VOXEL
+#define KILN_VOXEL float
+#endif
+
+/// Index of a padded row's first word.
+static size_t volume_row(const kiln_volume_grid* grid, uint y, uint z) {
+  return ((size_t)z * (grid->size[1] + 2u) + y) * grid->words;
+}
+
+/// 1 for voxels inside the solid. What is not finite is outside.
+static int volume_is_inside(const kiln_volume_grid* grid, float value) {
+  return grid->below != 0 ? (value < grid->iso && value >= -FLT_MAX)
+                          : (value >= grid->iso && value <= FLT_MAX);
+}
+
+/// One bit a padded voxel of a slab.
+/// voxels: the slab. inside: [padded slab, row, word], the slab's first voxel plane first, without pads
+/// along z.
+kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOXEL* restrict voxels,
+                              global ulong* restrict inside) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t item = get_global_id(0);
+  if (item >= grid.count) return;
+  const uint word = (uint)(item % grid.words);
+  const size_t row = item / grid.words;
+  const uint y = (uint)(row % grid.size[1]);
+  const uint z = (uint)(row / grid.size[1]);
+  global const KILN_VOXEL* line = voxels + row * grid.size[0];
+  const int first = (int)(word * 64u) - 1;  // voxel of bit 0
+  const int last = (int)grid.size[0];
+  ulong bits = 0;
+  for (int group = 0; group < 64; group += 8) {
+    const int x = first + group;
+    if (x >= 0 && x + 8 <= last) {
+      const float8 value = convert_float8(vload8(0, line + x));
+      const int8 within = grid.below != 0 ? (value < grid.iso) & (value >= -FLT_MAX)
+                                          : (value >= grid.iso) & (value <= FLT_MAX);
+      const int8 bit = within & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+      const int4 half4 = bit.lo | bit.hi;
+      const int2 quarter = half4.lo | half4.hi;
+      bits |= (ulong)(uint)(quarter.x | quarter.y) << group;
+    } else {
+      for (int k = 0; k < 8; ++k) {
+        if (x + k < 0 || x + k >= last) continue;
+        if (volume_is_inside(&grid, (float)line[x + k])) bits |= 1ul << (group + k);
+      }
+    }
+  }
+  inside[((size_t)z * (grid.size[1] + 2u) + y + 1u) * grid.words + word] = bits;
+}
+
+/// A voxel's value by its place in the volume.
+static float volume_fetch(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int x,
+                          int y, int z) {
+  const float value =
+      (float)voxels[((size_t)(z - (int)grid->first_z) * grid->size[1] + (size_t)y) * grid->size[0] +
+                    (size_t)x];
+  return fabs(value) <= FLT_MAX ? value : grid->outside;
+}
+
+/// The field's derivative along one axis by central differences; one-sided at the border.
+static float volume_slope(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int3 at,
+                          int3 step, int place, int end) {
+#pragma OPENCL FP_CONTRACT OFF
+  const int3 a = place > 0 ? at - step : at;
+  const int3 b = place + 1 < end ? at + step : at;
+  const float difference =
+      volume_fetch(grid, voxels, b.x, b.y, b.z) - volume_fetch(grid, voxels, a.x, a.y, a.z);
+  return place > 0 && place + 1 < end ? difference * 0.5f : difference;
+}
+
+static float3 volume_gradient(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels,
+                              int3 at) {
+  return (float3)(volume_slope(grid, voxels, at, (int3)(1, 0, 0), at.x, (int)grid->size[0]),
+                  volume_slope(grid, voxels, at, (int3)(0, 1, 0), at.y, (int)grid->size[1]),
+                  volume_slope(grid, voxels, at, (int3)(0, 0, 1), at.z, (int)grid->size[2]));
+}
+
+/// Unit vector along v; `fallback` where v has no direction.
+static float3 volume_unit(float3 v, float3 fallback) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
+  if (!(largest > 0.0f && largest <= FLT_MAX)) return fallback;
+  const float3 scaled = v / largest;
+  return scaled / sqrt(dot3(scaled, scaled));
+}
+
+/// Crossings of edges. edges: x, y, z of the padded voxel that each leaves, 16 bits each from the
+/// lowest, then the axis.
+kernel void kiln_volume_crossings(const kiln_volume_grid grid,
+                                  global const KILN_VOXEL* restrict voxels,
+                                  global const ulong* restrict edges,
+                                  global kiln_volume_crossing* restrict crossings) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint item = (uint)get_global_id(0);
+  if (item >= grid.count) return;
+  const ulong key = edges[item];
+  const int axis = (int)(key >> 48);
+  const int3 a =
+      (int3)((int)(key & 0xFFFFul), (int)(key >> 16 & 0xFFFFul), (int)(key >> 32 & 0xFFFFul)) - 1;
+  const int3 step = (int3)(axis == 0, axis == 1, axis == 2);
+  const int3 b = a + step;
+  const int along = axis == 0 ? a.x : axis == 1 ? a.y : a.z;
+  const uint side = axis == 0 ? grid.size[0] : axis == 1 ? grid.size[1] : grid.size[2];
+  const float3 direction = convert_float3(step);
+  float t;
+  float3 normal;
+  if (along < 0) {  // a lies before the volume: the solid is cut off at b
+    t = 1.0f;
+    normal = -direction;
+  } else if (along + 1 >= (int)side) {
+    t = 0.0f;
+    normal = direction;
+  } else {
+    const float fa = volume_fetch(&grid, voxels, a.x, a.y, a.z);
+    const float fb = volume_fetch(&grid, voxels, b.x, b.y, b.z);
+    // Halved, so that nothing overflows.
+    const float rise = fb * 0.5f - fa * 0.5f;
+    t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
+    if (!(t >= 0.0f)) t = 0.5f;
+    const float3 at_a = volume_gradient(&grid, voxels, a);
+    const float3 at_b = volume_gradient(&grid, voxels, b);
+    const float3 gradient = at_a + (at_b - at_a) * t;
+    const float outward = grid.below != 0 ? 1.0f : -1.0f;
+    // Where the field is flat around the edge, along the edge.
+    normal = volume_unit(gradient * outward, rise * outward < 0.0f ? -direction : direction);
+  }
+  crossings[item].t = t;
+  crossings[item].normal[0] = normal.x;
+  crossings[item].normal[1] = normal.y;
+  crossings[item].normal[2] = normal.z;
+}
+
+/// One Jacobi rotation that zeroes a[p][q] of symmetric matrices; r is the third index. The columns of
+/// the eigenvectors turn with it.
+static void volume_rotate(float8* app, float8* aqq, float8* apq, float8* arp, float8* arq,
+                          float8 vp[3], float8 vq[3]) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float8 off = *apq;
+  const float8 difference = *aqq - *app;
+  // tan of the angle: the smaller root of t^2 + 2 theta t - 1 = 0, theta = difference / (2 off).
+  const float8 scale = fabs(difference) + sqrt(difference * difference + 4.0f * off * off);
+  const float8 twice = difference < 0.0f ? -2.0f * off : 2.0f * off;
+  const float8 tangent = scale > 0.0f ? twice / scale : (float8)(0.0f);
+  const float8 cosine = 1.0f / sqrt(tangent * tangent + 1.0f);
+  const float8 sine = tangent * cosine;
+  *app -= tangent * off;
+  *aqq += tangent * off;
+  *apq = (float8)(0.0f);
+  const float8 rp = *arp;
+  const float8 rq = *arq;
+  *arp = cosine * rp - sine * rq;
+  *arq = sine * rp + cosine * rq;
+  for (int k = 0; k < 3; ++k) {
+    const float8 p = vp[k];
+    const float8 q = vq[k];
+    vp[k] = p * cosine - q * sine;
+    vq[k] = p * sine + q * cosine;
+  }
+}
+
+/// Adds the part of the correction along one eigenvector.
+static void volume_advance(const float8 axis[3], float8 value, float8 limit,
+                           const float8 residual[3], float8 place[3]) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float8 product = (axis[0] * residual[0] + axis[1] * residual[1]) + axis[2] * residual[2];
+  const float8 step = value > limit ? product / value : (float8)(0.0f);
+  for (int k = 0; k < 3; ++k) place[k] += axis[k] * step;
+}
+
+/// Where E is least, eight vertices at once. place: in: where to start, out: the place.
+static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) {
+#pragma OPENCL FP_CONTRACT OFF
+  float8 xx = a[0], xy = a[1], xz = a[2], yy = a[3], yz = a[4], zz = a[5];
+  const float8 residual[3] = {b[0] - ((xx * place[0] + xy * place[1]) + xz * place[2]),
+                              b[1] - ((xy * place[0] + yy * place[1]) + yz * place[2]),
+                              b[2] - ((xz * place[0] + yz * place[1]) + zz * place[2])};
+  const float8 one = (float8)(1.0f);
+  const float8 zero = (float8)(0.0f);
+  float8 vx[3] = {one, zero, zero};
+  float8 vy[3] = {zero, one, zero};
+  float8 vz[3] = {zero, zero, one};
+  for (int sweep = 0; sweep < 4; ++sweep) {
+    volume_rotate(&xx, &yy, &xy, &xz, &yz, vx, vy);
+    volume_rotate(&xx, &zz, &xz, &xy, &yz, vx, vz);
+    volume_rotate(&yy, &zz, &yz, &xy, &xz, vy, vz);
+  }
+  const float8 limit = KILN_VOLUME_EIGEN_LIMIT * max(xx, max(yy, zz));
+  volume_advance(vx, xx, limit, residual, place);
+  volume_advance(vy, yy, limit, residual, place);
+  volume_advance(vz, zz, limit, residual, place);
+}
+
+/// Rank of a crossed edge: its number among all.
+static uint volume_edge(const kiln_volume_grid* grid, global const kiln_volume_word* words,
+                        uint axis, uint x, uint y, uint z) {
+  global const kiln_volume_word* word = words + volume_row(grid, y, z) + (x >> 6);
+  const ulong before = (1ul << (x & 63u)) - 1ul;
+  ulong rank = popcount(word->edge[axis] & before);
+  if (axis > 0u) rank += popcount(word->edge[0]);
+  if (axis > 1u) rank += popcount(word->edge[1]);
+  return word->edge_base + (uint)rank;
+}
+
+/// Vertices from their keys (shared/volume.h), eight an item. words and crossings: of all the volume.
+kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong* restrict keys,
+                                 global const kiln_volume_word* restrict words,
+                                 global const kiln_volume_crossing* restrict crossings,
+                                 global kiln_volume_qef* restrict qefs,
+                                 global kiln_volume_vertex* restrict vertices) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint first = (uint)get_global_id(0) * 8u;
+  if (first >= grid.count) return;
+  const uint lanes = min(grid.count - first, 8u);
+  float a[6][8] = {{0.0f}};
+  float b[3][8] = {{0.0f}};
+  float middle[3][8] = {{0.0f}};
+  for (uint lane = 0u; lane < lanes; ++lane) {
+    const uint item = first + lane;
+    const ulong key = keys[item];
+    const uint cell_x = (uint)(key & 0xFFFFul);
+    const uint cell_y = (uint)(key >> 16 & 0xFFFFul);
+    const uint cell_z = (uint)(key >> 32 & 0xFFFFul);
+    kiln_volume_qef qef;
+    for (int k = 0; k < 6; ++k) qef.a[k] = 0.0f;
+    float3 sum = (float3)(0.0f);
+    float3 mass = (float3)(0.0f);
+    float3 mean = (float3)(0.0f);
+    float c = 0.0f;
+    float count = 0.0f;
+    for (uint rest = (uint)(key >> 48); rest != 0u; rest &= rest - 1u) {
+      const uint edge = 31u - clz(rest & (0u - rest));
+      const uint axis = edge >> 2;
+      const uint u = edge & 1u;
+      const uint v = edge >> 1 & 1u;
+      // Offsets of the edge's lower end from the cell's lowest corner.
+      const uint dx = axis == 1u ? v : axis == 2u ? u : 0u;
+      const uint dy = axis == 2u ? v : axis == 0u ? u : 0u;
+      const uint dz = axis == 0u ? v : axis == 1u ? u : 0u;
+      global const kiln_volume_crossing* crossing =
+          crossings + volume_edge(&grid, words, axis, cell_x + dx, cell_y + dy, cell_z + dz);
+      const float t = crossing->t;
+      const float3 n = vload3(0, crossing->normal);
+      const float3 p = (float3)(axis == 0u ? t : (float)dx, axis == 1u ? t : (float)dy,
+                                axis == 2u ? t : (float)dz);
+      const float d = dot3(n, p);
+      qef.a[0] += n.x * n.x;
+      qef.a[1] += n.x * n.y;
+      qef.a[2] += n.x * n.z;
+      qef.a[3] += n.y * n.y;
+      qef.a[4] += n.y * n.z;
+      qef.a[5] += n.z * n.z;
+      sum += n * d;
+      c += d * d;
+      mass += p;
+      mean += n;
+      count += 1.0f;
+    }
+    vstore3(sum, 0, qef.b);
+    qef.c = c;
+    vstore3(mass, 0, qef.mass);
+    qef.count = count;
+    qefs[item] = qef;
+    for (int k = 0; k < 6; ++k) a[k][lane] = qef.a[k];
+    for (int k = 0; k < 3; ++k) b[k][lane] = qef.b[k];
+    for (int k = 0; k < 3; ++k) middle[k][lane] = qef.mass[k] / count;
+
+    // Crossings that cancel each other out: any direction.
+    const float3 normal = volume_unit(mean, (float3)(0.0f, 0.0f, 1.0f));
+    const float3 turned = volume_unit((float3)(dot3(vload3(0, grid.normal_to_world), normal),
+                                               dot3(vload3(1, grid.normal_to_world), normal),
+                                               dot3(vload3(2, grid.normal_to_world), normal)),
+                                      normal);
+    vstore3(turned, 0, vertices[item].normal);
+  }
+
+  float8 matrix[6];
+  float8 side[3];
+  float8 place[3];
+  for (int k = 0; k < 6; ++k) matrix[k] = vload8(0, a[k]);
+  for (int k = 0; k < 3; ++k) {
+    side[k] = vload8(0, b[k]);
+    place[k] = vload8(0, middle[k]);
+  }
+  volume_solve(matrix, side, place);
+  for (int k = 0; k < 3; ++k) vstore8(clamp(place[k], 0.0f, 1.0f), 0, middle[k]);
+
+  for (uint lane = 0u; lane < lanes; ++lane) {
+    const uint item = first + lane;
+    const ulong key = keys[item];
+    const float x = (float)(key & 0xFFFFul) - 1.0f + middle[0][lane];
+    const float y = (float)(key >> 16 & 0xFFFFul) - 1.0f + middle[1][lane];
+    const float z = (float)(key >> 32 & 0xFFFFul) - 1.0f + middle[2][lane];
+    const float3 world =
+        vload3(0, grid.to_world) * x + vload3(1, grid.to_world) * y + vload3(2, grid.to_world) * z;
+    vstore3(world, 0, vertices[item].position);
+  }
+}

@@ -1,0 +1,123 @@
+// kiln volume: files, figures, options, exit codes.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/volumes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::ProcessResult;
+using test::run_kiln;
+
+fs::path make_scene() {
+  const fs::path folder = test::scratch_folder();
+  const Volume volume = test::make_volume<std::uint8_t>(
+      {40, 40, 40}, VoxelType::u8, [](double x, double y, double z) {
+        return std::clamp(128 + 8 * test::sphere_field(x - 19.5, y - 19.5, z - 19.5, 14) +
+                              6 * std::sin(x * 0.8) * std::sin(y * 0.8) * std::sin(z * 0.8),
+                          0.0, 255.0);
+      });
+  save_nrrd(volume, folder / "ball.nrrd");
+  std::ofstream raw(folder / "ball.raw", std::ios::binary);
+  raw.write(reinterpret_cast<const char*>(volume.voxels.data()),
+            static_cast<std::streamsize>(volume.voxels.size()));
+  return folder;
+}
+
+json read_json(const fs::path& path) {
+  std::ifstream stream(path);
+  return json::parse(stream);
+}
+
+std::string bytes(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+TEST(VolumeCommand, WritesMeshAndMap) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const ProcessResult result =
+      run_kiln({"volume", scene / "ball.nrrd", "--iso", "127.5", "--faces", "500", "--size", "256",
+                "--out", scene / "out", "--full", scene / "full.obj", "--json", scene / "r.json"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const Mesh low = load_mesh(scene / "out" / "ball_low.obj");
+  const json report = read_json(scene / "r.json");
+  EXPECT_LE(low.triangles.size(), 500U);
+  EXPECT_EQ(report["low"]["faces"], low.triangles.size());
+  EXPECT_EQ(report["low"]["non_manifold_edges"], 0);
+  EXPECT_EQ(low.uv_triangles.size(), low.triangles.size());
+  EXPECT_EQ(load_image(scene / "out" / "ball_low_normal.png").width, 256U);
+  EXPECT_EQ(load_mesh(scene / "full.obj").triangles.size(),
+            2 * report["contour"]["quads"].get<std::size_t>());
+  for (const char* stage : {"scan", "hermite", "vertices", "quads", "simplify", "atlas", "map"}) {
+    EXPECT_GT(report["seconds"][stage].get<double>(), 0) << stage;
+  }
+  // The same from the bare voxels, to the byte.
+  const ProcessResult raw =
+      run_kiln({"volume", scene / "ball.raw", "--raw-size", "40x40x40", "--iso", "127.5", "--faces",
+                "500", "--size", "256", "--out", scene / "raw", "--quiet"});
+  ASSERT_EQ(raw.exit_code, 0) << raw.errors;
+  EXPECT_EQ(raw.output, "");
+  EXPECT_EQ(bytes(scene / "out" / "ball_low_normal.png"),
+            bytes(scene / "raw" / "ball_low_normal.png"));
+}
+
+TEST(VolumeCommand, BakesTheLongWay) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  for (const std::string match : {"ray", "closest"}) {
+    const fs::path out = scene / match;
+    const ProcessResult result = run_kiln({"volume",         scene / "ball.nrrd",
+                                           "--iso",          "127.5",
+                                           "--faces",        "400",
+                                           "--size",         "256",
+                                           "--match",        match,
+                                           "--max-distance", "3",
+                                           "--space",        "object",
+                                           "--format",       "exr",
+                                           "--out",          out,
+                                           "--json",         out.string() + ".json"});
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_TRUE(fs::exists(out / "ball_low_normal.exr"));
+    const json report = read_json(out.string() + ".json");
+    EXPECT_GT(report["bake"]["dense_triangles"], 4000);
+  }
+}
+
+TEST(VolumeCommand, RefusesWhatCannotBe) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"volume", scene / "ball.nrrd", "--out", scene / "out"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_kiln(words);
+  };
+  EXPECT_EQ(run({}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "high"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "nan"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--faces", "10", "--error", "1"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--size", "64x32"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--raw-type", "u16"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--max-distance", "1"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--topology", "free"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--raw-size", "40x40"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--full", scene / "full.ply"}).exit_code, 2);
+  const ProcessResult out_of_range = run({"--iso", "999"});
+  EXPECT_EQ(out_of_range.exit_code, 3);
+  EXPECT_NE(out_of_range.errors.find("range"), std::string::npos) << out_of_range.errors;
+  EXPECT_EQ(run({"--iso", "127.5", "--error", "0.001", "--size", "16"}).exit_code, 2);
+  EXPECT_FALSE(fs::exists(scene / "out" / "ball_low.obj"));
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,144 @@
+// Volumes by formula, and what holds for the surfaces in them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "kiln/volume.h"
+
+namespace kiln::test {
+
+/// Samples f(x, y, z) at the voxels' own indices. T is the voxels' type.
+template <typename T, typename Function>
+Volume make_volume(std::array<std::uint32_t, 3> size, VoxelType type, const Function& f) {
+  Volume volume;
+  volume.name = "test";
+  volume.size = size;
+  volume.type = type;
+  std::vector<T> values;
+  values.reserve(std::size_t{size[0]} * size[1] * size[2]);
+  for (std::uint32_t z = 0; z < size[2]; ++z) {
+    for (std::uint32_t y = 0; y < size[1]; ++y) {
+      for (std::uint32_t x = 0; x < size[0]; ++x) {
+        values.push_back(static_cast<T>(f(double(x), double(y), double(z))));
+      }
+    }
+  }
+  volume.voxels.resize(values.size() * sizeof(T));
+  std::memcpy(volume.voxels.data(), values.data(), volume.voxels.size());
+  return volume;
+}
+template <typename Function>
+Volume make_float_volume(std::array<std::uint32_t, 3> size, const Function& f) {
+  return make_volume<float>(size, VoxelType::f32, f);
+}
+
+/// Signed distances, positive inside: level 0 is the surface.
+inline double sphere_field(double x, double y, double z, double radius) {
+  return radius - std::sqrt(x * x + y * y + z * z);
+}
+inline double torus_field(double x, double y, double z, double major, double minor) {
+  return minor - std::hypot(std::hypot(x, z) - major, y);
+}
+/// Not a distance; the period is in voxels.
+inline double gyroid_field(double x, double y, double z, double period) {
+  const double k = 2 * std::numbers::pi / period;
+  return std::sin(k * x) * std::cos(k * y) + std::sin(k * y) * std::cos(k * z) +
+         std::sin(k * z) * std::cos(k * x);
+}
+inline double box_field(double x, double y, double z, double hx, double hy, double hz) {
+  return std::min({hx - std::abs(x), hy - std::abs(y), hz - std::abs(z)});
+}
+
+struct Topology {
+  std::uint64_t border_edges = 0;        ///< With a triangle on one side only
+  std::uint64_t inconsistent_edges = 0;  ///< As many triangles must run each way
+  std::uint64_t crowded_edges = 0;       ///< With more than two triangles
+  std::uint64_t pinched_vertices = 0;    ///< Whose triangles are not one fan
+  std::uint64_t degenerate = 0;          ///< Triangles with a repeated vertex
+  std::int64_t euler = 0;                ///< V - E + F over the vertices that are used
+  std::uint64_t parts = 0;               ///< Connected by edges
+
+  bool is_closed_manifold() const {
+    return border_edges == 0 && inconsistent_edges == 0 && crowded_edges == 0 &&
+           pinched_vertices == 0 && degenerate == 0;
+  }
+};
+
+inline Topology topology(const Mesh& mesh) {
+  Topology result;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::array<std::int32_t, 2>> edges;
+  std::vector<std::uint32_t> part(mesh.positions.size());
+  for (std::uint32_t i = 0; i < part.size(); ++i) part[i] = i;
+  const auto find = [&](std::uint32_t v) {
+    while (part[v] != v) v = part[v] = part[part[v]];
+    return v;
+  };
+  std::vector<std::vector<std::array<std::uint32_t, 2>>> links(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) {
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) ++result.degenerate;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      ++edges[{std::min(a, b), std::max(a, b)}][a < b ? 0 : 1];
+      part[find(a)] = find(b);
+      links[t[k]].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
+    }
+  }
+  std::int64_t vertices = 0;
+  for (std::uint32_t v = 0; v < links.size(); ++v) {
+    if (links[v].empty()) continue;
+    ++vertices;
+    if (find(v) == v) ++result.parts;
+    // Walk the fan from one triangle on; all must be met.
+    std::map<std::uint32_t, std::uint32_t> next;
+    for (const auto& link : links[v]) next[link[0]] = link[1];
+    std::uint32_t start = links[v][0][0];
+    for (std::size_t back = 0; back < links[v].size(); ++back) {  // to an open fan's beginning
+      const auto before = std::find_if(links[v].begin(), links[v].end(),
+                                       [&](const auto& link) { return link[1] == start; });
+      if (before == links[v].end()) break;
+      start = (*before)[0];
+    }
+    std::size_t met = 0;
+    for (std::uint32_t at = start; met < links[v].size() && next.count(at) != 0;) {
+      at = next[at];
+      ++met;
+      if (at == start) break;
+    }
+    if (met != links[v].size()) ++result.pinched_vertices;
+  }
+  for (const auto& [ends, count] : edges) {
+    if (count[0] + count[1] == 1) {
+      ++result.border_edges;
+    } else if (count[0] != count[1]) {
+      ++result.inconsistent_edges;
+    }
+    if (count[0] + count[1] > 2) ++result.crowded_edges;
+  }
+  result.euler = vertices - static_cast<std::int64_t>(edges.size()) +
+                 static_cast<std::int64_t>(mesh.triangles.size());
+  return result;
+}
+
+/// Enclosed volume, by the divergence theorem: positive where triangles are counter-clockwise seen from
+/// outside.
+inline double enclosed_volume(const Mesh& mesh) {
+  double sum = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+    sum += double{a.x} * (double{b.y} * c.z - double{b.z} * c.y) +
+           double{a.y} * (double{b.z} * c.x - double{b.x} * c.z) +
+           double{a.z} * (double{b.x} * c.y - double{b.y} * c.x);
+  }
+  return sum / 6;
+}
+
+}  // namespace kiln::test
