@@ -13,6 +13,7 @@
 #include "mips.h"
 #include "parallel.h"
 #include "source.h"
+#include "switches.h"
 #include "texels.h"
 
 namespace kiln {
@@ -205,6 +206,8 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
     charts = ChartMap(texels, options.samples);
   }
   report.seconds_mips += watch.lap();
+  std::optional<Switches> switches;
+  if (options.fallback != Fallback::low) switches.emplace(low, options.width, options.height);
 
   const std::uint32_t bands = sampler.band_count();
   for (std::uint32_t b = 0; b < bands; ++b) {
@@ -241,6 +244,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
     const std::size_t offset = std::size_t{band.first_row} * options.width;
     band_image.read(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
     band_coverage.read(context, std::span(result.coverage).subspan(offset, band_texels));
+    if (switches) switches->store(context, band, match);
     if (result.match) store_band(context, band, match, unit, *result.match);
     count_samples(context, match, unit, report, distance_sum);
     report.texels += band.texel_count;
@@ -250,6 +254,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
     report.seconds_mips += watch.lap();
   }
 
+  if (switches) report.switches = switches->measure(image);
   std::vector<Image> mips;
   if (options.mips) {
     if (options.progress && !options.progress(0.97, "mip-maps")) {

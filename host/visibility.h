@@ -1,5 +1,14 @@
 // From where each place of the light mesh is seen, past the mesh itself (Tarini, Cignoni, Scopigno,
 // "Visibility Based Methods and Assessment for Detail-Recovery", 2003, section 3.3).
+//
+// The forms used here follow the method's description, and were not checked against the equations as
+// printed. With directions d of likelihood w, c(d) the pixels or cosines by which a place is seen, V the
+// directions that see it:
+//   face    v_f = sum over V of w c_f(d) d / sum of w c_f(d); a vertex takes the mean of its faces' v_f,
+//           weighted by their angles there
+//   vertex  v_v = the same over the pixels of its faces, each by its barycentric weight; or over its own rays
+//   texel   v_t = the same over its own lookups or rays; sums and weights are smoothed, then divided
+// The standard deviation of V is sqrt(1 - |v|^2), since the directions are unit.
 #pragma once
 
 #include <cstdint>

@@ -247,6 +247,13 @@ struct VisibilityReport {
   double seconds = 0;         ///< Part of seconds_match
 };
 
+/// How much the map changes from texel to texel where the method changes, and where it does not.
+struct SwitchReport {
+  std::uint64_t sides = 0;       ///< Between texels of one chart that different methods decided, or none
+  double mean_degrees = 0;       ///< Over these sides, between the map's unit vectors
+  double elsewhere_degrees = 0;  ///< Over all others
+};
+
 struct BakeReport {
   std::uint64_t texels = 0;  ///< Covered by the light mesh
   std::uint64_t samples = 0;
@@ -256,6 +263,7 @@ struct BakeReport {
   double max_distance = 0;          ///< As used, world units
   double mean_abs_distance = 0;     ///< Of the samples that hit, world units
   std::optional<ViewReport> views;  ///< Where matched by views
+  std::optional<SwitchReport> switches;  ///< Where a fallback was asked for
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   double seconds_build = 0;         ///< Structures of the source, made for this bake
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;

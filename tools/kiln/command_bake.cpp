@@ -312,6 +312,7 @@ int run_bake(const BakeArguments& arguments) {
         {"warnings", describe(warnings)}};
     if (options.mips) json["mips"] = mips;
     if (report.views) json["views"] = describe(*report.views);
+    if (report.switches) json["switches"] = describe(*report.switches);
     if (report.visibility) json["visibility"] = describe(*report.visibility);
     if (low.simplified) {
       json["low"] = {{"faces", low.simplified->faces},

@@ -74,6 +74,12 @@ Json describe(const VisibilityReport& visibility) {
           {"seconds", visibility.seconds}};
 }
 
+Json describe(const SwitchReport& switches) {
+  return {{"sides", switches.sides},
+          {"mean_degrees", switches.mean_degrees},
+          {"elsewhere_degrees", switches.elsewhere_degrees}};
+}
+
 Json describe_texels(const BakeReport& report) {
   return {
       {"covered", report.texels},  {"samples", report.samples}, {"outward", report.outward},

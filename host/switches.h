@@ -1,0 +1,34 @@
+// Where neighbouring texels were decided by different methods, and what that does to the map.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cl/context.h"
+#include "kiln/bake.h"
+#include "match.h"
+#include "texels.h"
+
+namespace kiln {
+
+/// Collects which method decided each texel, band by band.
+class Switches {
+ public:
+  /// \param low  with UVs
+  Switches(const Mesh& low, std::uint32_t width, std::uint32_t height);
+
+  /// A texel counts by its first sample.
+  void store(cl::Context& context, const TexelBand& band, const Correspondence& match);
+
+  /// Compares the map's unit vectors over sides that two texels of one chart share. Texels whose charts lie
+  /// edge to edge are not compared, nor are those across a seam.
+  SwitchReport measure(const Image& image) const;
+
+ private:
+  std::uint32_t width_;
+  std::vector<std::uint32_t> chart_of_triangle_;
+  std::vector<std::uint8_t> method_;  // of each texel, 0: none
+  std::vector<std::uint32_t> chart_;  // of each texel
+};
+
+}  // namespace kiln
