@@ -15,6 +15,7 @@
 #include "source.h"
 #include "switches.h"
 #include "texels.h"
+#include "view_plan.h"
 
 namespace kiln {
 namespace {
@@ -131,6 +132,36 @@ std::vector<Image> finished_mips(cl::Context& context, const BakeOptions& option
   return images;
 }
 
+/// What helps where samples are missed.
+std::string miss_advice(const BakeReport& report) {
+  if (!report.views) {
+    return "raise --max-distance, check that both meshes lie in the same place, or add --two-sided "
+           "where the dense mesh's faces are turned inside out.";
+  }
+  std::string advice =
+      "let rays or nearest points decide them (--fallback ray, --fallback closest), ";
+  advice += report.views->undersampled > 0.5
+                ? "raise --view-size, since most triangles are smaller "
+                  "than a pixel of the views, "
+                : "look from more sides (--views), ";
+  advice += "raise --max-distance, or add --two-sided where faces are turned inside out.";
+  return advice;
+}
+
+/// Views of a dense mesh that is much larger than the light one may show too little of it.
+void warn_about_pixels(const LowSurface& surface, double unit, BakeReport& report) {
+  if (!report.views) return;
+  const ViewArea area = view_area(surface, 0, 1e300);
+  const double radius = area.radius * unit;
+  if (!(report.views->pixel > radius / 25)) return;
+  report.warnings.push_back(
+      {"coarse-views",
+       "A pixel of the depth views is " + std::to_string(report.views->pixel / radius) +
+           " times the light mesh's radius, so they show next to nothing of it: raise --view-size, "
+           "cut away what lies far from it in the dense mesh, or use rays.",
+       1});
+}
+
 void warn_about_misses(BakeReport& report) {
   if (report.samples == 0) {
     report.warnings.push_back(
@@ -144,9 +175,8 @@ void warn_about_misses(BakeReport& report) {
     report.warnings.push_back({"many-misses",
                                std::to_string(percent) +
                                    "% of the samples found no point of the dense mesh within the "
-                                   "distance: raise --max-distance, check that both meshes lie "
-                                   "in the same place, or add --two-sided where the dense mesh's "
-                                   "faces are turned inside out.",
+                                   "distance: " +
+                                   miss_advice(report),
                                report.missed});
   }
 }
@@ -280,6 +310,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   report.warnings.insert(report.warnings.end(), sampler.report().warnings.begin(),
                          sampler.report().warnings.end());
   warn_about_misses(report);
+  warn_about_pixels(surface, unit, report);
   for (MapKind kind : options.maps) {
     if (kind == MapKind::normal) result.maps.push_back({kind, std::move(image), std::move(mips)});
     if (kind == MapKind::mask) {

@@ -196,10 +196,11 @@ class ViewMatcher : public Matcher {
       : source_(source), context_(source.device.context()) {
     query_ = view_query(options, surface, source.frame);
     Rasterizer& raster = source.raster();
-    const double radius = raster.radius();
+    query_.area = view_area(surface, query_.max_distance, raster.radius());
     choose_directions(surface, options, report);
-    size_ = choose_size(surface, options, radius, report);
-    report.pixel = 2 * radius / size_ / source.frame.scale;
+    size_ = choose_size(surface, options, query_.area.radius, report);
+    widen(query_.area, raster.radius(), size_);
+    report.pixel = 2 * query_.area.radius / size_ / source.frame.scale;
     for (const Vec3d& direction : directions_) report.directions.push_back(to_float(direction));
     batch_ = DepthViews::batch_size(context_, size_);
     if (directions_.size() <= batch_) views_.emplace(draw(0, directions_.size()));
@@ -226,10 +227,13 @@ class ViewMatcher : public Matcher {
 
  private:
   DepthViews draw(std::size_t first, std::size_t last) const {
-    return {context_, source_.raster(),
+    return {context_,
+            source_.raster(),
             std::vector<Vec3d>(directions_.begin() + static_cast<std::ptrdiff_t>(first),
                                directions_.begin() + static_cast<std::ptrdiff_t>(last)),
-            size_, query_.two_sided};
+            size_,
+            query_.two_sided,
+            query_.area};
   }
 
   void choose_directions(const LowSurface& surface, const BakeOptions& options,

@@ -81,7 +81,7 @@ std::vector<std::uint64_t> DepthKeys::picture(cl::Context& context, const kiln_v
   return result;
 }
 
-kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size) {
+kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size, const Vec3d& center) {
   Vec3d right;
   Vec3d up;
   basis(toward, right, up);
@@ -91,8 +91,10 @@ kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size) {
   store(toward, view.toward);
   // A pixel of margin on each side, for the snapping and for samples just beside the silhouette.
   const double inner = size > 4 ? size - 2.0 : size;
-  view.scale = static_cast<float>(inner / (2 * radius));
-  view.left = view.top = static_cast<float>(size) / 2;
+  const double scale = inner / (2 * radius);
+  view.scale = static_cast<float>(scale);
+  view.left = static_cast<float>(size / 2.0 - dot(right, center) * scale);
+  view.top = static_cast<float>(size / 2.0 + dot(up, center) * scale);
   view.width = view.height = size;
   return view;
 }

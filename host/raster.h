@@ -12,10 +12,11 @@
 
 namespace kiln {
 
-/// An orthographic view that shows everything within `radius` of the frame's origin.
+/// An orthographic view that shows everything within `radius` of a centre.
 /// \param toward  unit, from the mesh to the viewer
 /// \param size    pixels a side, 1 to KILN_RASTER_LARGEST
-kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size);
+kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size,
+                    const Vec3d& center = {});
 
 /// Pictures on the device: a key of depth and triangle a pixel, tile by tile (kernels/shared/raster.h).
 struct DepthKeys {

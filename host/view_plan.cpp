@@ -87,6 +87,33 @@ ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Trian
   return result;
 }
 
+ViewArea view_area(const LowSurface& surface, double reach, double dense_radius) {
+  Vec3d low{1e300, 1e300, 1e300};
+  Vec3d high{-1e300, -1e300, -1e300};
+  const auto for_each_corner = [&](const auto& body) {
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+      if (surface.usable[i] == 0) continue;
+      for (const LowSurface::Corner& corner : surface.triangles[i]) body(Vec3d(corner.position));
+    }
+  };
+  for_each_corner([&](const Vec3d& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  });
+  ViewArea area{(low + high) * 0.5, 0};
+  for_each_corner(
+      [&](const Vec3d& p) { area.radius = std::max(area.radius, length(p - area.center)); });
+  area.radius += reach;
+  // Most pairs: both meshes have the same extent, and share one picture whatever the reach.
+  if (area.radius > 0.8 * dense_radius) return {{}, dense_radius};
+  return area;
+}
+
+void widen(ViewArea& area, double dense_radius, std::uint32_t size) {
+  const double least = dense_radius * size / 60000;
+  area.radius = std::max(area.radius, least);
+}
+
 std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
                                             std::span<const Triangle> triangles,
                                             const LowSurface& surface) {
@@ -118,6 +145,10 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
     if (surface.usable[i] == 0) continue;
+    const auto& [a, b, c] = surface.triangles[i];
+    const Vec3d face =
+        cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+    if (dot(face, mean) < 0.1 * length(face)) return std::nullopt;
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
       if (dot(Vec3d(corner.normal), mean) < 0.1) return std::nullopt;
     }
@@ -142,7 +173,7 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
     const DepthViews views(context, source.raster(),
                            {candidates.begin() + static_cast<std::ptrdiff_t>(first),
                             candidates.begin() + static_cast<std::ptrdiff_t>(last)},
-                           kProbeSize, query.two_sided);
+                           kProbeSize, query.two_sided, query.area);
     views.probe(points, count, capacity, query, found);
     found.read(context, std::span(quality).subspan(first * count, (last - first) * count));
   }

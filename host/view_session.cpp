@@ -26,9 +26,11 @@ struct ViewSession::Impl {
     const LowSurface surface = LowSurface::of(low_mesh, high.frame);
     query = view_query(options, surface, high.frame);
     Rasterizer& raster = high.raster();
+    query.area = view_area(surface, query.max_distance, raster.radius());
     size = options.views.size != 0
                ? options.views.size
-               : choose_view_size(high.positions, high.triangles, raster.radius(), 8192).size;
+               : choose_view_size(high.positions, high.triangles, query.area.radius, 8192).size;
+    widen(query.area, raster.radius(), size);
     TexelSampler sampler(context, surface,
                          {options.width, options.height, options.samples, 1U << 20});
     for (std::uint32_t i = 0; i < sampler.band_count(); ++i) {
@@ -64,7 +66,7 @@ ViewSession& ViewSession::operator=(ViewSession&&) noexcept = default;
 ViewSession::Step ViewSession::add(const Vec3& toward) {
   Impl& impl = *impl_;
   const DepthViews view(impl.context, impl.high.raster(), {unit_direction(toward)}, impl.size,
-                        impl.query.two_sided);
+                        impl.query.two_sided, impl.query.area);
   Step step;
   step.samples = impl.samples;
   for (Impl::Band& band : impl.bands) {

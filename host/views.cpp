@@ -52,11 +52,12 @@ std::uint32_t DepthViews::batch_size(const cl::Context& context, std::uint32_t s
 }
 
 DepthViews::DepthViews(cl::Context& context, Rasterizer& rasterizer,
-                       const std::vector<Vec3d>& directions, std::uint32_t size, bool two_sided)
+                       const std::vector<Vec3d>& directions, std::uint32_t size, bool two_sided,
+                       const ViewArea& area)
     : context_(context), rasterizer_(rasterizer) {
   std::uint32_t first = 0;
   for (const Vec3d& toward : directions) {
-    kiln_view view = make_view(toward, rasterizer.radius(), size);
+    kiln_view view = make_view(toward, area.radius, size, area.center);
     view.first = first;
     view.flags = two_sided ? KILN_RASTER_TWO_SIDED : 0;
     first += static_cast<std::uint32_t>(DepthKeys::count(size, size));

@@ -17,12 +17,19 @@ namespace kiln {
 /// using Fibonacci and latitude-longitude lattices").
 std::vector<Vec3d> spread_directions(std::uint32_t count);
 
+/// What views show: all that lies within a radius of a centre, frame units.
+struct ViewArea {
+  Vec3d center;
+  double radius = 1;
+};
+
 struct ViewQuery {
   ViewCriterion criterion = ViewCriterion::angle;
   float max_distance = 1;  ///< Frame units
   float least_cosine = 0;  ///< Of a view's angle to the sample's direction
   bool refine = true;      ///< Move to the point on the sample's own direction
   bool two_sided = false;  ///< Draw and take faces that are turned away
+  ViewArea area;           ///< That is shown
 };
 
 /// Depth views on the device, drawn once and matched against any number of bands of samples.
@@ -30,7 +37,7 @@ class DepthViews {
  public:
   /// \param size  pixels a side of each
   DepthViews(cl::Context& context, Rasterizer& rasterizer, const std::vector<Vec3d>& directions,
-             std::uint32_t size, bool two_sided);
+             std::uint32_t size, bool two_sided, const ViewArea& area);
 
   /// Improves the correspondence of samples [0, count) of `points`, where a view is better than what
   /// `score` says was found so far; of equally good ones the first that was ever asked stays.

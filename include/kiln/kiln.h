@@ -13,6 +13,7 @@
 #include "kiln/lowpoly.h"
 #include "kiln/measure.h"
 #include "kiln/mesh.h"
+#include "kiln/plan.h"
 #include "kiln/render.h"
 #include "kiln/types.h"
 #include "kiln/version.h"

@@ -283,7 +283,7 @@ TEST(Tiles, MatchingSeesNothingInEmptyTiles) {
   const Drawn scene = in_frame(icosphere(3));
   Rasterizer rasterizer(context(), scene.positions, scene.triangles, RasterPath::tiles);
   constexpr std::uint32_t kSize = 600;  // the tiles in the corners stay empty
-  DepthViews views(context(), rasterizer, {{0, 0, 1}}, kSize, false);
+  DepthViews views(context(), rasterizer, {{0, 0, 1}}, kSize, false, {{}, rasterizer.radius()});
   // What lies in tiles that were left out: the nearest of the sphere's own triangles, everywhere.
   context().fill(views.keys().keys, std::uint64_t{0x3F40000000000005ULL});
   rasterizer.draw(views.views(), views.keys());

@@ -459,6 +459,49 @@ TEST(ViewsFailing, RotationAndOrderChangeLittle) {
   EXPECT_LT(order.max_angle_degrees, 1);
 }
 
+TEST(Views, AFloorMuchLargerThanTheLightMeshTakesNoPixels) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(20000);
+  const Mesh low = test::BumpySphere::light(24, 12);
+  Mesh with_floor = high;
+  const auto first = static_cast<std::uint32_t>(high.positions.size());
+  for (const auto& [x, z] :
+       {std::pair{-25.0F, -25.0F}, {25.0F, -25.0F}, {25.0F, 25.0F}, {-25.0F, 25.0F}}) {
+    with_floor.positions.push_back({x, -2, z});
+  }
+  with_floor.triangles.push_back({first, first + 2, first + 1});
+  with_floor.triangles.push_back({first, first + 3, first + 2});
+  BakeOptions options = view_options(256, 0.1);
+  const BakeResult alone = bake_pair(high, low, options);
+  const BakeResult on_floor = bake_pair(with_floor, low, options);
+  EXPECT_LT(on_floor.report.views->pixel, 1.5 * alone.report.views->pixel);
+  EXPECT_LE(on_floor.report.missed, alone.report.missed + 100);
+  EXPECT_LT(difference(alone, on_floor).mean_angle_degrees, 0.02);
+
+  // One that is a million times as large leaves next to nothing to see: that is said.
+  for (std::size_t i = first; i < with_floor.positions.size(); ++i) {
+    with_floor.positions[i].x *= 40000;
+    with_floor.positions[i].z *= 40000;
+  }
+  const BakeResult lost = bake_pair(with_floor, low, options);
+  EXPECT_TRUE(std::any_of(lost.report.warnings.begin(), lost.report.warnings.end(),
+                          [](const Warning& w) { return w.code == "coarse-views"; }));
+}
+
+TEST(Views, SteepWallsAreNoHeightField) {
+  KILN_REQUIRE_DEVICE();
+  Mesh low = test::plane(8, 8);
+  low.normals.clear();
+  low.normal_triangles.clear();
+  for (Vec3& p : low.positions) {
+    if (std::abs(p.x) < 0.2F && std::abs(p.y) < 0.2F) p.z = -3;
+  }
+  BakeOptions options = view_options(64, 0.1);
+  const BakeResult deep = bake_pair(low, low, options);
+  EXPECT_FALSE(deep.report.views->height_field);
+  EXPECT_EQ(deep.report.views->directions.size(), 12U);
+}
+
 TEST(Views, RefuseWhatCannotBe) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::tetrahedron());

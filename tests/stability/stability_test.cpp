@@ -1,2 +1,128 @@
+// Where methods fail: each failure within known bounds, beside a way that works.
 #include <gtest/gtest.h>
-TEST(Stability, Placeholder) { FAIL(); }
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "stability/survey.h"
+#include "support/environment.h"
+
+namespace kiln::test {
+namespace {
+
+/// A row of the table of failures: which ways go wrong, how much, and which work.
+struct Expected {
+  const char* scene;
+  struct Failing {
+    const char* way;
+    double least_wrong, most_wrong;  ///< Shares of samples
+    double least_undecided, most_undecided;
+  };
+  std::vector<Failing> failing;
+  std::vector<const char*> working;  ///< Nothing wrong or undecided
+};
+
+const std::vector<Expected> kExpected = {
+    {"two close sheets",
+     {{"closest", 0.99, 1, 0, 0}, {"views", 0, 0.04, 0, 0.01}},
+     {"ray", "ray, cage", "visibility", "hybrid"}},
+    {"convex edge",
+     {{"ray", 0, 0, 0.04, 0.12}, {"visibility", 0, 0, 0.04, 0.12}},
+     {"closest", "views"}},
+    {"concave corner", {{"visibility", 0, 0, 0, 0.02}}, {"ray", "closest", "hybrid", "views"}},
+    {"deep hole",
+     {{"visibility", 0, 0, 0.05, 0.2}, {"views", 0, 0, 0, 0.03}},
+     {"ray", "closest", "hybrid"}},
+    {"open border",
+     {{"closest", 0.25, 0.36, 0, 0}, {"views", 0.01, 0.1, 0, 0}},
+     {"ray", "ray, cage", "visibility", "hybrid"}},
+    {"hole in the dense mesh",
+     {{"closest", 0.005, 0.05, 0, 0}, {"views", 0, 0.03, 0, 0}},
+     {"ray", "ray, cage", "visibility", "hybrid"}},
+    {"flipped faces",
+     {{"ray", 0, 0, 0.18, 0.22}, {"visibility", 0, 0, 0.18, 0.22}},
+     {"ray, two-sided", "closest"}},
+    {"non-manifold fans", {{"views", 0, 0.04, 0, 0}}, {"ray", "closest", "visibility", "hybrid"}},
+    {"self-intersection",
+     {{"ray", 0.9, 1, 0, 0}, {"closest", 0.9, 1, 0, 0}, {"views", 0, 0.02, 0, 0}},
+     {"ray, cage"}},
+    {"slivers", {{"views", 0, 0.6, 0, 0}}, {"ray", "closest", "visibility", "hybrid"}},
+    {"duplicate faces", {}, {"ray", "ray, cage", "closest", "views", "visibility", "hybrid"}},
+    {"coincident surfaces", {}, {"ray", "ray, cage", "closest", "views", "visibility", "hybrid"}},
+    {"light mesh far from the dense one",
+     {},
+     {"ray", "ray, cage", "closest", "views", "visibility", "hybrid"}},
+    {"normals of zero length",
+     {},
+     {"ray", "ray, cage", "closest", "views", "visibility", "hybrid"}},
+};
+
+const Way& way_named(const std::vector<Way>& all, const std::string& name) {
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Way& way) { return way.name == name; });
+  if (found == all.end()) throw std::logic_error("no way is called " + name);
+  return *found;
+}
+
+TEST(Stability, EachFailureIsKnownAndHasARemedy) {
+  KILN_REQUIRE_DEVICE();
+  const std::vector<Way> all = ways();
+  const std::vector<FailureScene> scenes = failure_scenes();
+  ASSERT_EQ(scenes.size(), kExpected.size());
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const Expected& expected = kExpected[i];
+    ASSERT_EQ(scenes[i].name, expected.scene);
+    ASSERT_FALSE(expected.working.empty()) << expected.scene;
+    for (const Expected::Failing& failing : expected.failing) {
+      SCOPED_TRACE(scenes[i].name + " by " + failing.way);
+      const FailureRate rate = rate_failure(*device(), scenes[i], way_named(all, failing.way));
+      EXPECT_GE(rate.wrong, failing.least_wrong);
+      EXPECT_LE(rate.wrong, failing.most_wrong);
+      EXPECT_GE(rate.undecided, failing.least_undecided);
+      EXPECT_LE(rate.undecided, failing.most_undecided);
+    }
+    for (const char* name : expected.working) {
+      SCOPED_TRACE(scenes[i].name + " by " + name);
+      const FailureRate rate = rate_failure(*device(), scenes[i], way_named(all, name));
+      EXPECT_EQ(rate.wrong, 0);
+      EXPECT_EQ(rate.undecided, 0);
+    }
+  }
+}
+
+TEST(Stability, SmallDisturbancesMoveTheMapLittle) {
+  KILN_REQUIRE_DEVICE();
+  for (const Way& way : ways()) {
+    for (const auto& [name, disturbance] : disturbances()) {
+      SCOPED_TRACE(way.name + ", " + name);
+      const Movement movement = measure_movement(*device(), way, disturbance);
+      // A millionth of the diagonal tilts the dense mesh's faces by some ten thousandths of a degree.
+      EXPECT_LT(movement.mean_degrees, 0.005);
+      // What depends on directions in the world sees others where the scene is turned.
+      const bool turned = disturbance == Disturbance::rotate || disturbance == Disturbance::mirror;
+      const bool looks =
+          way.options.method == MatchMethod::views || way.options.method == MatchMethod::visibility;
+      EXPECT_LT(movement.max_degrees, turned && looks ? 5 : 0.05);
+      EXPECT_LT(movement.above_1_degree + movement.changed_cover, 0.001);
+      if (disturbance == Disturbance::translate || disturbance == Disturbance::permute) {
+        EXPECT_LT(movement.max_degrees, 1e-4);
+      }
+    }
+  }
+}
+
+TEST(Stability, TheTablesAreTheDocuments) {
+  KILN_REQUIRE_DEVICE();
+  std::ifstream file(std::string(KILN_STABILITY_TABLES), std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const std::string tables = survey(*device());
+  EXPECT_NE(text.find(tables), std::string::npos)
+      << "tests/stability/README.md is out of date: run stability_survey and put in what it "
+         "prints:\n"
+      << tables;
+}
+
+}  // namespace
+}  // namespace kiln::test

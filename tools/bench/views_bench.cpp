@@ -57,7 +57,8 @@ void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::u
   const cl::Array<float> score(context, capacity);
   ViewQuery query;
   query.max_distance = static_cast<float>(0.02 * frame.diagonal * frame.scale);
-  const DepthViews views(context, rasterizer, directions, depth_size, false);
+  const DepthViews views(context, rasterizer, directions, depth_size, false,
+                         {{}, rasterizer.radius()});
 
   std::vector<Mode> modes;
   modes.push_back({"draw", false, [&] {

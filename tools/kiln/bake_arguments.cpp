@@ -23,6 +23,7 @@ const std::map<std::string, MatchMethod> kMethods = {{"ray", MatchMethod::ray},
                                                      {"closest", MatchMethod::closest},
                                                      {"visibility", MatchMethod::visibility},
                                                      {"hybrid", MatchMethod::hybrid}};
+constexpr const char* kAutomatic = "auto";
 const std::map<std::string, VisibilityAt> kVisibilityAt = {
     {"face", VisibilityAt::face}, {"vertex", VisibilityAt::vertex}, {"texel", VisibilityAt::texel}};
 const std::map<std::string, VisibilityTest> kVisibilityTests = {{"auto", VisibilityTest::automatic},
@@ -149,8 +150,9 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
           "--match", a.match,
           "How the dense surface is found: ray along the normals, views: depth pictures "
           "from all around, closest: the nearest point, visibility: rays along the direction "
-          "that a place is seen from, or hybrid: between that and the normal")
-      ->check(one_of(kMethods))
+          "that a place is seen from, hybrid: between that and the normal, or auto: the cheapest "
+          "way and the smallest map (up to --size) that reach --max-error")
+      ->check(CLI::IsMember(match_names(true), CLI::ignore_case))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -206,7 +208,9 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->group(group_views);
   command
       .add_option("--view", a.view,
-                  "X,Y,Z: a view of your own, from the mesh to the viewer; may be given again")
+                  "X,Y,Z: a view of your own, from the mesh to the viewer, beside the --views; may "
+                  "be given "
+                  "again (--views 0: only your own)")
       ->group(group_views);
   command
       .add_option("--view-size", a.view_size,
@@ -263,15 +267,15 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->group(group_visibility);
 
   const char* const group_low = "The light mesh";
-  CLI::Option* faces =
-      command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
-          ->check(CLI::Range(1U, 100000000U))
-          ->group(group_low);
+  command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
+      ->check(CLI::Range(1U, 100000000U))
+      ->group(group_low);
   command
       .add_option("--max-error", a.max_error,
                   "Without LOW and --faces: few triangles that stay within this share of the "
-                  "diagonal (default 0.2%)")
-      ->excludes(faces)
+                  "diagonal (default 0.2%). With --match auto: the mean angle in degrees between "
+                  "rendered normals and the dense mesh's that is to be reached (default: what the "
+                  "largest map would reach)")
       ->group(group_low);
   command.add_flag("--unwrap", a.unwrap, "Give LOW new UVs, and write it beside the maps")
       ->group(group_low);
@@ -299,7 +303,19 @@ bool by_visibility(const BakeArguments& a) {
 
 void check(const BakeArguments& a) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
-  if (!a.low.empty() && (a.faces != 0 || !a.max_error.empty())) {
+  const bool automatic = a.match == "auto";
+  if (automatic && !a.load_match.empty()) {
+    fail(
+        "--match auto chooses how to match, but --load-match takes a match as it is: leave one "
+        "out.");
+  }
+  if (automatic && std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {
+    fail("--match auto measures normal maps: add normal to --maps.");
+  }
+  if (!automatic && a.faces != 0 && !a.max_error.empty()) {
+    fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");
+  }
+  if (!a.low.empty() && (a.faces != 0 || (!a.max_error.empty() && !automatic))) {
     fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
          "' was given: leave one of them out.");
   }
@@ -337,7 +353,8 @@ void check(const BakeArguments& a) {
          " is the match itself, which leaves the same samples "
          "undecided: choose another.");
   }
-  if (a.match != "ray" && a.fallback != "ray" && (!a.cage.empty() || !a.cage_mesh.empty())) {
+  if (!automatic && a.match != "ray" && a.fallback != "ray" &&
+      (!a.cage.empty() || !a.cage_mesh.empty())) {
     fail("A cage is for rays: with --match " + a.match + " it needs --fallback ray.");
   }
   if (a.raw && !is_exr(image_options(a)))
@@ -356,7 +373,7 @@ BakeOptions bake_options(const BakeArguments& a) {
       options.maps.push_back(kind);
     }
   }
-  options.method = kMethods.at(a.match);
+  if (a.match != kAutomatic) options.method = kMethods.at(a.match);
   options.views.criterion = kCriteria.at(a.view_criterion);
   if (!kFallbackMisses.contains(a.fallback)) options.fallback = kFallbacks.at(a.fallback);
   options.visibility.at = kVisibilityAt.at(a.visibility_at);
@@ -409,8 +426,9 @@ RayTraversal traversal(const BakeArguments& a) { return kTraversals.at(a.travers
 std::string map_name(MapKind kind) { return name_of(kMaps, kind); }
 std::string match_name(MatchMethod method) { return name_of(kMethods, method); }
 MatchMethod match_method(const std::string& name) { return kMethods.at(name); }
-std::vector<std::string> match_names() {
+std::vector<std::string> match_names(bool with_auto) {
   std::vector<std::string> names;
+  if (with_auto) names.emplace_back(kAutomatic);
   for (const auto& [name, method] : kMethods) names.push_back(name);
   return names;
 }

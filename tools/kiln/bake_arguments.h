@@ -66,7 +66,7 @@ RayTraversal traversal(const BakeArguments& arguments);
 std::string map_name(MapKind kind);
 std::string match_name(MatchMethod method);
 MatchMethod match_method(const std::string& name);
-std::vector<std::string> match_names();
+std::vector<std::string> match_names(bool with_auto = false);
 std::string fallback_name(Fallback fallback);
 std::string criterion_name(ViewCriterion criterion);
 

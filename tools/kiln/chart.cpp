@@ -52,6 +52,13 @@ BakeOptions closest() {
   return bake;
 }
 
+BakeOptions visibility(MatchMethod method, VisibilityAt at) {
+  BakeOptions bake;
+  bake.method = method;
+  bake.visibility.at = at;
+  return bake;
+}
+
 bool has_views(const ChartSetting& setting) { return setting.bake.method == MatchMethod::views; }
 
 /// How far the matches of a setting lie from the samples: no matter of how many samples a texel has.
@@ -200,9 +207,11 @@ const char* family_name(ChartFamily family) {
     case ChartFamily::views_rays:
       return "views_rays";
     case ChartFamily::closest:
+      return "closest";
+    case ChartFamily::visibility:
       break;
   }
-  return "closest";
+  return "visibility";
 }
 
 std::vector<ChartSetting> chart_settings() {
@@ -223,6 +232,14 @@ std::vector<ChartSetting> chart_settings() {
       {"paper_12", "12 views as in the paper", Family::paper, paper_views(12)},
       {"views_12_ray", "12 views, then rays", Family::views_rays, views_then_rays(12)},
       {"closest", "nearest points", Family::closest, closest()},
+      {"visibility_texel", "visibility, texels", Family::visibility,
+       visibility(MatchMethod::visibility, VisibilityAt::texel)},
+      {"visibility_vertex", "visibility, vertices", Family::visibility,
+       visibility(MatchMethod::visibility, VisibilityAt::vertex)},
+      {"visibility_face", "visibility, faces", Family::visibility,
+       visibility(MatchMethod::visibility, VisibilityAt::face)},
+      {"hybrid", "hybrid", Family::visibility,
+       visibility(MatchMethod::hybrid, VisibilityAt::vertex)},
   };
 }
 

@@ -19,6 +19,7 @@ enum class ChartFamily {
   paper,  ///< As Wang, Froehlich and Goebel 2003 do: least depth difference, points left where they are
   views_rays,  ///< Views, and rays where no view sees
   closest,     ///< Nearest points
+  visibility,  ///< Rays along directions of visibility, and between them and the normal
 };
 const char* family_name(ChartFamily family);
 

@@ -36,13 +36,14 @@ struct Style {
   const char* mark;
 };
 // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
-constexpr std::array<Style, 5> kStyles = {
+constexpr std::array<Style, 6> kStyles = {
     {{ChartFamily::rays, "rays", "pt 9 ps 2.3 lc rgb '#222222'"},
      {ChartFamily::views, "depth views", "pt 7 ps 2 lc rgb '#0072b2'"},
      {ChartFamily::views_rays, "views, then rays", "pt 13 ps 2.4 lc rgb '#009e73'"},
      {ChartFamily::paper, "views as in the paper (Wang et al. 2003)",
       "pt 5 ps 1.8 lc rgb '#d55e00'"},
-     {ChartFamily::closest, "nearest points", "pt 11 ps 2.3 lc rgb '#cc79a7'"}}};
+     {ChartFamily::closest, "nearest points", "pt 11 ps 2.3 lc rgb '#cc79a7'"},
+     {ChartFamily::visibility, "visibility", "pt 15 ps 2.3 lc rgb '#8a6d00'"}}};
 
 /// From values to pixels.
 struct Axis {
@@ -234,7 +235,11 @@ class Panel {
     }
     const Box better = {{corner_.x + 78, corner_.y + kPanelHeight - 42}, 148, 76};
     scene.kept.push_back(better);
-    better_arrow();
+    const bool is_free = std::none_of(marks.begin(), marks.end(), [&](const Point& mark) {
+      return std::abs(mark.x - better.center.x) < better.width / 2 + kMarkRadius &&
+             std::abs(mark.y - better.center.y) < better.height / 2 + kMarkRadius;
+    });
+    if (is_free) better_arrow();
     const std::vector<PlacedLabel> places = place_labels(marks, sizes, scene);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const Box& box = places[i].box;
@@ -305,12 +310,20 @@ class Panel {
 };
 
 /// What marks and the line mean, in one row at a height of the page, centred.
-std::string legend(double y, double page_height) {
+std::string legend(const std::vector<ChartPair>& pairs, double y, double page_height) {
+  std::vector<Style> styles;
+  for (const Style& style : kStyles) {
+    const auto& rows = pairs.front().rows;
+    if (std::any_of(rows.begin(), rows.end(),
+                    [&](const ChartRow& row) { return row.setting.family == style.family; })) {
+      styles.push_back(style);
+    }
+  }
   constexpr double kSample = 34;
   constexpr double kGap = 36;
   const std::string best = "the best: nothing else is both faster and closer";
   double width = kSample + text_width(best, kLegendFont);
-  for (const Style& style : kStyles) width += kGap + kSample + text_width(style.title, kLegendFont);
+  for (const Style& style : styles) width += kGap + kSample + text_width(style.title, kLegendFont);
   double x = (kWidth - width) / 2;
   int next = 3000;
   std::ostringstream text;
@@ -325,7 +338,7 @@ std::string legend(double y, double page_height) {
   text << "set arrow 3000 from " << at(x) << " to " << at(x + kSample - 8) << " nohead "
        << kFrontLook << "\n";
   words(best);
-  for (const Style& style : kStyles) {
+  for (const Style& style : styles) {
     text << "set label " << next++ << " '' at " << at(x + kSample - 18) << " point " << style.mark
          << "\n";
     words(style.title);
@@ -359,7 +372,7 @@ std::string chart_script(const std::vector<ChartPair>& pairs, const ChartOptions
                                     : ", median of " + std::to_string(options.repeat) +
                                           " runs (thin lines: fastest to slowest)"),
            76, "font 'sans,17' tc rgb '#555555'");
-  titles += legend(height - 34, height);
+  titles += legend(pairs, height - 34, height);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double top = kHead + row_height * static_cast<double>(i);
     std::string default_size;

@@ -58,7 +58,9 @@ LowMesh prepare_low(const BakeArguments& arguments, const Mesh& high, Console& c
     low.simplified.emplace();
     SimplifyOptions options;
     options.faces = arguments.faces;
-    if (!arguments.max_error.empty()) options.max_error = parse_error_bound(arguments.max_error);
+    if (!arguments.max_error.empty() && arguments.match != "auto") {
+      options.max_error = parse_error_bound(arguments.max_error);
+    }
     low.mesh = simplify(high, options, &*low.simplified);
     low.stem = low_stem(arguments);
   }
@@ -134,6 +136,63 @@ std::string summary(const VisibilityReport& visibility) {
                 with_commas(visibility.unseen).c_str(), with_commas(visibility.without).c_str(),
                 visibility.mean_deviation);
   return text;
+}
+
+/// "rays, 512 x 512".
+std::string in_words(const PlanTrial& trial) {
+  return match_name(trial.method) + ", " + std::to_string(trial.width) + " x " +
+         std::to_string(trial.height);
+}
+
+/// One line about a plan.
+std::string summary(const PlannedBake& planned) {
+  char text[320];
+  std::snprintf(
+      text, sizeof text,
+      "chose %s: rendered normals are %.3g degrees off (mean; 95%%: %.3g; without the map "
+      "%.3g; wanted %.3g)",
+      in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees,
+      planned.chosen.error.p95_degrees, planned.without_map.mean_degrees, planned.wanted);
+  std::string line = text;
+  line += "; tried";
+  for (const PlanTrial& trial : planned.trials) {
+    std::snprintf(text, sizeof text, "%s %s: %.3g", &trial == planned.trials.data() ? "" : ";",
+                  in_words(trial).c_str(), trial.error.mean_degrees);
+    line += text;
+  }
+  return line;
+}
+
+Warning not_reached(const PlannedBake& planned) {
+  char text[320];
+  std::snprintf(
+      text, sizeof text,
+      "No way to match reaches a mean error of %.3g degrees with this light mesh and maps "
+      "up to the given --size; the map written reaches %.3g. Give the light mesh more "
+      "faces, allow a larger map, or accept more.",
+      planned.wanted, planned.chosen.error.mean_degrees);
+  return {"error-not-reached", text, 1};
+}
+
+Json trial_json(const PlanTrial& trial) {
+  return {{"match", match_name(trial.method)},
+          {"width", trial.width},
+          {"height", trial.height},
+          {"mean_angle_degrees", trial.error.mean_degrees},
+          {"p95_angle_degrees", trial.error.p95_degrees},
+          {"missed_share", trial.missed},
+          {"seconds", trial.seconds}};
+}
+
+Json plan_json(const PlannedBake& planned) {
+  Json trials = Json::array();
+  for (const PlanTrial& trial : planned.trials) trials.push_back(trial_json(trial));
+  return {{"chosen", trial_json(planned.chosen)},
+          {"wanted_degrees", planned.wanted},
+          {"reached", planned.reached},
+          {"without_map", cli::describe(planned.without_map)},
+          {"seconds_measure", planned.seconds_measure},
+          {"trials", trials}};
 }
 
 struct Stages {
@@ -241,7 +300,18 @@ int run_bake(const BakeArguments& arguments) {
   options.progress = [&](double done, std::string_view stage) {
     return console.progress(kAtBake + (kAtSave - kAtBake) * done, stage);
   };
-  BakeResult result = bake(source, low.mesh, options);
+  std::optional<PlannedBake> planned;
+  if (arguments.match == "auto") {
+    PlanOptions plan_options;
+    plan_options.bake = options;
+    if (!arguments.max_error.empty()) {
+      plan_options.max_error = parse_degrees("--max-error", arguments.max_error);
+    }
+    planned = bake_planned(source, low.mesh, plan_options);
+    if (planned->result.cancelled) return kExitCancelled;
+    if (!planned->reached) warnings.push_back(not_reached(*planned));
+  }
+  BakeResult result = planned ? std::move(planned->result) : bake(source, low.mesh, options);
   if (result.cancelled) return kExitCancelled;
   check_result(result.report, high, low.mesh);
   watch.lap();
@@ -311,6 +381,7 @@ int run_bake(const BakeArguments& arguments) {
         {"outputs", outputs},
         {"warnings", describe(warnings)}};
     if (options.mips) json["mips"] = mips;
+    if (planned) json["auto"] = plan_json(*planned);
     if (report.views) json["views"] = describe(*report.views);
     if (report.switches) json["switches"] = describe(*report.switches);
     if (report.visibility) json["visibility"] = describe(*report.visibility);
@@ -332,10 +403,13 @@ int run_bake(const BakeArguments& arguments) {
                   with_commas(low.simplified->input_faces).c_str(), low.simplified->error * 100);
     console.line(text);
   }
+  if (planned) console.line(summary(*planned));
   if (report.views) console.line(summary(*report.views, source.stats().diagonal));
   if (report.visibility) console.line(summary(*report.visibility));
-  print_summary(console, report, std::uint64_t{options.width} * options.height, source.stats(),
-                stages, total);
+  const std::uint64_t map_texels =
+      planned ? std::uint64_t{planned->chosen.width} * planned->chosen.height
+              : std::uint64_t{options.width} * options.height;
+  print_summary(console, report, map_texels, source.stats(), stages, total);
   for (const std::string& output : outputs) console.line("wrote " + output);
   const double missed =
       100.0 * static_cast<double>(report.missed) / static_cast<double>(report.samples);
@@ -343,6 +417,10 @@ int run_bake(const BakeArguments& arguments) {
     std::fprintf(stderr,
                  "kiln: %.4g%% of the samples were missed, more than --max-missed allows.\n",
                  missed);
+    return 1;
+  }
+  if (planned && !planned->reached && !arguments.max_error.empty()) {
+    std::fprintf(stderr, "kiln: the error asked for was not reached.\n");
     return 1;
   }
   return 0;

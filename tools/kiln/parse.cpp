@@ -70,6 +70,16 @@ double parse_error_bound(const std::string& text) {
   return value / 100;
 }
 
+double parse_degrees(const char* flag, const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180) {
+    throw Error(ErrorCode::usage, std::string(flag) + " is '" + text +
+                                      "': with --match auto give degrees above 0, such as 1.5.");
+  }
+  return value;
+}
+
 std::int32_t parse_gutter(const std::string& text) {
   if (text == "inf" || text == "infinite") return -1;
   std::int32_t value = 0;

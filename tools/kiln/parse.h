@@ -23,6 +23,9 @@ Length parse_reach(const std::string& text);
 /// "0.2%" or "0.2" of the diagonal as 0.002, up to 50%. \throws Error(usage)
 double parse_error_bound(const std::string& text);
 
+/// Degrees above 0. \throws Error(usage)
+double parse_degrees(const char* flag, const std::string& text);
+
 /// "16" or "inf" (-1). \throws Error(usage)
 std::int32_t parse_gutter(const std::string& text);
 

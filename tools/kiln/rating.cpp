@@ -138,8 +138,10 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
       };
     };
     bake_with.progress = show(0, 0.2, "matching by " + row.method);
+    const double compiled = device.compile_seconds();
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return std::nullopt;
+    row.compile_seconds = device.compile_seconds() - compiled;
     check_result(baked.report, high, low);
     row.bake = baked.report;
     AssessOptions assess_with;
@@ -183,6 +185,7 @@ Json describe(const Ratings& ratings) {
     json["rendered_normals"] = cli::describe(row.normal);
     json["seconds"] = {{"build", row.bake.seconds_build},
                        {"match", row.bake.seconds_match},
+                       {"compile", row.compile_seconds},
                        {"assess", a.seconds}};
     json["warnings"] = cli::describe(row.bake.warnings);
     rows.push_back(std::move(json));
@@ -210,7 +213,7 @@ std::vector<std::string> ratings_table(const Ratings& ratings) {
         a.image_distance.mean * percent, a.stretch.rms, 100 * a.folded, a.largest_jump * percent,
         a.samples != 0 ? 100.0 * static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0,
         row.normal.mean_degrees, row.normal.rms_degrees, row.normal.p95_degrees,
-        row.bake.seconds_build + row.bake.seconds_match);
+        row.bake.seconds_build + row.bake.seconds_match - row.compile_seconds);
     lines.emplace_back(text);
   }
   std::snprintf(text, sizeof text, "%-88s %6.2f %5.2f %5.2f", "(no map)",
