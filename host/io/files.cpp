@@ -6,8 +6,10 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "io/atomic_file.h"
 #include "kiln/error.h"
@@ -15,6 +17,9 @@
 namespace kiln {
 
 namespace {
+
+std::mutex created_mutex;
+std::vector<std::filesystem::path> created_folders;
 
 /// Where a path names what the process has open already, or no regular file (a pipe, /dev/null): its bytes
 /// go there and replace nothing. -1: an ordinary path.
@@ -54,6 +59,15 @@ void save_text(const std::filesystem::path& path, std::string_view text) {
   file.commit();
 }
 
+void remove_empty_output_folders() noexcept {
+  const std::lock_guard lock(created_mutex);
+  for (const std::filesystem::path& folder : created_folders) {
+    // Fails where something is in it, as it should.
+    if (rmdir(folder.c_str()) != 0) continue;
+  }
+  created_folders.clear();
+}
+
 void prepare_output_folder(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   const fs::path target = folder.empty() ? fs::path(".") : folder;
@@ -65,6 +79,9 @@ void prepare_output_folder(const std::filesystem::path& folder) {
                                          "' cannot be created (" + error.message() +
                                          "): create its parent folder, or choose another place.");
     }
+    const fs::path whole = fs::absolute(target, error);
+    const std::lock_guard lock(created_mutex);
+    created_folders.push_back(error ? target : whole);
     return;
   }
   if (!fs::is_directory(target, error)) {

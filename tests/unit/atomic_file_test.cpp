@@ -188,6 +188,17 @@ TEST_P(AtomicFileTest, AKilledProcessLeavesNoPartOfTheFile) {
   }
 }
 
+TEST_P(AtomicFileTest, FoldersMadeForNothingGo) {
+  const fs::path used = folder_ / "used", unused = folder_ / "unused", given = folder_ / "given";
+  fs::create_directory(given);
+  for (const fs::path& folder : {used, unused, given}) prepare_output_folder(folder);
+  save_text(used / "file", "x");
+  remove_empty_output_folders();
+  EXPECT_TRUE(fs::exists(used / "file"));
+  EXPECT_FALSE(fs::exists(unused));
+  EXPECT_TRUE(fs::exists(given));
+}
+
 TEST_P(AtomicFileTest, ASignalHandlerCanRemoveWhatIsBeingWritten) {
   const pid_t child = fork();
   if (child == 0) {

@@ -127,8 +127,16 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.\n");
     return static_cast<int>(ErrorCode::usage);
   }
+  // Whatever ends the run: a folder that was made for nothing goes.
+  struct Tidy {
+    bool success = false;
+    ~Tidy() {
+      if (!success) remove_empty_output_folders();
+    }
+  } tidy;
   try {
     const int result = commands.at(app.get_subcommands().front()->get_name())();
+    tidy.success = result == 0;
     if (result == cli::kExitCancelled) return cancelled();
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
       throw Error(ErrorCode::output,
