@@ -6,6 +6,7 @@
 
 #include "bake_match.h"
 #include "detail.h"
+#include "fallback_blend.h"
 #include "geometry/charts.h"
 #include "gutter.h"
 #include "kernels_shared.h"
@@ -207,7 +208,11 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   }
   report.seconds_mips += watch.lap();
   std::optional<Switches> switches;
+  std::optional<FallbackBlend> blend;
   if (options.fallback != Fallback::low) switches.emplace(low, options.width, options.height);
+  if (options.fallback_blend > 0) {
+    blend.emplace(options.width, options.height, options.fallback_blend);
+  }
 
   const std::uint32_t bands = sampler.band_count();
   for (std::uint32_t b = 0; b < bands; ++b) {
@@ -244,7 +249,8 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
     const std::size_t offset = std::size_t{band.first_row} * options.width;
     band_image.read(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
     band_coverage.read(context, std::span(result.coverage).subspan(offset, band_texels));
-    if (switches) switches->store(context, band, match);
+    if (switches) switches->store(context, band, matcher->deciders());
+    if (blend) blend->store(context, band, matcher->deciders());
     if (result.match) store_band(context, band, match, unit, *result.match);
     count_samples(context, match, unit, report, distance_sum);
     report.texels += band.texel_count;
@@ -255,6 +261,28 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   }
 
   if (switches) report.switches = switches->measure(image);
+  if (blend) {
+    blend->plan(surface);
+    for (std::uint32_t b = 0; b < bands; ++b) {
+      if (options.progress && !options.progress(0.97, "blending")) {
+        result = BakeResult{};
+        result.cancelled = true;
+        return result;
+      }
+      const TexelBand band = sampler.sample(b);
+      if (!blend->touches(band)) continue;
+      match.count = band.sample_count;
+      matcher->run(band, match);
+      const std::size_t offset = std::size_t{band.first_row} * options.width;
+      const std::size_t band_texels = std::size_t{band.row_count} * options.width;
+      band_image.write(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
+      report.blended_texels +=
+          blend->run(context, band, *matcher, match, detail, band_image, band_coverage);
+      band_image.read(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
+    }
+    report.switches_blended = switches->measure(image);
+    report.seconds_match += watch.lap();
+  }
   std::vector<Image> mips;
   if (options.mips) {
     if (options.progress && !options.progress(0.97, "mip-maps")) {

@@ -153,32 +153,51 @@ class FallbackMatcher : public Matcher {
       : context_(context), first_(std::move(first)), second_(std::move(second)) {}
 
   void run(const TexelBand& band, Correspondence& match) override {
+    deciders_.clear();
     if (band.sample_count == 0) return;
     first_->run(band, match);
     std::vector<std::uint8_t> status(band.sample_count);
     match.status.read(context_, status);
+    deciders_.assign(band.sample_count, Decider::method);
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
       if (status[i] == KILN_STATUS_MISS) chosen.push_back(i);
     }
     if (chosen.empty()) return;
+    run_fallback(band, chosen, rest_);
     const auto count = static_cast<std::uint32_t>(chosen.size());
-    if (rest_.capacity < count) {
-      rest_ = Correspondence();
-      rest_ = Correspondence(context_, count);
-      rest_band_.points = cl::Array<float>();
-      rest_band_.points = cl::Array<float>(context_, std::size_t{7} * count);
-    }
-    rest_band_.sample_count = count;
-    rest_band_.capacity = rest_.capacity;
     const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(chosen));
-    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, rest_band_.capacity, indices, band.points, rest_band_.points);
-    second_->run(rest_band_, rest_);
     context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count,
                     rest_.capacity, match.capacity, indices, rest_.triangle, rest_.barycentric,
                     rest_.distance, rest_.status, match.triangle, match.barycentric, match.distance,
                     match.status);
+    context_.finish();  // `indices` goes
+    status.resize(count);
+    rest_.status.read(context_, status);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      deciders_[chosen[i]] = status[i] == KILN_STATUS_MISS ? Decider::nothing : Decider::fallback;
+    }
+  }
+
+  std::span<const Decider> deciders() const override { return deciders_; }
+
+  void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
+                    Correspondence& found) override {
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    if (found.capacity < count) {
+      found = Correspondence();
+      found = Correspondence(context_, count);
+    }
+    if (rest_band_.points.size() < std::size_t{7} * found.capacity) {
+      rest_band_.points = cl::Array<float>();
+      rest_band_.points = cl::Array<float>(context_, std::size_t{7} * found.capacity);
+    }
+    rest_band_.sample_count = count;
+    rest_band_.capacity = found.capacity;
+    const cl::Array<std::uint32_t> indices(context_, samples);
+    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
+                    band.capacity, rest_band_.capacity, indices, band.points, rest_band_.points);
+    second_->run(rest_band_, found);
     context_.finish();  // `indices` goes
   }
 
@@ -187,6 +206,7 @@ class FallbackMatcher : public Matcher {
   std::unique_ptr<Matcher> first_, second_;
   TexelBand rest_band_;  // its points and their count, no more
   Correspondence rest_;
+  std::vector<Decider> deciders_;
 };
 
 class ViewMatcher : public Matcher {
@@ -345,7 +365,15 @@ void check_views(const ViewOptions& views) {
 }
 
 void check_fallback(const BakeOptions& options) {
-  if (options.fallback == Fallback::low) return;
+  constexpr std::uint32_t kLongest = 256;
+  if (options.fallback_blend > kLongest) {
+    usage("The fallback's blending is " + std::to_string(options.fallback_blend) +
+          " texels: it must be 0 to " + std::to_string(kLongest) + ".");
+  }
+  if (options.fallback == Fallback::low) {
+    if (options.fallback_blend == 0) return;
+    usage("Blending with the fallback was asked for, but no fallback: choose one.");
+  }
   if (options.match != nullptr) {
     usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.");
   }
@@ -392,6 +420,11 @@ void check_options(const BakeOptions& options) {
     check_visibility(options.visibility);
   }
   check_fallback(options);
+}
+
+void Matcher::run_fallback(const TexelBand& /*band*/, std::span<const std::uint32_t> /*samples*/,
+                           Correspondence& /*found*/) {
+  throw Error(ErrorCode::internal, "There is no fallback to ask.");
 }
 
 Vec3d unit_direction(const Vec3& toward) {

@@ -167,6 +167,10 @@ struct BakeOptions {
   ViewOptions views;                  ///< For MatchMethod::views and Fallback::views
   VisibilityOptions visibility;       ///< For MatchMethod::visibility and hybrid
   Fallback fallback = Fallback::low;  ///< Another method than `method`
+  /// 0 to 256 texels: this near to what the fallback decided, over the surface, the method's normals give
+  /// way to the fallback's, so that the map has no step there; but where the fallback finds nothing. Takes
+  /// up to twice the match's time.
+  std::uint32_t fallback_blend = 0;
 
   /// How far the match looks each way (nearest points: all around); with a cage, the ray's length from the
   /// cage inward. Above 0. None given: 2% of the diagonal; with a cage, twice its distance (twice the longest
@@ -263,7 +267,9 @@ struct BakeReport {
   double max_distance = 0;          ///< As used, world units
   double mean_abs_distance = 0;     ///< Of the samples that hit, world units
   std::optional<ViewReport> views;  ///< Where matched by views
-  std::optional<SwitchReport> switches;  ///< Where a fallback was asked for
+  std::optional<SwitchReport> switches;  ///< Where a fallback was asked for; before blending
+  std::optional<SwitchReport> switches_blended;  ///< After, where blending was asked for
+  std::uint64_t blended_texels = 0;              ///< Of the method, that took some of the fallback's
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   double seconds_build = 0;         ///< Structures of the source, made for this bake
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;

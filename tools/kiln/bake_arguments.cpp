@@ -162,6 +162,13 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_match);
   command
+      .add_option("--fallback-blend", a.fallback_blend,
+                  "TEXELS: this near to what the fallback decided, the match's normals blend into "
+                  "the fallback's, so that the map has no step")
+      ->check(CLI::Range(0U, 256U))
+      ->capture_default_str()
+      ->group(group_match);
+  command
       .add_option(
           "--max-distance", a.max_distance,
           "How far to look each way: world units, or P% of HIGH's diagonal (default 2%); with a "
@@ -332,6 +339,9 @@ void check(const BakeArguments& a) {
   if (!a.load_match.empty() && a.fallback != "low") {
     fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
   }
+  if (a.fallback_blend != 0 && (a.fallback == "low" || kFallbackMisses.contains(a.fallback))) {
+    fail("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
+  }
   if (a.match == a.fallback) {
     fail("--fallback " + a.fallback +
          " is the match itself, which leaves the same samples "
@@ -359,6 +369,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.method = kMethods.at(a.match);
   options.views.criterion = kCriteria.at(a.view_criterion);
   if (!kFallbackMisses.contains(a.fallback)) options.fallback = kFallbacks.at(a.fallback);
+  options.fallback_blend = a.fallback_blend;
   options.visibility.at = kVisibilityAt.at(a.visibility_at);
   options.visibility.test = kVisibilityTests.at(a.visibility_test);
   options.visibility.directions = a.directions;
@@ -454,6 +465,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"visibility_smooth", by_visibility(a) ? Json(a.visibility_smooth) : Json()},
           {"view_weight", by_visibility(a) ? Json(a.view_weight) : Json()},
           {"fallback", a.load_match.empty() ? Json(a.fallback) : Json()},
+          {"fallback_blend", a.fallback_blend},
           {"max_distance", or_null(a.max_distance)},
           {"max_distance_world", report.max_distance},
           {"cage", or_null(a.cage)},

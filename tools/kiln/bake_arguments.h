@@ -30,6 +30,7 @@ struct BakeArguments {
   std::uint32_t visibility_smooth = 4;
   std::string view_weight = "all";
   std::string fallback = "low";
+  std::uint32_t fallback_blend = 0;
   std::string cage, cage_mesh;
   bool two_sided = false;
   std::string traversal = "auto";

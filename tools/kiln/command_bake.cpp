@@ -313,6 +313,10 @@ int run_bake(const BakeArguments& arguments) {
     if (options.mips) json["mips"] = mips;
     if (report.views) json["views"] = describe(*report.views);
     if (report.switches) json["switches"] = describe(*report.switches);
+    if (report.switches_blended) {
+      json["switches_blended"] = describe(*report.switches_blended);
+      json["switches_blended"]["blended_texels"] = report.blended_texels;
+    }
     if (report.visibility) json["visibility"] = describe(*report.visibility);
     if (low.simplified) {
       json["low"] = {{"faces", low.simplified->faces},
