@@ -152,10 +152,14 @@ void warn_about_misses(BakeReport& report) {
   }
 }
 
-}  // namespace
+/// What the bakes of several clusters share.
+struct Clusters {
+  std::uint32_t cluster = 0;
+  std::shared_ptr<const VisibilityField> field;
+};
 
-BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
-  check_options(options);
+BakeResult bake_cluster(const Source& source, const Mesh& low, const BakeOptions& options,
+                        Clusters& clusters) {
   const Source::Impl& high = source.impl();
   cl::Context& context = high.device.context();
   if (options.match != nullptr) {
@@ -175,7 +179,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   report.seconds_texels = watch.lap();
   std::unique_ptr<Matcher> matcher;
   try {
-    matcher = make_matcher(high, surface, options, report);
+    matcher = make_matcher(high, surface, options, report, clusters.cluster, clusters.field);
   } catch (const Cancelled&) {
     result = BakeResult{};
     result.cancelled = true;
@@ -309,12 +313,49 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
                          sampler.report().warnings.end());
   warn_about_misses(report);
   for (MapKind kind : options.maps) {
-    if (kind == MapKind::normal) result.maps.push_back({kind, std::move(image), std::move(mips)});
+    if (kind == MapKind::normal) {
+      result.maps.push_back({kind, std::move(image), std::move(mips), clusters.cluster});
+    }
     if (kind == MapKind::mask) {
-      result.maps.push_back({kind, mask_image(options, result.coverage), {}});
+      result.maps.push_back({kind, mask_image(options, result.coverage), {}, clusters.cluster});
     }
   }
   if (options.progress) options.progress(1.0, "done");
+  return result;
+}
+
+}  // namespace
+
+BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
+  check_options(options);
+  const std::uint32_t count = options.visibility.clusters;
+  Clusters clusters;
+  if (count == 1) return bake_cluster(source, low, options, clusters);
+  BakeResult result;
+  for (; clusters.cluster < count; ++clusters.cluster) {
+    BakeOptions one = options;
+    if (options.progress) {
+      one.progress = [&](double done, std::string_view stage) {
+        return options.progress((clusters.cluster + done) / count, stage);
+      };
+    }
+    BakeResult baked = bake_cluster(source, low, one, clusters);
+    if (clusters.cluster == 0 || baked.cancelled) {
+      result = std::move(baked);
+      if (result.cancelled) return result;
+      result.clusters = clusters.field->clusters();
+      continue;
+    }
+    for (BakedMap& map : baked.maps) {
+      if (map.kind == MapKind::normal) result.maps.push_back(std::move(map));
+    }
+    const BakeReport& further = baked.report;
+    result.report.seconds_texels += further.seconds_texels;
+    result.report.seconds_match += further.seconds_match;
+    result.report.seconds_detail += further.seconds_detail;
+    result.report.seconds_image += further.seconds_image;
+    result.report.seconds_mips += further.seconds_mips;
+  }
   return result;
 }
 

@@ -97,16 +97,23 @@ class RayMatcher : public Matcher {
 class VisibilityMatcher : public Matcher {
  public:
   VisibilityMatcher(const Source::Impl& source, const LowSurface& surface, const RayQuery& query,
-                    const BakeOptions& options, VisibilityReport& report)
+                    const BakeOptions& options, VisibilityReport& report, std::uint32_t cluster,
+                    std::shared_ptr<const VisibilityField>& field)
       : context_(source.device.context()),
         rays_(source.rays()),
         query_(query),
         samples_(options.samples),
         hybrid_(options.method == MatchMethod::hybrid),
-        field_(context_, surface, options.width, options.height, options.visibility,
-               source.traversal, report, [&options](double done) {
-                 return !options.progress || options.progress(kPreparingShare * done, "visibility");
-               }) {}
+        cluster_(cluster) {
+    if (field == nullptr) {
+      field = std::make_shared<const VisibilityField>(
+          context_, surface, options.width, options.height, options.visibility, source.traversal,
+          report, [&options](double done) {
+            return !options.progress || options.progress(kPreparingShare * done, "visibility");
+          });
+    }
+    field_ = field;
+  }
 
   void run(const TexelBand& band, Correspondence& match) override {
     if (band.sample_count == 0) return;
@@ -115,7 +122,7 @@ class VisibilityMatcher : public Matcher {
       points_ = cl::Array<float>(context_, std::size_t{7} * band.capacity);
       capacity_ = band.capacity;
     }
-    field_.direct(band, samples_, hybrid_, points_, capacity_);
+    field_->direct(band, samples_, hybrid_, points_, capacity_, cluster_);
     rays_.intersect(points_, band.sample_count, capacity_, query_, match);
   }
 
@@ -125,7 +132,8 @@ class VisibilityMatcher : public Matcher {
   RayQuery query_;
   std::uint32_t samples_;
   bool hybrid_;
-  VisibilityField field_;
+  std::uint32_t cluster_;
+  std::shared_ptr<const VisibilityField> field_;
   std::uint32_t capacity_ = 0;
   cl::Array<float> points_;
 };
@@ -419,6 +427,14 @@ void check_options(const BakeOptions& options) {
   if (options.method == MatchMethod::visibility || options.method == MatchMethod::hybrid) {
     check_visibility(options.visibility);
   }
+  if (options.visibility.clusters > 1) {
+    if (options.method != MatchMethod::visibility || options.match != nullptr) {
+      usage("Clusters of directions are for matching by visibility: choose that, or one cluster.");
+    }
+    if (options.keep_match) {
+      usage("Several clusters of directions have no one match to be kept: leave one of them out.");
+    }
+  }
   check_fallback(options);
 }
 
@@ -449,7 +465,9 @@ ViewQuery view_query(const BakeOptions& options, const LowSurface& surface, cons
 }
 
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
-                                      const BakeOptions& options, BakeReport& report) {
+                                      const BakeOptions& options, BakeReport& report,
+                                      std::uint32_t cluster,
+                                      std::shared_ptr<const VisibilityField>& field) {
   const double unit = 1 / source.frame.scale;
   const double distance = max_distance(options, surface, source.frame);
   report.max_distance = options.match == nullptr ? distance * unit : 0;
@@ -485,8 +503,9 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     BakeOptions plain = options;  // a cage is for the fallback
     plain.cage.reset();
     plain.cage_mesh = nullptr;
-    matcher = std::make_unique<VisibilityMatcher>(
-        source, surface, ray_query(plain, source.frame, distance), options, *report.visibility);
+    matcher = std::make_unique<VisibilityMatcher>(source, surface,
+                                                  ray_query(plain, source.frame, distance), options,
+                                                  *report.visibility, cluster, field);
   } else {
     matcher = by_rays();
   }

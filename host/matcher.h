@@ -51,7 +51,11 @@ ViewQuery view_query(const BakeOptions& options, const LowSurface& surface, cons
 /// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
 /// is known before the first band.
 /// \throws Error(usage) for an option out of its range, Cancelled where the progress callback says stop
+/// \param cluster  with several clusters of directions, which one
+/// \param field    their field: made where it is null, for the clusters after this one
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
-                                      const BakeOptions& options, BakeReport& report);
+                                      const BakeOptions& options, BakeReport& report,
+                                      std::uint32_t cluster,
+                                      std::shared_ptr<const VisibilityField>& field);
 
 }  // namespace kiln
