@@ -6,6 +6,7 @@
 
 #include "bake_match.h"
 #include "detail.h"
+#include "fallback_blend.h"
 #include "geometry/charts.h"
 #include "gutter.h"
 #include "kernels_shared.h"
@@ -181,10 +182,14 @@ void warn_about_misses(BakeReport& report) {
   }
 }
 
-}  // namespace
+/// What the bakes of several clusters share.
+struct Clusters {
+  std::uint32_t cluster = 0;
+  std::shared_ptr<const VisibilityField> field;
+};
 
-BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
-  check_options(options);
+BakeResult bake_cluster(const Source& source, const Mesh& low, const BakeOptions& options,
+                        Clusters& clusters) {
   const Source::Impl& high = source.impl();
   cl::Context& context = high.device.context();
   if (options.match != nullptr) {
@@ -204,7 +209,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   report.seconds_texels = watch.lap();
   std::unique_ptr<Matcher> matcher;
   try {
-    matcher = make_matcher(high, surface, options, report);
+    matcher = make_matcher(high, surface, options, report, clusters.cluster, clusters.field);
   } catch (const Cancelled&) {
     result = BakeResult{};
     result.cancelled = true;
@@ -237,7 +242,11 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   }
   report.seconds_mips += watch.lap();
   std::optional<Switches> switches;
+  std::optional<FallbackBlend> blend;
   if (options.fallback != Fallback::low) switches.emplace(low, options.width, options.height);
+  if (options.fallback_blend > 0) {
+    blend.emplace(options.width, options.height, options.fallback_blend);
+  }
 
   const std::uint32_t bands = sampler.band_count();
   for (std::uint32_t b = 0; b < bands; ++b) {
@@ -274,7 +283,8 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
     const std::size_t offset = std::size_t{band.first_row} * options.width;
     band_image.read(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
     band_coverage.read(context, std::span(result.coverage).subspan(offset, band_texels));
-    if (switches) switches->store(context, band, match);
+    if (switches) switches->store(context, band, matcher->deciders());
+    if (blend) blend->store(context, band, matcher->deciders());
     if (result.match) store_band(context, band, match, unit, *result.match);
     count_samples(context, match, unit, report, distance_sum);
     report.texels += band.texel_count;
@@ -285,6 +295,28 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   }
 
   if (switches) report.switches = switches->measure(image);
+  if (blend) {
+    blend->plan(surface);
+    for (std::uint32_t b = 0; b < bands; ++b) {
+      if (options.progress && !options.progress(0.97, "blending")) {
+        result = BakeResult{};
+        result.cancelled = true;
+        return result;
+      }
+      const TexelBand band = sampler.sample(b);
+      if (!blend->touches(band)) continue;
+      match.count = band.sample_count;
+      matcher->run(band, match);
+      const std::size_t offset = std::size_t{band.first_row} * options.width;
+      const std::size_t band_texels = std::size_t{band.row_count} * options.width;
+      band_image.write(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
+      report.blended_texels +=
+          blend->run(context, band, *matcher, match, detail, band_image, band_coverage);
+      band_image.read(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
+    }
+    report.switches_blended = switches->measure(image);
+    report.seconds_match += watch.lap();
+  }
   std::vector<Image> mips;
   if (options.mips) {
     if (options.progress && !options.progress(0.97, "mip-maps")) {
@@ -312,12 +344,49 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   warn_about_misses(report);
   warn_about_pixels(surface, unit, report);
   for (MapKind kind : options.maps) {
-    if (kind == MapKind::normal) result.maps.push_back({kind, std::move(image), std::move(mips)});
+    if (kind == MapKind::normal) {
+      result.maps.push_back({kind, std::move(image), std::move(mips), clusters.cluster});
+    }
     if (kind == MapKind::mask) {
-      result.maps.push_back({kind, mask_image(options, result.coverage), {}});
+      result.maps.push_back({kind, mask_image(options, result.coverage), {}, clusters.cluster});
     }
   }
   if (options.progress) options.progress(1.0, "done");
+  return result;
+}
+
+}  // namespace
+
+BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
+  check_options(options);
+  const std::uint32_t count = options.visibility.clusters;
+  Clusters clusters;
+  if (count == 1) return bake_cluster(source, low, options, clusters);
+  BakeResult result;
+  for (; clusters.cluster < count; ++clusters.cluster) {
+    BakeOptions one = options;
+    if (options.progress) {
+      one.progress = [&](double done, std::string_view stage) {
+        return options.progress((clusters.cluster + done) / count, stage);
+      };
+    }
+    BakeResult baked = bake_cluster(source, low, one, clusters);
+    if (clusters.cluster == 0 || baked.cancelled) {
+      result = std::move(baked);
+      if (result.cancelled) return result;
+      result.clusters = clusters.field->clusters();
+      continue;
+    }
+    for (BakedMap& map : baked.maps) {
+      if (map.kind == MapKind::normal) result.maps.push_back(std::move(map));
+    }
+    const BakeReport& further = baked.report;
+    result.report.seconds_texels += further.seconds_texels;
+    result.report.seconds_match += further.seconds_match;
+    result.report.seconds_detail += further.seconds_detail;
+    result.report.seconds_image += further.seconds_image;
+    result.report.seconds_mips += further.seconds_mips;
+  }
   return result;
 }
 

@@ -44,9 +44,7 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
   }
 }
 
-void NormalDetail::run(const TexelBand& band, const Correspondence& match,
-                       const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
-  if (band.sample_count == 0) return;
+void NormalDetail::prepare(const TexelBand& band, const Correspondence& match) {
   if (values_.size() < std::size_t{3} * band.capacity) {
     values_ = cl::Array<float>();
     values_ = cl::Array<float>(context_, std::size_t{3} * band.capacity);
@@ -55,13 +53,37 @@ void NormalDetail::run(const TexelBand& band, const Correspondence& match,
   detail_.low_capacity = band.capacity;
   detail_.hit_capacity = match.capacity;
   detail_.out_capacity = band.capacity;
-  context_.launch(context_.kernel("detail", "kiln_detail_normal"), band.sample_count, 64, detail_,
-                  band.triangle, band.barycentric, shading_, match.triangle, match.barycentric,
-                  source_.normal_indices, source_.normals, values_);
+}
+
+void NormalDetail::resolve(const TexelBand& band, const Correspondence& match,
+                           const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
   resolve_.texel_count = band.texel_count;
   resolve_.capacity = band.capacity;
   context_.launch(context_.kernel("detail", "kiln_detail_resolve"), band.texel_count, 64, resolve_,
                   band.texel_index, band.texel_first, match.triangle, values_, image, coverage);
+}
+
+void NormalDetail::run(const TexelBand& band, const Correspondence& match,
+                       const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
+  if (band.sample_count == 0) return;
+  prepare(band, match);
+  context_.launch(context_.kernel("detail", "kiln_detail_normal"), band.sample_count, 64, detail_,
+                  band.triangle, band.barycentric, shading_, match.triangle, match.barycentric,
+                  source_.normal_indices, source_.normals, values_);
+  resolve(band, match, image, coverage);
+}
+
+void NormalDetail::run_blended(const TexelBand& band, const Correspondence& match,
+                               const Correspondence& other, const cl::Array<float>& shares,
+                               const cl::Array<float>& image,
+                               const cl::Array<std::uint8_t>& coverage) {
+  if (band.sample_count == 0) return;
+  prepare(band, match);
+  context_.launch(context_.kernel("detail", "kiln_detail_blend"), band.sample_count, 64, detail_,
+                  other.capacity, band.triangle, band.barycentric, shading_, match.triangle,
+                  match.barycentric, other.triangle, other.barycentric, shares,
+                  source_.normal_indices, source_.normals, values_);
+  resolve(band, match, image, coverage);
 }
 
 }  // namespace kiln

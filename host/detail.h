@@ -32,7 +32,18 @@ class NormalDetail {
   void run(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
            const cl::Array<std::uint8_t>& coverage);
 
+  /// The same with two correspondences: the normals of both are mixed, each as a direction in space.
+  /// \param other   with triangles for the samples that are mixed, and none for the rest
+  /// \param shares  [samples] how much of `match` a sample takes, 0 to 1
+  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
+                   const cl::Array<float>& shares, const cl::Array<float>& image,
+                   const cl::Array<std::uint8_t>& coverage);
+
  private:
+  void prepare(const TexelBand& band, const Correspondence& match);
+  void resolve(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
+               const cl::Array<std::uint8_t>& coverage);
+
   cl::Context& context_;
   const SourceAttributes& source_;
   cl::Array<kiln_low_shading> shading_;

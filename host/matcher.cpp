@@ -97,16 +97,23 @@ class RayMatcher : public Matcher {
 class VisibilityMatcher : public Matcher {
  public:
   VisibilityMatcher(const Source::Impl& source, const LowSurface& surface, const RayQuery& query,
-                    const BakeOptions& options, VisibilityReport& report)
+                    const BakeOptions& options, VisibilityReport& report, std::uint32_t cluster,
+                    std::shared_ptr<const VisibilityField>& field)
       : context_(source.device.context()),
         rays_(source.rays()),
         query_(query),
         samples_(options.samples),
         hybrid_(options.method == MatchMethod::hybrid),
-        field_(context_, surface, options.width, options.height, options.visibility,
-               source.traversal, report, [&options](double done) {
-                 return !options.progress || options.progress(kPreparingShare * done, "visibility");
-               }) {}
+        cluster_(cluster) {
+    if (field == nullptr) {
+      field = std::make_shared<const VisibilityField>(
+          context_, surface, options.width, options.height, options.visibility, source.traversal,
+          report, [&options](double done) {
+            return !options.progress || options.progress(kPreparingShare * done, "visibility");
+          });
+    }
+    field_ = field;
+  }
 
   void run(const TexelBand& band, Correspondence& match) override {
     if (band.sample_count == 0) return;
@@ -115,7 +122,7 @@ class VisibilityMatcher : public Matcher {
       points_ = cl::Array<float>(context_, std::size_t{7} * band.capacity);
       capacity_ = band.capacity;
     }
-    field_.direct(band, samples_, hybrid_, points_, capacity_);
+    field_->direct(band, samples_, hybrid_, points_, capacity_, cluster_);
     rays_.intersect(points_, band.sample_count, capacity_, query_, match);
   }
 
@@ -125,7 +132,8 @@ class VisibilityMatcher : public Matcher {
   RayQuery query_;
   std::uint32_t samples_;
   bool hybrid_;
-  VisibilityField field_;
+  std::uint32_t cluster_;
+  std::shared_ptr<const VisibilityField> field_;
   std::uint32_t capacity_ = 0;
   cl::Array<float> points_;
 };
@@ -153,32 +161,51 @@ class FallbackMatcher : public Matcher {
       : context_(context), first_(std::move(first)), second_(std::move(second)) {}
 
   void run(const TexelBand& band, Correspondence& match) override {
+    deciders_.clear();
     if (band.sample_count == 0) return;
     first_->run(band, match);
     std::vector<std::uint8_t> status(band.sample_count);
     match.status.read(context_, status);
+    deciders_.assign(band.sample_count, Decider::method);
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
       if (status[i] == KILN_STATUS_MISS) chosen.push_back(i);
     }
     if (chosen.empty()) return;
+    run_fallback(band, chosen, rest_);
     const auto count = static_cast<std::uint32_t>(chosen.size());
-    if (rest_.capacity < count) {
-      rest_ = Correspondence();
-      rest_ = Correspondence(context_, count);
-      rest_band_.points = cl::Array<float>();
-      rest_band_.points = cl::Array<float>(context_, std::size_t{7} * count);
-    }
-    rest_band_.sample_count = count;
-    rest_band_.capacity = rest_.capacity;
     const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(chosen));
-    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, rest_band_.capacity, indices, band.points, rest_band_.points);
-    second_->run(rest_band_, rest_);
     context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count,
                     rest_.capacity, match.capacity, indices, rest_.triangle, rest_.barycentric,
                     rest_.distance, rest_.status, match.triangle, match.barycentric, match.distance,
                     match.status);
+    context_.finish();  // `indices` goes
+    status.resize(count);
+    rest_.status.read(context_, status);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      deciders_[chosen[i]] = status[i] == KILN_STATUS_MISS ? Decider::nothing : Decider::fallback;
+    }
+  }
+
+  std::span<const Decider> deciders() const override { return deciders_; }
+
+  void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
+                    Correspondence& found) override {
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    if (found.capacity < count) {
+      found = Correspondence();
+      found = Correspondence(context_, count);
+    }
+    if (rest_band_.points.size() < std::size_t{7} * found.capacity) {
+      rest_band_.points = cl::Array<float>();
+      rest_band_.points = cl::Array<float>(context_, std::size_t{7} * found.capacity);
+    }
+    rest_band_.sample_count = count;
+    rest_band_.capacity = found.capacity;
+    const cl::Array<std::uint32_t> indices(context_, samples);
+    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
+                    band.capacity, rest_band_.capacity, indices, band.points, rest_band_.points);
+    second_->run(rest_band_, found);
     context_.finish();  // `indices` goes
   }
 
@@ -187,6 +214,7 @@ class FallbackMatcher : public Matcher {
   std::unique_ptr<Matcher> first_, second_;
   TexelBand rest_band_;  // its points and their count, no more
   Correspondence rest_;
+  std::vector<Decider> deciders_;
 };
 
 class ViewMatcher : public Matcher {
@@ -349,7 +377,15 @@ void check_views(const ViewOptions& views) {
 }
 
 void check_fallback(const BakeOptions& options) {
-  if (options.fallback == Fallback::low) return;
+  constexpr std::uint32_t kLongest = 256;
+  if (options.fallback_blend > kLongest) {
+    usage("The fallback's blending is " + std::to_string(options.fallback_blend) +
+          " texels: it must be 0 to " + std::to_string(kLongest) + ".");
+  }
+  if (options.fallback == Fallback::low) {
+    if (options.fallback_blend == 0) return;
+    usage("Blending with the fallback was asked for, but no fallback: choose one.");
+  }
   if (options.match != nullptr) {
     usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.");
   }
@@ -395,7 +431,20 @@ void check_options(const BakeOptions& options) {
   if (options.method == MatchMethod::visibility || options.method == MatchMethod::hybrid) {
     check_visibility(options.visibility);
   }
+  if (options.visibility.clusters > 1) {
+    if (options.method != MatchMethod::visibility || options.match != nullptr) {
+      usage("Clusters of directions are for matching by visibility: choose that, or one cluster.");
+    }
+    if (options.keep_match) {
+      usage("Several clusters of directions have no one match to be kept: leave one of them out.");
+    }
+  }
   check_fallback(options);
+}
+
+void Matcher::run_fallback(const TexelBand& /*band*/, std::span<const std::uint32_t> /*samples*/,
+                           Correspondence& /*found*/) {
+  throw Error(ErrorCode::internal, "There is no fallback to ask.");
 }
 
 Vec3d unit_direction(const Vec3& toward) {
@@ -420,7 +469,9 @@ ViewQuery view_query(const BakeOptions& options, const LowSurface& surface, cons
 }
 
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
-                                      const BakeOptions& options, BakeReport& report) {
+                                      const BakeOptions& options, BakeReport& report,
+                                      std::uint32_t cluster,
+                                      std::shared_ptr<const VisibilityField>& field) {
   const double unit = 1 / source.frame.scale;
   const double distance = max_distance(options, surface, source.frame);
   report.max_distance = options.match == nullptr ? distance * unit : 0;
@@ -456,8 +507,9 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     BakeOptions plain = options;  // a cage is for the fallback
     plain.cage.reset();
     plain.cage_mesh = nullptr;
-    matcher = std::make_unique<VisibilityMatcher>(
-        source, surface, ray_query(plain, source.frame, distance), options, *report.visibility);
+    matcher = std::make_unique<VisibilityMatcher>(source, surface,
+                                                  ray_query(plain, source.frame, distance), options,
+                                                  *report.visibility, cluster, field);
   } else {
     matcher = by_rays();
   }

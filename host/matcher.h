@@ -1,7 +1,9 @@
 // The match (F), whichever method it is: from a band's samples to their correspondences.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <span>
 
 #include "match.h"
 #include "source.h"
@@ -14,6 +16,9 @@ namespace kiln {
 /// Of a bake's progress, what preparing takes for methods that prepare for long.
 inline constexpr double kPreparingShare = 0.5;
 
+/// Which of two methods decided a sample.
+enum class Decider : std::uint8_t { nothing, method, fallback };
+
 class Matcher {
  public:
   Matcher() = default;
@@ -23,6 +28,15 @@ class Matcher {
 
   /// Writes the correspondences of a band's samples; enqueued, or finished.
   virtual void run(const TexelBand& band, Correspondence& match) = 0;
+
+  /// Of each sample of the last band; empty where there is no fallback.
+  virtual std::span<const Decider> deciders() const { return {}; }
+
+  /// What the fallback says of some samples of a band, in their order.
+  /// \param found  grown where it is too small
+  /// \throws Error(internal) where there is none
+  virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
+                            Correspondence& found);
 };
 
 /// Checks everything in the options that needs no mesh. \throws Error(usage)
@@ -37,7 +51,11 @@ ViewQuery view_query(const BakeOptions& options, const LowSurface& surface, cons
 /// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
 /// is known before the first band.
 /// \throws Error(usage) for an option out of its range, Cancelled where the progress callback says stop
+/// \param cluster  with several clusters of directions, which one
+/// \param field    their field: made where it is null, for the clusters after this one
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
-                                      const BakeOptions& options, BakeReport& report);
+                                      const BakeOptions& options, BakeReport& report,
+                                      std::uint32_t cluster,
+                                      std::shared_ptr<const VisibilityField>& field);
 
 }  // namespace kiln

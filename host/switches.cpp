@@ -5,18 +5,12 @@
 
 #include "geometry/charts.h"
 #include "geometry/vector.h"
-#include "kernels_shared.h"
 #include "parallel.h"
 
 namespace kiln {
 namespace {
 
-/// Rays outward and inward are one method.
-std::uint8_t method_of(std::uint8_t status) {
-  return status == KILN_STATUS_INWARD || status == KILN_STATUS_CAGE
-             ? std::uint8_t{KILN_STATUS_OUTWARD}
-             : status;
-}
+constexpr std::uint8_t kNotCovered = 0;
 
 Vec3d pixel(const Image& image, std::size_t i) {
   return {image.pixels[3 * i], image.pixels[3 * i + 1], image.pixels[3 * i + 2]};
@@ -27,22 +21,22 @@ Vec3d pixel(const Image& image, std::size_t i) {
 Switches::Switches(const Mesh& low, std::uint32_t width, std::uint32_t height)
     : width_(width),
       chart_of_triangle_(uv_charts(low)),
-      method_(std::size_t{width} * height, KILN_STATUS_NONE),
+      method_(std::size_t{width} * height, kNotCovered),
       chart_(method_.size()) {}
 
-void Switches::store(cl::Context& context, const TexelBand& band, const Correspondence& match) {
+void Switches::store(cl::Context& context, const TexelBand& band,
+                     std::span<const Decider> deciders) {
   if (band.texel_count == 0) return;
   std::vector<std::uint32_t> index(band.texel_count);
   std::vector<std::uint32_t> first(band.texel_count);
   std::vector<std::uint32_t> triangle(band.sample_count);
-  std::vector<std::uint8_t> status(band.sample_count);
   band.texel_index.read(context, index);
   band.texel_first.read(context, first);
   band.triangle.read(context, triangle);
-  match.status.read(context, status);
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    method_[offset + index[t]] = method_of(status[first[t]]);
+    method_[offset + index[t]] =
+        static_cast<std::uint8_t>(1 + static_cast<std::uint8_t>(deciders[first[t]]));
     chart_[offset + index[t]] = chart_of_triangle_[triangle[first[t]]];
   }
 }
@@ -60,9 +54,9 @@ SwitchReport Switches::measure(const Image& image) const {
       Sums& sums = blocks[y / kRows];
       for (std::size_t x = 0; x < width_; ++x) {
         const std::size_t i = y * width_ + x;
-        if (method_[i] == KILN_STATUS_NONE) continue;
+        if (method_[i] == kNotCovered) continue;
         const auto compare = [&](std::size_t j) {
-          if (method_[j] == KILN_STATUS_NONE || chart_[j] != chart_[i]) return;
+          if (method_[j] == kNotCovered || chart_[j] != chart_[i]) return;
           const Vec3d a = pixel(image, i);
           const Vec3d b = pixel(image, j);
           const double angle = std::atan2(length(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "cl/context.h"
 #include "kiln/bake.h"
-#include "match.h"
+#include "matcher.h"
 #include "texels.h"
 
 namespace kiln {
@@ -17,8 +18,8 @@ class Switches {
   /// \param low  with UVs
   Switches(const Mesh& low, std::uint32_t width, std::uint32_t height);
 
-  /// A texel counts by its first sample.
-  void store(cl::Context& context, const TexelBand& band, const Correspondence& match);
+  /// A texel counts by its first sample. \param deciders  of the band's samples
+  void store(cl::Context& context, const TexelBand& band, std::span<const Decider> deciders);
 
   /// Compares the map's unit vectors over sides that two texels of one chart share. Texels whose charts lie
   /// edge to edge are not compared, nor are those across a seam.
@@ -27,7 +28,7 @@ class Switches {
  private:
   std::uint32_t width_;
   std::vector<std::uint32_t> chart_of_triangle_;
-  std::vector<std::uint8_t> method_;  // of each texel, 0: none
+  std::vector<std::uint8_t> method_;  // of each texel, 0: not covered, else 1 + Decider
   std::vector<std::uint32_t> chart_;  // of each texel
 };
 

@@ -22,6 +22,7 @@ constexpr float kRayStart = 1.0F / 65536;
 // What may lie this much nearer than a place, in pixels of a picture, without hiding it: what the pixel
 // of a neighbouring face shows there.
 constexpr float kBiasPixels = 0.5F;
+constexpr const char* kNoteSeen = "-DKILN_VISIBILITY_SEEN=1";
 
 [[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
 
@@ -49,6 +50,15 @@ void check_visibility(const VisibilityOptions& options) {
   if (options.smoothing > 256) {
     usage("The rounds of smoothing are " + std::to_string(options.smoothing) +
           ": they must be 0 to 256.");
+  }
+  if (options.clusters < 1 || options.clusters > 4) {
+    usage("The number of clusters is " + std::to_string(options.clusters) + ": it must be 1 to 4.");
+  }
+  if (options.clusters > 1 && options.at != VisibilityAt::texel) {
+    usage("Clusters of directions are for visibility at texels: choose that, or one cluster.");
+  }
+  if (!(options.cluster_deviation >= 0 && options.cluster_deviation <= 1)) {
+    usage("The standard deviation from which directions are parted must be 0 to 1.");
   }
   if (options.likelihood != ViewLikelihood::list) return;
   if (options.likelihoods.empty()) {
@@ -203,6 +213,15 @@ VisibilityProbe::VisibilityProbe(VisibilityProbe&&) noexcept = default;
 
 void VisibilityProbe::ask(KeepOn keep_on) { impl_->keep_on = std::move(keep_on); }
 
+const std::vector<ProbeDirection>& VisibilityProbe::directions() const { return impl_->directions; }
+
+void VisibilityProbe::note_seen(Places& places) const {
+  if (places.count == 0) return;
+  const std::size_t words = (impl_->directions.size() + 31) / 32;
+  places.seen = cl::Array<std::int32_t>(impl_->context, words * places.capacity);
+  impl_->context.fill(places.seen, std::int32_t{0});
+}
+
 const cl::Array<float>& VisibilityProbe::normals() const { return impl_->normals; }
 
 VisibilityProbe::Places VisibilityProbe::places(const TexelBand& band) const {
@@ -253,7 +272,8 @@ void VisibilityProbe::add_by_views(Places& places) {
   if (places.count == 0) return;
   cl::Context& context = impl_->context;
   const bool scalar = impl_->traversal == Traversal::gpu;
-  const std::string defines = scalar ? "-DKILN_VISIBILITY_SCALAR=1" : "";
+  std::string defines = scalar ? "-DKILN_VISIBILITY_SCALAR=1" : "";
+  if (!places.seen.empty()) defines += (scalar ? " " : "") + std::string(kNoteSeen);
   const std::uint32_t pixels = impl_->view_size * impl_->view_size;
   cl::Array<float> depths;
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
@@ -268,9 +288,16 @@ void VisibilityProbe::add_by_views(Places& places) {
     params.count = places.count;
     params.view_count = count;
     params.bias = kBiasPixels / impl_->views[0].scale;
-    context.launch(context.kernel("visibility", "kiln_visibility_texels", defines),
-                   scalar ? places.count : places.capacity / KILN_VISIBILITY_SAMPLES, kLocal,
-                   params, impl_->device_views, impl_->weights, depths, places.points, places.sums);
+    params.first_direction = static_cast<std::uint32_t>(first);
+    const cl::Kernel add = context.kernel("visibility", "kiln_visibility_texels", defines);
+    const std::size_t items = scalar ? places.count : places.capacity / KILN_VISIBILITY_SAMPLES;
+    if (places.seen.empty()) {
+      context.launch(add, items, kLocal, params, impl_->device_views, impl_->weights, depths,
+                     places.points, places.sums);
+    } else {
+      context.launch(add, items, kLocal, params, impl_->device_views, impl_->weights, depths,
+                     places.points, places.sums, places.seen);
+    }
   }
   context.finish();
 }
@@ -291,9 +318,10 @@ void VisibilityProbe::add_by_rays(Places& places) {
   const std::vector<float> points = places.points.download(context);
   rays.write(context, points);
   cl::Array<std::uint8_t> hidden(context, places.capacity);
-  const kiln_visibility_params params = impl_->params(places);
+  kiln_visibility_params params = impl_->params(places);
   const cl::Kernel aim = context.kernel("visibility", "kiln_visibility_aim");
-  const cl::Kernel add = context.kernel("visibility", "kiln_visibility_add");
+  const cl::Kernel add =
+      context.kernel("visibility", "kiln_visibility_add", places.seen.empty() ? "" : kNoteSeen);
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
     impl_->choose_views(first, impl_->batch());
     for (std::uint32_t k = 0; k < impl_->views.size(); ++k) {
@@ -301,8 +329,15 @@ void VisibilityProbe::add_by_rays(Places& places) {
       context.launch(aim, places.count, kLocal, params, impl_->device_views, k, places.points,
                      rays);
       impl_->rays->occluded(rays, places.count, places.capacity, query, hidden);
-      context.launch(add, places.count, kLocal, params, impl_->device_views, k,
-                     impl_->directions[first + k].weight, places.points, hidden, places.sums);
+      params.first_direction = static_cast<std::uint32_t>(first);
+      const float weight = impl_->directions[first + k].weight;
+      if (places.seen.empty()) {
+        context.launch(add, places.count, kLocal, params, impl_->device_views, k, weight,
+                       places.points, hidden, places.sums);
+      } else {
+        context.launch(add, places.count, kLocal, params, impl_->device_views, k, weight,
+                       places.points, hidden, places.sums, places.seen);
+      }
     }
   }
   context.finish();

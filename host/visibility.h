@@ -11,9 +11,11 @@
 // The standard deviation of V is sqrt(1 - |v|^2), since the directions are unit.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,6 +27,8 @@
 #include "tree.h"
 
 namespace kiln {
+
+struct PartedTexel;
 
 /// A direction that the mesh may be seen from.
 struct ProbeDirection {
@@ -64,6 +68,8 @@ class VisibilityProbe {
     std::uint32_t capacity = 0;  ///< A multiple of 64: elements of one plane
     cl::Array<float> points;  ///< 6 planes: position in the probe's scale, unit normal of the face
     cl::Array<float> sums;    ///< 4 planes: weighted sum of directions x y z, sum of weights
+    cl::Array<std::int32_t>
+        seen;  ///< Where asked for, planes of 32 bits: which directions see a place
   };
 
   /// A band's samples, with the normals of their triangles.
@@ -74,6 +80,9 @@ class VisibilityProbe {
   /// Asked several times a second in what follows. \throws Cancelled where it says stop
   void ask(KeepOn keep_on);
 
+  /// Makes room for which directions see the places.
+  void note_seen(Places& places) const;
+
   /// Adds all directions to the places' sums: by pictures, or by rays.
   void add_by_views(Places& places);
   void add_by_rays(Places& places);
@@ -82,6 +91,8 @@ class VisibilityProbe {
   /// directions and the sum of weights. Each visible pixel counts once, shared among the corners by its
   /// barycentric weights. [12 * triangles]
   std::vector<float> corners();
+
+  const std::vector<ProbeDirection>& directions() const;
 
   /// Unit normals of the surface's triangles, [3 * triangles], on the device.
   const cl::Array<float>& normals() const;
@@ -108,10 +119,15 @@ class VisibilityField {
   /// standard deviation sqrt(1 - |mean|^2) of the directions that see the place, as a share of what it is
   /// on an open plane, up to 1. Where all directions are open, visibility knows nothing that the normal
   /// does not; where few are, it decides.
+  /// \param cluster  which of the parted directions
   /// \param samples  N of the map's N x N
   /// \param directed  7 planes of `capacity`
   void direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
-              const cl::Array<float>& directed, std::uint32_t capacity) const;
+              const cl::Array<float>& directed, std::uint32_t capacity,
+              std::uint32_t cluster = 0) const;
+
+  /// Where more than one cluster was asked for.
+  const std::optional<VisibilityClusters>& clusters() const { return clusters_; }
 
   /// Means of directions per texel (or corner), 4 floats each, for tests.
   const cl::Array<float>& field() const { return field_; }
@@ -121,6 +137,8 @@ class VisibilityField {
  private:
   void make_texels(const LowSurface& surface, VisibilityProbe& probe,
                    const VisibilityOptions& options, VisibilityReport& report);
+  void store_clusters(const std::vector<PartedTexel>& parted, std::uint32_t count,
+                      std::vector<std::array<float, 4>>& means);
   void make_corners(const LowSurface& surface, VisibilityProbe& probe,
                     const VisibilityOptions& options, VisibilityReport& report);
 
@@ -129,6 +147,8 @@ class VisibilityField {
   std::uint32_t field_width_ = 0, field_height_ = 0;  // 0: corners
   cl::Array<float> normals_;
   cl::Array<float> field_;
+  std::vector<cl::Array<float>> further_;  // the field for clusters 1 and on
+  std::optional<VisibilityClusters> clusters_;
   cl::Array<std::uint32_t> field_triangle_;
   cl::Array<std::uint32_t> chart_;
   cl::Array<std::uint32_t> border_;  // of each pixel: its place among the links

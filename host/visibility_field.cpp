@@ -6,6 +6,7 @@
 #include "parallel.h"
 #include "surface_links.h"
 #include "visibility.h"
+#include "visibility_clusters.h"
 
 namespace kiln {
 namespace {
@@ -159,6 +160,52 @@ void add_deviation(const std::vector<std::array<float, 4>>& means, VisibilityRep
   report.mean_deviation = count != 0 ? sum / static_cast<double>(count) : 0;
 }
 
+/// Samples a band, so that which directions see them takes 64 MiB.
+std::uint32_t samples_a_band(const VisibilityOptions& options, std::size_t directions) {
+  if (options.clusters == 1) return 1U << 22;
+  const std::size_t words = (directions + 31) / 32;
+  return static_cast<std::uint32_t>(std::size_t{1} << 24) / static_cast<std::uint32_t>(words);
+}
+
+/// The clusters of a band's places whose directions scatter, in the order of the places.
+void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBand& band,
+               const VisibilityProbe::Places& places, const VisibilityOptions& options,
+               std::uint32_t field_width, std::vector<PartedTexel>& parted) {
+  const std::vector<ProbeDirection>& directions = probe.directions();
+  const std::size_t plane = places.capacity;
+  const std::vector<float> sums = places.sums.download(context);
+  const std::vector<float> points = places.points.download(context);
+  const std::vector<std::int32_t> seen = places.seen.download(context);
+  std::vector<std::uint32_t> index(places.count);
+  band.texel_index.read(context, index);
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    const std::array<float, 4> mean =
+        mean_of({Vec3d{sums[i], sums[i + plane], sums[i + 2 * plane]}, sums[i + 3 * plane]});
+    if (mean[3] > 0 && deviation_of(mean) > options.cluster_deviation) chosen.push_back(i);
+  }
+  std::vector<PartedTexel> found(chosen.size());
+  parallel_for(chosen.size(), 256, [&](std::size_t begin, std::size_t end) {
+    std::vector<SeeingDirection> seeing;
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::size_t i = chosen[c];
+      const Vec3d normal{points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]};
+      seeing.clear();
+      for (std::size_t d = 0; d < directions.size(); ++d) {
+        const auto bits = static_cast<std::uint32_t>(seen[(d / 32) * plane + i]);
+        if ((bits >> (d % 32) & 1U) == 0) continue;
+        seeing.push_back(
+            {directions[d].toward, directions[d].weight * dot(normal, directions[d].toward)});
+      }
+      found[c] = {band.first_row * field_width + index[i],
+                  part_directions(seeing, options.clusters)};
+    }
+  });
+  for (PartedTexel& texel : found) {
+    if (texel.directions.size() > 1) parted.push_back(std::move(texel));
+  }
+}
+
 }  // namespace
 
 VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface,
@@ -191,14 +238,18 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
   const std::size_t pixels = std::size_t{field_width_} * field_height_;
   cl::Array<float> from(context_, 4 * pixels);
   field_triangle_ = cl::Array<std::uint32_t>(context_, pixels);
+  std::vector<PartedTexel> parted;
   context_.fill(from, 0.0F);
   context_.fill(field_triangle_, std::uint32_t{KILN_NO_TRIANGLE});
   {
-    TexelSampler sampler(context_, surface, {field_width_, field_height_, 1, 1U << 22});
+    TexelSampler sampler(
+        context_, surface,
+        {field_width_, field_height_, 1, samples_a_band(options, probe.directions().size())});
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       const TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
       VisibilityProbe::Places places = probe.places(band);
+      if (options.clusters > 1) probe.note_seen(places);
       if (report.by_rays) {
         probe.add_by_rays(places);
       } else {
@@ -211,6 +262,9 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
                       kLocal, params, band.first_row * field_width_, band.texel_index,
                       band.triangle, places.sums, from, field_triangle_);
       context_.finish();
+      if (options.clusters > 1) {
+        part_band(context_, probe, band, places, options, field_width_, parted);
+      }
       report.places += places.count;
     }
   }
@@ -273,9 +327,48 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
       },
       report);
   add_deviation(means, report);
-  from.write(context_, std::span<const float>(means[0].data(), 4 * pixels));
-  field_ = std::move(from);
+  if (options.clusters > 1) {
+    report.clustered = parted.size();
+    store_clusters(parted, options.clusters, means);
+  } else {
+    from.write(context_, std::span<const float>(means[0].data(), 4 * pixels));
+    field_ = std::move(from);
+  }
   chart_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(topology.chart));
+}
+
+void VisibilityField::store_clusters(const std::vector<PartedTexel>& parted, std::uint32_t count,
+                                     std::vector<std::array<float, 4>>& means) {
+  clusters_.emplace();
+  clusters_->width = field_width_;
+  clusters_->height = field_height_;
+  clusters_->count = count;
+  clusters_->number.assign(means.size(), 0);
+  clusters_->directions.resize(means.size() * count);
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const Vec3d mean{means[i][0], means[i][1], means[i][2]};
+    const double size = length(mean);
+    if (!(means[i][3] > 0)) continue;
+    clusters_->number[i] = 1;
+    if (!(size > 0)) continue;
+    std::fill_n(&clusters_->directions[i * count], count, to_float(mean * (1 / size)));
+  }
+  further_.clear();
+  for (std::uint32_t k = 0; k < count; ++k) {
+    for (const PartedTexel& texel : parted) {
+      const std::size_t number = texel.directions.size();
+      const Vec3 direction = to_float(texel.directions[k < number ? k : 0]);
+      clusters_->number[texel.pixel] = static_cast<std::uint8_t>(number);
+      clusters_->directions[std::size_t{texel.pixel} * count + k] = direction;
+      means[texel.pixel] = {direction.x, direction.y, direction.z, 1};
+    }
+    cl::Array<float> field(context_, std::span<const float>(means[0].data(), 4 * means.size()));
+    if (k == 0) {
+      field_ = std::move(field);
+    } else {
+      further_.push_back(std::move(field));
+    }
+  }
 }
 
 void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& probe,
@@ -346,7 +439,8 @@ void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& p
 }
 
 void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
-                             const cl::Array<float>& directed, std::uint32_t capacity) const {
+                             const cl::Array<float>& directed, std::uint32_t capacity,
+                             std::uint32_t cluster) const {
   kiln_visibility_band params{};
   params.texel_count = band.texel_count;
   params.capacity = band.capacity;
@@ -360,7 +454,8 @@ void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool 
   params.hybrid = hybrid ? 1 : 0;
   context_.launch(context_.kernel("visibility", "kiln_visibility_direct"), band.texel_count, kLocal,
                   params, band.texel_index, band.texel_first, band.sample_slot, band.triangle,
-                  band.barycentric, band.points, normals_, field_, field_triangle_, chart_, border_,
+                  band.barycentric, band.points, normals_,
+                  cluster == 0 ? field_ : further_[cluster - 1], field_triangle_, chart_, border_,
                   links_, directed);
 }
 

@@ -8,6 +8,7 @@
 //
 // kernel               global      local  memory traffic an item
 // kiln_detail_normal   samples     64     reads 29 B + 2 triangles' attributes (gathered), writes 12 B
+// kiln_detail_blend    samples     64     the same, and of the other match 16 B + 2 triangles' attributes
 // kiln_detail_resolve  texels      64     reads 12 B + 13 B a sample, writes 13 B (scattered)
 //
 // Strengths: one pass, no divergence but the miss. Limits: barycentric interpolation only.
@@ -31,6 +32,66 @@ static float3 detail_interpolate(global const float* corners, float u, float v) 
   return vload3(0, corners) * w + vload3(1, corners) * u + vload3(2, corners) * v;
 }
 
+/// The light mesh's interpolated normal, not normalised.
+static float3 detail_frame_normal(global const kiln_low_shading* low, float low_u, float low_v) {
+  return detail_interpolate(low->normal, low_u, low_v);
+}
+
+/// The dense surface's unit normal at a matched point; the light mesh's where nothing was found.
+static float3 detail_source_normal(const kiln_detail_params params,
+                                   global const kiln_low_shading* low, float3 frame_normal,
+                                   uint triangle, float u, float v,
+                                   global const uint* normal_indices,
+                                   global const float* normals) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float3 face_normal = vload3(0, low->face_normal);
+  if (triangle == KILN_NO_TRIANGLE) return detail_unit(frame_normal, face_normal);
+  const float w = 1.0f - u - v;
+  const uint3 index = vload3(triangle, normal_indices);
+  const float3 sum = vload3(index.x, normals) * w + vload3(index.y, normals) * u +
+                     vload3(index.z, normals) * v;
+  const float3 normal = detail_unit(sum, face_normal);
+  return params.two_sided != 0u && dot3(normal, frame_normal) < 0.0f ? -normal : normal;
+}
+
+/// A unit normal in the map's space.
+static float3 detail_to_map(const kiln_detail_params params, global const kiln_low_shading* low,
+                            float low_u, float low_v, float3 frame_normal, float3 normal) {
+#pragma OPENCL FP_CONTRACT OFF
+  float3 value = normal;
+  if (params.space == KILN_SPACE_TANGENT) {
+    const float3 tangent = detail_interpolate(low->tangent, low_u, low_v);
+    const float3 bitangent = cross3(frame_normal, tangent) * low->sign;
+    // Cramer's rule up to the determinant's magnitude, which normalising removes.
+    const float3 across = cross3(bitangent, frame_normal);
+    const float determinant = dot3(tangent, across);
+    value = (float3)(dot3(normal, across),
+                     dot3(normal, cross3(frame_normal, tangent)),
+                     dot3(normal, cross3(tangent, bitangent)));
+    if (determinant < 0.0f) value = -value;
+    value = detail_unit(value, (float3)(0.0f, 0.0f, 1.0f));
+  } else if (params.space == KILN_SPACE_FACE) {
+    const float3 face_normal = vload3(0, low->face_normal);
+    const float3 x_axis = vload3(0, low->face_tangent);
+    // Right-handed for mirrored UVs too: the shader derives y from the normal and x in the same way.
+    const float3 y_axis = cross3(face_normal, x_axis);
+    value = (float3)(dot3(normal, x_axis), dot3(normal, y_axis),
+                     dot3(normal, face_normal));
+    value = detail_unit(value, (float3)(0.0f, 0.0f, 1.0f));
+  }
+  if (params.two_component != 0u && value.z < 0.0f) {
+    value = detail_unit((float3)(value.x, value.y, 0.0f), (float3)(1.0f, 0.0f, 0.0f));
+  }
+  value.y *= params.y_scale;
+  return value;
+}
+
+static void detail_store(float3 value, size_t i, size_t plane, global float* result) {
+  result[i] = value.x;
+  result[i + plane] = value.y;
+  result[i + 2 * plane] = value.z;
+}
+
 kernel void kiln_detail_normal(const kiln_detail_params params,
                                global const uint* restrict low_triangle,
                                global const float* restrict low_barycentric,
@@ -46,51 +107,49 @@ kernel void kiln_detail_normal(const kiln_detail_params params,
   global const kiln_low_shading* low = shading + low_triangle[i];
   const float low_u = low_barycentric[i];
   const float low_v = low_barycentric[i + params.low_capacity];
+  const float3 frame_normal = detail_frame_normal(low, low_u, low_v);
+  const float3 normal =
+      detail_source_normal(params, low, frame_normal, hit_triangle[i], hit_barycentric[i],
+                           hit_barycentric[i + params.hit_capacity], normal_indices, normals);
+  detail_store(detail_to_map(params, low, low_u, low_v, frame_normal, normal), i,
+               params.out_capacity, result);
+}
 
-  const float3 frame_normal = detail_interpolate(low->normal, low_u, low_v);
-  const float3 face_normal = vload3(0, low->face_normal);
-  float3 normal;
-  const uint triangle = hit_triangle[i];
-  if (triangle == KILN_NO_TRIANGLE) {
-    normal = detail_unit(frame_normal, face_normal);
-  } else {
-    const float u = hit_barycentric[i];
-    const float v = hit_barycentric[i + params.hit_capacity];
-    const float w = 1.0f - u - v;
-    const uint3 index = vload3(triangle, normal_indices);
-    const float3 sum = vload3(index.x, normals) * w + vload3(index.y, normals) * u +
-                       vload3(index.z, normals) * v;
-    normal = detail_unit(sum, face_normal);
-    if (params.two_sided != 0u && dot3(normal, frame_normal) < 0.0f) normal = -normal;
+/// The same with the normals of two correspondences mixed where the other one has a triangle.
+/// \param shares  how much of the first a sample takes
+kernel void kiln_detail_blend(const kiln_detail_params params,
+                              const uint other_capacity,
+                              global const uint* restrict low_triangle,
+                              global const float* restrict low_barycentric,
+                              global const kiln_low_shading* restrict shading,
+                              global const uint* restrict hit_triangle,
+                              global const float* restrict hit_barycentric,
+                              global const uint* restrict other_triangle,
+                              global const float* restrict other_barycentric,
+                              global const float* restrict shares,
+                              global const uint* restrict normal_indices,
+                              global const float* restrict normals,
+                              global float* restrict result) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  global const kiln_low_shading* low = shading + low_triangle[i];
+  const float low_u = low_barycentric[i];
+  const float low_v = low_barycentric[i + params.low_capacity];
+  const float3 frame_normal = detail_frame_normal(low, low_u, low_v);
+  float3 normal =
+      detail_source_normal(params, low, frame_normal, hit_triangle[i], hit_barycentric[i],
+                           hit_barycentric[i + params.hit_capacity], normal_indices, normals);
+  const uint triangle = other_triangle[i];
+  if (triangle != KILN_NO_TRIANGLE) {
+    const float3 other =
+        detail_source_normal(params, low, frame_normal, triangle, other_barycentric[i],
+                             other_barycentric[i + other_capacity], normal_indices, normals);
+    const float share = shares[i];
+    normal = detail_unit(normal * share + other * (1.0f - share), normal);
   }
-
-  float3 value = normal;
-  if (params.space == KILN_SPACE_TANGENT) {
-    const float3 tangent = detail_interpolate(low->tangent, low_u, low_v);
-    const float3 bitangent = cross3(frame_normal, tangent) * low->sign;
-    // Cramer's rule up to the determinant's magnitude, which normalising removes.
-    const float3 across = cross3(bitangent, frame_normal);
-    const float determinant = dot3(tangent, across);
-    value = (float3)(dot3(normal, across),
-                     dot3(normal, cross3(frame_normal, tangent)),
-                     dot3(normal, cross3(tangent, bitangent)));
-    if (determinant < 0.0f) value = -value;
-    value = detail_unit(value, (float3)(0.0f, 0.0f, 1.0f));
-  } else if (params.space == KILN_SPACE_FACE) {
-    const float3 x_axis = vload3(0, low->face_tangent);
-    // Right-handed for mirrored UVs too: the shader derives y from the normal and x in the same way.
-    const float3 y_axis = cross3(face_normal, x_axis);
-    value = (float3)(dot3(normal, x_axis), dot3(normal, y_axis),
-                     dot3(normal, face_normal));
-    value = detail_unit(value, (float3)(0.0f, 0.0f, 1.0f));
-  }
-  if (params.two_component != 0u && value.z < 0.0f) {
-    value = detail_unit((float3)(value.x, value.y, 0.0f), (float3)(1.0f, 0.0f, 0.0f));
-  }
-  value.y *= params.y_scale;
-  result[i] = value.x;
-  result[i + params.out_capacity] = value.y;
-  result[i + 2 * (size_t)params.out_capacity] = value.z;
+  detail_store(detail_to_map(params, low, low_u, low_v, frame_normal, normal), i,
+               params.out_capacity, result);
 }
 
 /// Averages a texel's samples and normalises. Writes three interleaved floats and a coverage byte (1

@@ -19,6 +19,8 @@
 // kiln_visibility_direct    texels        64     a sample: reads 36 B + field, writes 28 B
 //
 // Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_texels takes one sample an item: for GPUs
+//          KILN_VISIBILITY_SEEN  kiln_visibility_texels and _add also note which directions see a
+//                                sample, 32 of them in each plane of a last argument
 //          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
 //
 // Strengths: a sample costs a projection and a look at one pixel a view. Limits: what is narrower than a
@@ -113,7 +115,12 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
                                    global const float* restrict weights,
                                    global const float* restrict depths,
                                    global const float* restrict prepared,
-                                   global float* restrict sums) {
+                                   global float* restrict sums
+#ifdef KILN_VISIBILITY_SEEN
+                                   ,
+                                   global int* restrict seen_bits
+#endif
+) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t plane = params.capacity;
 #if VISIBILITY_LANES == 1
@@ -158,6 +165,12 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
       const vint seen = facing & (slope_x * beside - slope_y * below <=
                                   ((shown + params.bias) - depth) * (cosine * view->scale));
       if (!visibility_any(seen)) continue;
+#ifdef KILN_VISIBILITY_SEEN
+      const uint direction = params.first_direction + k;
+      global int* bits = seen_bits + (direction / 32) * plane + base + j * VISIBILITY_LANES;
+      visibility_store(
+          visibility_load(bits) | (seen ? (vint)(1 << (direction % 32)) : (vint)(0)), bits);
+#endif
       const vfloat share = seen ? cosine * weight : (vfloat)(0.0f);
       global float* sum = sums + base + j * VISIBILITY_LANES;
       visibility_store(visibility_load(sum) + share * tx, sum);
@@ -190,7 +203,12 @@ kernel void kiln_visibility_aim(const kiln_visibility_params params,
 kernel void kiln_visibility_add(const kiln_visibility_params params,
                                 global const kiln_view* restrict views, const uint view,
                                 const float weight, global const float* restrict prepared,
-                                global const uchar* restrict hidden, global float* restrict sums) {
+                                global const uchar* restrict hidden, global float* restrict sums
+#ifdef KILN_VISIBILITY_SEEN
+                                ,
+                                global int* restrict seen_bits
+#endif
+) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
@@ -200,6 +218,10 @@ kernel void kiln_visibility_add(const kiln_visibility_params params,
   const float3 toward = vload3(0, views[view].toward);
   const float cosine = dot3(normal, toward);
   if (hidden[i] != 0 || !(cosine > KILN_VISIBILITY_LEAST_COSINE)) return;
+#ifdef KILN_VISIBILITY_SEEN
+  const uint direction = params.first_direction + view;
+  seen_bits[(direction / 32) * plane + i] |= 1 << (direction % 32);
+#endif
   const float share = cosine * weight;
   sums[i] += share * toward.x;
   sums[i + plane] += share * toward.y;

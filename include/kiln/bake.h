@@ -153,6 +153,12 @@ struct VisibilityOptions {
     Vec3 direction;  ///< From the mesh to the viewer, of any length above 0
     double weight = 1;
   };
+  /// 1 to 4; above 1 only with MatchMethod::visibility at texels, for this many maps: where the directions
+  /// that see a texel scatter, they are parted into so many clusters, each with a map of its own (Tarini et
+  /// al., section 6). Elsewhere the maps are the same.
+  std::uint32_t clusters = 1;
+  /// Standard deviation above which a texel's directions are parted, 0 to 1. That of an open plane is 0.745.
+  double cluster_deviation = 0.8;
   /// For ViewLikelihood::list: each of the spread directions takes the weight of the nearest of these.
   std::vector<Likelihood> likelihoods = {};
 };
@@ -167,6 +173,10 @@ struct BakeOptions {
   ViewOptions views;                  ///< For MatchMethod::views and Fallback::views
   VisibilityOptions visibility;       ///< For MatchMethod::visibility and hybrid
   Fallback fallback = Fallback::low;  ///< Another method than `method`
+  /// 0 to 256 texels: this near to what the fallback decided, over the surface, the method's normals give
+  /// way to the fallback's, so that the map has no step there; but where the fallback finds nothing. Takes
+  /// up to twice the match's time.
+  std::uint32_t fallback_blend = 0;
 
   /// How far the match looks each way (nearest points: all around); with a cage, the ray's length from the
   /// cage inward. Above 0. None given: 2% of the diagonal; with a cage, twice its distance (twice the longest
@@ -214,6 +224,22 @@ struct Match {
 void save_match(const Match& match, const std::filesystem::path& path);
 Match load_match(const std::filesystem::path& path);
 
+/// Which of several maps serves which views, by texels of the field of directions (the map's size; at most
+/// 2048 a side).
+struct VisibilityClusters {
+  std::uint32_t width = 0, height = 0;
+  std::uint32_t count = 0;           ///< Maps
+  std::vector<std::uint8_t> number;  ///< Of clusters of each texel; 0: not covered. 1: all maps are alike
+  /// [width * height * count] of each texel's clusters, unit, from the mesh to the viewer; those beyond its
+  /// number are as the first
+  std::vector<Vec3> directions;
+};
+
+/// Writes a float EXR with channels `count` (unsigned int: the number) and, for each map k from 0,
+/// `direction<k>.X`, `.Y` and `.Z`.
+/// \throws Error(output)
+void save_clusters(const VisibilityClusters& clusters, const std::filesystem::path& path);
+
 struct BakedMap {
   MapKind kind = MapKind::normal;
   Image image;
@@ -222,6 +248,7 @@ struct BakedMap {
   /// it. Encoded like the image, with a gutter of its width in UV units, but 2 texels at least (none
   /// where it has none).
   std::vector<Image> mips;
+  std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
 };
 
 /// What matching by depth views came to.
@@ -243,6 +270,7 @@ struct VisibilityReport {
   std::uint64_t places = 0;
   std::uint64_t unseen = 0;  ///< Places that no direction sees, after smoothing; filled from around
   std::uint64_t without = 0;  ///< Of these, with nothing around either: they keep the normal
+  std::uint64_t clustered = 0;  ///< Places whose directions were parted
   double mean_deviation = 0;  ///< Standard deviation of the directions that see a place, mean over places
   double seconds = 0;         ///< Part of seconds_match
 };
@@ -263,7 +291,9 @@ struct BakeReport {
   double max_distance = 0;          ///< As used, world units
   double mean_abs_distance = 0;     ///< Of the samples that hit, world units
   std::optional<ViewReport> views;  ///< Where matched by views
-  std::optional<SwitchReport> switches;  ///< Where a fallback was asked for
+  std::optional<SwitchReport> switches;  ///< Where a fallback was asked for; before blending
+  std::optional<SwitchReport> switches_blended;  ///< After, where blending was asked for
+  std::uint64_t blended_texels = 0;              ///< Of the method, that took some of the fallback's
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   double seconds_build = 0;         ///< Structures of the source, made for this bake
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;
@@ -276,7 +306,8 @@ struct BakeResult {
   std::vector<BakedMap> maps;
   std::vector<std::uint8_t> coverage;  ///< Per texel: 0 empty, 1 baked, 2 missed, 3 gutter
   std::optional<Match> match;
-  BakeReport report;
+  std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for
+  BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
 };
 

@@ -36,7 +36,7 @@ struct kiln_visibility_params {
   kiln_float bias;       ///< What lies this much nearer than a sample does not hide it; frame units
   kiln_float scale;      ///< Points are multiplied by this
   kiln_uint out_capacity;  ///< Of what kiln_visibility_prepare writes
-  kiln_uint padding;
+  kiln_uint first_direction;  ///< Of the batch
 };
 typedef struct kiln_visibility_params kiln_visibility_params;
 KILN_CHECK_SIZE(kiln_visibility_params, 32);

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -298,6 +299,72 @@ TEST(Command, GivesTheSameBytesOnOtherImplementations) {
     EXPECT_TRUE(bake("oclgrind", "/usr/bin/oclgrind", {}) == expected) << "Oclgrind";
   }
   if (!any) GTEST_SKIP() << "no second OpenCL implementation is installed";
+}
+
+TEST(Command, WritesAMapForEachClusterOfDirections) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const std::vector<std::string> base = {"bake",
+                                         scene / "high.obj",
+                                         scene / "low.obj",
+                                         "--size",
+                                         "64",
+                                         "--max-distance",
+                                         "10%",
+                                         "--out",
+                                         scene / "clusters",
+                                         "--json",
+                                         scene / "report.json",
+                                         "--visibility-clusters",
+                                         "2"};
+  std::vector<std::string> by_rays = base;
+  EXPECT_EQ(run_kiln(by_rays).exit_code, 2);
+  std::vector<std::string> good = base;
+  good.insert(good.end(), {"--match", "visibility", "--visibility-deviation", "0.5"});
+  const ProcessResult result = run_kiln(good);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(names(scene / "clusters"),
+            (std::vector<std::string>{"low_clusters.exr", "low_normal.png", "low_normal_1.png"}));
+  // The first layer that has X Y Z.
+  const Image directions = load_image(scene / "clusters/low_clusters.exr");
+  EXPECT_EQ(directions.width, 64U);
+  EXPECT_EQ(directions.channels, 3U);
+  std::size_t unit = 0;
+  for (std::size_t i = 0; i < 64 * 64; ++i) {
+    const float* p = &directions.pixels[3 * i];
+    const float squared = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+    EXPECT_TRUE(squared == 0 || std::abs(squared - 1) < 1e-5F) << i;
+    unit += squared != 0 ? 1 : 0;
+  }
+  const nlohmann::json report = read_json(scene / "report.json");
+  EXPECT_EQ(report["visibility"]["places"], unit);
+  EXPECT_GT(report["visibility"]["clustered"].get<std::size_t>(), unit / 2);
+  EXPECT_EQ(report["options"]["visibility_clusters"], 2);
+}
+
+TEST(Command, BlendsWithTheFallback) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  std::vector<std::string> command = {"bake",
+                                      scene / "high.obj",
+                                      scene / "low.obj",
+                                      "--size",
+                                      "64",
+                                      "--out",
+                                      scene / "blended",
+                                      "--json",
+                                      scene / "report.json",
+                                      "--max-distance",
+                                      "2%",
+                                      "--fallback-blend",
+                                      "4"};
+  EXPECT_EQ(run_kiln(command).exit_code, 2);
+  command.insert(command.end(), {"--fallback", "closest"});
+  const ProcessResult result = run_kiln(command);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = read_json(scene / "report.json");
+  EXPECT_EQ(report["switches"]["sides"], report["switches_blended"]["sides"]);
+  EXPECT_TRUE(report["switches_blended"].contains("blended_texels"));
 }
 
 TEST(Command, SavedMatchBakesTheSameMap) {

@@ -164,6 +164,13 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_match);
   command
+      .add_option("--fallback-blend", a.fallback_blend,
+                  "TEXELS: this near to what the fallback decided, the match's normals blend into "
+                  "the fallback's, so that the map has no step")
+      ->check(CLI::Range(0U, 256U))
+      ->capture_default_str()
+      ->group(group_match);
+  command
       .add_option(
           "--max-distance", a.max_distance,
           "How far to look each way: world units, or P% of HIGH's diagonal (default 2%); with a "
@@ -266,6 +273,23 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_visibility);
 
+  command
+      .add_option("--visibility-clusters", a.visibility_clusters,
+                  "K: with --match visibility, K maps (NAME_normal, NAME_normal_1, ...): where the "
+                  "directions that see a texel scatter, a map for each cluster of them. "
+                  "NAME_clusters.exr has the clusters' directions: use the map of the one that is "
+                  "nearest to the view")
+      ->check(CLI::Range(1U, 4U))
+      ->capture_default_str()
+      ->group(group_visibility);
+  command
+      .add_option("--visibility-deviation", a.visibility_deviation,
+                  "Standard deviation of directions, 0 to 1, above which they are parted into "
+                  "clusters; that of an open plane is 0.745")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group(group_visibility);
+
   const char* const group_low = "The light mesh";
   command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
       ->check(CLI::Range(1U, 100000000U))
@@ -335,10 +359,18 @@ void check(const BakeArguments& a) {
        a.visibility_test != defaults.visibility_test ||
        a.visibility_size != defaults.visibility_size ||
        a.visibility_smooth != defaults.visibility_smooth ||
+       a.visibility_clusters != defaults.visibility_clusters ||
+       a.visibility_deviation != defaults.visibility_deviation ||
        a.view_weight != defaults.view_weight)) {
     fail(
         "--visibility-..., --directions and --view-weight are for --match visibility and "
         "--match hybrid.");
+  }
+  if (a.visibility_clusters > 1 && (a.match != "visibility" || a.visibility_at != "texel")) {
+    fail("--visibility-clusters is for --match visibility with --visibility-at texel.");
+  }
+  if (a.visibility_clusters > 1 && !a.save_match.empty()) {
+    fail("--visibility-clusters makes several matches, --save-match saves one: leave one out.");
   }
   if (kFallbackMisses.contains(a.fallback) && a.miss != "keep" &&
       kMisses.at(a.miss) != miss_policy(a)) {
@@ -347,6 +379,9 @@ void check(const BakeArguments& a) {
   }
   if (!a.load_match.empty() && a.fallback != "low") {
     fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
+  }
+  if (a.fallback_blend != 0 && (a.fallback == "low" || kFallbackMisses.contains(a.fallback))) {
+    fail("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
   }
   if (a.match == a.fallback) {
     fail("--fallback " + a.fallback +
@@ -376,11 +411,14 @@ BakeOptions bake_options(const BakeArguments& a) {
   if (a.match != kAutomatic) options.method = kMethods.at(a.match);
   options.views.criterion = kCriteria.at(a.view_criterion);
   if (!kFallbackMisses.contains(a.fallback)) options.fallback = kFallbacks.at(a.fallback);
+  options.fallback_blend = a.fallback_blend;
   options.visibility.at = kVisibilityAt.at(a.visibility_at);
   options.visibility.test = kVisibilityTests.at(a.visibility_test);
   options.visibility.directions = a.directions;
   options.visibility.view_size = a.visibility_size;
   options.visibility.smoothing = a.visibility_smooth;
+  options.visibility.clusters = a.visibility_clusters;
+  options.visibility.cluster_deviation = a.visibility_deviation;
   if (const auto known = kLikelihoods.find(a.view_weight); known != kLikelihoods.end()) {
     options.visibility.likelihood = known->second;
   } else {
@@ -470,8 +508,11 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"directions", by_visibility(a) ? Json(a.directions) : Json()},
           {"visibility_size", by_visibility(a) ? Json(a.visibility_size) : Json()},
           {"visibility_smooth", by_visibility(a) ? Json(a.visibility_smooth) : Json()},
+          {"visibility_clusters", by_visibility(a) ? Json(a.visibility_clusters) : Json()},
+          {"visibility_deviation", by_visibility(a) ? Json(a.visibility_deviation) : Json()},
           {"view_weight", by_visibility(a) ? Json(a.view_weight) : Json()},
           {"fallback", a.load_match.empty() ? Json(a.fallback) : Json()},
+          {"fallback_blend", a.fallback_blend},
           {"max_distance", or_null(a.max_distance)},
           {"max_distance_world", report.max_distance},
           {"cage", or_null(a.cage)},

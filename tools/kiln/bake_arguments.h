@@ -28,8 +28,11 @@ struct BakeArguments {
   std::uint32_t directions = 512;
   std::uint32_t visibility_size = 256;
   std::uint32_t visibility_smooth = 4;
+  std::uint32_t visibility_clusters = 1;
+  double visibility_deviation = 0.8;
   std::string view_weight = "all";
   std::string fallback = "low";
+  std::uint32_t fallback_blend = 0;
   std::string cage, cage_mesh;
   bool two_sided = false;
   std::string traversal = "auto";

@@ -241,6 +241,13 @@ void print_summary(Console& console, const BakeReport& report, std::uint64_t map
   console.line(text);
 }
 
+constexpr const char* kClusters = "_clusters.exr";
+
+/// Of a map for one of several clusters of directions.
+std::string cluster_name(const std::string& map, std::uint32_t cluster) {
+  return cluster == 0 ? map : map + "_" + std::to_string(cluster);
+}
+
 /// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
 void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options) {
   const fs::path folder = arguments.out;
@@ -253,7 +260,11 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
   for (const std::string& map : arguments.maps) {
     outputs.push_back(folder / (stem + "_" + map + extension(save_options)));
+    for (std::uint32_t k = 1; k < arguments.visibility_clusters && map == "normal"; ++k) {
+      outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + extension(save_options)));
+    }
   }
+  if (arguments.visibility_clusters > 1) outputs.push_back(folder / (stem + kClusters));
   if (arguments.low.empty() || arguments.unwrap) outputs.push_back(folder / (stem + ".obj"));
   check_paths({arguments.high, arguments.low, arguments.cage_mesh, arguments.load_match}, outputs);
   if (arguments.low.empty() || arguments.unwrap) {
@@ -328,8 +339,9 @@ int run_bake(const BakeArguments& arguments) {
     save_obj(low.mesh, path);
   }
   for (const BakedMap& map : result.maps) {
+    const std::string name = cluster_name(map_name(map.kind), map.cluster);
     const std::vector<fs::path> files =
-        map_files(folder, low.stem + "_" + map_name(map.kind), map.mips.size(), save_options);
+        map_files(folder, low.stem + "_" + name, map.mips.size(), save_options);
     for (std::size_t level = 0; level < files.size(); ++level) {
       if (!saving(files[level])) return kExitCancelled;
       if (options.mips && is_exr(save_options)) {
@@ -338,7 +350,12 @@ int run_bake(const BakeArguments& arguments) {
         save_image(level == 0 ? map.image : map.mips[level - 1], files[level], save_options);
       }
     }
-    if (options.mips) mips[map_name(map.kind)] = describe_levels(map, files);
+    if (options.mips) mips[name] = describe_levels(map, files);
+  }
+  if (result.clusters) {
+    const fs::path path = folder / (low.stem + kClusters);
+    if (!saving(path)) return kExitCancelled;
+    save_clusters(*result.clusters, path);
   }
   if (!arguments.save_match.empty()) {
     if (!saving(arguments.save_match)) return kExitCancelled;
@@ -384,6 +401,10 @@ int run_bake(const BakeArguments& arguments) {
     if (planned) json["auto"] = plan_json(*planned);
     if (report.views) json["views"] = describe(*report.views);
     if (report.switches) json["switches"] = describe(*report.switches);
+    if (report.switches_blended) {
+      json["switches_blended"] = describe(*report.switches_blended);
+      json["switches_blended"]["blended_texels"] = report.blended_texels;
+    }
     if (report.visibility) json["visibility"] = describe(*report.visibility);
     if (low.simplified) {
       json["low"] = {{"faces", low.simplified->faces},

@@ -71,7 +71,7 @@ Json describe(const VisibilityReport& visibility) {
           {"width", visibility.width},           {"height", visibility.height},
           {"places", visibility.places},         {"unseen", visibility.unseen},
           {"without", visibility.without},       {"mean_deviation", visibility.mean_deviation},
-          {"seconds", visibility.seconds}};
+          {"clustered", visibility.clustered},   {"seconds", visibility.seconds}};
 }
 
 Json describe(const SwitchReport& switches) {
