@@ -111,7 +111,7 @@ static float3 volume_unit(float3 v, float3 fallback) {
 }
 
 /// Crossings of edges. edges: x, y, z of the padded voxel that each leaves, 16 bits each from the
-/// lowest, then the axis.
+/// lowest, then the axis in two bits, then whether that voxel counts as inside.
 kernel void kiln_volume_crossings(const kiln_volume_grid grid,
                                   global const KILN_VOXEL* restrict voxels,
                                   global const ulong* restrict edges,
@@ -120,7 +120,8 @@ kernel void kiln_volume_crossings(const kiln_volume_grid grid,
   const uint item = (uint)get_global_id(0);
   if (item >= grid.count) return;
   const ulong key = edges[item];
-  const int axis = (int)(key >> 48);
+  const int axis = (int)(key >> 48 & 3ul);
+  const int inside = (int)(key >> 50 & 1ul);
   const int3 a =
       (int3)((int)(key & 0xFFFFul), (int)(key >> 16 & 0xFFFFul), (int)(key >> 32 & 0xFFFFul)) - 1;
   const int3 step = (int3)(axis == 0, axis == 1, axis == 2);
@@ -139,16 +140,23 @@ kernel void kiln_volume_crossings(const kiln_volume_grid grid,
   } else {
     const float fa = volume_fetch(&grid, voxels, a.x, a.y, a.z);
     const float fb = volume_fetch(&grid, voxels, b.x, b.y, b.z);
-    // Halved, so that nothing overflows.
-    const float rise = fb * 0.5f - fa * 0.5f;
-    t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
-    if (!(t >= 0.0f)) t = 0.5f;
-    const float3 at_a = volume_gradient(&grid, voxels, a);
-    const float3 at_b = volume_gradient(&grid, voxels, b);
-    const float3 gradient = at_a + (at_b - at_a) * t;
-    const float outward = grid.below != 0 ? 1.0f : -1.0f;
-    // Where the field is flat around the edge, along the edge.
-    normal = volume_unit(gradient * outward, rise * outward < 0.0f ? -direction : direction);
+    const float3 along_edge = inside != 0 ? direction : -direction;
+    if (volume_is_inside(&grid, fa) == volume_is_inside(&grid, fb)) {
+      // Both outside: the cap of a gap that was closed.
+      t = 0.5f;
+      normal = along_edge;
+    } else {
+      // Halved, so that nothing overflows.
+      const float rise = fb * 0.5f - fa * 0.5f;
+      t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
+      if (!(t >= 0.0f)) t = 0.5f;
+      const float3 at_a = volume_gradient(&grid, voxels, a);
+      const float3 at_b = volume_gradient(&grid, voxels, b);
+      const float3 gradient = at_a + (at_b - at_a) * t;
+      const float outward = grid.below != 0 ? 1.0f : -1.0f;
+      // Where the field is flat around the edge, along the edge.
+      normal = volume_unit(gradient * outward, along_edge);
+    }
   }
   crossings[item].t = t;
   crossings[item].normal[0] = normal.x;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "parallel.h"
+#include "volume/outer.h"
 #include "volume/patches.h"
 #include "volume/voxels.h"
 
@@ -154,7 +155,8 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
       for (std::size_t z = from; z < to; ++z) {
         cells.for_edges(first + static_cast<std::uint32_t>(z),
                         [&](std::uint32_t number, const CellPlace& place, std::uint32_t axis) {
-                          keys[number - begin] = pack_place(place, axis);
+                          keys[number - begin] =
+                              pack_place(place, axis | (cells.is_inside(place) ? 4U : 0U));
                         });
       }
     });
@@ -325,8 +327,19 @@ FineSurface fine_surface(cl::Context& context, const Volume& volume, const Conto
     Slabs slabs(context, volume, voxels, slab_bytes);
     find_signs(context, slabs, signs, grid, cells);
     if (!has_both_signs(cells)) throw_no_surface(volume, options);
-    cells.build(options.border == VolumeBorder::open);
     report.seconds_scan = lap(clock);
+    if (options.outer_only) {
+      report.filled_voxels = fill_unreached(cells, options.outer_gap);
+      if (!has_both_signs(cells)) {
+        throw Error(ErrorCode::input,
+                    "Nothing of the outside of volume '" + volume.name +
+                        "' can be reached from its border: all of it is solid, or too narrow for "
+                        "the outer gap. Use a smaller gap, or contour all surfaces.");
+      }
+    }
+    report.seconds_outer = lap(clock);
+    cells.build(options.border == VolumeBorder::open);
+    report.seconds_scan += lap(clock);
     crossings = find_crossings(context, slabs, crossings_kernel, grid, cells);
     report.seconds_hermite = lap(clock);
   }

@@ -202,6 +202,22 @@ TEST(Extract, HeadIsClosedHoweverItIsSimplified) {
   EXPECT_EQ(t.inconsistent_edges, 0U);
 }
 
+TEST(Extract, OuterHeadIsSkinAlone) {
+  KILN_REQUIRE_DEVICE();
+  KILN_REQUIRE_DATA("head_t1.nrrd");
+  const Volume volume = load_volume(*test::shared_data("head_t1.nrrd"));
+  ExtractOptions options;
+  options.contour = {.iso = 40, .outer_only = true, .outer_gap = 2};
+  options.faces = 3000;
+  const ExtractResult result = extract(*test::device(), volume, options);
+  EXPECT_EQ(result.report.parts, 1U);
+  EXPECT_EQ(result.report.faces, 3000U);
+  const test::Topology t = topology(result.mesh);
+  EXPECT_TRUE(t.is_closed_manifold());
+  EXPECT_EQ(t.euler, 2);
+  RecordProperty("seconds_outer", std::to_string(result.report.contour.seconds_outer));
+}
+
 TEST(Extract, SaysWhatIsWrong) {
   KILN_REQUIRE_DEVICE();
   const Volume volume = ball(24, 8);
