@@ -62,7 +62,9 @@ struct ContourReport {
 ///
 /// A cell is a cube between eight voxels. An edge between a voxel inside and one outside is crossed
 /// where linear interpolation meets the iso value, with the normal that the field's gradient (central
-/// differences, interpolated along the edge) has there. Each sheet of surface in a cell gets a vertex of
+/// differences, interpolated along the edge) has there. Where second differences show that the field has
+/// a crease between two voxels, as at the sharp edges of CSG solids, differences are taken on the
+/// straight side, and a crossing between two planes lies in the one that holds it. Each sheet of surface in a cell gets a vertex of
 /// its own (Nielson 2004, "Dual Marching Cubes"), where the quadric error function of its crossings is
 /// least, clamped to the cell; directions that the crossings do not decide (eigenvalues below 1/20 of the
 /// largest) keep the crossings' mean. Each crossed edge gives a quad of two triangles. Sheets are told

@@ -211,7 +211,8 @@ TEST(Extract, OuterHeadIsSkinAlone) {
   options.faces = 3000;
   const ExtractResult result = extract(*test::device(), volume, options);
   EXPECT_EQ(result.report.parts, 1U);
-  EXPECT_EQ(result.report.faces, 3000U);
+  EXPECT_LE(result.report.faces, 3000U);
+  EXPECT_GT(result.report.faces, 2950U);
   const test::Topology t = topology(result.mesh);
   EXPECT_TRUE(t.is_closed_manifold());
   EXPECT_EQ(t.euler, 2);
