@@ -2,8 +2,10 @@
 //
 // Algorithm: dual contouring (Ju, Losasso, Schaefer, Warren 2002, "Dual Contouring of Hermite Data",
 // sections 2 and 3). A crossing lies where linear interpolation along an edge meets the iso value; its
-// normal is the gradient by central differences (one-sided at the volume's border), interpolated linearly
-// between the edge's ends. A vertex minimises E(x) = sum (n . (x - p))^2 over its sheet's crossings, from
+// normal is the gradient by central differences (one-sided at the volume's border and beside creases of
+// the field, where second differences show one, after Harten, Engquist, Osher, Chakravarthy 1987,
+// "Uniformly High Order Accurate Essentially Non-oscillatory Schemes, III": the smoother stencil),
+// interpolated linearly between the edge's ends, unless a crease lies between them. A vertex minimises E(x) = sum (n . (x - p))^2 over its sheet's crossings, from
 // their mean along the eigenvectors of A = sum n n' with eigenvalues above a share of the largest
 // (Lindstrom 2000, "Out-of-Core Simplification of Large Polygonal Models", section 3.3), clamped to
 // the cell.
@@ -12,7 +14,7 @@
 // | kernel                | items            | local | traffic an item                               |
 // | --------------------- | ---------------- | ----- | --------------------------------------------- |
 // | kiln_volume_signs     | words of a slab  | 64    | 64 voxels read, 8 B written                   |
-// | kiln_volume_crossings | crossed edges    | 64    | 8 B and 12 voxels (gathered) read, 16 B written |
+// | kiln_volume_crossings | crossed edges    | 64    | 8 B and 14 to 38 voxels (gathered) read, 16 B written |
 // | kiln_volume_vertices  | vertices / 8     | 64    | 8 x (8 B and 3 to 12 words and crossings      |
 // |                       |                  |       | (gathered) read, 80 B written)                |
 //
@@ -26,6 +28,16 @@
 #ifndef KILN_VOXEL
 #define KILN_VOXEL float
 #endif
+
+// Least second difference of a crease, as a share of the steepest slope.
+#define VOLUME_CREASE 0.25f
+// A side is straight where its second difference is below this share of the crease's.
+#define VOLUME_STRAIGHT 0.02f
+// Least squared difference of gradients across a crease, as a share of the larger one's square.
+#define VOLUME_TURN 0.25f
+// Least difference of slopes along an edge, as a share of the gradient, for the planes at its ends to meet
+// in a point of it; and how far past its ends that may be.
+#define VOLUME_KINK 0.1f
 
 /// Index of a padded row's first word.
 static size_t volume_row(const kiln_volume_grid* grid, uint y, uint z) {
@@ -83,22 +95,80 @@ static float volume_fetch(const kiln_volume_grid* grid, global const KILN_VOXEL*
   return fabs(value) <= FLT_MAX ? value : grid->outside;
 }
 
-/// The field's derivative along one axis by central differences; one-sided at the border.
-static float volume_slope(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int3 at,
-                          int3 step, int place, int end) {
+/// Second difference of the field at a voxel along an axis; infinite where a neighbour is missing.
+static float volume_bend(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int3 at,
+                         int3 step, int place, int end) {
 #pragma OPENCL FP_CONTRACT OFF
-  const int3 a = place > 0 ? at - step : at;
-  const int3 b = place + 1 < end ? at + step : at;
-  const float difference =
-      volume_fetch(grid, voxels, b.x, b.y, b.z) - volume_fetch(grid, voxels, a.x, a.y, a.z);
-  return place > 0 && place + 1 < end ? difference * 0.5f : difference;
+  if (place < 1 || place + 1 >= end) return INFINITY;
+  const int3 a = at - step;
+  const int3 b = at + step;
+  const float value = volume_fetch(grid, voxels, at.x, at.y, at.z);
+  return fabs((volume_fetch(grid, voxels, b.x, b.y, b.z) - value) -
+              (value - volume_fetch(grid, voxels, a.x, a.y, a.z)));
 }
 
+/// The field's gradient at a voxel. Along each axis by central differences; one-sided at the border, and
+/// where the field has a crease on the other side.
 static float3 volume_gradient(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels,
                               int3 at) {
-  return (float3)(volume_slope(grid, voxels, at, (int3)(1, 0, 0), at.x, (int)grid->size[0]),
-                  volume_slope(grid, voxels, at, (int3)(0, 1, 0), at.y, (int)grid->size[1]),
-                  volume_slope(grid, voxels, at, (int3)(0, 0, 1), at.z, (int)grid->size[2]));
+#pragma OPENCL FP_CONTRACT OFF
+  const float value = volume_fetch(grid, voxels, at.x, at.y, at.z);
+  float back[3];
+  float fore[3];
+  float steepest = 0.0f;
+  for (int k = 0; k < 3; ++k) {
+    const int3 step = (int3)(k == 0, k == 1, k == 2);
+    const int place = k == 0 ? at.x : k == 1 ? at.y : at.z;
+    const bool has_back = place > 0;
+    const bool has_fore = place + 1 < (int)grid->size[k];
+    const int3 a = has_back ? at - step : at;
+    const int3 b = has_fore ? at + step : at;
+    back[k] = value - volume_fetch(grid, voxels, a.x, a.y, a.z);
+    fore[k] = volume_fetch(grid, voxels, b.x, b.y, b.z) - value;
+    if (!has_back) back[k] = fore[k];
+    if (!has_fore) fore[k] = back[k];
+    steepest = fmax(steepest, fmax(fabs(back[k]), fabs(fore[k])));
+  }
+  float slope[3];
+  for (int k = 0; k < 3; ++k) {
+    slope[k] = back[k] * 0.5f + fore[k] * 0.5f;
+    const float bend = fabs(fore[k] - back[k]);
+    if (!(bend > VOLUME_CREASE * steepest && bend <= FLT_MAX)) continue;
+    const int3 step = (int3)(k == 0, k == 1, k == 2);
+    const int place = k == 0 ? at.x : k == 1 ? at.y : at.z;
+    const int end = (int)grid->size[k];
+    const float before = volume_bend(grid, voxels, at - step, step, place - 1, end);
+    const float after = volume_bend(grid, voxels, at + step, step, place + 1, end);
+    // A crease bends the field between two voxels only: on the side away from it all is straight.
+    const float straight = VOLUME_STRAIGHT * bend;
+    if (before < after && before < straight) slope[k] = back[k];
+    if (after < before && after < straight) slope[k] = fore[k];
+  }
+  return (float3)(slope[0], slope[1], slope[2]);
+}
+
+/// The gradient where an edge from a to b, one unit long, crosses the iso value; fa and fb are relative to
+/// that value. Interpolated, but where a crease lies between, with a plane of the field on either side:
+/// that of the plane which holds the crossing. t: in: where linear interpolation has the crossing; out:
+/// where that plane has it.
+static float3 volume_blend(float fa, float fb, float3 at_a, float3 at_b, int axis, float* t) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float a = axis == 0 ? at_a.x : axis == 1 ? at_a.y : at_a.z;
+  const float b = axis == 0 ? at_b.x : axis == 1 ? at_b.y : at_b.z;
+  const float3 difference = at_b - at_a;
+  const float largest = fmax(dot3(at_a, at_a), dot3(at_b, at_b));
+  const float3 blend = at_a + difference * *t;
+  if (!(dot3(difference, difference) > VOLUME_TURN * largest && largest <= FLT_MAX)) return blend;
+  if (!(fabs(a - b) > VOLUME_KINK * sqrt(largest))) return blend;
+  // Where the planes meet on the edge, and the field's value there.
+  const float kink = (fb - fa - b) / (a - b);
+  if (!(kink > -VOLUME_KINK && kink < 1.0f + VOLUME_KINK)) return blend;
+  const float value = fa + a * kink;
+  const bool beyond = (value < 0.0f) == (fa < 0.0f);
+  const float place = beyond ? 1.0f - fb / b : -fa / a;
+  if (!(place >= 0.0f && place <= 1.0f)) return blend;
+  *t = place;
+  return beyond ? at_b : at_a;
 }
 
 /// Unit vector along v; `fallback` where v has no direction.
@@ -111,7 +181,7 @@ static float3 volume_unit(float3 v, float3 fallback) {
 }
 
 /// Crossings of edges. edges: x, y, z of the padded voxel that each leaves, 16 bits each from the
-/// lowest, then the axis.
+/// lowest, then the axis in two bits, then whether that voxel counts as inside.
 kernel void kiln_volume_crossings(const kiln_volume_grid grid,
                                   global const KILN_VOXEL* restrict voxels,
                                   global const ulong* restrict edges,
@@ -120,7 +190,8 @@ kernel void kiln_volume_crossings(const kiln_volume_grid grid,
   const uint item = (uint)get_global_id(0);
   if (item >= grid.count) return;
   const ulong key = edges[item];
-  const int axis = (int)(key >> 48);
+  const int axis = (int)(key >> 48 & 3ul);
+  const int inside = (int)(key >> 50 & 1ul);
   const int3 a =
       (int3)((int)(key & 0xFFFFul), (int)(key >> 16 & 0xFFFFul), (int)(key >> 32 & 0xFFFFul)) - 1;
   const int3 step = (int3)(axis == 0, axis == 1, axis == 2);
@@ -139,16 +210,23 @@ kernel void kiln_volume_crossings(const kiln_volume_grid grid,
   } else {
     const float fa = volume_fetch(&grid, voxels, a.x, a.y, a.z);
     const float fb = volume_fetch(&grid, voxels, b.x, b.y, b.z);
-    // Halved, so that nothing overflows.
-    const float rise = fb * 0.5f - fa * 0.5f;
-    t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
-    if (!(t >= 0.0f)) t = 0.5f;
-    const float3 at_a = volume_gradient(&grid, voxels, a);
-    const float3 at_b = volume_gradient(&grid, voxels, b);
-    const float3 gradient = at_a + (at_b - at_a) * t;
-    const float outward = grid.below != 0 ? 1.0f : -1.0f;
-    // Where the field is flat around the edge, along the edge.
-    normal = volume_unit(gradient * outward, rise * outward < 0.0f ? -direction : direction);
+    const float3 along_edge = inside != 0 ? direction : -direction;
+    if (volume_is_inside(&grid, fa) == volume_is_inside(&grid, fb)) {
+      // Both outside: the cap of a gap that was closed.
+      t = 0.5f;
+      normal = along_edge;
+    } else {
+      // Halved, so that nothing overflows.
+      const float rise = fb * 0.5f - fa * 0.5f;
+      t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
+      if (!(t >= 0.0f)) t = 0.5f;
+      const float3 at_a = volume_gradient(&grid, voxels, a);
+      const float3 at_b = volume_gradient(&grid, voxels, b);
+      const float3 gradient = volume_blend(fa - grid.iso, fb - grid.iso, at_a, at_b, axis, &t);
+      const float outward = grid.below != 0 ? 1.0f : -1.0f;
+      // Where the field is flat around the edge, along the edge.
+      normal = volume_unit(gradient * outward, along_edge);
+    }
   }
   crossings[item].t = t;
   crossings[item].normal[0] = normal.x;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "parallel.h"
+#include "volume/outer.h"
 #include "volume/patches.h"
 #include "volume/voxels.h"
 
@@ -44,7 +45,8 @@ class Slabs {
         planes_(volume.size[2]) {
     const std::uint64_t largest = context.info().largest_buffer_bytes;
     const std::size_t bytes = std::min<std::uint64_t>(slab_bytes, largest / 2);
-    step_ = static_cast<std::uint32_t>(std::clamp<std::size_t>(bytes / plane_bytes_, 4, planes_));
+    step_ = static_cast<std::uint32_t>(
+        std::min<std::size_t>(planes_, std::max<std::size_t>(bytes / plane_bytes_, 6)));
   }
   std::uint32_t step() const { return step_; }
   /// Takes voxel planes [first, last) there, unless they are.
@@ -138,7 +140,7 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
   cl::Array<kiln_volume_crossing> crossings(context, cells.edge_count());
   const std::uint32_t planes = grid.size[2] + 2;
   const bool whole = slabs.step() >= grid.size[2];
-  const std::uint32_t step = whole ? planes : std::max(1U, slabs.step() - 3);
+  const std::uint32_t step = whole ? planes : slabs.step() - 5;
   RawVector<kiln_volume_crossing> part;
   for (std::uint32_t first = 0; first < planes; first += step) {
     const std::uint32_t last = std::min(planes, first + step);
@@ -146,15 +148,16 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
     grid.count = cells.plane_edges()[last] - begin;
     if (grid.count == 0) continue;
     // Padded planes first to last - 1, with the neighbours that gradients need.
-    const std::uint32_t low = std::min(grid.size[2] - 1, first < 2 ? 0 : first - 2);
-    const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 1));
+    const std::uint32_t low = std::min(grid.size[2] - 1, first < 3 ? 0 : first - 3);
+    const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 2));
     const cl::Array<std::byte>& voxels = slabs.load(low, high, grid);
     RawVector<std::uint64_t> keys(grid.count);
     parallel_for(last - first, 4, [&](std::size_t from, std::size_t to) {
       for (std::size_t z = from; z < to; ++z) {
         cells.for_edges(first + static_cast<std::uint32_t>(z),
                         [&](std::uint32_t number, const CellPlace& place, std::uint32_t axis) {
-                          keys[number - begin] = pack_place(place, axis);
+                          keys[number - begin] =
+                              pack_place(place, axis | (cells.is_inside(place) ? 4U : 0U));
                         });
       }
     });
@@ -325,8 +328,19 @@ FineSurface fine_surface(cl::Context& context, const Volume& volume, const Conto
     Slabs slabs(context, volume, voxels, slab_bytes);
     find_signs(context, slabs, signs, grid, cells);
     if (!has_both_signs(cells)) throw_no_surface(volume, options);
-    cells.build(options.border == VolumeBorder::open);
     report.seconds_scan = lap(clock);
+    if (options.outer_only) {
+      report.filled_voxels = fill_unreached(cells, options.outer_gap);
+      if (!has_both_signs(cells)) {
+        throw Error(ErrorCode::input,
+                    "Nothing of the outside of volume '" + volume.name +
+                        "' can be reached from its border: all of it is solid, or too narrow for "
+                        "the outer gap. Use a smaller gap, or contour all surfaces.");
+      }
+    }
+    report.seconds_outer = lap(clock);
+    cells.build(options.border == VolumeBorder::open);
+    report.seconds_scan += lap(clock);
     crossings = find_crossings(context, slabs, crossings_kernel, grid, cells);
     report.seconds_hermite = lap(clock);
   }

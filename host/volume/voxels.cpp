@@ -88,6 +88,10 @@ void check(const Volume& volume, const ContourOptions& options) {
   if (!std::isfinite(options.iso)) {
     throw Error(ErrorCode::usage, "The iso value is not finite: give a number.");
   }
+  if (options.outer_gap > 64) {
+    throw Error(ErrorCode::usage, "The outer gap " + std::to_string(options.outer_gap) +
+                                      " is out of range: give 0 to 64 voxels.");
+  }
   const std::string sides = std::to_string(volume.size[0]) + " x " +
                             std::to_string(volume.size[1]) + " x " +
                             std::to_string(volume.size[2]) + " voxels";

@@ -28,18 +28,31 @@ struct ContourOptions {
   double iso = 0;
   Inside inside = Inside::above;
   VolumeBorder border = VolumeBorder::closed;
+  /// The outer surface alone: voxels outside the solid that cannot be reached from the volume's border
+  /// count as inside, so that cavities and what floats in them vanish. Starts are the regions of free
+  /// voxels, joined by their six neighbours, that hold at least a twentieth of what the one with most
+  /// of them holds of the volume's border voxels: the hollows that a cut through a body opens do not.
+  bool outer_only = false;
+  /// With outer_only: what is moved to reach the outside is a cube of 2 outer_gap + 1 voxels a side,
+  /// whose centre stays in the volume and which touches no voxel of the solid; reached are the voxels
+  /// that it covers anywhere. 0, a voxel, goes through any hole; 2, say, closes nostrils, ears and pores
+  /// up to four voxels wide. Where a gap is closed the surface is a cap half a cell from its last voxel,
+  /// with normals along axes. 0 to 64.
+  std::uint32_t outer_gap = 0;
 };
 
 /// What full-resolution contouring came to.
 struct ContourReport {
-  std::uint64_t cells = 0;      ///< That the surface passes through
-  std::uint64_t vertices = 0;   ///< Of the finest contour: one for each sheet of surface in a cell
-  std::uint64_t quads = 0;      ///< Of the finest contour
-  double lowest = 0;            ///< Least and greatest finite voxel, where they were looked for
-  double highest = 0;           ///< (floating-point volumes, and before an error)
-  double seconds_scan = 0;      ///< Signs of all voxels, cells that the surface passes through
-  double seconds_hermite = 0;   ///< Crossings of edges and their normals
-  double seconds_vertices = 0;  ///< Vertices by quadric error functions
+  std::uint64_t cells = 0;     ///< That the surface passes through
+  std::uint64_t vertices = 0;  ///< Of the finest contour: one for each sheet of surface in a cell
+  std::uint64_t quads = 0;     ///< Of the finest contour
+  double lowest = 0;           ///< Least and greatest finite voxel, where they were looked for
+  double highest = 0;          ///< (floating-point volumes, and before an error)
+  std::uint64_t filled_voxels = 0;  ///< That count as inside because of outer_only
+  double seconds_scan = 0;          ///< Signs of all voxels, cells that the surface passes through
+  double seconds_outer = 0;         ///< Filling what is not reached from the border
+  double seconds_hermite = 0;       ///< Crossings of edges and their normals
+  double seconds_vertices = 0;      ///< Vertices by quadric error functions
   double seconds_quads = 0;
   std::vector<Warning> warnings;
 };
@@ -49,7 +62,9 @@ struct ContourReport {
 ///
 /// A cell is a cube between eight voxels. An edge between a voxel inside and one outside is crossed
 /// where linear interpolation meets the iso value, with the normal that the field's gradient (central
-/// differences, interpolated along the edge) has there. Each sheet of surface in a cell gets a vertex of
+/// differences, interpolated along the edge) has there. Where second differences show that the field has
+/// a crease between two voxels, as at the sharp edges of CSG solids, differences are taken on the
+/// straight side, and a crossing between two planes lies in the one that holds it. Each sheet of surface in a cell gets a vertex of
 /// its own (Nielson 2004, "Dual Marching Cubes"), where the quadric error function of its crossings is
 /// least, clamped to the cell; directions that the crossings do not decide (eigenvalues below 1/20 of the
 /// largest) keep the crossings' mean. Each crossed edge gives a quad of two triangles. Sheets are told
@@ -62,7 +77,8 @@ struct ContourReport {
 /// \param report  where to write what was done; may be null
 /// \throws Error(usage) for an iso value that is not finite; Error(input) for a volume of fewer than two
 ///         voxels along an axis, or more than 32,766, whose voxels are all the same or miss the iso value
-///         (says the range), or whose axes span no space; Error(device)
+///         (says the range), whose axes span no space, or whose border outer_only cannot enter;
+///         Error(device)
 Mesh contour(const Device& device, const Volume& volume, const ContourOptions& options = {},
              ContourReport* report = nullptr);
 

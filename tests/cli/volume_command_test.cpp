@@ -94,6 +94,35 @@ TEST(VolumeCommand, BakesTheLongWay) {
   }
 }
 
+TEST(VolumeCommand, OuterSurfaceAlone) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  save_nrrd(test::make_volume<std::uint8_t>({32, 32, 32}, VoxelType::u8,
+                                            [](double x, double y, double z) {
+                                              const double r =
+                                                  std::hypot(x - 15.5, y - 15.5, z - 15.5);
+                                              return r < 13 && r > 6 ? 200 : 10;
+                                            }),
+            scene / "shell.nrrd");
+  for (const bool outer : {false, true}) {
+    std::vector<std::string> words = {
+        "volume", scene / "shell.nrrd", "--iso", "100",         "--size", "256",
+        "--json", scene / "r.json",     "--out", scene / "out", "--quiet"};
+    if (outer) words.insert(words.end(), {"--outer", "--outer-gap", "1"});
+    const ProcessResult result = run_kiln(words);
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    const json report = read_json(scene / "r.json");
+    EXPECT_EQ(report["contour"]["parts"], outer ? 1 : 2);
+    EXPECT_EQ(report["options"]["outer_gap"], outer ? json(1) : json());
+    if (!outer) {
+      EXPECT_TRUE(report["contour"]["filled_voxels"].is_null());
+      continue;
+    }
+    EXPECT_NEAR(report["contour"]["filled_voxels"].get<double>(), 905, 60);  // 4/3 pi 6^3
+    EXPECT_GT(report["seconds"]["outer"].get<double>(), 0);
+  }
+}
+
 TEST(VolumeCommand, RefusesWhatCannotBe) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
@@ -111,6 +140,10 @@ TEST(VolumeCommand, RefusesWhatCannotBe) {
   EXPECT_EQ(run({"--iso", "100", "--max-distance", "1"}).exit_code, 2);
   EXPECT_EQ(run({"--iso", "100", "--topology", "free"}).exit_code, 2);
   EXPECT_EQ(run({"--iso", "100", "--raw-size", "40x40"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--outer-gap", "1"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--outer", "--outer-gap", "65"}).exit_code, 2);
+  // The ball is the outside here, and nothing leads into it.
+  EXPECT_EQ(run({"--iso", "127.5", "--inside", "below", "--outer"}).exit_code, 3);
   EXPECT_EQ(run({"--iso", "100", "--full", scene / "full.ply"}).exit_code, 2);
   const ProcessResult out_of_range = run({"--iso", "999"});
   EXPECT_EQ(out_of_range.exit_code, 3);

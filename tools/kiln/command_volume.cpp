@@ -28,6 +28,8 @@ struct VolumeArguments {
   std::string volume, out, full;
   std::string iso;
   std::string inside = "above", border = "closed";
+  bool outer = false;
+  std::uint32_t outer_gap = 0;
   std::uint32_t faces = 0;
   double error = 0.1;
   std::string topology = "keep";
@@ -103,6 +105,8 @@ ExtractOptions extract_options(const VolumeArguments& a) {
   options.contour.iso = parse_iso(a.iso);
   options.contour.inside = a.inside == "above" ? Inside::above : Inside::below;
   options.contour.border = a.border == "closed" ? VolumeBorder::closed : VolumeBorder::open;
+  options.contour.outer_only = a.outer;
+  options.contour.outer_gap = a.outer_gap;
   options.faces = a.faces;
   options.error = a.error;
   options.min_part = a.min_part / 100;
@@ -272,6 +276,8 @@ int run_volume(const VolumeArguments& a) {
                   {{"iso", options.contour.iso},
                    {"inside", a.inside},
                    {"border", a.border},
+                   {"outer", a.outer},
+                   {"outer_gap", a.outer ? Json(a.outer_gap) : Json()},
                    {"faces", a.faces == 0 ? Json() : Json(a.faces)},
                    {"error", a.faces == 0 ? Json(a.error) : Json()},
                    {"topology", a.topology},
@@ -285,6 +291,7 @@ int run_volume(const VolumeArguments& a) {
                  {"seconds",
                   {{"load", load_seconds},
                    {"scan", r.contour.seconds_scan},
+                   {"outer", r.contour.seconds_outer},
                    {"hermite", r.contour.seconds_hermite},
                    {"vertices", r.contour.seconds_vertices},
                    {"quads", r.contour.seconds_quads},
@@ -297,6 +304,7 @@ int run_volume(const VolumeArguments& a) {
                  {"compile_seconds", device.compile_seconds()},
                  {"contour",
                   {{"parts", r.parts},
+                   {"filled_voxels", a.outer ? Json(r.contour.filled_voxels) : Json()},
                    {"cells", r.contour.cells},
                    {"vertices", r.contour.vertices},
                    {"quads", r.contour.quads}}},
@@ -327,13 +335,13 @@ int run_volume(const VolumeArguments& a) {
   for (const Warning& warning : warnings) console.warning(warning.message);
   print_summary(console, r, options);
   char text[400];
-  std::snprintf(
-      text, sizeof text,
-      "%.2f s: load %.2f, scan %.2f, hermite %.2f, vertices %.2f, quads %.2f, simplify %.2f, "
-      "atlas %.2f, map %.2f, save %.2f",
-      watch.total(), load_seconds, r.contour.seconds_scan, r.contour.seconds_hermite,
-      r.contour.seconds_vertices, r.contour.seconds_quads, r.seconds_simplify, r.seconds_atlas,
-      r.seconds_map, save_seconds);
+  std::snprintf(text, sizeof text,
+                "%.2f s: load %.2f, scan %.2f, outer %.2f, hermite %.2f, vertices %.2f, quads "
+                "%.2f, simplify %.2f, "
+                "atlas %.2f, map %.2f, save %.2f",
+                watch.total(), load_seconds, r.contour.seconds_scan, r.contour.seconds_outer,
+                r.contour.seconds_hermite, r.contour.seconds_vertices, r.contour.seconds_quads,
+                r.seconds_simplify, r.seconds_atlas, r.seconds_map, save_seconds);
   console.line(text);
   if (baked) {
     std::snprintf(text, sizeof text,
@@ -372,6 +380,20 @@ Run add_volume(CLI::App& app) {
       ->add_option("--border", a.border,
                    "Where the solid reaches the volume's border: closed (cut off flat) or open")
       ->check(one_of({"closed", "open"}))
+      ->capture_default_str()
+      ->group(group_surface);
+  CLI::Option* outer = command
+                           ->add_flag("--outer", a.outer,
+                                      "The outer surface alone: what cannot be reached from the "
+                                      "volume's border is solid")
+                           ->group(group_surface);
+  command
+      ->add_option(
+          "--outer-gap", a.outer_gap,
+          "With --outer: reach by a cube of 2 N + 1 voxels a side, so that narrower gaps are "
+          "closed")
+      ->check(CLI::Range(0U, 64U))
+      ->needs(outer)
       ->capture_default_str()
       ->group(group_surface);
   CLI::Option* faces = command->add_option("--faces", a.faces, "At most N triangles")

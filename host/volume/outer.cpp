@@ -1,0 +1,267 @@
+#include "volume/outer.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <vector>
+
+#include "parallel.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kPlanes = 16;  // worked on by one thread at a time
+/// A region is a way in from without where it holds at least this share of what the largest one holds of
+/// the volume's border.
+constexpr std::uint64_t kShare = 20;
+
+/// A row's voxels first to last, both outside and in the row.
+struct Run {
+  std::uint32_t first, last;
+};
+
+/// Bits of padded voxels, as CellGrid has them.
+class BitVolume {
+ public:
+  BitVolume(const std::array<std::uint32_t, 3>& size, std::size_t row_words)
+      : size_(size), row_(row_words), bits_((size[1] + 2) * (size[2] + 2) * row_words) {}
+
+  std::size_t row_words() const { return row_; }
+  std::size_t rows() const { return size_[1] + 2; }
+  std::size_t planes() const { return size_[2] + 2; }
+  std::uint64_t* row(std::size_t y, std::size_t z) { return &bits_[(z * rows() + y) * row_]; }
+  const std::uint64_t* row(std::size_t y, std::size_t z) const {
+    return &bits_[(z * rows() + y) * row_];
+  }
+  /// Calls visit(y, z) for the rows of voxels, in parallel.
+  template <typename Visit>
+  void for_rows(const Visit& visit) const {
+    parallel_for(size_[2], kPlanes, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t z = begin; z < end; ++z) {
+        for (std::size_t y = 0; y < size_[1]; ++y) visit(y + 1, z + 1);
+      }
+    });
+  }
+  const std::array<std::uint32_t, 3>& size() const { return size_; }
+
+ private:
+  std::array<std::uint32_t, 3> size_;
+  std::size_t row_;
+  std::vector<std::uint64_t> bits_;
+};
+
+/// Bits of the voxels along a row, which padding is not.
+std::vector<std::uint64_t> voxel_mask(std::uint32_t count, std::size_t words) {
+  std::vector<std::uint64_t> mask(words);
+  for (std::uint32_t x = 1; x <= count; ++x) mask[x >> 6] |= std::uint64_t{1} << (x & 63);
+  return mask;
+}
+
+/// Each voxel: it or one of the six around it. Padding stays 0.
+void dilate_along(const BitVolume& from, BitVolume& to, int axis,
+                  const std::vector<std::uint64_t>& mask) {
+  from.for_rows([&](std::size_t y, std::size_t z) {
+    const std::uint64_t* here = from.row(y, z);
+    std::uint64_t* out = to.row(y, z);
+    const std::size_t words = from.row_words();
+    if (axis == 0) {
+      for (std::size_t w = 0; w < words; ++w) {
+        const std::uint64_t before = here[w] << 1 | (w > 0 ? here[w - 1] >> 63 : 0);
+        const std::uint64_t after = here[w] >> 1 | (w + 1 < words ? here[w + 1] << 63 : 0);
+        out[w] = (here[w] | before | after) & mask[w];
+      }
+      return;
+    }
+    const std::uint64_t* before = axis == 1 ? from.row(y - 1, z) : from.row(y, z - 1);
+    const std::uint64_t* after = axis == 1 ? from.row(y + 1, z) : from.row(y, z + 1);
+    for (std::size_t w = 0; w < words; ++w) out[w] = here[w] | before[w] | after[w];
+  });
+}
+
+/// Dilates by a cube of 2 radius + 1 voxels a side.
+void dilate(BitVolume& bits, std::uint32_t radius, const std::vector<std::uint64_t>& mask) {
+  BitVolume other(bits.size(), bits.row_words());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::uint32_t step = 0; step < radius; ++step) {
+      dilate_along(bits, other, axis, mask);
+      std::swap(bits, other);
+    }
+  }
+}
+
+/// Connected regions of the voxels whose bit is 0.
+class Regions {
+ public:
+  explicit Regions(const BitVolume& solid) : solid_(solid) {
+    find_runs();
+    join();
+  }
+
+  std::size_t run_count() const { return runs_.size(); }
+  const Run& run(std::size_t index) const { return runs_[index]; }
+  /// Runs of row y, z, which counts voxels, are first_run(row) to first_run(row + 1) - 1.
+  std::uint32_t first_run(std::size_t row) const { return first_[row]; }
+  /// The region of a run: its first run.
+  std::uint32_t region(std::uint32_t run) const {
+    while (parent_[run] != run) run = parent_[run];
+    return run;
+  }
+
+  /// Per run: whether its region is a way in from without.
+  std::vector<char> open_runs() const {
+    const auto [nx, ny, nz] = solid_.size();
+    std::vector<std::uint64_t> on_border(runs_.size());
+    for (std::size_t row = 0; row + 1 < first_.size(); ++row) {
+      const std::size_t y = row % ny, z = row / ny;
+      const bool side = y == 0 || y + 1 == ny || z == 0 || z + 1 == nz;
+      for (std::uint32_t i = first_[row]; i < first_[row + 1]; ++i) {
+        const Run& run = runs_[i];
+        const std::uint64_t count =
+            side ? run.last - run.first + 1 : (run.first == 1 ? 1 : 0) + (run.last == nx ? 1 : 0);
+        if (count != 0) on_border[region(i)] += count;
+      }
+    }
+    const std::uint64_t most =
+        on_border.empty() ? 0 : *std::max_element(on_border.begin(), on_border.end());
+    std::vector<char> open(runs_.size());
+    for (std::uint32_t i = 0; i < runs_.size(); ++i) {
+      open[i] = most != 0 && on_border[region(i)] * kShare >= most ? 1 : 0;
+    }
+    return open;
+  }
+
+ private:
+  void find_runs() {
+    const auto size = solid_.size();
+    const std::size_t ny = size[1], nz = size[2];
+    std::vector<std::vector<Run>> found(nz);
+    first_.resize(ny * nz + 1);
+    solid_.for_rows([&](std::size_t y, std::size_t z) {
+      std::vector<Run>& out = found[z - 1];
+      const std::size_t before = out.size();
+      const std::uint64_t* row = solid_.row(y, z);
+      // Runs start and end where the bit differs from the one before it.
+      std::uint32_t x = 1;
+      const std::uint32_t end = size[0] + 1;
+      const auto next = [&](bool solid) {  // first at or after x whose bit is so, or end
+        while (x < end) {
+          const std::uint64_t word = (solid ? row[x >> 6] : ~row[x >> 6]) >> (x & 63);
+          if (word != 0) {
+            x = std::min(end, x + static_cast<std::uint32_t>(std::countr_zero(word)));
+            return;
+          }
+          x = (x | 63U) + 1;
+        }
+        x = end;
+      };
+      for (next(false); x < end; next(false)) {
+        const std::uint32_t first = x;
+        next(true);
+        out.push_back({first, x - 1});
+      }
+      first_[(z - 1) * ny + y] = static_cast<std::uint32_t>(out.size() - before);
+    });
+    for (std::size_t row = 0; row < ny * nz; ++row) first_[row + 1] += first_[row];
+    runs_.reserve(first_.back());
+    for (const auto& plane : found) runs_.insert(runs_.end(), plane.begin(), plane.end());
+    parent_.resize(runs_.size());
+    for (std::uint32_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
+  }
+
+  void join() {
+    const auto size = solid_.size();
+    const std::size_t ny = size[1], nz = size[2];
+    parallel_for(nz, kPlanes, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t z = begin; z < end; ++z) {
+        for (std::size_t y = 0; y < ny; ++y) {
+          if (y > 0) join_rows(z * ny + y - 1, z * ny + y);
+          if (z > begin) join_rows((z - 1) * ny + y, z * ny + y);
+        }
+      }
+    });
+    for (std::size_t z = kPlanes; z < nz; z += kPlanes) {
+      for (std::size_t y = 0; y < ny; ++y) join_rows((z - 1) * ny + y, z * ny + y);
+    }
+  }
+
+  void join_rows(std::size_t row_a, std::size_t row_b) {
+    std::uint32_t a = first_[row_a], b = first_[row_b];
+    while (a < first_[row_a + 1] && b < first_[row_b + 1]) {
+      if (runs_[a].first <= runs_[b].last && runs_[b].first <= runs_[a].last) unite(a, b);
+      if (runs_[a].last < runs_[b].last) {
+        ++a;
+      } else {
+        ++b;
+      }
+    }
+  }
+
+  std::uint32_t find(std::uint32_t run) {
+    while (parent_[run] != run) run = parent_[run] = parent_[parent_[run]];
+    return run;
+  }
+  void unite(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+  const BitVolume& solid_;
+  std::vector<std::uint32_t> first_;
+  std::vector<Run> runs_;
+  std::vector<std::uint32_t> parent_;
+};
+
+/// Bits first to last of a row become 1.
+void set_range(std::uint64_t* row, std::uint32_t first, std::uint32_t last) {
+  for (std::uint32_t w = first >> 6; w <= last >> 6; ++w) {
+    std::uint64_t bits = ~std::uint64_t{0};
+    if (w == first >> 6) bits &= ~std::uint64_t{0} << (first & 63);
+    if (w == last >> 6) bits &= ~std::uint64_t{0} >> (63 - (last & 63));
+    row[w] |= bits;
+  }
+}
+
+}  // namespace
+
+std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap) {
+  const auto size = cells.size();
+  const std::size_t words = cells.row_words();
+  const std::vector<std::uint64_t> mask = voxel_mask(size[0], words);
+  const auto line = [&](std::size_t y, std::size_t z) {
+    return cells.plane(static_cast<std::uint32_t>(z)) + y * words;
+  };
+  BitVolume solid(size, words);
+  solid.for_rows(
+      [&](std::size_t y, std::size_t z) { std::copy_n(line(y, z), words, solid.row(y, z)); });
+  if (gap != 0) dilate(solid, gap, mask);
+  BitVolume reached(size, words);
+  {
+    const Regions free(solid);
+    const std::vector<char> open = free.open_runs();
+    reached.for_rows([&](std::size_t y, std::size_t z) {
+      const std::size_t row = (z - 1) * size[1] + y - 1;
+      for (std::uint32_t i = free.first_run(row); i < free.first_run(row + 1); ++i) {
+        if (open[i] != 0) set_range(reached.row(y, z), free.run(i).first, free.run(i).last);
+      }
+    });
+  }
+  if (gap != 0) dilate(reached, gap, mask);
+  std::atomic<std::uint64_t> filled = 0;
+  reached.for_rows([&](std::size_t y, std::size_t z) {
+    const std::uint64_t* from = reached.row(y, z);
+    std::uint64_t* to = line(y, z);
+    std::uint64_t count = 0;
+    for (std::size_t w = 0; w < words; ++w) {
+      const std::uint64_t fill = mask[w] & ~from[w] & ~to[w];
+      count += static_cast<std::uint64_t>(std::popcount(fill));
+      to[w] |= fill;
+    }
+    filled += count;
+  });
+  return filled;
+}
+
+}  // namespace kiln
