@@ -179,8 +179,9 @@ class Planner {
       for (;;) {
         if (!trial(method, size)) return cancelled();
         const double error = planned_.trials.back().error.mean_degrees;
-        keep_if_better(error);
-        if (wanted > 0 && error <= wanted) return finished(wanted);
+        const bool reached = wanted > 0 && error <= wanted;
+        keep_if_better(error, reached);
+        if (reached) return finished(wanted);
         // Another method is worth going on with where it does better than the first on a small map.
         if (size >= std::min(2 * kFirstSize, largest()) && method != all.front() &&
             error > *first_error * 0.97) {
@@ -281,8 +282,8 @@ class Planner {
   }
 
   /// A larger map must be worth it.
-  void keep_if_better(double error) {
-    if (best_error_ > 0 && error > best_error_ * 0.98) return;
+  void keep_if_better(double error, bool reached) {
+    if (!reached && best_error_ > 0 && error > best_error_ * 0.98) return;
     best_error_ = error;
     planned_.chosen = planned_.trials.back();
     planned_.result = std::move(last_);

@@ -33,6 +33,7 @@ fs::path make_scene(std::uint32_t faces = 20000) {
 
 std::vector<std::string> names(const fs::path& folder) {
   std::vector<std::string> result;
+  if (!fs::exists(folder)) return result;  // made for nothing, so gone
   for (const auto& entry : fs::directory_iterator(folder))
     result.push_back(entry.path().filename());
   std::sort(result.begin(), result.end());
