@@ -240,7 +240,7 @@ TEST(ChartCommand, TakesSeveralPairsAndNeedsNoGnuplot) {
   save_obj(test::BumpyTorus::light(24, 12), scene / "ring_low.obj");
   const fs::path out = scene / "out";
   ProcessOptions options;
-  options.environment = {{"PATH", "/nonexistent"}};
+  options.environment = {{"PATH", test::path_without("gnuplot")}};
   const ProcessResult result =
       run_kiln({"chart", scene / "high.obj", scene / "low.obj", scene / "ring_high.obj",
                 scene / "ring_low.obj", "--out", out, "--size", "64", "--repeat", "1",

@@ -222,8 +222,9 @@ TEST(MeasureCommand, StudiesFaces) {
   // Without gnuplot, and on one thread: all the rest, the same bytes, and a word on how to get it.
   const fs::path other = scene / "other";
   ProcessOptions options;
-  options.environment = {
-      {"PATH", "/nonexistent"}, {"KILN_THREADS", "1"}, {"POCL_MAX_PTHREAD_COUNT", "1"}};
+  options.environment = {{"PATH", test::path_without("gnuplot")},
+                         {"KILN_THREADS", "1"},
+                         {"POCL_MAX_PTHREAD_COUNT", "1"}};
   const ProcessResult without = run_kiln(arguments(other), options);
   EXPECT_EQ(without.exit_code, 0) << without.errors;
   EXPECT_NE(without.errors.find("gnuplot-nox"), std::string::npos) << without.errors;

@@ -8,10 +8,17 @@
 
 #include <array>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
 #include <stdexcept>
+
+#include "support/environment.h"
 
 namespace kiln::test {
 namespace {
+
+namespace fs = std::filesystem;
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -87,6 +94,21 @@ ProcessResult run_process(const std::vector<std::string>& command, const Process
 ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions& options) {
   arguments.insert(arguments.begin(), KILN_COMMAND);
   return run_process(arguments, options);
+}
+
+std::string path_without(const std::string& program) {
+  const fs::path links = scratch_folder();
+  const char* set = std::getenv("PATH");
+  std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::error_code unreadable;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, unreadable)) {
+      const fs::path name = entry.path().filename();
+      std::error_code taken;  // An earlier folder has one of that name, and goes first.
+      if (name != program) fs::create_symlink(fs::absolute(entry.path()), links / name, taken);
+    }
+  }
+  return links.string();
 }
 
 }  // namespace kiln::test

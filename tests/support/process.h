@@ -30,4 +30,8 @@ ProcessResult run_process(const std::vector<std::string>& command,
 /// The kiln command of this build. \param arguments after the command's name
 ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions& options = {});
 
+/// A folder to take as PATH: every program on ours but `program`. (An empty PATH would also take away
+/// the linker, which PoCL calls where a kernel isn't in its cache.)
+std::string path_without(const std::string& program);
+
 }  // namespace kiln::test
