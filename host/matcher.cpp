@@ -5,6 +5,7 @@
 
 #include "bake_match.h"
 #include "kernels_shared.h"
+#include "uv.h"
 #include "view_plan.h"
 
 namespace kiln {
@@ -144,6 +145,8 @@ class FallbackMatcher : public Matcher {
                     match.status);
     context_.finish();  // `indices` goes
   }
+
+  void finish(BakeReport& report) override { first_->finish(report); }
 
  private:
   cl::Context& context_;
@@ -326,6 +329,7 @@ void check_options(const BakeOptions& options) {
         "space.");
   }
   check_views(options.views);
+  check_uv(options.uv);
   check_fallback(options);
 }
 
@@ -379,6 +383,9 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     matcher = std::make_unique<ViewMatcher>(source, surface, options, *report.views);
   } else if (options.method == MatchMethod::closest) {
     matcher = by_nearest_points();
+  } else if (options.method == MatchMethod::uv) {
+    if (options.fallback == Fallback::low) report.max_distance = 0;
+    matcher = make_uv_matcher(source, options);
   } else {
     matcher = by_rays();
   }

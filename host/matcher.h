@@ -19,6 +19,9 @@ class Matcher {
 
   /// Writes the correspondences of a band's samples; enqueued, or finished.
   virtual void run(const TexelBand& band, Correspondence& match) = 0;
+
+  /// Adds what is known after the last band to the report. \throws Error(input) where the match is unfit
+  virtual void finish(BakeReport& /*report*/) {}
 };
 
 /// Checks everything in the options that needs no mesh. \throws Error(usage)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -21,15 +22,26 @@ namespace kiln {
 /// device's type.
 enum class RayTraversal { automatic, cpu, gpu };
 
+/// A box that a mesh's positions lie in, in its own units (its origin left out).
+struct Bounds {
+  std::array<double, 3> low{}, high{};
+  /// Of the finite vertices that triangles use. \throws Error(input) where there are none
+  static Bounds of(const Mesh& mesh);
+};
+
 /// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
 /// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy, say, which
 /// rays and nearest points walk) are made at their first use.
 class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same answer to the bit
-  /// \throws Error(input) where no triangle is usable, Error(device) where memory runs out
+  /// \param bounds  the box that takes the place of the mesh's own: "the diagonal" is then its diagonal,
+  ///                and meshes that move within it are rounded alike. About the mesh's own size
+  /// \throws Error(input) where no triangle is usable, Error(usage) for a box without size, Error(device)
+  ///         where memory runs out
   explicit Source(const Device& device, const Mesh& high,
-                  RayTraversal traversal = RayTraversal::automatic);
+                  RayTraversal traversal = RayTraversal::automatic,
+                  const std::optional<Bounds>& bounds = std::nullopt);
 
   struct Stats {
     std::uint64_t triangles = 0;
@@ -78,7 +90,9 @@ enum class MatchMethod {
   views,  ///< Depth views from all around (Wang et al., section 2): no hierarchy, but blind where no view
           ///< sees
   closest,  ///< The nearest point of faces that do not look away from the sample (Tarini et al., section
-            ///< 3.1): finds something wherever the mesh is near, but bunches at ridges and skips creases
+  ///< 3.1): finds something wherever the mesh is near, but bunches at ridges and skips creases
+  uv,  ///< The point with the sample's own UV (Gumbau, Gonzalez, Chover 2011): no search, where the dense
+  ///< mesh has UVs that lie over the light one's
 };
 
 /// What decides samples that the method leaves undecided.
@@ -111,6 +125,15 @@ struct ViewOptions {
   bool refine = true;
 };
 
+/// How far MatchMethod::uv trusts the layouts. Shares, 0 or more; infinity for no bound.
+struct UvOptions {
+  double warn_overlap = 0;    ///< Warns where more of the dense mesh's samples are covered twice,
+  double max_overlap = 0.05;  ///< ... and refuses
+  double warn_distance =
+      0.01;  ///< Warns where the 95th percentile of the distances between the surfaces
+  double max_distance = 0.05;  ///< exceeds this share of the diagonal, ... and refuses
+};
+
 struct BakeOptions {
   std::uint32_t width = 2048;  ///< 1 to 16384 texels
   std::uint32_t height = 2048;
@@ -119,9 +142,10 @@ struct BakeOptions {
 
   MatchMethod method = MatchMethod::ray;
   ViewOptions views;                  ///< For MatchMethod::views
+  UvOptions uv;                       ///< For MatchMethod::uv
   Fallback fallback = Fallback::low;  ///< Another method than `method`
 
-  /// How far the match looks each way (nearest points: all around); with a cage, the ray's length from the
+  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look); with a cage, the ray's length from the
   /// cage inward. Above 0. None given: 2% of the diagonal; with a cage, twice its distance (twice the longest
   /// one of a cage mesh).
   std::optional<Length> max_distance;
@@ -158,7 +182,7 @@ struct Match {
   std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
   std::vector<float> distance;          ///< World units, outward positive
   std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
-                                        ///< 5 view, 6 nearest point
+                                        ///< 5 view, 6 nearest point, 7 UV
 };
 
 /// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
@@ -188,15 +212,34 @@ struct ViewReport {
   bool height_field = false;  ///< Detected: one view
 };
 
+/// Whether the layouts are fit for matching by UVs: the dense one must not overlap, and both must agree.
+struct UvReport {
+  std::uint64_t covered = 0;  ///< Samples of the map that the dense mesh's UV triangles cover
+  std::uint64_t overlapping =
+      0;  ///< ... more than one of them (the one with the lowest index counts)
+  struct Overlap {
+    std::uint32_t lower = 0, upper = 0;  ///< Dense triangles
+    std::uint32_t column = 0, row = 0;   ///< Texel
+  };
+  std::optional<Overlap> overlap;  ///< An example: the first by rows, then columns
+  std::uint64_t outside = 0;       ///< Dense triangles that reach out of the unit square
+  std::uint64_t without_area = 0;  ///< Without area in UV space, or not finite: they cover nothing
+  /// Distance between the two surfaces at the same UV, world units. The percentile is rounded up, by
+  /// at most one part in 512.
+  double mean_distance = 0, p95_distance = 0;
+};
+
 struct BakeReport {
   std::uint64_t texels = 0;  ///< Covered by the light mesh
   std::uint64_t samples = 0;
   /// Samples by status
   std::uint64_t outward = 0, inward = 0, cage = 0, viewed = 0, closest = 0, missed = 0;
+  std::uint64_t by_uv = 0;  ///< Samples by status, too
   std::uint64_t gutter_texels = 0;
   double max_distance = 0;          ///< As used, world units
   double mean_abs_distance = 0;     ///< Of the samples that hit, world units
   std::optional<ViewReport> views;  ///< Where matched by views
+  std::optional<UvReport> uv;       ///< Where matched by UVs
   double seconds_build = 0;         ///< Structures of the source, made for this bake
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;
   double seconds_mips = 0;  ///< Charts, levels, their gutters and encoding
