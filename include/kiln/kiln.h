@@ -13,6 +13,7 @@
 #include "kiln/measure.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
+#include "kiln/session.h"
 #include "kiln/types.h"
 #include "kiln/version.h"
 #include "kiln/volume.h"
