@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
 #include <map>
 #include <tuple>
 
@@ -18,8 +19,10 @@ const std::map<std::string, MissPolicy> kMisses = {
     {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
 const std::map<std::string, RayTraversal> kTraversals = {
     {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
-const std::map<std::string, MatchMethod> kMethods = {
-    {"ray", MatchMethod::ray}, {"views", MatchMethod::views}, {"closest", MatchMethod::closest}};
+const std::map<std::string, MatchMethod> kMethods = {{"ray", MatchMethod::ray},
+                                                     {"views", MatchMethod::views},
+                                                     {"closest", MatchMethod::closest},
+                                                     {"uv", MatchMethod::uv}};
 const std::map<std::string, ViewCriterion> kCriteria = {{"depth", ViewCriterion::depth},
                                                         {"distance", ViewCriterion::distance},
                                                         {"angle", ViewCriterion::angle}};
@@ -118,7 +121,8 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command
       .add_option("--match", a.match,
                   "How the dense surface is found: ray along the normals, views: depth pictures "
-                  "from all around, or closest: the nearest point")
+                  "from all around, closest: the nearest point, or uv: the point with the same UV, "
+                  "where HIGH has UVs that lie over LOW's")
       ->check(one_of(kMethods))
       ->capture_default_str()
       ->group(group_match);
@@ -194,6 +198,12 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
                 "normal's")
       ->group(group_views);
 
+  command
+      .add_flag(
+          "--force-uv", a.force_uv,
+          "--match uv: bake even where HIGH's UV triangles overlap much or the layouts disagree")
+      ->group(group_match);
+
   const char* const group_low = "The light mesh";
   CLI::Option* faces =
       command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
@@ -241,6 +251,10 @@ void check(const BakeArguments& a) {
   if (!views && (!a.views.empty() || !a.view.empty() || a.view_size != 0)) {
     fail("--views, --view and --view-size are for --match views.");
   }
+  if (a.match != "uv" && a.force_uv) fail("--force-uv is for --match uv.");
+  if (a.match == "uv" && a.fallback == "low" && !a.max_distance.empty()) {
+    fail("--max-distance is for searching, but --match uv does not search: leave one out.");
+  }
   if (!a.load_match.empty() && a.fallback != "low") {
     fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
   }
@@ -285,6 +299,9 @@ BakeOptions bake_options(const BakeArguments& a) {
       throw Error(ErrorCode::usage, "--max-distance is 0: rays that reach nowhere find nothing.");
     }
   }
+  if (a.force_uv) {
+    options.uv.max_overlap = options.uv.max_distance = std::numeric_limits<double>::infinity();
+  }
   if (!a.cage.empty()) options.cage = parse_length("--cage", a.cage);
   options.two_sided = a.two_sided;
   options.space = kSpaces.at(a.space);
@@ -312,7 +329,9 @@ std::string match_name(MatchMethod method) { return name_of(kMethods, method); }
 MatchMethod match_method(const std::string& name) { return kMethods.at(name); }
 std::vector<std::string> match_names() {
   std::vector<std::string> names;
-  for (const auto& [name, method] : kMethods) names.push_back(name);
+  for (const auto& [name, method] : kMethods) {
+    if (method != MatchMethod::uv) names.push_back(name);
+  }
   return names;
 }
 std::string fallback_name(Fallback fallback) { return name_of(kFallbacks, fallback); }
@@ -351,6 +370,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"cage", or_null(a.cage)},
           {"cage_mesh", or_null(a.cage_mesh)},
           {"two_sided", a.two_sided},
+          {"force_uv", a.force_uv},
           {"miss", a.miss},
           {"traversal", a.traversal},
           {"space", a.space},

@@ -26,6 +26,7 @@ struct BakeArguments {
   std::string fallback = "low";
   std::string cage, cage_mesh;
   bool two_sided = false;
+  bool force_uv = false;
   std::string traversal = "auto";
   std::string space = "tangent";
   bool flip_y = false;
@@ -60,7 +61,7 @@ RayTraversal traversal(const BakeArguments& arguments);
 std::string map_name(MapKind kind);
 std::string match_name(MatchMethod method);
 MatchMethod match_method(const std::string& name);
-std::vector<std::string> match_names();
+std::vector<std::string> match_names();  ///< Those that any two meshes will do for: not uv
 std::string fallback_name(Fallback fallback);
 std::string criterion_name(ViewCriterion criterion);
 

@@ -81,7 +81,7 @@ std::string shares(const BakeReport& report) {
   for (const auto& [name, count] :
        {std::pair{"outward", report.outward}, std::pair{"inward", report.inward},
         std::pair{"cage", report.cage}, std::pair{"views", report.viewed},
-        std::pair{"closest", report.closest}}) {
+        std::pair{"closest", report.closest}, std::pair{"UV", report.by_uv}}) {
     if (count == 0) continue;
     text += (text.empty() ? "" : ", ") + std::string(name) + " " + percent(count, report.samples);
   }
@@ -120,6 +120,17 @@ std::string summary(const ViewReport& views, double diagonal) {
     }
   }
   return line;
+}
+
+/// One line about the layouts.
+std::string summary(const UvReport& uv, double diagonal) {
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "layouts: %s of the dense mesh's samples covered twice; surfaces %.3g%% of the "
+                "diagonal apart at the same UV on average, 95%% of the samples within %.3g%%",
+                percent(uv.overlapping, uv.covered).c_str(), 100 * uv.mean_distance / diagonal,
+                100 * uv.p95_distance / diagonal);
+  return text;
 }
 
 struct Stages {
@@ -297,6 +308,7 @@ int run_bake(const BakeArguments& arguments) {
         {"outputs", outputs},
         {"warnings", describe(warnings)}};
     if (options.mips) json["mips"] = mips;
+    if (report.uv) json["uv"] = describe(*report.uv);
     if (report.views) json["views"] = describe(*report.views);
     if (low.simplified) {
       json["low"] = {{"faces", low.simplified->faces},
@@ -317,6 +329,7 @@ int run_bake(const BakeArguments& arguments) {
     console.line(text);
   }
   if (report.views) console.line(summary(*report.views, source.stats().diagonal));
+  if (report.uv) console.line(summary(*report.uv, source.stats().diagonal));
   print_summary(console, report, std::uint64_t{options.width} * options.height, source.stats(),
                 stages, total);
   for (const std::string& output : outputs) console.line("wrote " + output);

@@ -18,6 +18,7 @@ Json describe(const Mesh& mesh, const std::filesystem::path& path);
 Json describe(const std::vector<Warning>& warnings);
 Json describe(const NormalError& error);
 Json describe(const ViewReport& views);
+Json describe(const UvReport& uv);
 /// Texels and samples by status.
 Json describe_texels(const BakeReport& report);
 
