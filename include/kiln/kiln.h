@@ -8,6 +8,7 @@
 #include "kiln/device.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
+#include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/lowpoly.h"
 #include "kiln/measure.h"

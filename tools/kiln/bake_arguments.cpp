@@ -1,6 +1,7 @@
 #include "bake_arguments.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <limits>
 #include <map>
@@ -65,8 +66,13 @@ CLI::Validator percentage() {
 }  // namespace
 
 void add_bake_options(CLI::App& command, BakeArguments& a) {
-  command.add_option("HIGH", a.high, "The dense mesh (PLY, OBJ, STL, OFF)")->required();
-  command.add_option("LOW", a.low, "The light mesh, with UVs; left out, Kiln makes one from HIGH");
+  command
+      .add_option("HIGH", a.high,
+                  "The dense mesh (PLY, OBJ, STL, OFF), or a height field (PNG, EXR)")
+      ->required();
+  command.add_option("LOW", a.low,
+                     "The light mesh, with UVs; left out, Kiln makes one from HIGH (of a height "
+                     "field a plane, or with --faces or --max-error a simplified one)");
   command
       .add_option("--out", a.out, "Folder for the maps (made where only its last part is missing)")
       ->required();
@@ -124,6 +130,7 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
                   "from all around, closest: the nearest point, or uv: the point with the same UV, "
                   "where HIGH has UVs that lie over LOW's")
       ->check(one_of(kMethods))
+      ->each([&a](const std::string&) { a.match_given = true; })
       ->capture_default_str()
       ->group(group_match);
   command
@@ -204,6 +211,16 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
           "--match uv: bake even where HIGH's UV triangles overlap much or the layouts disagree")
       ->group(group_match);
 
+  const char* const group_heights = "The height field (HIGH is a PNG or EXR; --match is uv then)";
+  command.add_option("--height", a.height, "World units of a value of 1 (PNG: white), along +Z")
+      ->capture_default_str()
+      ->group(group_heights);
+  command
+      .add_option("--extent", a.extent,
+                  "X or X,Y: world units that the outermost pixels span (default: the longer side "
+                  "is 1; Y by the image's sides)")
+      ->group(group_heights);
+
   const char* const group_low = "The light mesh";
   CLI::Option* faces =
       command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
@@ -251,6 +268,12 @@ void check(const BakeArguments& a) {
   if (!views && (!a.views.empty() || !a.view.empty() || a.view_size != 0)) {
     fail("--views, --view and --view-size are for --match views.");
   }
+  if (is_height_field(a)) {
+    if (a.low.empty() && a.unwrap) fail("--unwrap is for a given LOW.");
+    height_field_options(a);
+  } else if (a.height != 1 || !a.extent.empty()) {
+    fail("--height and --extent are for a HIGH that is a height field, a PNG or EXR.");
+  }
   if (a.match != "uv" && a.force_uv) fail("--force-uv is for --match uv.");
   if (a.match == "uv" && a.fallback == "low" && !a.max_distance.empty()) {
     fail("--max-distance is for searching, but --match uv does not search: leave one out.");
@@ -269,6 +292,20 @@ void check(const BakeArguments& a) {
   if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
   if (a.dither && a.format != "png8") fail("--dither is for --format png8.");
+}
+
+bool is_height_field(const BakeArguments& a) {
+  std::string ending = std::filesystem::path(a.high).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".png" || ending == ".exr";
+}
+
+HeightFieldOptions height_field_options(const BakeArguments& a) {
+  HeightFieldOptions options;
+  options.height = a.height;
+  if (!a.extent.empty()) std::tie(options.width, options.depth) = parse_extent(a.extent);
+  return options;
 }
 
 BakeOptions bake_options(const BakeArguments& a) {
@@ -371,6 +408,8 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"cage_mesh", or_null(a.cage_mesh)},
           {"two_sided", a.two_sided},
           {"force_uv", a.force_uv},
+          {"height", is_height_field(a) ? Json(a.height) : Json()},
+          {"extent", or_null(a.extent)},
           {"miss", a.miss},
           {"traversal", a.traversal},
           {"space", a.space},

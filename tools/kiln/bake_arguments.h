@@ -27,6 +27,9 @@ struct BakeArguments {
   std::string cage, cage_mesh;
   bool two_sided = false;
   bool force_uv = false;
+  bool match_given = false;
+  double height = 1;
+  std::string extent;
   std::string traversal = "auto";
   std::string space = "tangent";
   bool flip_y = false;
@@ -52,6 +55,10 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments);
 
 /// What one option's own check cannot see: contradictions between several. \throws Error(usage)
 void check(const BakeArguments& arguments);
+
+/// Whether HIGH is an image of heights, by its name.
+bool is_height_field(const BakeArguments& arguments);
+HeightFieldOptions height_field_options(const BakeArguments& arguments);
 
 BakeOptions bake_options(const BakeArguments& arguments);
 SaveImageOptions image_options(const BakeArguments& arguments);
