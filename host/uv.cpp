@@ -218,6 +218,11 @@ UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_
   pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(layout.pieces));
   clips_ = cl::Array<kiln_uv_clip>(context_, std::span<const kiln_uv_clip>(layout.clips));
   tasks_ = cl::Array<kiln_uv_task>(context_, std::span<const kiln_uv_task>(layout.tasks));
+  if (pieces_.empty()) {  // the kernel reads one in any case
+    kiln_uv_piece none{};
+    none.x[1] = none.y[2] = 1;
+    pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(&none, 1));
+  }
   first_task_ = std::move(layout.first_task);
   triangle_of_piece_.reserve(layout.pieces.size());
   for (const kiln_uv_piece& piece : layout.pieces) triangle_of_piece_.push_back(piece.triangle);
@@ -281,7 +286,9 @@ void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_ti
                           found->column / samples_, row / samples_};
     }
   }
-  context_.launch(context_.kernel("uv", "kiln_uv_match"), band.texel_count, kLocal, params,
+  const std::string defines = std::string(samples_ == 1 ? "-DKILN_UV_SINGLE=1" : "") +
+                              (clips_.empty() ? "" : " -DKILN_UV_CLIPPED=1");
+  context_.launch(context_.kernel("uv", "kiln_uv_match", defines), band.texel_count, kLocal, params,
                   band.texel_index, band.texel_first, band.sample_slot, lowest_, pieces_, clips_,
                   match.triangle, match.barycentric, match.distance, match.status);
 }

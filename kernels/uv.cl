@@ -17,12 +17,21 @@
 // kiln_uv_match     texels       64     reads 8 B + 8 B a sample + a piece (gathered), writes 13 B a sample
 // kiln_uv_distance  samples      64     reads 36 B + a triangle (gathered), writes 4 B
 //
+// Defines: KILN_UV_SINGLE=1: one sample a texel; KILN_UV_CLIPPED=1: some pieces are parts of triangles.
+//
 // Strengths: no search, no sort, linear in triangles and samples. Limits: the layouts must agree, and the
 // dense one must not overlap; the host checks both.
 
 #include "lib/vector3.clh"
 #include "shared/match.h"
 #include "shared/uv.h"
+
+#ifndef KILN_UV_SINGLE
+#define KILN_UV_SINGLE 0
+#endif
+#ifndef KILN_UV_CLIPPED
+#define KILN_UV_CLIPPED 0
+#endif
 
 /// Writes a task's samples.
 kernel void kiln_uv_cover(const kiln_uv_params params,
@@ -100,7 +109,19 @@ kernel void kiln_uv_count(const kiln_uv_params params,
   rows[y] = row;
 }
 
-/// Looks up who covers each sample of a texel, and where in the triangle the sample lies.
+/// The row of a texel of a band, of which it is the index. Without integer division, which no vector unit
+/// has: the product is off by one at most.
+static int uv_row(const int index, const int width) {
+#pragma OPENCL FP_CONTRACT OFF
+  int row = (int)(convert_float(index) / convert_float(width));
+  const int rest = index - row * width;
+  row -= rest < 0 ? 1 : 0;
+  return row + (rest >= width ? 1 : 0);
+}
+
+/// Looks up who covers each sample of a texel, and where in the triangle the sample lies. There is at least
+/// one piece; where none covers a sample, the first is computed with and the result thrown away, since
+/// code without branches becomes vectors.
 kernel void kiln_uv_match(const kiln_uv_params params,
                           global const uint* restrict texel_index,
                           global const uint* restrict texel_first,
@@ -115,35 +136,39 @@ kernel void kiln_uv_match(const kiln_uv_params params,
 #pragma OPENCL FP_CONTRACT OFF
   const size_t texel = get_global_id(0);
   if (texel >= params.texel_count) return;
-  const uint n = params.samples;
-  const uint texel_row = texel_index[texel] / params.width;
-  const uint texel_column = texel_index[texel] - texel_row * params.width;
+  const int texel_row = uv_row((int)texel_index[texel], (int)params.width);
+  const int texel_column = (int)texel_index[texel] - texel_row * (int)params.width;
   const long half_sample = 1L << (params.shift - 1u);
+#if KILN_UV_SINGLE
+  (void)texel_first;
+  (void)sample_slot;
+  const size_t s = texel;
+  {
+    const int x = texel_column;
+    const int y = texel_row;
+#else
+  const int n = (int)params.samples;
   const uint end = texel_first[texel + 1u];
   for (uint s = texel_first[texel]; s < end; ++s) {
-    const uint slot_row = sample_slot[s] / n;
-    const uint x = texel_column * n + (sample_slot[s] - slot_row * n);
-    const uint y = texel_row * n + slot_row;
-    const uint id = lowest[(size_t)y * params.sample_width + x];
-    hit_distance[s] = 0.0f;
-    if (id == KILN_UV_EMPTY) {
-      hit_triangle[s] = KILN_NO_TRIANGLE;
-      hit_barycentric[s] = 0.0f;
-      hit_barycentric[s + params.hit_capacity] = 0.0f;
-      hit_status[s] = KILN_STATUS_MISS;
-      continue;
-    }
-    global const kiln_uv_piece* p = pieces + id;
-    const long sample_x = ((long)x << params.shift) + half_sample;
-    const long sample_y = ((long)(params.row_begin + (int)y) << params.shift) + half_sample;
+    const int slot_row = uv_row((int)sample_slot[s], n);
+    const int x = texel_column * n + ((int)sample_slot[s] - slot_row * n);
+    const int y = texel_row * n + slot_row;
+#endif
+    const uint id = lowest[(size_t)(y * (int)params.sample_width + x)];
+    const bool found = id != KILN_UV_EMPTY;
+    global const kiln_uv_piece* p = pieces + (found ? id : 0u);
     const long x0 = p->x[0], y0 = p->y[0];
     const long ax = p->x[1] - x0, ay = p->y[1] - y0;
     const long bx = p->x[2] - x0, by = p->y[2] - y0;
-    const long px = sample_x - x0, py = sample_y - y0;
+    const long px = (((long)x << params.shift) + half_sample) - x0;
+    const long py = (((long)(params.row_begin + y) << params.shift) + half_sample) - y0;
     // Numerator and denominator have the same sign, whichever way round the triangle runs.
     const float area = convert_float(ax * by - ay * bx);
     float u = min(convert_float(px * by - py * bx) / area, 1.0f);
     float v = min(convert_float(ax * py - ay * px) / area, 1.0f - u);
+#if !KILN_UV_CLIPPED
+    (void)clips;
+#else
     if (p->clip != 0u) {
       global const kiln_uv_clip* c = clips + (p->clip - 1u);
       const float w = 1.0f - u - v;
@@ -153,10 +178,12 @@ kernel void kiln_uv_match(const kiln_uv_params params,
       u = min(max(u, 0.0f), 1.0f);
       v = min(max(v, 0.0f), 1.0f - u);
     }
-    hit_triangle[s] = p->triangle;
-    hit_barycentric[s] = u;
-    hit_barycentric[s + params.hit_capacity] = v;
-    hit_status[s] = KILN_STATUS_UV;
+#endif
+    hit_triangle[s] = found ? p->triangle : KILN_NO_TRIANGLE;
+    hit_barycentric[s] = found ? u : 0.0f;
+    hit_barycentric[s + params.hit_capacity] = found ? v : 0.0f;
+    hit_distance[s] = 0.0f;
+    hit_status[s] = found ? KILN_STATUS_UV : KILN_STATUS_MISS;
   }
 }
 

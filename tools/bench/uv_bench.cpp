@@ -128,6 +128,7 @@ void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) 
     line.add("triangles", static_cast<double>(dense.triangles.size()));
     line.add("samples", static_cast<double>(samples));
     line.add("milliseconds", 1e3 * mode.median()).add("best_milliseconds", 1e3 * mode.least());
+    line.add("cpu_milliseconds", 1e3 * Mode::median_of(mode.cpu_seconds));
     describe(line, device.info());
     line.print();
   }
@@ -174,6 +175,7 @@ void bench_session(const Device& device, std::uint32_t cells, std::uint32_t size
     line.add("bench", "uv session").add("match", name).add("mode", mode.name).add("size", size);
     line.add("triangles", static_cast<double>(frames[0].triangles.size()));
     line.add("milliseconds", 1e3 * mode.median()).add("best_milliseconds", 1e3 * mode.least());
+    line.add("cpu_milliseconds", 1e3 * Mode::median_of(mode.cpu_seconds));
     describe(line, device.info());
     line.print();
   }
