@@ -2,8 +2,8 @@
 //
 // Purpose: where both meshes' UVs lie over each other, the point of the dense mesh that a sample stands
 // for is the one with the sample's UV; nothing is searched (Gumbau, Gonzalez, Chover, "Fast GPU-based
-// normal map generation for simplified models"). They let a GPU's rasteriser draw the triangles; here
-// edge functions do, exactly.
+// normal map generation for simplified models", WSCG 2006). They let a GPU's rasteriser draw the
+// triangles; here edge functions do, exactly.
 //
 // Algorithm: integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon Rasterization") with
 // the top-left rule, the same as texel.cl's. Triangles are small and many, so a work-item takes one (or a

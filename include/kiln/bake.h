@@ -91,7 +91,7 @@ enum class MatchMethod {
           ///< sees
   closest,  ///< The nearest point of faces that do not look away from the sample (Tarini et al., section
   ///< 3.1): finds something wherever the mesh is near, but bunches at ridges and skips creases
-  uv,  ///< The point with the sample's own UV (Gumbau, Gonzalez, Chover 2011): no search, where the dense
+  uv,  ///< The point with the sample's own UV (Gumbau, Gonzalez, Chover 2006): no search, where the dense
   ///< mesh has UVs that lie over the light one's
 };
 

@@ -16,7 +16,7 @@ struct SessionOptions {
   RayTraversal traversal = RayTraversal::automatic;
 };
 
-/// A bake of a dense mesh that changes (Gumbau, Gonzalez, Chover 2011, section on dynamic modification).
+/// A bake of a dense mesh that changes (Gumbau, Gonzalez, Chover 2006).
 ///
 /// Everything stays on the device: samples of the light mesh, their correspondences, the dense mesh, its
 /// hierarchy. After positions or normals change, only what depends on them is done again:

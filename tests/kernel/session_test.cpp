@@ -115,7 +115,7 @@ TEST(Session, FirstBakeIsABake) {
 
 TEST(Session, RandomUpdatesEqualFreshBakes) {
   KILN_REQUIRE_DEVICE();
-  rc::check("uv, ray, closest and views", [] {
+  EXPECT_TRUE(rc::check("uv, ray, closest and views", [] {
     const auto method = *rc::gen::element(MatchMethod::uv, MatchMethod::uv, MatchMethod::ray,
                                           MatchMethod::closest, MatchMethod::views);
     const bool with_normals = *rc::gen::arbitrary<bool>();
@@ -154,7 +154,7 @@ TEST(Session, RandomUpdatesEqualFreshBakes) {
       }
       RC_ASSERT(difference(session, low, options) == "");
     }
-  });
+  }));
 }
 
 TEST(Session, TouchesOnlyWhatChanged) {
@@ -181,6 +181,25 @@ TEST(Session, TouchesOnlyWhatChanged) {
   shake(session, 0, 65 * 65, 2);
   EXPECT_EQ(difference(session, low, options), "");
   EXPECT_EQ(session.last_update().texels, all);
+}
+
+TEST(Session, TheGutterFollowsTheTexelsThatItCopies) {
+  KILN_REQUIRE_DEVICE();
+  const BakeOptions options = small(MatchMethod::uv);
+  const Mesh low = inset_plane();
+  BakeSession session(*test::device(), inset(bumpy_plane(24, false)), low, options);
+  const std::vector<float> before = session.bake().maps[0].image.pixels;
+  shake(session, 0, 20, 4);  // of the lower border
+  EXPECT_EQ(difference(session, low, options), "");
+  EXPECT_FALSE(session.last_update().matched);
+  EXPECT_LT(session.last_update().texels, 70U * 45 / 4);
+  const BakeResult& after = session.bake();
+  std::uint64_t changed = 0;
+  for (std::size_t i = 0; i < after.coverage.size(); ++i) {
+    if (after.coverage[i] != 3) continue;
+    changed += after.maps[0].image.pixels[3 * i] != before[3 * i] ? 1 : 0;
+  }
+  EXPECT_GT(changed, 100U);
 }
 
 TEST(Session, VerticesThatMeetOrPartAreWeldedAnew) {
