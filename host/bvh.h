@@ -40,4 +40,9 @@ struct Bvh {
 /// Cost: O(n log n); about 1.5 million triangles a second and thread.
 Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
+/// Fits a tree's leaves and boxes to moved positions of the same triangles, bottom up; which child holds
+/// what stays as it is. Boxes are as tight as a fresh tree's would be.
+/// Cost: O(n), leaves in parallel.
+void refit_bvh(Bvh& bvh, std::span<const Vec3> positions, std::span<const Triangle> triangles);
+
 }  // namespace kiln

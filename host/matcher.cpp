@@ -5,6 +5,7 @@
 
 #include "bake_match.h"
 #include "kernels_shared.h"
+#include "uv.h"
 #include "view_plan.h"
 
 namespace kiln {
@@ -208,6 +209,8 @@ class FallbackMatcher : public Matcher {
     second_->run(rest_band_, found);
     context_.finish();  // `indices` goes
   }
+
+  void finish(BakeReport& report) override { first_->finish(report); }
 
  private:
   cl::Context& context_;
@@ -439,6 +442,7 @@ void check_options(const BakeOptions& options) {
       usage("Several clusters of directions have no one match to be kept: leave one of them out.");
     }
   }
+  check_uv(options.uv);
   check_fallback(options);
 }
 
@@ -510,6 +514,9 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     matcher = std::make_unique<VisibilityMatcher>(source, surface,
                                                   ray_query(plain, source.frame, distance), options,
                                                   *report.visibility, cluster, field);
+  } else if (options.method == MatchMethod::uv) {
+    if (options.fallback == Fallback::low) report.max_distance = 0;
+    matcher = make_uv_matcher(source, options);
   } else {
     matcher = by_rays();
   }

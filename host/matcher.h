@@ -37,6 +37,9 @@ class Matcher {
   /// \throws Error(internal) where there is none
   virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
                             Correspondence& found);
+
+  /// Adds what is known after the last band to the report. \throws Error(input) where the match is unfit
+  virtual void finish(BakeReport& /*report*/) {}
 };
 
 /// Checks everything in the options that needs no mesh. \throws Error(usage)

@@ -1,5 +1,6 @@
 #include "source.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "geometry/usable.h"
@@ -23,12 +24,15 @@ Pointer& made(Pointer& slot, cl::Context& context, Source::Stats& stats, const M
 
 }  // namespace
 
-Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted)
+Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
+                   const std::optional<Bounds>& bounds)
     : device(opened),
-      frame(Frame::of(high)),
+      frame(bounds ? Frame::of(high, *bounds) : Frame::of(high)),
       traversal(wanted),
       positions(frame.to_frame(high)),
-      triangles(high.triangles) {
+      triangles(high.triangles),
+      uvs(high.uvs),
+      uv_triangles(high.uv_triangles) {
   cl::Context& context = device.context();
   const std::uint64_t before = context.device_bytes();
   attributes = SourceAttributes(context, corner_normals(high, positions));
@@ -51,9 +55,32 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted)
   }
 }
 
-const std::shared_ptr<const Tree>& Source::Impl::tree() const {
-  return made(tree_, device.context(), stats_,
-              [&] { return std::make_shared<const Tree>(device.context(), positions, triangles); });
+const std::shared_ptr<Tree>& Source::Impl::tree() const {
+  return made(tree_, device.context(), stats_, [&] {
+    return std::make_shared<Tree>(device.context(), positions, triangles, will_move);
+  });
+}
+
+void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
+                        std::span<const std::uint32_t> triangles_moved) {
+  const std::lock_guard lock(mutex_);
+  const auto count_usable = [&] {
+    std::vector<bool> usable;
+    if (tree_ == nullptr) return usable;
+    for (const std::uint32_t t : triangles_moved)
+      usable.push_back(has_area(positions, triangles[t]));
+    return usable;
+  };
+  const std::vector<bool> before = count_usable();
+  std::copy(moved.begin(), moved.end(), positions.begin() + first);
+  raster_.reset();
+  if (tree_ == nullptr) return;
+  if (count_usable() == before) {
+    tree_->refit(device.context(), positions, triangles);
+  } else {
+    // Other triangles count now: in place, since those who walk it hold it.
+    *tree_ = Tree(device.context(), positions, triangles, will_move);
+  }
 }
 
 RayCaster& Source::Impl::rays() const {
@@ -82,7 +109,8 @@ Source::Stats Source::Impl::stats() const {
   return stats_;
 }
 
-Source::Source(const Device& device, const Mesh& high, RayTraversal traversal) {
+Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
+               const std::optional<Bounds>& bounds) {
   if (high.triangles.empty()) {
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
@@ -90,7 +118,7 @@ Source::Source(const Device& device, const Mesh& high, RayTraversal traversal) {
   const Traversal kind = traversal == RayTraversal::cpu   ? Traversal::cpu
                          : traversal == RayTraversal::gpu ? Traversal::gpu
                                                           : Traversal::automatic;
-  impl_ = std::make_shared<Impl>(device, high, kind);
+  impl_ = std::make_shared<Impl>(device, high, kind, bounds);
 }
 
 Source::Stats Source::stats() const { return impl_->stats(); }

@@ -14,13 +14,16 @@
 namespace kiln {
 
 struct Source::Impl {
-  Impl(const Device& opened, const Mesh& high, Traversal wanted);
+  Impl(const Device& opened, const Mesh& high, Traversal wanted,
+       const std::optional<Bounds>& bounds = std::nullopt);
 
   Device device;
   Frame frame;
   Traversal traversal;
   std::vector<Vec3> positions;  ///< In the frame
   std::vector<Triangle> triangles;
+  std::vector<Vec2> uvs;  ///< Of corners, where the mesh has any
+  std::vector<Triangle> uv_triangles;
   SourceAttributes attributes;
   std::vector<Warning> warnings;
 
@@ -29,13 +32,20 @@ struct Source::Impl {
   ClosestFinder& closest() const;
   Rasterizer& raster() const;
 
+  /// For whoever owns this one alone: takes over positions of vertices [first, first + count), and fits
+  /// the hierarchy, where there is one, to them. The triangles with a moved corner are given.
+  void move(std::uint32_t first, std::span<const Vec3> moved,
+            std::span<const std::uint32_t> triangles_moved);
+  /// Before anything is made: keep on the host what move() needs.
+  bool will_move = false;
+
   Stats stats() const;
 
  private:
-  const std::shared_ptr<const Tree>& tree() const;  ///< The mutex is held
+  const std::shared_ptr<Tree>& tree() const;  ///< The mutex is held
 
   mutable std::mutex mutex_;
-  mutable std::shared_ptr<const Tree> tree_;
+  mutable std::shared_ptr<Tree> tree_;
   mutable std::unique_ptr<RayCaster> rays_;
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;

@@ -13,62 +13,6 @@
 namespace kiln {
 namespace {
 
-/// A corner of a clipped polygon, with its barycentric weights in the triangle.
-struct ClipVertex {
-  double u = 0, v = 0;
-  std::array<double, 3> weight{};
-};
-
-constexpr double kGuardLow = -1;
-constexpr double kGuardHigh = 2;
-
-bool in_guard(const Vec2& uv) {
-  return uv.x >= kGuardLow && uv.x <= kGuardHigh && uv.y >= kGuardLow && uv.y <= kGuardHigh;
-}
-
-/// Where an edge crosses a line u = bound or v = bound. The end points are put in order first, so that
-/// triangles on both sides of an edge get the same point.
-ClipVertex crossing(ClipVertex a, ClipVertex b, double ClipVertex::*axis, double bound) {
-  if (b.u < a.u || (b.u == a.u && b.v < a.v)) std::swap(a, b);
-  const double t = (bound - a.*axis) / (b.*axis - a.*axis);
-  ClipVertex result;
-  result.u = a.u + (b.u - a.u) * t;
-  result.v = a.v + (b.v - a.v) * t;
-  for (std::size_t k = 0; k < 3; ++k) {
-    result.weight[k] = a.weight[k] + (b.weight[k] - a.weight[k]) * t;
-  }
-  result.*axis = bound;
-  return result;
-}
-
-/// Sutherland and Hodgman 1974, one half-plane: sign * (vertex.axis - bound) >= 0 stays.
-std::vector<ClipVertex> clip(const std::vector<ClipVertex>& polygon, double ClipVertex::*axis,
-                             double bound, double sign) {
-  std::vector<ClipVertex> result;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const ClipVertex& a = polygon[i];
-    const ClipVertex& b = polygon[(i + 1) % polygon.size()];
-    const bool a_stays = sign * (a.*axis - bound) >= 0;
-    const bool b_stays = sign * (b.*axis - bound) >= 0;
-    if (a_stays) result.push_back(a);
-    if (a_stays != b_stays) result.push_back(crossing(a, b, axis, bound));
-  }
-  return result;
-}
-
-std::vector<ClipVertex> clip_to_guard(const std::array<LowSurface::Corner, 3>& corners) {
-  std::vector<ClipVertex> polygon(3);
-  for (std::size_t k = 0; k < 3; ++k) {
-    polygon[k].u = corners[k].uv.x;
-    polygon[k].v = corners[k].uv.y;
-    polygon[k].weight[k] = 1;
-  }
-  polygon = clip(polygon, &ClipVertex::u, kGuardLow, 1);
-  polygon = clip(polygon, &ClipVertex::u, kGuardHigh, -1);
-  polygon = clip(polygon, &ClipVertex::v, kGuardLow, 1);
-  return clip(polygon, &ClipVertex::v, kGuardHigh, -1);
-}
-
 /// Count and first example of something imperfect.
 struct Finding {
   std::uint64_t count = 0;
@@ -84,43 +28,11 @@ struct Finding {
 
 /// The pieces of a run of triangles.
 struct Builder {
-  std::uint32_t sample_width = 0;
-  std::uint32_t sample_height = 0;
-  std::uint32_t shift = 0;
+  UvGrid grid;
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
   std::vector<FixedTriangle> fixed;
   Finding outside, degenerate_uv, degenerate_low;
-
-  std::int32_t fixed_x(double u) const {
-    const auto unit = static_cast<double>(std::int64_t{sample_width} << shift);
-    return static_cast<std::int32_t>(std::nearbyint(u * unit));
-  }
-  std::int32_t fixed_y(double v) const {
-    const std::int64_t unit = std::int64_t{sample_height} << shift;
-    return static_cast<std::int32_t>(
-        unit - static_cast<std::int64_t>(std::nearbyint(v * static_cast<double>(unit))));
-  }
-  bool beyond_square(const FixedTriangle& f) const {
-    const std::int64_t right = std::int64_t{sample_width} << shift;
-    const std::int64_t bottom = std::int64_t{sample_height} << shift;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (f.x[k] < 0 || f.x[k] > right || f.y[k] < 0 || f.y[k] > bottom) return true;
-    }
-    return false;
-  }
-  bool misses_square(const FixedTriangle& f) const {
-    const std::int64_t right = std::int64_t{sample_width} << shift;
-    const std::int64_t bottom = std::int64_t{sample_height} << shift;
-    const auto [x_low, x_high] = std::minmax_element(f.x.begin(), f.x.end());
-    const auto [y_low, y_high] = std::minmax_element(f.y.begin(), f.y.end());
-    return *x_high <= 0 || *x_low >= right || *y_high <= 0 || *y_low >= bottom;
-  }
-
-  static std::int64_t doubled_area(const FixedTriangle& f) {
-    return (std::int64_t{f.x[1]} - f.x[0]) * (std::int64_t{f.y[2]} - f.y[0]) -
-           (std::int64_t{f.y[1]} - f.y[0]) * (std::int64_t{f.x[2]} - f.x[0]);
-  }
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
     if (surface.usable[t] == 0) {
@@ -137,30 +49,31 @@ struct Builder {
     if (in_guard(triangle[0].uv) && in_guard(triangle[1].uv) && in_guard(triangle[2].uv)) {
       FixedTriangle f;
       for (std::size_t k = 0; k < 3; ++k) {
-        f.x[k] = fixed_x(triangle[k].uv.x);
-        f.y[k] = fixed_y(triangle[k].uv.y);
+        f.x[k] = grid.fixed_x(triangle[k].uv.x);
+        f.y[k] = grid.fixed_y(triangle[k].uv.y);
       }
       if (doubled_area(f) == 0) {
         degenerate_uv.add(t);
         return;
       }
-      if (beyond_square(f)) outside.add(t);
-      if (misses_square(f)) return;
+      if (grid.beyond_square(f)) outside.add(t);
+      if (grid.misses_square(f)) return;
       std::array<ClipVertex, 3> whole;
       for (std::size_t k = 0; k < 3; ++k) whole[k].weight[k] = 1;
       add_piece(f, triangle, whole, t, first);
       return;
     }
     outside.add(t);
-    const std::vector<ClipVertex> polygon = clip_to_guard(triangle);
+    const std::vector<ClipVertex> polygon =
+        clip_to_guard({triangle[0].uv, triangle[1].uv, triangle[2].uv});
     for (std::size_t i = 2; i < polygon.size(); ++i) {
       const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
       FixedTriangle f;
       for (std::size_t k = 0; k < 3; ++k) {
-        f.x[k] = fixed_x(fan[k].u);
-        f.y[k] = fixed_y(fan[k].v);
+        f.x[k] = grid.fixed_x(fan[k].u);
+        f.y[k] = grid.fixed_y(fan[k].v);
       }
-      if (doubled_area(f) != 0 && !misses_square(f)) add_piece(f, triangle, fan, t, first);
+      if (doubled_area(f) != 0 && !grid.misses_square(f)) add_piece(f, triangle, fan, t, first);
     }
   }
 
@@ -168,7 +81,7 @@ struct Builder {
                  const std::array<ClipVertex, 3>& weights, std::size_t t, std::uint32_t first) {
     const std::int64_t area = doubled_area(f);
     const std::int32_t sign = area < 0 ? -1 : 1;
-    const std::int64_t half = std::int64_t{1} << (shift - 1);
+    const std::int64_t half = std::int64_t{1} << (grid.shift - 1);
     kiln_texel_piece piece{};
     for (std::size_t k = 0; k < 3; ++k) {
       // The edge opposite corner k, run so that the inside has E > 0.
@@ -269,10 +182,7 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
 TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_width,
                             std::uint32_t sample_height) {
   Builder all;
-  all.sample_width = sample_width;
-  all.sample_height = sample_height;
-  all.shift =
-      static_cast<std::uint32_t>(28 - std::bit_width(std::max(sample_width, sample_height) - 1));
+  all.grid = UvGrid::of(sample_width, sample_height);
 
   constexpr std::size_t kRun = 1 << 14;
   const std::size_t count = surface.triangles.size();
@@ -296,7 +206,7 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
     run = Builder{};
   }
   TexelPieces result;
-  result.shift = all.shift;
+  result.shift = all.grid.shift;
   result.warnings = describe(surface, all);
   result.pieces = std::move(all.pieces);
   result.corners = std::move(all.corners);

@@ -1,21 +1,15 @@
 // UV triangles in fixed point: what the texel kernels scan-convert.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "geometry/low_surface.h"
 #include "kiln/error.h"
 #include "shared/texel.h"
+#include "uv_grid.h"
 
 namespace kiln {
-
-/// Corners of a piece in fixed point: x = u * width * N * 2^shift to the right, y down from v = 1.
-struct FixedTriangle {
-  std::array<std::int32_t, 3> x;
-  std::array<std::int32_t, 3> y;
-};
 
 /// The scan-convertible pieces of a light mesh, in ascending order of triangles.
 struct TexelPieces {

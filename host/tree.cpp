@@ -2,8 +2,9 @@
 
 #include <chrono>
 #include <string_view>
+#include <utility>
 
-#include "bvh.h"
+#include "kiln/error.h"
 
 namespace kiln {
 namespace {
@@ -28,9 +29,9 @@ Traversal choose_traversal(const cl::Context& context, Traversal wanted) {
 }
 
 Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
-           std::span<const Triangle> triangles) {
+           std::span<const Triangle> triangles, bool keep) {
   const auto start = Clock::now();
-  const Bvh bvh = build_bvh(positions, triangles);
+  Bvh bvh = build_bvh(positions, triangles);
   stats.build_seconds = seconds_since(start);
   stats.triangles = bvh.triangles;
   stats.skipped = bvh.skipped;
@@ -40,6 +41,15 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
   blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
   stats.upload_seconds = seconds_since(upload);
+  if (keep) kept_ = std::make_unique<Bvh>(std::move(bvh));
+}
+
+void Tree::refit(cl::Context& context, std::span<const Vec3> positions,
+                 std::span<const Triangle> triangles) {
+  if (kept_ == nullptr) throw Error(ErrorCode::internal, "A tree that was not kept is refitted.");
+  refit_bvh(*kept_, positions, triangles);
+  nodes.write(context, kept_->nodes());
+  blocks.write(context, kept_->blocks());
 }
 
 }  // namespace kiln

@@ -8,10 +8,9 @@
 
 namespace kiln {
 
-Frame Frame::of(const Mesh& mesh) {
+Bounds Bounds::of(const Mesh& mesh) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  std::array<double, 3> low{kInfinity, kInfinity, kInfinity};
-  std::array<double, 3> high{-kInfinity, -kInfinity, -kInfinity};
+  Bounds bounds{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
   for (const Triangle& triangle : mesh.triangles) {
     const Vec3& a = mesh.positions[triangle[0]];
     const Vec3& b = mesh.positions[triangle[1]];
@@ -20,24 +19,49 @@ Frame Frame::of(const Mesh& mesh) {
     for (const Vec3* corner : {&a, &b, &c}) {
       const double xyz[3] = {corner->x, corner->y, corner->z};
       for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], xyz[k]);
-        high[k] = std::max(high[k], xyz[k]);
+        bounds.low[k] = std::min(bounds.low[k], xyz[k]);
+        bounds.high[k] = std::max(bounds.high[k], xyz[k]);
       }
     }
   }
-  Frame frame;
-  double squared = 0;
-  double largest = 0;
-  for (std::size_t k = 0; k < 3; ++k) largest = std::max(largest, high[k] - low[k]);
-  if (!(largest > 0)) {
+  if (!(bounds.high[0] >= bounds.low[0])) {
+    throw Error(
+        ErrorCode::input,
+        "'" + mesh.name +
+            "' has no triangle with finite corners: nothing can be baked from it. Check the "
+            "file's coordinates.");
+  }
+  return bounds;
+}
+
+Frame Frame::of(const Mesh& mesh) {
+  const Bounds bounds = Bounds::of(mesh);
+  if (bounds.low == bounds.high) {
     throw Error(ErrorCode::input,
                 "'" + mesh.name +
                     "' has no triangle with finite, distinct corners: nothing can be "
                     "baked from it. Check the file's coordinates.");
   }
+  return of(mesh, bounds);
+}
+
+Frame Frame::of(const Mesh& mesh, const Bounds& bounds) {
+  Frame frame;
+  double squared = 0;
+  double largest = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    frame.center[k] = mesh.origin[k] + (low[k] + high[k]) / 2;
-    const double side = (high[k] - low[k]) / largest;
+    const double side = bounds.high[k] - bounds.low[k];
+    if (!(side >= 0) || !std::isfinite(side)) largest = -1;
+    if (largest >= 0) largest = std::max(largest, side);
+  }
+  if (!(largest > 0)) {
+    throw Error(ErrorCode::usage,
+                "The bounds have no size: `high` must be finite, nowhere below `low`, and above it "
+                "somewhere.");
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    frame.center[k] = mesh.origin[k] + (bounds.low[k] + bounds.high[k]) / 2;
+    const double side = (bounds.high[k] - bounds.low[k]) / largest;
     squared += side * side;
   }
   frame.diagonal = largest * std::sqrt(squared);

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "kiln/bake.h"
 #include "kiln/mesh.h"
 
 namespace kiln {
@@ -19,6 +20,8 @@ struct Frame {
   /// From the finite vertices that triangles use. \throws Error(input) where there are none or all
   /// coincide.
   static Frame of(const Mesh& mesh);
+  /// From a box that the mesh lies in, as it moves. \throws Error(usage) for one without size
+  static Frame of(const Mesh& mesh, const Bounds& bounds);
 
   Vec3 to_frame(const Mesh& mesh, std::size_t vertex) const;
   std::vector<Vec3> to_frame(const Mesh& mesh) const;

@@ -11,14 +11,13 @@
 namespace kiln {
 namespace {
 
-/// A triangle's unit normal and its corners' angles; all zero where it is degenerate or non-finite.
-struct Weights {
-  Vec3d normal;
-  std::array<double, 3> angles{};
-};
+/// What is left of a sum where its parts cancel out (two faces back to back) is rounding, no direction.
+constexpr double kCancelled = 1e-3;
 
-Weights corner_weights(std::span<const Vec3> positions, const Triangle& triangle) {
-  Weights result;
+}  // namespace
+
+CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& triangle) {
+  CornerWeights result;
   for (std::uint32_t index : triangle) {
     if (!is_finite(positions[index])) return result;
   }
@@ -35,12 +34,19 @@ Weights corner_weights(std::span<const Vec3> positions, const Triangle& triangle
   return result;
 }
 
+Vec3 normalized_sum(const Vec3d& sum, double total) {
+  const double size = length(sum);
+  return size > kCancelled * total ? to_float(sum * (1 / size)) : Vec3{};
+}
+
+namespace {
+
 /// Calls add(triangle index, weights) in triangle order; the weights are computed in parallel.
 template <typename Add>
 void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                       const Add& add) {
   constexpr std::size_t kChunk = 1 << 19;
-  std::vector<Weights> weights(std::min(kChunk, triangles.size()));
+  std::vector<CornerWeights> weights(std::min(kChunk, triangles.size()));
   for (std::size_t first = 0; first < triangles.size(); first += kChunk) {
     const std::size_t count = std::min(kChunk, triangles.size() - first);
     parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
@@ -52,16 +58,12 @@ void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle>
   }
 }
 
-/// What is left of a sum where its parts cancel out (two faces back to back) is rounding, no direction.
-constexpr double kCancelled = 1e-3;
-
 /// Unit sums; zero where the parts cancel out. \param totals  the parts' lengths added up
 std::vector<Vec3> normalized(const std::vector<Vec3d>& sums, const std::vector<double>& totals) {
   std::vector<Vec3> result(sums.size());
   parallel_for(sums.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const double size = length(sums[i]);
-      if (size > kCancelled * totals[i]) result[i] = to_float(sums[i] * (1 / size));
+      result[i] = normalized_sum(sums[i], totals[i]);
     }
   });
   return result;
@@ -72,7 +74,7 @@ std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
   std::vector<Vec3d> sums(positions.size());
   std::vector<double> totals(positions.size());
-  for_each_weights(positions, triangles, [&](std::size_t i, const Weights& weights) {
+  for_each_weights(positions, triangles, [&](std::size_t i, const CornerWeights& weights) {
     for (std::size_t k = 0; k < 3; ++k) {
       sums[triangles[i][k]] += weights.normal * weights.angles[k];
       totals[triangles[i][k]] += weights.angles[k];
@@ -97,12 +99,12 @@ void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Trian
   }
 }
 
+}  // namespace
+
 bool is_usable_normal(const Vec3& n) {
   const double squared = dot(Vec3d(n), Vec3d(n));
   return std::isfinite(squared) && squared > 1e-12;
 }
-
-}  // namespace
 
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
@@ -181,7 +183,7 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
   std::vector<Vec3d> sums(positions.size());
   std::vector<Vec3d> face_sums(positions.size());
   std::vector<double> totals(positions.size());
-  for_each_weights(positions, triangles, [&](std::size_t i, const Weights& weights) {
+  for_each_weights(positions, triangles, [&](std::size_t i, const CornerWeights& weights) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = first[triangles[i][k]];
       sums[vertex] += Vec3d(corners.normals[corners.triangles[i][k]]) * weights.angles[k];

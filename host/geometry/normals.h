@@ -1,13 +1,28 @@
 // Vertex normals in the field's way: corner normals weighted by the corner's angle.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "geometry/vector.h"
 #include "kiln/mesh.h"
 
 namespace kiln {
+
+/// A triangle's unit normal and its corners' angles; all zero where it is degenerate or non-finite.
+struct CornerWeights {
+  Vec3d normal;
+  std::array<double, 3> angles{};
+};
+CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& triangle);
+
+/// A sum of weighted normals made unit; zero where they cancel out. \param total  the weights' sum
+Vec3 normalized_sum(const Vec3d& sum, double total);
+
+/// Whether a normal has a direction.
+bool is_usable_normal(const Vec3& normal);
 
 /// Angle-weighted unit normals, one per vertex (Thürmer and Wüthrich 1998), summed in double
 /// precision in triangle order, so that the result does not depend on threads. Degenerate and

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -21,15 +22,26 @@ namespace kiln {
 /// device's type.
 enum class RayTraversal { automatic, cpu, gpu };
 
+/// A box that a mesh's positions lie in, in its own units (its origin left out).
+struct Bounds {
+  std::array<double, 3> low{}, high{};
+  /// Of the finite vertices that triangles use. \throws Error(input) where there are none
+  static Bounds of(const Mesh& mesh);
+};
+
 /// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
 /// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy, say, which
 /// rays and nearest points walk) are made at their first use.
 class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same answer to the bit
-  /// \throws Error(input) where no triangle is usable, Error(device) where memory runs out
+  /// \param bounds  the box that takes the place of the mesh's own: "the diagonal" is then its diagonal,
+  ///                and meshes that move within it are rounded alike. About the mesh's own size
+  /// \throws Error(input) where no triangle is usable, Error(usage) for a box without size, Error(device)
+  ///         where memory runs out
   explicit Source(const Device& device, const Mesh& high,
-                  RayTraversal traversal = RayTraversal::automatic);
+                  RayTraversal traversal = RayTraversal::automatic,
+                  const std::optional<Bounds>& bounds = std::nullopt);
 
   struct Stats {
     std::uint64_t triangles = 0;
@@ -77,10 +89,14 @@ enum class MatchMethod {
   ray,  ///< Rays along the light mesh's normals (Tarini et al., section 3.2)
   views,  ///< Depth views from all around (Wang et al., section 2): no hierarchy, but blind where no view
           ///< sees
-  closest,  ///< The nearest point of faces that do not look away from the sample (Tarini et al., section
-            ///< 3.1): finds something wherever the mesh is near, but bunches at ridges and skips creases
+  /// The nearest point of faces that do not look away from the sample (Tarini et al., section 3.1): finds
+  /// something wherever the mesh is near, but bunches at ridges and skips creases
+  closest,
   visibility,  ///< Rays along the direction that each place is seen from (Tarini et al., section 3.3)
   hybrid,      ///< Rays between that direction and the normal (Tarini et al., section 3.4)
+  /// The point with the sample's own UV (Gumbau, Gonzalez, Chover 2006): no search, where the dense mesh
+  /// has UVs that lie over the light one's
+  uv,
 };
 
 /// What decides samples that the method leaves undecided.
@@ -163,6 +179,15 @@ struct VisibilityOptions {
   std::vector<Likelihood> likelihoods = {};
 };
 
+/// How far MatchMethod::uv trusts the layouts. Shares, 0 or more; infinity for no bound.
+struct UvOptions {
+  double warn_overlap = 0;    ///< Warns where more of the dense mesh's samples are covered twice,
+  double max_overlap = 0.05;  ///< ... and refuses
+  /// Warns where the 95th percentile of the distances between the surfaces exceeds this share of the diagonal,
+  double warn_distance = 0.01;
+  double max_distance = 0.05;  ///< ... and refuses
+};
+
 struct BakeOptions {
   std::uint32_t width = 2048;  ///< 1 to 16384 texels
   std::uint32_t height = 2048;
@@ -172,15 +197,16 @@ struct BakeOptions {
   MatchMethod method = MatchMethod::ray;
   ViewOptions views;                  ///< For MatchMethod::views and Fallback::views
   VisibilityOptions visibility;       ///< For MatchMethod::visibility and hybrid
+  UvOptions uv;                       ///< For MatchMethod::uv
   Fallback fallback = Fallback::low;  ///< Another method than `method`
   /// 0 to 256 texels: this near to what the fallback decided, over the surface, the method's normals give
   /// way to the fallback's, so that the map has no step there; but where the fallback finds nothing. Takes
   /// up to twice the match's time.
   std::uint32_t fallback_blend = 0;
 
-  /// How far the match looks each way (nearest points: all around); with a cage, the ray's length from the
-  /// cage inward. Above 0. None given: 2% of the diagonal; with a cage, twice its distance (twice the longest
-  /// one of a cage mesh).
+  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look); with a
+  /// cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal; with a cage,
+  /// twice its distance (twice the longest one of a cage mesh).
   std::optional<Length> max_distance;
   std::optional<Length> cage;       ///< Cast from this far outside, inward, first hit
   const Mesh* cage_mesh = nullptr;  ///< ... or from this mesh (the light mesh's topology)
@@ -215,7 +241,7 @@ struct Match {
   std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
   std::vector<float> distance;          ///< World units, outward positive
   std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
-                                        ///< 5 view, 6 nearest point
+                                        ///< 5 view, 6 nearest point, 7 UV
 };
 
 /// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
@@ -228,8 +254,9 @@ Match load_match(const std::filesystem::path& path);
 /// 2048 a side).
 struct VisibilityClusters {
   std::uint32_t width = 0, height = 0;
-  std::uint32_t count = 0;           ///< Maps
-  std::vector<std::uint8_t> number;  ///< Of clusters of each texel; 0: not covered. 1: all maps are alike
+  std::uint32_t count = 0;  ///< Maps
+  /// Of clusters of each texel; 0: not covered. 1: all maps are alike
+  std::vector<std::uint8_t> number;
   /// [width * height * count] of each texel's clusters, unit, from the mesh to the viewer; those beyond its
   /// number are as the first
   std::vector<Vec3> directions;
@@ -264,22 +291,40 @@ struct ViewReport {
 
 /// What gathering directions of visibility came to. Places are texels of the field, or vertices.
 struct VisibilityReport {
-  std::uint32_t directions = 0;           ///< With a weight above 0
-  bool by_rays = false;                   ///< Else by pictures
-  std::uint32_t width = 0, height = 0;    ///< Of the field of texels
+  std::uint32_t directions = 0;         ///< With a weight above 0
+  bool by_rays = false;                 ///< Else by pictures
+  std::uint32_t width = 0, height = 0;  ///< Of the field of texels
   std::uint64_t places = 0;
   std::uint64_t unseen = 0;  ///< Places that no direction sees, after smoothing; filled from around
-  std::uint64_t without = 0;  ///< Of these, with nothing around either: they keep the normal
+  std::uint64_t without = 0;    ///< Of these, with nothing around either: they keep the normal
   std::uint64_t clustered = 0;  ///< Places whose directions were parted
-  double mean_deviation = 0;  ///< Standard deviation of the directions that see a place, mean over places
-  double seconds = 0;         ///< Part of seconds_match
+  /// Standard deviation of the directions that see a place, mean over places
+  double mean_deviation = 0;
+  double seconds = 0;  ///< Part of seconds_match
 };
 
 /// How much the map changes from texel to texel where the method changes, and where it does not.
 struct SwitchReport {
-  std::uint64_t sides = 0;       ///< Between texels of one chart that different methods decided, or none
-  double mean_degrees = 0;       ///< Over these sides, between the map's unit vectors
+  std::uint64_t sides = 0;  ///< Between texels of one chart that different methods decided, or none
+  double mean_degrees = 0;  ///< Over these sides, between the map's unit vectors
   double elsewhere_degrees = 0;  ///< Over all others
+};
+
+/// Whether the layouts are fit for matching by UVs: the dense one must not overlap, and both must agree.
+struct UvReport {
+  std::uint64_t covered = 0;  ///< Samples of the map that the dense mesh's UV triangles cover
+  std::uint64_t overlapping =
+      0;  ///< ... more than one of them; the one with the lowest index counts
+  struct Overlap {
+    std::uint32_t lower = 0, upper = 0;  ///< Dense triangles
+    std::uint32_t column = 0, row = 0;   ///< Texel
+  };
+  std::optional<Overlap> overlap;  ///< An example: the first by rows, then columns
+  std::uint64_t outside = 0;       ///< Dense triangles that reach out of the unit square
+  std::uint64_t without_area = 0;  ///< Without area in UV space, or not finite: they cover nothing
+  /// Distance between the two surfaces at the same UV, world units. The percentile is rounded up, by
+  /// at most one part in 512.
+  double mean_distance = 0, p95_distance = 0;
 };
 
 struct BakeReport {
@@ -287,15 +332,17 @@ struct BakeReport {
   std::uint64_t samples = 0;
   /// Samples by status
   std::uint64_t outward = 0, inward = 0, cage = 0, viewed = 0, closest = 0, missed = 0;
+  std::uint64_t by_uv = 0;  ///< Samples by status, too
   std::uint64_t gutter_texels = 0;
-  double max_distance = 0;          ///< As used, world units
-  double mean_abs_distance = 0;     ///< Of the samples that hit, world units
-  std::optional<ViewReport> views;  ///< Where matched by views
+  double max_distance = 0;               ///< As used, world units
+  double mean_abs_distance = 0;          ///< Of the samples that hit, world units
+  std::optional<ViewReport> views;       ///< Where matched by views
   std::optional<SwitchReport> switches;  ///< Where a fallback was asked for; before blending
   std::optional<SwitchReport> switches_blended;  ///< After, where blending was asked for
-  std::uint64_t blended_texels = 0;              ///< Of the method, that took some of the fallback's
+  std::uint64_t blended_texels = 0;            ///< Of the method, that took some of the fallback's
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
-  double seconds_build = 0;         ///< Structures of the source, made for this bake
+  std::optional<UvReport> uv;                  ///< Where matched by UVs
+  double seconds_build = 0;                    ///< Structures of the source, made for this bake
   double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;
   double seconds_mips = 0;  ///< Charts, levels, their gutters and encoding
   std::uint64_t peak_device_bytes = 0;

@@ -13,7 +13,8 @@ enum kiln_status {
   KILN_STATUS_MISS = 4,     ///< No point within the distance
   KILN_STATUS_VIEW = 5,     ///< Seen in a depth view
   KILN_STATUS_CLOSEST = 6,  ///< The nearest point
-  KILN_STATUS_COUNT = 7
+  KILN_STATUS_UV = 7,       ///< The point with the same UV
+  KILN_STATUS_COUNT = 8
 };
 
 #endif

@@ -1,7 +1,9 @@
 #include "bake_arguments.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
+#include <limits>
 #include <map>
 #include <tuple>
 
@@ -18,12 +20,18 @@ const std::map<std::string, MissPolicy> kMisses = {
     {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
 const std::map<std::string, RayTraversal> kTraversals = {
     {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
-const std::map<std::string, MatchMethod> kMethods = {{"ray", MatchMethod::ray},
-                                                     {"views", MatchMethod::views},
-                                                     {"closest", MatchMethod::closest},
-                                                     {"visibility", MatchMethod::visibility},
-                                                     {"hybrid", MatchMethod::hybrid}};
+const std::map<std::string, MatchMethod> kMethods = {
+    {"ray", MatchMethod::ray},         {"views", MatchMethod::views},
+    {"closest", MatchMethod::closest}, {"visibility", MatchMethod::visibility},
+    {"hybrid", MatchMethod::hybrid},   {"uv", MatchMethod::uv}};
 constexpr const char* kAutomatic = "auto";
+
+/// Of `kiln bake`: all of them.
+std::vector<std::string> bake_match_names() {
+  std::vector<std::string> names = {kAutomatic};
+  for (const auto& [name, method] : kMethods) names.push_back(name);
+  return names;
+}
 const std::map<std::string, VisibilityAt> kVisibilityAt = {
     {"face", VisibilityAt::face}, {"vertex", VisibilityAt::vertex}, {"texel", VisibilityAt::texel}};
 const std::map<std::string, VisibilityTest> kVisibilityTests = {{"auto", VisibilityTest::automatic},
@@ -76,6 +84,11 @@ MissPolicy miss_policy(const BakeArguments& a) {
   return said != kFallbackMisses.end() ? said->second : kMisses.at(a.miss);
 }
 
+/// Whether what the match leaves undecided is looked for in another way.
+bool fallback_searches(const BakeArguments& a) {
+  return a.fallback != "low" && !kFallbackMisses.contains(a.fallback);
+}
+
 /// Percent, 0 to 100.
 CLI::Validator percentage() {
   return CLI::Validator(
@@ -92,8 +105,13 @@ CLI::Validator percentage() {
 }  // namespace
 
 void add_bake_options(CLI::App& command, BakeArguments& a) {
-  command.add_option("HIGH", a.high, "The dense mesh (PLY, OBJ, STL, OFF)")->required();
-  command.add_option("LOW", a.low, "The light mesh, with UVs; left out, Kiln makes one from HIGH");
+  command
+      .add_option("HIGH", a.high,
+                  "The dense mesh (PLY, OBJ, STL, OFF), or a height field (PNG, EXR)")
+      ->required();
+  command.add_option("LOW", a.low,
+                     "The light mesh, with UVs; left out, Kiln makes one from HIGH (of a height "
+                     "field a plane, or with --faces or --max-error a simplified one)");
   command
       .add_option("--out", a.out, "Folder for the maps (made where only its last part is missing)")
       ->required();
@@ -150,9 +168,11 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
           "--match", a.match,
           "How the dense surface is found: ray along the normals, views: depth pictures "
           "from all around, closest: the nearest point, visibility: rays along the direction "
-          "that a place is seen from, hybrid: between that and the normal, or auto: the cheapest "
-          "way and the smallest map (up to --size) that reach --max-error")
-      ->check(CLI::IsMember(match_names(true), CLI::ignore_case))
+          "that a place is seen from, hybrid: between that and the normal, uv: the point with the "
+          "same UV, where HIGH has UVs that lie over LOW's, or auto: the cheapest way and the "
+          "smallest map (up to --size) that reach --max-error")
+      ->check(CLI::IsMember(bake_match_names(), CLI::ignore_case))
+      ->each([&a](const std::string&) { a.match_given = true; })
       ->capture_default_str()
       ->group(group_match);
   command
@@ -289,6 +309,21 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group(group_visibility);
+  command
+      .add_flag(
+          "--force-uv", a.force_uv,
+          "--match uv: bake even where HIGH's UV triangles overlap much or the layouts disagree")
+      ->group(group_match);
+
+  const char* const group_heights = "The height field (HIGH is a PNG or EXR; --match is uv then)";
+  command.add_option("--height", a.height, "World units of a value of 1 (PNG: white), along +Z")
+      ->capture_default_str()
+      ->group(group_heights);
+  command
+      .add_option("--extent", a.extent,
+                  "X or X,Y: world units that the outermost pixels span (default: the longer side "
+                  "is 1; Y by the image's sides)")
+      ->group(group_heights);
 
   const char* const group_low = "The light mesh";
   command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
@@ -377,10 +412,20 @@ void check(const BakeArguments& a) {
     fail("--fallback " + a.fallback + " is another --miss than " + a.miss +
          ": leave one of them out.");
   }
+  if (is_height_field(a)) {
+    if (a.low.empty() && a.unwrap) fail("--unwrap is for a given LOW.");
+    height_field_options(a);
+  } else if (a.height != 1 || !a.extent.empty()) {
+    fail("--height and --extent are for a HIGH that is a height field, a PNG or EXR.");
+  }
+  if (a.match != "uv" && a.force_uv) fail("--force-uv is for --match uv.");
+  if (a.match == "uv" && !fallback_searches(a) && !a.max_distance.empty()) {
+    fail("--max-distance is for searching, but --match uv does not search: leave one out.");
+  }
   if (!a.load_match.empty() && a.fallback != "low") {
     fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
   }
-  if (a.fallback_blend != 0 && (a.fallback == "low" || kFallbackMisses.contains(a.fallback))) {
+  if (a.fallback_blend != 0 && !fallback_searches(a)) {
     fail("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
   }
   if (a.match == a.fallback) {
@@ -395,6 +440,20 @@ void check(const BakeArguments& a) {
   if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
   if (a.dither && a.format != "png8") fail("--dither is for --format png8.");
+}
+
+bool is_height_field(const BakeArguments& a) {
+  std::string ending = std::filesystem::path(a.high).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".png" || ending == ".exr";
+}
+
+HeightFieldOptions height_field_options(const BakeArguments& a) {
+  HeightFieldOptions options;
+  options.height = a.height;
+  if (!a.extent.empty()) std::tie(options.width, options.depth) = parse_extent(a.extent);
+  return options;
 }
 
 BakeOptions bake_options(const BakeArguments& a) {
@@ -439,6 +498,9 @@ BakeOptions bake_options(const BakeArguments& a) {
       throw Error(ErrorCode::usage, "--max-distance is 0: rays that reach nowhere find nothing.");
     }
   }
+  if (a.force_uv) {
+    options.uv.max_overlap = options.uv.max_distance = std::numeric_limits<double>::infinity();
+  }
   if (!a.cage.empty()) options.cage = parse_length("--cage", a.cage);
   options.two_sided = a.two_sided;
   options.space = kSpaces.at(a.space);
@@ -464,10 +526,11 @@ RayTraversal traversal(const BakeArguments& a) { return kTraversals.at(a.travers
 std::string map_name(MapKind kind) { return name_of(kMaps, kind); }
 std::string match_name(MatchMethod method) { return name_of(kMethods, method); }
 MatchMethod match_method(const std::string& name) { return kMethods.at(name); }
-std::vector<std::string> match_names(bool with_auto) {
+std::vector<std::string> match_names() {
   std::vector<std::string> names;
-  if (with_auto) names.emplace_back(kAutomatic);
-  for (const auto& [name, method] : kMethods) names.push_back(name);
+  for (const auto& [name, method] : kMethods) {
+    if (method != MatchMethod::uv) names.push_back(name);
+  }
   return names;
 }
 std::string fallback_name(Fallback fallback) { return name_of(kFallbacks, fallback); }
@@ -519,6 +582,9 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"cage_mesh", or_null(a.cage_mesh)},
           {"two_sided", a.two_sided},
           {"miss", name_of(kMisses, miss_policy(a))},
+          {"force_uv", a.force_uv},
+          {"height", is_height_field(a) ? Json(a.height) : Json()},
+          {"extent", or_null(a.extent)},
           {"traversal", a.traversal},
           {"space", a.space},
           {"flip_y", a.flip_y},

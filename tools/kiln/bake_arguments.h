@@ -35,6 +35,10 @@ struct BakeArguments {
   std::uint32_t fallback_blend = 0;
   std::string cage, cage_mesh;
   bool two_sided = false;
+  bool force_uv = false;
+  bool match_given = false;
+  double height = 1;
+  std::string extent;
   std::string traversal = "auto";
   std::string space = "tangent";
   bool flip_y = false;
@@ -61,6 +65,10 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments);
 /// What one option's own check cannot see: contradictions between several. \throws Error(usage)
 void check(const BakeArguments& arguments);
 
+/// Whether HIGH is an image of heights, by its name.
+bool is_height_field(const BakeArguments& arguments);
+HeightFieldOptions height_field_options(const BakeArguments& arguments);
+
 BakeOptions bake_options(const BakeArguments& arguments);
 SaveImageOptions image_options(const BakeArguments& arguments);
 RayTraversal traversal(const BakeArguments& arguments);
@@ -69,7 +77,7 @@ RayTraversal traversal(const BakeArguments& arguments);
 std::string map_name(MapKind kind);
 std::string match_name(MatchMethod method);
 MatchMethod match_method(const std::string& name);
-std::vector<std::string> match_names(bool with_auto = false);
+std::vector<std::string> match_names();  ///< Those that any two meshes will do for: not uv
 std::string fallback_name(Fallback fallback);
 std::string criterion_name(ViewCriterion criterion);
 

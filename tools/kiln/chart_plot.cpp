@@ -40,8 +40,7 @@ constexpr std::array<Style, 6> kStyles = {
     {{ChartFamily::rays, "rays", "pt 9 ps 2.3 lc rgb '#222222'"},
      {ChartFamily::views, "depth views", "pt 7 ps 2 lc rgb '#0072b2'"},
      {ChartFamily::views_rays, "views, then rays", "pt 13 ps 2.4 lc rgb '#009e73'"},
-     {ChartFamily::paper, "views as in the paper",
-      "pt 5 ps 1.8 lc rgb '#d55e00'"},
+     {ChartFamily::paper, "views as in the paper", "pt 5 ps 1.8 lc rgb '#d55e00'"},
      {ChartFamily::closest, "nearest points", "pt 11 ps 2.3 lc rgb '#cc79a7'"},
      {ChartFamily::visibility, "visibility", "pt 15 ps 2.3 lc rgb '#8a6d00'"}}};
 

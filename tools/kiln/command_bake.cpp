@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -23,8 +24,8 @@ constexpr double kAtLow = 0.08, kAtSource = 0.15, kAtBake = 0.3, kAtSave = 0.8;
 
 struct LowMesh {
   Mesh mesh;
-  std::string stem;     // of the maps' names
-  std::string written;  // the file, where we made it
+  std::string stem;   // of the maps' names
+  bool made = false;  // by us, or its UVs: it is written beside the maps
   std::optional<SimplifyReport> simplified;
   std::optional<UnwrapReport> unwrapped;
 };
@@ -35,9 +36,42 @@ std::string low_stem(const BakeArguments& arguments) {
   return fs::path(arguments.low).stem().string() + (arguments.unwrap ? "_unwrapped" : "");
 }
 
+/// The dense mesh, and what it was made of where it is a height field.
+struct HighMesh {
+  Mesh mesh;
+  std::optional<Image> heights;
+};
+
+HighMesh load_high(const BakeArguments& arguments, std::vector<Warning>& warnings) {
+  if (!is_height_field(arguments)) return {load_mesh(arguments.high, &warnings), {}};
+  HighMesh high;
+  high.heights = load_image(arguments.high);
+  if (high.heights->channels > 1) {
+    warnings.push_back({"height-channels",
+                        "The height field '" + arguments.high + "' has " +
+                            std::to_string(high.heights->channels) +
+                            " channels: the first was taken for heights.",
+                        1});
+  }
+  high.mesh = height_field_mesh(*high.heights, height_field_options(arguments));
+  high.mesh.name = fs::path(arguments.high).stem().string();
+  return high;
+}
+
+/// How far a height field may lie from the mesh under it, as a share of its diagonal: by its heights.
+double relief(const Mesh& field) {
+  const Bounds box = Bounds::of(field);
+  double squared = 0;
+  for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.high[k] - box.low[k], 2);
+  const double reach =
+      std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
+  return squared > 0 ? reach / std::sqrt(squared) : 0;
+}
+
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
-LowMesh prepare_low(const BakeArguments& arguments, const Mesh& high, Console& console,
+LowMesh prepare_low(const BakeArguments& arguments, const HighMesh& dense, Console& console,
                     std::vector<Warning>& warnings) {
+  const Mesh& high = dense.mesh;
   const auto [width, height] = parse_size(arguments.size);
   UnwrapOptions unwrap_options;
   unwrap_options.size = std::max(16U, std::min(width, height));
@@ -53,6 +87,11 @@ LowMesh prepare_low(const BakeArguments& arguments, const Mesh& high, Console& c
     }
     low.stem = low_stem(arguments);
     if (!arguments.unwrap) return low;
+  } else if (dense.heights && arguments.faces == 0 && arguments.max_error.empty()) {
+    low.mesh = height_field_plane(*dense.heights, height_field_options(arguments));
+    low.made = true;
+    low.stem = low.mesh.name = low_stem(arguments);
+    return low;
   } else {
     console.progress(kAtLow, "simplifying");
     low.simplified.emplace();
@@ -63,7 +102,14 @@ LowMesh prepare_low(const BakeArguments& arguments, const Mesh& high, Console& c
     }
     low.mesh = simplify(high, options, &*low.simplified);
     low.stem = low_stem(arguments);
+    low.made = true;
+    if (dense.heights) {
+      lay_out_over_height_field(low.mesh, *dense.heights, height_field_options(arguments));
+      low.mesh.name = low.stem;
+      return low;
+    }
   }
+  low.made = true;
   low.unwrapped.emplace();
   low.mesh = unwrap(low.mesh, unwrap_options, &*low.unwrapped);
   low.mesh.name = low.stem;
@@ -83,7 +129,7 @@ std::string shares(const BakeReport& report) {
   for (const auto& [name, count] :
        {std::pair{"outward", report.outward}, std::pair{"inward", report.inward},
         std::pair{"cage", report.cage}, std::pair{"views", report.viewed},
-        std::pair{"closest", report.closest}}) {
+        std::pair{"closest", report.closest}, std::pair{"UV", report.by_uv}}) {
     if (count == 0) continue;
     text += (text.empty() ? "" : ", ") + std::string(name) + " " + percent(count, report.samples);
   }
@@ -195,6 +241,17 @@ Json plan_json(const PlannedBake& planned) {
           {"trials", trials}};
 }
 
+/// One line about the layouts.
+std::string summary(const UvReport& uv, double diagonal) {
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "layouts: %s of the dense mesh's samples covered twice; surfaces %.3g%% of the "
+                "diagonal apart at the same UV on average, 95%% of the samples within %.3g%%",
+                percent(uv.overlapping, uv.covered).c_str(), 100 * uv.mean_distance / diagonal,
+                100 * uv.p95_distance / diagonal);
+  return text;
+}
+
 struct Stages {
   double load = 0, low = 0, build = 0, save = 0;
 };
@@ -272,7 +329,9 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   }
 }
 
-int run_bake(const BakeArguments& arguments) {
+int run_bake(const BakeArguments& given) {
+  BakeArguments arguments = given;
+  if (is_height_field(given) && !given.match_given) arguments.match = "uv";
   check(arguments);
   BakeOptions options = bake_options(arguments);
   const SaveImageOptions save_options = image_options(arguments);
@@ -288,9 +347,15 @@ int run_bake(const BakeArguments& arguments) {
 
   const Device device = Device::open(arguments.device);
   if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
-  const Mesh high = load_mesh(arguments.high, &warnings);
+  const HighMesh dense = load_high(arguments, warnings);
+  const Mesh& high = dense.mesh;
+  if (dense.heights) {
+    // The layouts agree by make; how far the surfaces are apart is what is baked.
+    options.uv.warn_distance += relief(high);
+    options.uv.max_distance += relief(high);
+  }
   stages.load = watch.lap();
-  LowMesh low = prepare_low(arguments, high, console, warnings);
+  LowMesh low = prepare_low(arguments, dense, console, warnings);
   (arguments.low.empty() ? stages.low : stages.load) += watch.lap();
   std::optional<Mesh> cage_mesh;
   if (!arguments.cage_mesh.empty()) {
@@ -333,7 +398,7 @@ int run_bake(const BakeArguments& arguments) {
     outputs.push_back(path.string());
     return console.progress(kAtSave, "writing " + path.string());
   };
-  if (low.unwrapped) {
+  if (low.made) {
     const fs::path path = folder / (low.stem + ".obj");
     if (!saving(path)) return kExitCancelled;
     save_obj(low.mesh, path);
@@ -399,6 +464,7 @@ int run_bake(const BakeArguments& arguments) {
         {"warnings", describe(warnings)}};
     if (options.mips) json["mips"] = mips;
     if (planned) json["auto"] = plan_json(*planned);
+    if (report.uv) json["uv"] = describe(*report.uv);
     if (report.views) json["views"] = describe(*report.views);
     if (report.switches) json["switches"] = describe(*report.switches);
     if (report.switches_blended) {
@@ -407,11 +473,12 @@ int run_bake(const BakeArguments& arguments) {
     }
     if (report.visibility) json["visibility"] = describe(*report.visibility);
     if (low.simplified) {
-      json["low"] = {{"faces", low.simplified->faces},
-                     {"error", low.simplified->error},
-                     {"charts", low.unwrapped->charts},
-                     {"coverage", low.unwrapped->coverage},
-                     {"density_spread", low.unwrapped->density_spread}};
+      json["low"] = {{"faces", low.simplified->faces}, {"error", low.simplified->error}};
+      if (low.unwrapped) {
+        json["low"]["charts"] = low.unwrapped->charts;
+        json["low"]["coverage"] = low.unwrapped->coverage;
+        json["low"]["density_spread"] = low.unwrapped->density_spread;
+      }
     }
     save_report(arguments.json, json);
   }
@@ -426,6 +493,7 @@ int run_bake(const BakeArguments& arguments) {
   }
   if (planned) console.line(summary(*planned));
   if (report.views) console.line(summary(*report.views, source.stats().diagonal));
+  if (report.uv) console.line(summary(*report.uv, source.stats().diagonal));
   if (report.visibility) console.line(summary(*report.visibility));
   const std::uint64_t map_texels =
       planned ? std::uint64_t{planned->chosen.width} * planned->chosen.height

@@ -51,6 +51,21 @@ Length parse_length(const char* flag, const std::string& text) {
   return relative ? Length::share(value / 100) : Length::absolute(value);
 }
 
+std::pair<double, double> parse_extent(const std::string& text) {
+  constexpr const char* kExpected = "X or X,Y in world units, above 0, such as 100 or 100,50";
+  const std::size_t comma = text.find(',');
+  const std::string_view all = text;
+  const auto number = [&](std::string_view part) {
+    double value = 0;
+    if (!parse_whole(part, value) || !std::isfinite(value) || value <= 0) {
+      bad("--extent", text, kExpected);
+    }
+    return value;
+  };
+  if (comma == std::string::npos) return {number(all), 0};
+  return {number(all.substr(0, comma)), number(all.substr(comma + 1))};
+}
+
 Length parse_reach(const std::string& text) {
   const Length length = parse_length("--max-distance", text);
   if (length.value == 0) {

@@ -32,6 +32,9 @@ std::int32_t parse_gutter(const std::string& text);
 /// "AZ,EL" in degrees. \throws Error(usage)
 std::pair<double, double> parse_view(const std::string& text);
 
+/// "X" or "X,Y" in world units, above 0; Y is 0 where it is left out. \throws Error(usage)
+std::pair<double, double> parse_extent(const std::string& text);
+
 /// "X,Y,Z", not all 0. \throws Error(usage)
 Vec3 parse_direction(const std::string& text);
 

@@ -24,7 +24,7 @@ struct Rating {
   std::string method;
   BakeReport bake;
   MatchAssessment match;
-  NormalError normal;          ///< Rendered normals against the dense mesh's, over held-out views
+  NormalError normal;  ///< Rendered normals against the dense mesh's, over held-out views
   // With pictures: the light mesh coloured by each field, and by the error of the normal; degrees -1 and -2
   // as normal_angles() has them.
   Image shape;  ///< Clay, one channel: shading for the others

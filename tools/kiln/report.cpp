@@ -80,11 +80,29 @@ Json describe(const SwitchReport& switches) {
           {"elsewhere_degrees", switches.elsewhere_degrees}};
 }
 
+Json describe(const UvReport& uv) {
+  Json overlap;
+  if (uv.overlap) {
+    overlap = {{"triangles", {uv.overlap->lower, uv.overlap->upper}},
+               {"column", uv.overlap->column},
+               {"row", uv.overlap->row}};
+  }
+  return {{"covered", uv.covered},
+          {"overlapping", uv.overlapping},
+          {"overlap_share",
+           uv.covered == 0 ? 0.0
+                           : static_cast<double>(uv.overlapping) / static_cast<double>(uv.covered)},
+          {"overlap", overlap},
+          {"outside", uv.outside},
+          {"without_area", uv.without_area},
+          {"distance", {{"mean", uv.mean_distance}, {"p95", uv.p95_distance}}}};
+}
+
 Json describe_texels(const BakeReport& report) {
-  return {
-      {"covered", report.texels},  {"samples", report.samples}, {"outward", report.outward},
-      {"inward", report.inward},   {"cage", report.cage},       {"views", report.viewed},
-      {"closest", report.closest}, {"missed", report.missed},   {"gutter", report.gutter_texels}};
+  return {{"covered", report.texels},      {"samples", report.samples}, {"outward", report.outward},
+          {"inward", report.inward},       {"cage", report.cage},       {"views", report.viewed},
+          {"closest", report.closest},     {"uv", report.by_uv},        {"missed", report.missed},
+          {"gutter", report.gutter_texels}};
 }
 
 std::uint64_t peak_resident_bytes() {

@@ -20,6 +20,7 @@ Json describe(const NormalError& error);
 Json describe(const ViewReport& views);
 Json describe(const VisibilityReport& visibility);
 Json describe(const SwitchReport& switches);
+Json describe(const UvReport& uv);
 /// Texels and samples by status.
 Json describe_texels(const BakeReport& report);
 

@@ -1,0 +1,111 @@
+#include "kiln/height_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+struct Extent {
+  double width, depth;
+};
+
+Extent extent_of(const Image& image, const HeightFieldOptions& options) {
+  for (const double value : {options.width, options.depth}) {
+    if (value >= 0 && std::isfinite(value)) continue;
+    throw Error(ErrorCode::usage, "The height field's extent is " + std::to_string(value) +
+                                      ": it must be finite and above 0, or 0 for the image's "
+                                      "proportions.");
+  }
+  if (!std::isfinite(options.height)) {
+    throw Error(ErrorCode::usage, "The height field's height must be finite.");
+  }
+  if (image.width < 2 || image.height < 2 || image.channels < 1 ||
+      image.pixels.size() != std::size_t{image.width} * image.height * image.channels) {
+    throw Error(ErrorCode::input, "The height field is " + std::to_string(image.width) + " x " +
+                                      std::to_string(image.height) +
+                                      " pixels: it must be 2 x 2 or more.");
+  }
+  const double columns = image.width - 1.0;
+  const double rows = image.height - 1.0;
+  Extent extent{options.width, options.depth};
+  if (extent.width == 0 && extent.depth == 0) {
+    extent = {columns / std::max(columns, rows), rows / std::max(columns, rows)};
+  }
+  if (extent.width == 0) extent.width = extent.depth * columns / rows;
+  if (extent.depth == 0) extent.depth = extent.width * rows / columns;
+  return extent;
+}
+
+}  // namespace
+
+Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
+  const Extent extent = extent_of(image, options);
+  if (std::uint64_t{image.width} * image.height >= std::uint64_t{1} << 30) {
+    throw Error(ErrorCode::input, "The height field is " + std::to_string(image.width) + " x " +
+                                      std::to_string(image.height) +
+                                      " pixels: at most 2^30 are supported. Scale it down.");
+  }
+  Mesh mesh;
+  mesh.name = "height field";
+  const std::size_t count = std::size_t{image.width} * image.height;
+  mesh.positions.reserve(count);
+  mesh.uvs.reserve(count);
+  for (std::uint32_t row = 0; row < image.height; ++row) {
+    const double v = 1 - row / (image.height - 1.0);
+    for (std::uint32_t column = 0; column < image.width; ++column) {
+      const double u = column / (image.width - 1.0);
+      const float value = *image.at(column, row);
+      if (!std::isfinite(value)) {
+        throw Error(ErrorCode::input, "The height field's value at column " +
+                                          std::to_string(column) + ", row " + std::to_string(row) +
+                                          " is not finite: fill such holes.");
+      }
+      mesh.positions.push_back({static_cast<float>((u - 0.5) * extent.width),
+                                static_cast<float>((v - 0.5) * extent.depth),
+                                static_cast<float>(value * options.height)});
+      mesh.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
+    }
+  }
+  mesh.triangles.reserve(std::size_t{2} * (image.width - 1) * (image.height - 1));
+  for (std::uint32_t row = 0; row + 1 < image.height; ++row) {
+    for (std::uint32_t column = 0; column + 1 < image.width; ++column) {
+      const std::uint32_t upper = row * image.width + column;
+      const std::uint32_t lower = upper + image.width;
+      mesh.triangles.push_back({lower, lower + 1, upper + 1});
+      mesh.triangles.push_back({lower, upper + 1, upper});
+    }
+  }
+  mesh.uv_triangles = mesh.triangles;
+  return mesh;
+}
+
+Mesh height_field_plane(const Image& image, const HeightFieldOptions& options) {
+  const Extent extent = extent_of(image, options);
+  Mesh mesh;
+  mesh.name = "plane";
+  for (const Vec2& uv : {Vec2{0, 0}, Vec2{1, 0}, Vec2{1, 1}, Vec2{0, 1}}) {
+    mesh.positions.push_back({static_cast<float>((uv.x - 0.5) * extent.width),
+                              static_cast<float>((uv.y - 0.5) * extent.depth), 0});
+    mesh.uvs.push_back(uv);
+  }
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.uv_triangles = mesh.triangles;
+  return mesh;
+}
+
+void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightFieldOptions& options) {
+  const Extent extent = extent_of(image, options);
+  mesh.uvs.clear();
+  for (const Vec3& p : mesh.positions) {
+    const double u = (p.x + mesh.origin[0]) / extent.width + 0.5;
+    const double v = (p.y + mesh.origin[1]) / extent.depth + 0.5;
+    mesh.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
+  }
+  mesh.uv_triangles = mesh.triangles;
+}
+
+}  // namespace kiln

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "kiln/bake.h"
+
+namespace kiln {
+
+struct SessionOptions {
+  /// The box that the dense mesh moves in. None given: its own at first. Decides rounding and what a share
+  /// of the diagonal is; positions may leave it, but not by more than about its size.
+  std::optional<Bounds> bounds;
+  RayTraversal traversal = RayTraversal::automatic;
+};
+
+/// A bake of a dense mesh that changes (Gumbau, Gonzalez, Chover 2006).
+///
+/// Everything stays on the device: samples of the light mesh, their correspondences, the dense mesh, its
+/// hierarchy. After positions or normals change, only what depends on them is done again:
+///   - MatchMethod::uv without a fallback: correspondences stay, since UVs do; the texels whose triangles'
+///     normals changed are read anew, and their gutter.
+///   - Other matches: the hierarchy's boxes are fitted to the new positions (its topology stays); all
+///     samples are matched anew. Where only normals change, the correspondences stay, as above.
+/// The maps are, to the bit, what bake() makes of Source(device, high(), traversal, bounds()).
+///
+/// Conditions of BakeOptions::uv are checked at the first bake. Counts and distances in the report are of
+/// the last time that samples were matched.
+/// Memory: 69 bytes a sample on the device and 20 on the host, beside what a bake needs.
+/// Thread safety: one thread at a time.
+class BakeSession {
+ public:
+  /// \param options  as for bake(), but match and progress must be empty, and clusters of visibility and
+  ///                 blending with a fallback are left out
+  /// \throws Error as bake(); Error(input) for a dense mesh with a corner that is not finite
+  BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options = {},
+              const SessionOptions& session = {});
+  ~BakeSession();
+  BakeSession(BakeSession&&) noexcept;
+  BakeSession& operator=(BakeSession&&) noexcept;
+
+  /// Changes positions of the dense mesh's vertices [first, first + count), in its units. Where the mesh
+  /// has no normals of its own, those around them follow.
+  /// \throws Error(usage) for a range beyond the mesh's, a position that is not finite or too far out of
+  ///         the bounds; nothing is changed then
+  void set_positions(std::uint32_t first, std::span<const Vec3> positions);
+
+  /// Changes entries [first, first + count) of the dense mesh's pool of normals; of any length above 0.
+  /// \throws Error(usage) for a range beyond the pool (a mesh without normals has none), or a normal
+  ///         without direction; nothing is changed then
+  void set_normals(std::uint32_t first, std::span<const Vec3> normals);
+
+  /// Bakes what is not up to date. \returns all maps; good until the next call
+  /// \throws Error as bake()
+  const BakeResult& bake();
+
+  /// What the last bake() did.
+  struct Update {
+    std::uint64_t triangles = 0;  ///< Dense ones whose corners or normals had changed
+    std::uint64_t texels = 0;     ///< Read anew
+    bool matched = false;         ///< Samples were matched
+    double seconds_source = 0;    ///< Normals, hierarchy, upload
+    double seconds_match = 0, seconds_detail = 0, seconds_image = 0;
+    double seconds() const {
+      return seconds_source + seconds_match + seconds_detail + seconds_image;
+    }
+  };
+  const Update& last_update() const;
+
+  const Mesh& high() const;  ///< As it is now
+  const Bounds& bounds() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,66 @@
+// Structs of the uv family: drawing the dense mesh's UV triangles.
+#ifndef KILN_SHARED_UV_H
+#define KILN_SHARED_UV_H
+
+#include "shared/common.h"
+
+/// A UV triangle of the dense mesh in fixed point (host/uv_grid.h): a sample is 2^shift units wide.
+typedef struct kiln_uv_piece {
+  kiln_int x[3];
+  kiln_int y[3];
+  kiln_uint triangle;
+  kiln_uint clip;  // 0: a whole triangle; else 1 + the index of its kiln_uv_clip
+} kiln_uv_piece;
+KILN_CHECK_SIZE(kiln_uv_piece, 32);
+
+/// Barycentrics of the whole triangle at the corners of a part of it.
+typedef struct kiln_uv_clip {
+  kiln_float weight1[3];
+  kiln_float weight2[3];
+  kiln_float padding[2];
+} kiln_uv_clip;
+KILN_CHECK_SIZE(kiln_uv_clip, 32);
+
+/// Work-items cover at most this many samples a side, so that large triangles are shared out.
+#define KILN_UV_TILE 64
+
+/// Samples of a piece that one work-item tests: a rectangle of up to KILN_UV_TILE samples a side.
+typedef struct kiln_uv_task {
+  kiln_uint piece;
+  kiln_int x;
+  kiln_int y;
+  kiln_uint size;  // width | height << 16
+} kiln_uv_task;
+KILN_CHECK_SIZE(kiln_uv_task, 16);
+
+typedef struct kiln_uv_params {
+  kiln_uint first_task;
+  kiln_uint task_count;
+  kiln_int row_begin;     // rows of samples in the band
+  kiln_int row_end;
+  kiln_uint sample_width; // of the map
+  kiln_uint shift;
+  kiln_uint samples;      // N
+  kiln_uint width;        // of the map, texels
+  kiln_uint texel_count;  // covered texels of the band
+  kiln_uint sample_count;
+  kiln_uint band_capacity;  // elements of one plane of the samples' points
+  kiln_uint hit_capacity;   // ... of the correspondence's barycentrics
+} kiln_uv_params;
+KILN_CHECK_SIZE(kiln_uv_params, 48);
+
+/// A row of samples, counted.
+typedef struct kiln_uv_row {
+  kiln_uint covered;
+  kiln_uint overlapping;
+  kiln_uint column;  // of the first overlap
+  kiln_uint lower;   // pieces there
+  kiln_uint upper;
+  kiln_uint padding[3];
+} kiln_uv_row;
+KILN_CHECK_SIZE(kiln_uv_row, 32);
+
+/// A sample that no piece covers.
+#define KILN_UV_EMPTY 0xFFFFFFFFu
+
+#endif

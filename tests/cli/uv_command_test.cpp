@@ -1,0 +1,141 @@
+// kiln bake --match uv, and height fields: files, figures, exit codes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::ProcessResult;
+using test::run_kiln;
+
+json read_json(const fs::path& path) {
+  std::ifstream stream(path);
+  return json::parse(stream);
+}
+
+/// A bumpy plane and a light one with the same layout, but for a shift of the dense one's.
+fs::path make_scene(float shift) {
+  const fs::path folder = test::scratch_folder();
+  Mesh dense = test::plane(60, 60);
+  dense.normals.clear();
+  dense.normal_triangles.clear();
+  for (Vec3& p : dense.positions) p.z = 0.01F * std::sin(20 * p.x);
+  for (Vec2& uv : dense.uvs) uv.x += shift;
+  save_obj(dense, folder / "high.obj");
+  save_obj(test::plane(2, 2), folder / "low.obj");
+  return folder;
+}
+
+std::vector<std::string> bake_command(const fs::path& scene) {
+  return {"bake",  scene / "high.obj", scene / "low.obj", "--match",       "uv", "--size", "64",
+          "--out", scene / "out",      "--json",          scene / "r.json"};
+}
+
+TEST(UvCommand, BakesAndReports) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(0);
+  const ProcessResult result = run_kiln(bake_command(scene));
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(fs::exists(scene / "out" / "low_normal.png"));
+  EXPECT_NE((result.output + result.errors).find("covered twice"), std::string::npos);
+  const json report = read_json(scene / "r.json");
+  EXPECT_EQ(report["options"]["match"], "uv");
+  EXPECT_EQ(report["texels"]["uv"], 64 * 64);
+  EXPECT_EQ(report["uv"]["overlapping"], 0);
+  EXPECT_TRUE(report["uv"]["overlap"].is_null());
+  // The mean of 0.01 |sin| is 0.0064.
+  EXPECT_NEAR(report["uv"]["distance"]["mean"].get<double>(), 0.0064, 1e-3);
+  EXPECT_NEAR(report["uv"]["distance"]["p95"].get<double>(), 0.01, 1e-3);
+}
+
+TEST(UvCommand, RefusesLayoutsThatDisagreeUnlessForced) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(0.2F);
+  std::vector<std::string> command = bake_command(scene);
+  const ProcessResult refused = run_kiln(command);
+  EXPECT_EQ(refused.exit_code, 3) << refused.errors;
+  EXPECT_NE(refused.errors.find("layouts"), std::string::npos) << refused.errors;
+  EXPECT_NE(refused.errors.find("--force-uv"), std::string::npos);
+  EXPECT_FALSE(fs::exists(scene / "out" / "low_normal.png"));
+  command.emplace_back("--force-uv");
+  const ProcessResult forced = run_kiln(command);
+  EXPECT_EQ(forced.exit_code, 0) << forced.errors;
+  EXPECT_NE(forced.errors.find("layouts"), std::string::npos) << forced.errors;
+}
+
+TEST(UvCommand, RefusesContradictions) {
+  const fs::path scene = make_scene(0);
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--max-distance", "1"}, {"--height", "2"}, {"--extent", "3"}}) {
+    std::vector<std::string> command = bake_command(scene);
+    command.insert(command.end(), more.begin(), more.end());
+    EXPECT_EQ(run_kiln(command).exit_code, 2) << more[0];
+  }
+  EXPECT_EQ(run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--force-uv", "--out",
+                      scene / "out"})
+                .exit_code,
+            2);
+}
+
+class HeightFieldCommand : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  Image image{65, 33, 1, std::vector<float>(65 * 33)};
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    image.pixels[i] = 0.5F + 0.4F * std::sin(0.25F * static_cast<float>(i % 65)) *
+                                 std::cos(0.3F * static_cast<float>(i / 65));
+  }
+  const fs::path field = scene / ("field." + GetParam());
+  SaveImageOptions save;
+  save.format = GetParam() == "png" ? ImageFormat::png16 : ImageFormat::exr_float;
+  save_image(image, field, save);
+  std::vector<std::string> command = {
+      "bake",  field,      "--height", "4",     "--extent",      "64",     "--size",
+      "64x32", "--format", "exr",      "--out", scene / "plane", "--json", scene / "r.json"};
+  const ProcessResult plane = run_kiln(command);
+  ASSERT_EQ(plane.exit_code, 0) << plane.errors;
+  json report = read_json(scene / "r.json");
+  EXPECT_EQ(report["options"]["match"], "uv");
+  EXPECT_EQ(report["texels"]["missed"], 0);
+  EXPECT_EQ(report["inputs"]["high"]["triangles"], 2 * 64 * 32);
+  const Mesh low = load_mesh(scene / "plane" / "field_low.obj");
+  EXPECT_EQ(low.triangles.size(), 2U);
+  // The slopes of the sum, in the middle of a cell.
+  const Image map = load_image(scene / "plane" / "field_low_normal.exr");
+  const double i = 20.5;
+  const double j = 10.5;
+  const double dx = 4 * 0.4 * 0.25 * std::cos(0.25 * i) * std::cos(0.3 * j);
+  const double dy = 4 * 0.4 * 0.3 * std::sin(0.25 * i) * std::sin(0.3 * j);
+  const double size = std::sqrt(dx * dx + dy * dy + 1);
+  EXPECT_NEAR(map.at(20, 10)[0] * 2 - 1, -dx / size, 0.02);
+  EXPECT_NEAR(map.at(20, 10)[1] * 2 - 1, -dy / size, 0.02);
+
+  command[11] = scene / "terrain";
+  command.insert(command.end(), {"--faces", "300"});
+  const ProcessResult terrain = run_kiln(command);
+  ASSERT_EQ(terrain.exit_code, 0) << terrain.errors;
+  report = read_json(scene / "r.json");
+  EXPECT_LE(report["low"]["faces"], 300);  // or one fewer, where a collapse takes two
+  EXPECT_LT(report["uv"]["distance"]["p95"].get<double>(), 1.0);
+  const Mesh simple = load_mesh(scene / "terrain" / "field_low.obj");
+  EXPECT_GE(simple.triangles.size(), 299U);
+  EXPECT_EQ(simple.uv_triangles.size(), simple.triangles.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, HeightFieldCommand, ::testing::Values("png", "exr"));
+
+}  // namespace
+}  // namespace kiln
