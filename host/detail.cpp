@@ -3,18 +3,32 @@
 #include "low_shading.h"
 
 namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::size_t kWide = 8;
+constexpr std::size_t kPadding = 1;
+
+}  // namespace
 
 SourceAttributes::SourceAttributes(cl::Context& context, const CornerNormals& corners)
-    : normal_indices(context, std::span<const std::uint32_t>(
-                                  corners.triangles.empty() ? nullptr : corners.triangles[0].data(),
-                                  corners.triangles.size() * 3)),
-      normals(context,
-              std::span<const float>(corners.normals.empty() ? nullptr : &corners.normals[0].x,
-                                     corners.normals.size() * 3)) {}
+    : normal_indices(context, corners.triangles.size() * 3 + kPadding),
+      normals(context, corners.normals.size() * 3 + kPadding) {
+  if (!corners.triangles.empty()) {
+    normal_indices.write(context, std::span<const std::uint32_t>(corners.triangles[0].data(),
+                                                                 corners.triangles.size() * 3));
+  }
+  if (!corners.normals.empty()) {
+    normals.write(context,
+                  std::span<const float>(&corners.normals[0].x, corners.normals.size() * 3));
+  }
+}
 
 NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
-                           const SourceAttributes& source, const BakeOptions& options)
+                           const SourceAttributes& source, const BakeOptions& options,
+                           DetailPath path)
     : context_(context),
+      wide_(path == DetailPath::automatic ? !context.info().is_gpu : path == DetailPath::wide),
       source_(source),
       shading_(context, std::span<const kiln_low_shading>(low_shading(surface))) {
   switch (options.space) {
@@ -44,32 +58,53 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
   }
 }
 
-void NormalDetail::prepare(const TexelBand& band, const Correspondence& match) {
-  if (values_.size() < std::size_t{3} * band.capacity) {
-    values_ = cl::Array<float>();
-    values_ = cl::Array<float>(context_, std::size_t{3} * band.capacity);
-  }
+void NormalDetail::describe(const TexelBand& band, const Correspondence& match) {
   detail_.count = band.sample_count;
   detail_.low_capacity = band.capacity;
   detail_.hit_capacity = match.capacity;
   detail_.out_capacity = band.capacity;
 }
 
+void NormalDetail::prepare(const TexelBand& band, const Correspondence& match) {
+  describe(band, match);
+  if (values_.size() < std::size_t{3} * band.capacity) {
+    values_ = cl::Array<float>();
+    values_ = cl::Array<float>(context_, std::size_t{3} * band.capacity);
+  }
+}
+
 void NormalDetail::resolve(const TexelBand& band, const Correspondence& match,
                            const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
   resolve_.texel_count = band.texel_count;
   resolve_.capacity = band.capacity;
-  context_.launch(context_.kernel("detail", "kiln_detail_resolve"), band.texel_count, 64, resolve_,
-                  band.texel_index, band.texel_first, match.triangle, values_, image, coverage);
+  context_.launch(context_.kernel("detail", "kiln_detail_resolve"), band.texel_count, kLocal,
+                  resolve_, band.texel_index, band.texel_first, match.triangle, values_, image,
+                  coverage);
 }
 
 void NormalDetail::run(const TexelBand& band, const Correspondence& match,
                        const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
+  const std::size_t groups = (band.sample_count + kWide - 1) / kWide;
+  if (wide_ && band.sample_count == band.texel_count) {
+    describe(band, match);
+    resolve_.texel_count = band.texel_count;
+    context_.launch(context_.kernel("detail_wide", "kiln_detail_texel_wide"), groups, kLocal,
+                    detail_, resolve_, band.texel_index, band.triangle, band.barycentric, shading_,
+                    match.triangle, match.barycentric, source_.normal_indices, source_.normals,
+                    image, coverage);
+    return;
+  }
   prepare(band, match);
-  context_.launch(context_.kernel("detail", "kiln_detail_normal"), band.sample_count, 64, detail_,
-                  band.triangle, band.barycentric, shading_, match.triangle, match.barycentric,
-                  source_.normal_indices, source_.normals, values_);
+  if (wide_) {
+    context_.launch(context_.kernel("detail_wide", "kiln_detail_normal_wide"), groups, kLocal,
+                    detail_, band.triangle, band.barycentric, shading_, match.triangle,
+                    match.barycentric, source_.normal_indices, source_.normals, values_);
+  } else {
+    context_.launch(context_.kernel("detail", "kiln_detail_normal"), band.sample_count, kLocal,
+                    detail_, band.triangle, band.barycentric, shading_, match.triangle,
+                    match.barycentric, source_.normal_indices, source_.normals, values_);
+  }
   resolve(band, match, image, coverage);
 }
 
@@ -79,9 +114,9 @@ void NormalDetail::run_blended(const TexelBand& band, const Correspondence& matc
                                const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
   prepare(band, match);
-  context_.launch(context_.kernel("detail", "kiln_detail_blend"), band.sample_count, 64, detail_,
-                  other.capacity, band.triangle, band.barycentric, shading_, match.triangle,
-                  match.barycentric, other.triangle, other.barycentric, shares,
+  context_.launch(context_.kernel("detail", "kiln_detail_blend"), band.sample_count, kLocal,
+                  detail_, other.capacity, band.triangle, band.barycentric, shading_,
+                  match.triangle, match.barycentric, other.triangle, other.barycentric, shares,
                   source_.normal_indices, source_.normals, values_);
   resolve(band, match, image, coverage);
 }

@@ -11,20 +11,28 @@
 
 namespace kiln {
 
-/// The dense mesh's attributes on the device.
+/// The dense mesh's attributes on the device. Both arrays end in one number more, for kernels that read four
+/// at a time.
 struct SourceAttributes {
-  cl::Array<std::uint32_t> normal_indices;  ///< [3 * triangles]
-  cl::Array<float> normals;                 ///< [3 * pool]
+  cl::Array<std::uint32_t> normal_indices;  ///< [3 * triangles + 1]
+  cl::Array<float> normals;                 ///< [3 * pool + 1]
 
   SourceAttributes() = default;
   SourceAttributes(cl::Context& context, const CornerNormals& normals);
+};
+
+/// Which kernels run. All give the same answer to the bit.
+enum class DetailPath {
+  automatic,  ///< By the device's type
+  plain,      ///< A work-item a sample
+  wide,       ///< Explicit vectors of eight samples
 };
 
 /// Reads normals at a band's correspondences and averages them to texels (kernels/detail.cl).
 class NormalDetail {
  public:
   NormalDetail(cl::Context& context, const LowSurface& surface, const SourceAttributes& source,
-               const BakeOptions& options);
+               const BakeOptions& options, DetailPath path = DetailPath::automatic);
 
   /// \param image     [rows * width * 3] of the band, interleaved; texels that are not covered keep
   ///                  what is there
@@ -40,11 +48,13 @@ class NormalDetail {
                    const cl::Array<std::uint8_t>& coverage);
 
  private:
+  void describe(const TexelBand& band, const Correspondence& match);
   void prepare(const TexelBand& band, const Correspondence& match);
   void resolve(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
                const cl::Array<std::uint8_t>& coverage);
 
   cl::Context& context_;
+  bool wide_;
   const SourceAttributes& source_;
   cl::Array<kiln_low_shading> shading_;
   cl::Array<float> values_;  // 3 planes, grown to the largest band

@@ -143,6 +143,14 @@ void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid
   }
 }
 
+/// Whether a float does not hold the sides of a piece's box.
+bool is_large(const kiln_uv_piece& piece) {
+  constexpr std::int32_t kHeld = 1 << 24;
+  const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
+  const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
+  return *x_high - *x_low > kHeld || *y_high - *y_low > kHeld;
+}
+
 std::string percent(double share) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.3g%%", 100 * share);
@@ -205,14 +213,16 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
 }
 
 UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
-                   std::uint32_t samples)
+                   std::uint32_t samples, UvPath path)
     : context_(source.device.context()),
+      runs_(path == UvPath::automatic ? !context_.info().is_gpu : path == UvPath::runs),
       frame_(source.frame),
       width_(width),
       height_(height),
       samples_(samples) {
   UvLayout layout = UvLayout::of(source, width * samples, height * samples);
   shift_ = layout.shift;
+  large_ = std::any_of(layout.pieces.begin(), layout.pieces.end(), is_large);
   counted_.outside = layout.outside;
   counted_.without_area = layout.without_area;
   pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(layout.pieces));
@@ -224,6 +234,7 @@ UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_
     pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(&none, 1));
   }
   first_task_ = std::move(layout.first_task);
+  first_tasks_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(first_task_));
   triangle_of_piece_.reserve(layout.pieces.size());
   for (const kiln_uv_piece& piece : layout.pieces) triangle_of_piece_.push_back(piece.triangle);
   triangles_ = cl::Array<std::uint32_t>(
@@ -240,6 +251,18 @@ void UvRaster::set_positions(std::uint32_t first, std::span<const Vec3> position
                    std::size_t{3} * first);
 }
 
+void UvRaster::cover(const kiln_uv_params& params) {
+  if (runs_) {
+    context_.launch(context_.kernel("uv", "kiln_uv_cover_run"), params.run_count, 1, params,
+                    first_tasks_, tasks_, pieces_, lowest_, highest_);
+    return;
+  }
+  context_.fill(lowest_, std::uint32_t{KILN_UV_EMPTY});
+  context_.fill(highest_, std::uint32_t{0});
+  context_.launch(context_.kernel("uv", "kiln_uv_cover"), params.task_count, kLocal, params, tasks_,
+                  pieces_, lowest_, highest_);
+}
+
 void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_time) {
   const std::uint32_t first_row = band.first_row * samples_;
   const std::uint32_t end_row = first_row + band.row_count * samples_;
@@ -252,12 +275,12 @@ void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_ti
     highest_ = cl::Array<std::uint32_t>(context_, grid_samples);
     rows_ = cl::Array<kiln_uv_row>(context_, end_row - first_row);
   }
-  context_.fill(lowest_, std::uint32_t{KILN_UV_EMPTY});
-  context_.fill(highest_, std::uint32_t{0});
-
   kiln_uv_params params{};
-  params.first_task = first_task_[first_row / kTile];
-  params.task_count = first_task_[(end_row + kTile - 1) / kTile] - params.first_task;
+  params.first_run = first_row / kTile;
+  params.run_count = (end_row + kTile - 1) / kTile - params.first_run;
+  params.first_task = first_task_[params.first_run];
+  params.task_count = first_task_[params.first_run + params.run_count] - params.first_task;
+  params.count_overlap = first_time ? 1 : 0;
   params.row_begin = static_cast<std::int32_t>(first_row);
   params.row_end = static_cast<std::int32_t>(end_row);
   params.sample_width = width_ * samples_;
@@ -268,8 +291,7 @@ void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_ti
   params.sample_count = band.sample_count;
   params.band_capacity = band.capacity;
   params.hit_capacity = match.capacity;
-  context_.launch(context_.kernel("uv", "kiln_uv_cover"), params.task_count, kLocal, params, tasks_,
-                  pieces_, lowest_, highest_);
+  cover(params);
   if (first_time) {
     context_.launch(context_.kernel("uv", "kiln_uv_count"), end_row - first_row, kLocal, params,
                     lowest_, highest_, rows_);
@@ -286,8 +308,15 @@ void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_ti
                           found->column / samples_, row / samples_};
     }
   }
+  if (runs_ && samples_ == 1 && clips_.empty() && !large_) {
+    context_.launch(context_.kernel("uv", "kiln_uv_match_wide"), (band.texel_count + 7) / 8, kLocal,
+                    params, band.texel_index, lowest_, pieces_, match.triangle, match.barycentric,
+                    match.distance, match.status);
+    return;
+  }
   const std::string defines = std::string(samples_ == 1 ? "-DKILN_UV_SINGLE=1" : "") +
-                              (clips_.empty() ? "" : " -DKILN_UV_CLIPPED=1");
+                              (clips_.empty() ? "" : " -DKILN_UV_CLIPPED=1") +
+                              (large_ ? " -DKILN_UV_LARGE=1" : "");
   context_.launch(context_.kernel("uv", "kiln_uv_match", defines), band.texel_count, kLocal, params,
                   band.texel_index, band.texel_first, band.sample_slot, lowest_, pieces_, clips_,
                   match.triangle, match.barycentric, match.distance, match.status);

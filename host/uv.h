@@ -28,11 +28,18 @@ struct UvLayout {
                      std::uint32_t sample_height);
 };
 
+/// Which kernel draws them. Both give the same answer to the bit.
+enum class UvPath {
+  automatic,  ///< By the device's type
+  atomics,    ///< A work-item a triangle
+  runs,       ///< A work-item a run of rows
+};
+
 /// Draws the dense mesh's UV triangles and looks up who covers each sample.
 class UvRaster {
  public:
   UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
-           std::uint32_t samples);
+           std::uint32_t samples, UvPath path = UvPath::automatic);
 
   /// Writes triangle, barycentric and status of a band's samples, enqueued; distances are 0.
   /// \param first_time  count what is drawn for the report
@@ -50,7 +57,10 @@ class UvRaster {
   void report(const UvOptions& options, BakeReport& report) const;
 
  private:
+  void cover(const kiln_uv_params& params);
+
   cl::Context& context_;
+  bool runs_, large_ = false;
   Frame frame_;
   std::uint32_t width_, height_, samples_;
   std::uint32_t shift_ = 0;
@@ -59,6 +69,7 @@ class UvRaster {
   cl::Array<kiln_uv_piece> pieces_;
   cl::Array<kiln_uv_clip> clips_;
   cl::Array<kiln_uv_task> tasks_;
+  cl::Array<std::uint32_t> first_tasks_;  // first_task_
   cl::Array<std::uint32_t> triangles_;
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> lowest_, highest_;  // of a band's samples

@@ -152,7 +152,7 @@ kernel void kiln_detail_blend(const kiln_detail_params params,
                params.out_capacity, result);
 }
 
-/// Averages a texel's samples and normalises. Writes three interleaved floats and a coverage byte (1
+/// Averages a texel's samples and normalises, where there are several. Writes three interleaved floats and a coverage byte (1
 /// baked, 2 missed) at the texel's place in the band.
 kernel void kiln_detail_resolve(const kiln_resolve_params params,
                                 global const uint* restrict texel_index,
@@ -180,7 +180,7 @@ kernel void kiln_detail_resolve(const kiln_resolve_params params,
     sum += value;
     ++used;
   }
-  float3 value = detail_unit(sum, first_value);
+  float3 value = used == 1u ? first_value : detail_unit(sum, first_value);
   if (used == 0u) {
     value = params.miss == KILN_MISS_MARK ? (float3)(1.0f, -1.0f, 1.0f) : (float3)(0.0f, 0.0f, 1.0f);
   }

@@ -8,30 +8,67 @@
 // Algorithm: integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon Rasterization") with
 // the top-left rule, the same as texel.cl's. Triangles are small and many, so a work-item takes one (or a
 // tile of a large one) and writes its samples with an atomic minimum: the lowest index wins whatever the
-// order. A sample that is written twice also gets the highest index, by an atomic maximum. The weights of
-// a sample are ratios of integers, each rounded once, and their quotient once more.
+// order. A sample that is written twice also gets the highest index, by an atomic maximum. On CPUs, where
+// atomics are slow and threads few, a work-item takes the triangles of a run of rows in their order instead,
+// with eight samples at a time. The weights of a sample are quotients of differences of products, which
+// two more fused multiply-adds make good to the last bits (Kahan; Jeannerod, Louvet, Muller, "Further analysis
+// of Kahan's algorithm for the accurate computation of 2 x 2 determinants", 2013).
 //
 // kernel            global       local  memory traffic an item
 // kiln_uv_cover     tasks        64     reads 48 B; 4 B a sample inside, atomic
+// kiln_uv_cover_run runs         1      clears its rows; 48 B a task, 8 B a sample inside
 // kiln_uv_count     rows         64     reads 8 B a sample of the row, writes 32 B
 // kiln_uv_match     texels       64     reads 8 B + 8 B a sample + a piece (gathered), writes 13 B a sample
+// kiln_uv_match_wide  texels/8   64     the same
 // kiln_uv_distance  samples      64     reads 36 B + a triangle (gathered), writes 4 B
 //
-// Defines: KILN_UV_SINGLE=1: one sample a texel; KILN_UV_CLIPPED=1: some pieces are parts of triangles.
+// Defines: KILN_UV_SINGLE=1: one sample a texel; KILN_UV_CLIPPED=1: some pieces are parts of triangles;
+// KILN_UV_LARGE=1: some are so large that floats do not hold their sides, and 64-bit integers must.
 //
 // Strengths: no search, no sort, linear in triangles and samples. Limits: the layouts must agree, and the
 // dense one must not overlap; the host checks both.
 
 #include "lib/vector3.clh"
+#include "lib/wide3.clh"
 #include "shared/match.h"
 #include "shared/uv.h"
 
 #ifndef KILN_UV_SINGLE
 #define KILN_UV_SINGLE 0
 #endif
+#ifndef KILN_UV_LARGE
+#define KILN_UV_LARGE 0
+#endif
 #ifndef KILN_UV_CLIPPED
 #define KILN_UV_CLIPPED 0
 #endif
+
+/// E_k = row_k + step_x_k x + step_y_k y at a task's samples, x and y from its first one: in fixed point, 0 or
+/// more inside, without the low bits that all samples have alike; open edges lose one unit, so that 0
+/// counts as inside on closed edges only.
+typedef struct uv_edges {
+  long row[3], step_x[3], step_y[3];
+} uv_edges;
+
+static uv_edges uv_edges_of(const kiln_uv_piece* p, const uint shift, const int x, const int y) {
+  const long area = (long)(p->x[1] - p->x[0]) * (long)(p->y[2] - p->y[0]) -
+                    (long)(p->y[1] - p->y[0]) * (long)(p->x[2] - p->x[0]);
+  const int sign = area < 0 ? -1 : 1;
+  const long half_sample = 1L << (shift - 1u);
+  uv_edges e;
+  for (int k = 0; k < 3; ++k) {
+    const int from = k == 2 ? 0 : k + 1;
+    const int to = k == 0 ? 2 : k - 1;
+    const int dx = sign * (p->x[to] - p->x[from]);
+    const int dy = sign * (p->y[to] - p->y[from]);
+    const long open = dy < 0 || (dy == 0 && dx > 0) ? 0 : 1;
+    const long c = (long)dx * (half_sample - p->y[from]) - (long)dy * (half_sample - p->x[from]);
+    e.step_x[k] = -dy;
+    e.step_y[k] = dx;
+    e.row[k] = ((c - open) >> shift) + e.step_x[k] * x + e.step_y[k] * y;
+  }
+  return e;
+}
 
 /// Writes a task's samples.
 kernel void kiln_uv_cover(const kiln_uv_params params,
@@ -47,41 +84,120 @@ kernel void kiln_uv_cover(const kiln_uv_params params,
   const int y_end = min(task.y + (int)(task.size >> 16), params.row_end);
   if (y_begin >= y_end) return;
   const int width = (int)(task.size & 0xFFFFu);
-
-  // E_k = a_k x + b_k y + c_k in fixed point, above 0 inside, without the low bits that all samples have
-  // alike; open edges lose one unit, so that 0 counts as inside on closed edges only.
-  const long area = (long)(p.x[1] - p.x[0]) * (long)(p.y[2] - p.y[0]) -
-                    (long)(p.y[1] - p.y[0]) * (long)(p.x[2] - p.x[0]);
-  const int sign = area < 0 ? -1 : 1;
-  const long half_sample = 1L << (params.shift - 1u);
-  long row[3], step_x[3], step_y[3];
-  for (int k = 0; k < 3; ++k) {
-    const int from = k == 2 ? 0 : k + 1;
-    const int to = k == 0 ? 2 : k - 1;
-    const int dx = sign * (p.x[to] - p.x[from]);
-    const int dy = sign * (p.y[to] - p.y[from]);
-    const long open = dy < 0 || (dy == 0 && dx > 0) ? 0 : 1;
-    const long c = (long)dx * (half_sample - p.y[from]) - (long)dy * (half_sample - p.x[from]);
-    step_x[k] = -dy;
-    step_y[k] = dx;
-    row[k] = ((c - open) >> params.shift) + step_x[k] * task.x + step_y[k] * y_begin;
-  }
+  uv_edges edges = uv_edges_of(&p, params.shift, task.x, y_begin);
   size_t place = (size_t)(y_begin - params.row_begin) * params.sample_width + (size_t)task.x;
   for (int y = y_begin; y < y_end; ++y) {
-    long e0 = row[0], e1 = row[1], e2 = row[2];
+    long e0 = edges.row[0], e1 = edges.row[1], e2 = edges.row[2];
     for (int x = 0; x < width; ++x) {
       if ((e0 | e1 | e2) >= 0) {
         const uint before = atomic_min(lowest + place + x, task.piece);
         if (before != KILN_UV_EMPTY) atomic_max(highest + place + x, max(before, task.piece) + 1u);
       }
-      e0 += step_x[0];
-      e1 += step_x[1];
-      e2 += step_x[2];
+      e0 += edges.step_x[0];
+      e1 += edges.step_x[1];
+      e2 += edges.step_x[2];
     }
-    row[0] += step_y[0];
-    row[1] += step_y[1];
-    row[2] += step_y[2];
+    for (int k = 0; k < 3; ++k) edges.row[k] += edges.step_y[k];
     place += params.sample_width;
+  }
+}
+
+/// Whether 32 bits hold a piece's edge functions within its box and eight samples to the right of it.
+static bool uv_is_small(const kiln_uv_piece* p, const uint shift) {
+  const long across = (long)max(max(p->x[0], p->x[1]), p->x[2]) - min(min(p->x[0], p->x[1]), p->x[2]);
+  const long down = (long)max(max(p->y[0], p->y[1]), p->y[2]) - min(min(p->y[0], p->y[1]), p->y[2]);
+  const long most = max(across, down);
+  return most < (1L << 26) && ((2L * most * most) >> shift) + 10L * most < (1L << 31);
+}
+
+/// One sample of a piece that comes after all that were written before.
+static void uv_take(const uint piece, const uint count, global uint* lowest, global uint* highest) {
+  if (*lowest == KILN_UV_EMPTY) {
+    *lowest = piece;
+  } else if (count != 0u) {
+    *highest = piece + 1u;
+  }
+}
+
+/// Clears a run of KILN_UV_TILE rows and writes all its tasks' samples, in the order of their pieces.
+kernel void kiln_uv_cover_run(const kiln_uv_params params,
+                              global const uint* restrict first_tasks,  // per run
+                              global const kiln_uv_task* restrict tasks,
+                              global const kiln_uv_piece* restrict pieces,
+                              global uint* restrict lowest,
+                              global uint* restrict highest) {
+  const uint index = (uint)get_global_id(0);
+  if (index >= params.run_count) return;
+  const uint run = params.first_run + index;
+  const int top = max((int)(run * KILN_UV_TILE), params.row_begin);
+  const int bottom = min((int)((run + 1u) * KILN_UV_TILE), params.row_end);
+  const size_t pitch = params.sample_width;
+  const size_t begin = (size_t)(top - params.row_begin) * pitch;
+  const size_t end = (size_t)(bottom - params.row_begin) * pitch;
+  for (size_t i = begin; i < end; ++i) lowest[i] = KILN_UV_EMPTY;
+  if (params.count_overlap != 0u) {
+    for (size_t i = begin; i < end; ++i) highest[i] = 0u;
+  }
+  const int8 ramp = (int8)(0, 1, 2, 3, 4, 5, 6, 7);
+  const uint last = first_tasks[run + 1u];
+  for (uint t = first_tasks[run]; t < last; ++t) {
+    const kiln_uv_task task = tasks[t];
+    const kiln_uv_piece p = pieces[task.piece];
+    const int y_begin = max(task.y, top);
+    const int y_end = min(task.y + (int)(task.size >> 16), bottom);
+    if (y_begin >= y_end) continue;
+    const int width = (int)(task.size & 0xFFFFu);
+    uv_edges edges = uv_edges_of(&p, params.shift, task.x, y_begin);
+    size_t place = (size_t)(y_begin - params.row_begin) * pitch + (size_t)task.x;
+    if (!uv_is_small(&p, params.shift)) {
+      for (int y = y_begin; y < y_end; ++y) {
+        long e0 = edges.row[0], e1 = edges.row[1], e2 = edges.row[2];
+        for (int x = 0; x < width; ++x) {
+          if ((e0 | e1 | e2) >= 0) {
+            uv_take(task.piece, params.count_overlap, lowest + place + x, highest + place + x);
+          }
+          e0 += edges.step_x[0];
+          e1 += edges.step_x[1];
+          e2 += edges.step_x[2];
+        }
+        for (int k = 0; k < 3; ++k) edges.row[k] += edges.step_y[k];
+        place += pitch;
+      }
+      continue;
+    }
+    const int step0 = (int)edges.step_x[0], step1 = (int)edges.step_x[1];
+    const int step2 = (int)edges.step_x[2];
+    int8 row0 = (int)edges.row[0] + step0 * ramp;
+    int8 row1 = (int)edges.row[1] + step1 * ramp;
+    int8 row2 = (int)edges.row[2] + step2 * ramp;
+    for (int y = y_begin; y < y_end; ++y) {
+      for (int x = 0; x < width; x += 8) {
+        const int8 inside =
+            (((row0 + step0 * x) | (row1 + step1 * x) | (row2 + step2 * x)) >= 0) & (x + ramp < width);
+        if (!wide_any(inside)) continue;
+        global uint* low = lowest + place + x;
+        global uint* high = highest + place + x;
+        if (place + x + 8u > end) {  // the rows that follow are another work-item's
+          int lanes[8];
+          vstore8(inside, 0, lanes);
+          for (int i = 0; i < width - x && i < 8; ++i) {
+            if (lanes[i] != 0) uv_take(task.piece, params.count_overlap, low + i, high + i);
+          }
+          continue;
+        }
+        const uint8 now = vload8(0, low);
+        const int8 free = now == KILN_UV_EMPTY;
+        vstore8(select(now, (uint8)(task.piece), as_uint8(inside & free)), 0, low);
+        if (params.count_overlap != 0u && wide_any(inside & ~free)) {
+          const uint8 most = vload8(0, high);
+          vstore8(select(most, (uint8)(task.piece + 1u), as_uint8(inside & ~free)), 0, high);
+        }
+      }
+      row0 += (int)edges.step_y[0];
+      row1 += (int)edges.step_y[1];
+      row2 += (int)edges.step_y[2];
+      place += pitch;
+    }
   }
 }
 
@@ -119,6 +235,26 @@ static int uv_row(const int index, const int width) {
   return row + (rest >= width ? 1 : 0);
 }
 
+/// a d - b c
+static float uv_determinant(const int a, const int b, const int c, const int d) {
+#pragma OPENCL FP_CONTRACT OFF
+#if KILN_UV_LARGE
+  return convert_float((long)a * d - (long)b * c);
+#else
+  const float product = convert_float(b) * convert_float(c);
+  const float rest = fma(-convert_float(b), convert_float(c), product);
+  return fma(convert_float(a), convert_float(d), -product) + rest;
+#endif
+}
+
+/// The same for eight, whose values floats hold.
+static float8 uv_determinant8(const float8 a, const float8 b, const float8 c, const float8 d) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float8 product = b * c;
+  const float8 rest = fma(-b, c, product);
+  return fma(a, d, -product) + rest;
+}
+
 /// Looks up who covers each sample of a texel, and where in the triangle the sample lies. There is at least
 /// one piece; where none covers a sample, the first is computed with and the result thrown away, since
 /// code without branches becomes vectors.
@@ -138,7 +274,7 @@ kernel void kiln_uv_match(const kiln_uv_params params,
   if (texel >= params.texel_count) return;
   const int texel_row = uv_row((int)texel_index[texel], (int)params.width);
   const int texel_column = (int)texel_index[texel] - texel_row * (int)params.width;
-  const long half_sample = 1L << (params.shift - 1u);
+  const int half_sample = 1 << (params.shift - 1u);
 #if KILN_UV_SINGLE
   (void)texel_first;
   (void)sample_slot;
@@ -157,15 +293,15 @@ kernel void kiln_uv_match(const kiln_uv_params params,
     const uint id = lowest[(size_t)(y * (int)params.sample_width + x)];
     const bool found = id != KILN_UV_EMPTY;
     global const kiln_uv_piece* p = pieces + (found ? id : 0u);
-    const long x0 = p->x[0], y0 = p->y[0];
-    const long ax = p->x[1] - x0, ay = p->y[1] - y0;
-    const long bx = p->x[2] - x0, by = p->y[2] - y0;
-    const long px = (((long)x << params.shift) + half_sample) - x0;
-    const long py = (((long)(params.row_begin + y) << params.shift) + half_sample) - y0;
-    // Numerator and denominator have the same sign, whichever way round the triangle runs.
-    const float area = convert_float(ax * by - ay * bx);
-    float u = min(convert_float(px * by - py * bx) / area, 1.0f);
-    float v = min(convert_float(ax * py - ay * px) / area, 1.0f - u);
+    const int x0 = p->x[0], y0 = p->y[0];
+    const int px = ((x << params.shift) + half_sample) - x0;
+    const int py = (((params.row_begin + y) << params.shift) + half_sample) - y0;
+    const int ax = p->x[1] - x0, ay = p->y[1] - y0;
+    const int bx = p->x[2] - x0, by = p->y[2] - y0;
+    // Numerators and denominator have the same sign, whichever way round the triangle runs.
+    const float area = uv_determinant(ax, ay, bx, by);
+    float u = min(max(uv_determinant(px, py, bx, by) / area, 0.0f), 1.0f);
+    float v = min(max(uv_determinant(ax, ay, px, py) / area, 0.0f), 1.0f - u);
 #if !KILN_UV_CLIPPED
     (void)clips;
 #else
@@ -184,6 +320,76 @@ kernel void kiln_uv_match(const kiln_uv_params params,
     hit_barycentric[s + params.hit_capacity] = found ? v : 0.0f;
     hit_distance[s] = 0.0f;
     hit_status[s] = found ? KILN_STATUS_UV : KILN_STATUS_MISS;
+  }
+}
+
+/// The same for CPUs and one sample a texel: eight texels to a work-item, where no piece is clipped or large.
+kernel void kiln_uv_match_wide(const kiln_uv_params params,
+                               global const uint* restrict texel_index,
+                               global const uint* restrict lowest,
+                               global const kiln_uv_piece* restrict pieces,
+                               global uint* restrict hit_triangle,
+                               global float* restrict hit_barycentric,
+                               global float* restrict hit_distance,
+                               global uchar* restrict hit_status) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint first = (uint)get_global_id(0) * 8u;
+  if (first >= params.texel_count) return;
+  const bool whole = first + 8u <= params.texel_count;
+  const uint8 lanes = min(first + (uint8)(0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u), params.texel_count - 1u);
+  const int8 index = as_int8(whole ? vload8(0, texel_index + first)
+                                   : wide_gather_uint(texel_index, lanes));
+  const int width = (int)params.width;
+  int8 y = convert_int8(convert_float8(index) / (float8)(convert_float(width)));
+  int8 x = index - y * width;
+  const int8 below = x < 0;
+  const int8 above = x >= width;
+  y += below - above;
+  x += (above - below) * width;
+
+  const uint8 id = wide_gather_uint(lowest, as_uint8(index));  // the map's samples are its texels
+  const int8 found = id != KILN_UV_EMPTY;
+  const uint8 piece = select((uint8)(0u), id, as_uint8(found)) * 8u;
+  const wide_uint4 head = wide_gather4((global const uint*)pieces, piece);
+  const wide_uint4 tail = wide_gather4((global const uint*)pieces, piece + 4u);
+  const int8 x0 = as_int8(head.x), y0 = as_int8(head.w);
+  const int half_sample = 1 << (params.shift - 1u);
+  const float8 px = convert_float8(((x << (int8)(int)params.shift) + half_sample) - x0);
+  const float8 py =
+      convert_float8((((params.row_begin + y) << (int8)(int)params.shift) + half_sample) - y0);
+  const float8 ax = convert_float8(as_int8(head.y) - x0), ay = convert_float8(as_int8(tail.x) - y0);
+  const float8 bx = convert_float8(as_int8(head.z) - x0), by = convert_float8(as_int8(tail.y) - y0);
+  const float8 area = uv_determinant8(ax, ay, bx, by);
+  const float8 found_u = min(max(uv_determinant8(px, py, bx, by) / area, 0.0f), 1.0f);
+  const float8 found_v = min(max(uv_determinant8(ax, ay, px, py) / area, 0.0f), 1.0f - found_u);
+  const uint8 triangle = select((uint8)(KILN_NO_TRIANGLE), tail.z, as_uint8(found));
+  const float8 u = select((float8)(0.0f), found_u, found);
+  const float8 v = select((float8)(0.0f), found_v, found);
+  const uchar8 status =
+      convert_uchar8(select((uint8)(KILN_STATUS_MISS), (uint8)(KILN_STATUS_UV), as_uint8(found)));
+  global float* to_u = hit_barycentric + first;
+  global float* to_v = to_u + params.hit_capacity;
+  if (whole) {
+    vstore8(triangle, 0, hit_triangle + first);
+    vstore8(u, 0, to_u);
+    vstore8(v, 0, to_v);
+    vstore8((float8)(0.0f), 0, hit_distance + first);
+    vstore8(status, 0, hit_status + first);
+    return;
+  }
+  uint own_triangle[8];
+  float own_u[8], own_v[8];
+  uchar own_status[8];
+  vstore8(triangle, 0, own_triangle);
+  vstore8(u, 0, own_u);
+  vstore8(v, 0, own_v);
+  vstore8(status, 0, own_status);
+  for (uint i = 0u; i < params.texel_count - first; ++i) {
+    hit_triangle[first + i] = own_triangle[i];
+    to_u[i] = own_u[i];
+    to_v[i] = own_v[i];
+    hit_distance[first + i] = 0.0f;
+    hit_status[first + i] = own_status[i];
   }
 }
 

@@ -46,8 +46,12 @@ typedef struct kiln_uv_params {
   kiln_uint sample_count;
   kiln_uint band_capacity;  // elements of one plane of the samples' points
   kiln_uint hit_capacity;   // ... of the correspondence's barycentrics
+  kiln_uint first_run;      // runs of KILN_UV_TILE rows of samples that the band has a part of
+  kiln_uint run_count;
+  kiln_uint count_overlap;  // 0: who comes second is not asked for
+  kiln_uint padding;
 } kiln_uv_params;
-KILN_CHECK_SIZE(kiln_uv_params, 48);
+KILN_CHECK_SIZE(kiln_uv_params, 64);
 
 /// A row of samples, counted.
 typedef struct kiln_uv_row {

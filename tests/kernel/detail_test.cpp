@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include "geometry/vector.h"
@@ -187,6 +188,46 @@ INSTANTIATE_TEST_SUITE_P(Spaces, DetailTest,
                                          Case{NormalMapSpace::object, true, false},
                                          Case{NormalMapSpace::face, false, false},
                                          Case{NormalMapSpace::face, false, true}));
+
+TEST(Detail, BothPathsGiveTheSameBytes) {
+  KILN_REQUIRE_DEVICE();
+  cl::Context& context = test::device()->context();
+  int options_tried = 0;
+  for (const std::uint32_t texels : {1U, 7U, 8U, 9U, 130U}) {
+    for (const std::uint32_t samples : {1U, 3U}) {
+      DetailScene scene(context, texels, samples);
+      const SourceAttributes attributes(context, scene.high);
+      const std::uint32_t places = DetailScene::texels_capacity(texels);
+      for (const NormalMapSpace space :
+           {NormalMapSpace::tangent, NormalMapSpace::object, NormalMapSpace::face}) {
+        for (const MissPolicy miss : {MissPolicy::keep, MissPolicy::fill, MissPolicy::mark}) {
+          BakeOptions options;
+          options.space = space;
+          options.miss = miss;
+          options.flip_y = options_tried % 2 == 0;
+          options.two_sided = options_tried % 3 == 0;
+          options.two_component = space != NormalMapSpace::object && options_tried % 5 == 0;
+          ++options_tried;
+          std::vector<std::vector<float>> images;
+          std::vector<std::vector<std::uint8_t>> flags;
+          for (const DetailPath path : {DetailPath::plain, DetailPath::wide}) {
+            NormalDetail detail(context, scene.surface, attributes, options, path);
+            cl::Array<float> image(context, std::size_t{places} * 3);
+            cl::Array<std::uint8_t> coverage(context, places);
+            context.fill(image, -9.0F);
+            context.fill(coverage, std::uint8_t{77});
+            detail.run(scene.band, scene.match, image, coverage);
+            images.push_back(image.download(context));
+            flags.push_back(coverage.download(context));
+          }
+          EXPECT_EQ(0, std::memcmp(images[0].data(), images[1].data(), images[0].size() * 4))
+              << texels << " texels, " << samples << " samples, option " << options_tried;
+          EXPECT_EQ(flags[0], flags[1]);
+        }
+      }
+    }
+  }
+}
 
 class ResolveTest : public testing::TestWithParam<MissPolicy> {};
 

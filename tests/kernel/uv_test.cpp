@@ -1,4 +1,6 @@
 // Matching by UVs: against brute force in double precision, against rays, and the two conditions.
+#include "uv.h"
+
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -11,8 +13,10 @@
 #include "kernels_shared.h"
 #include "kiln/kiln.h"
 #include "reference/texel.h"
+#include "source.h"
 #include "support/environment.h"
 #include "support/shapes.h"
+#include "texels.h"
 
 namespace kiln {
 namespace {
@@ -172,6 +176,70 @@ TEST(Uv, MatchesBruteForceOnAnyLayout) {
                           random_layout(20, seed + 9, 0.4, false), trusting(by_uv(48)));
     }
   }
+}
+
+/// What a raster finds for all samples of a low mesh: triangles, weights, statuses, and the report.
+struct Raster {
+  std::vector<std::uint32_t> triangle;
+  std::vector<float> weights;
+  UvReport report;
+};
+
+Raster rasterise(const Mesh& dense, const Mesh& low, std::uint32_t size, std::uint32_t samples,
+                 std::uint32_t band_samples, UvPath path) {
+  const Source source(*test::device(), dense);
+  cl::Context& context = test::device()->context();
+  const LowSurface surface = LowSurface::of(low, source.impl().frame);
+  TexelSampler sampler(context, surface, {size, size, samples, band_samples});
+  UvRaster raster(source.impl(), size, size, samples, path);
+  Raster result;
+  for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
+    const TexelBand band = sampler.sample(b);
+    Correspondence match(context, band.capacity);
+    match.count = band.sample_count;
+    raster.match(band, match, true);
+    const std::vector<std::uint32_t> triangle = match.triangle.download(context);
+    const std::vector<float> weights = match.barycentric.download(context);
+    result.triangle.insert(result.triangle.end(), triangle.begin(),
+                           triangle.begin() + band.sample_count);
+    for (const std::size_t plane : {std::size_t{0}, std::size_t{match.capacity}}) {
+      const auto first = weights.begin() + static_cast<std::ptrdiff_t>(plane);
+      result.weights.insert(result.weights.end(), first, first + band.sample_count);
+    }
+  }
+  UvOptions all;
+  all.max_overlap = all.max_distance = std::numeric_limits<double>::infinity();
+  BakeReport report;
+  raster.report(all, report);
+  result.report = *report.uv;
+  return result;
+}
+
+TEST(Uv, BothPathsGiveTheSameBytes) {
+  KILN_REQUIRE_DEVICE();
+  EXPECT_TRUE(rc::check("random layouts", [] {
+    const auto seed = *rc::gen::arbitrary<std::uint32_t>();
+    // From slivers of a sample to triangles that 32 bits do not hold.
+    const double size = *rc::gen::element(0.004, 0.02, 0.1, 1.5);
+    const bool far = *rc::gen::inRange(0, 4) == 0;
+    const auto map_size = *rc::gen::inRange(1U, 300U);
+    const auto samples = *rc::gen::inRange(1U, 4U);
+    const auto band = *rc::gen::element(2048U, 1U << 20);
+    const Mesh dense = random_layout(*rc::gen::inRange(1U, 400U), seed, size, far);
+    const Mesh low = random_layout(12, seed + 1, 0.6, false);
+    const Raster a = rasterise(dense, low, map_size, samples, band, UvPath::atomics);
+    const Raster b = rasterise(dense, low, map_size, samples, band, UvPath::runs);
+    RC_ASSERT(a.triangle == b.triangle);
+    RC_ASSERT(a.weights == b.weights);
+    RC_ASSERT(a.report.covered == b.report.covered);
+    RC_ASSERT(a.report.overlapping == b.report.overlapping);
+    RC_ASSERT(a.report.overlap.has_value() == b.report.overlap.has_value());
+    if (!a.report.overlap) return;
+    RC_ASSERT(a.report.overlap->lower == b.report.overlap->lower);
+    RC_ASSERT(a.report.overlap->upper == b.report.overlap->upper);
+    RC_ASSERT(a.report.overlap->column == b.report.overlap->column);
+    RC_ASSERT(a.report.overlap->row == b.report.overlap->row);
+  }));
 }
 
 TEST(Uv, ReadsTheNormalOfThePointWithTheSameUv) {
