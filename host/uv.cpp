@@ -9,6 +9,7 @@
 
 #include "kernels_shared.h"
 #include "parallel.h"
+#include "tree.h"
 #include "uv_grid.h"
 
 namespace kiln {
@@ -215,7 +216,10 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
 UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
                    std::uint32_t samples, UvPath path)
     : context_(source.device.context()),
-      runs_(path == UvPath::automatic ? !context_.info().is_gpu : path == UvPath::runs),
+      // A run of rows takes millions of steps: Mesa's llvmpipe breaks a work-item's loops off after 65,535.
+      runs_(path == UvPath::automatic
+                ? choose_traversal(context_, Traversal::automatic) == Traversal::cpu
+                : path == UvPath::runs),
       frame_(source.frame),
       width_(width),
       height_(height),
