@@ -126,7 +126,8 @@ void expect_pair(const json& pair, const std::vector<std::string>& names, int re
     const json& t = setting["texels"];
     EXPECT_EQ(t["samples"].get<int>(), t["outward"].get<int>() + t["inward"].get<int>() +
                                            t["cage"].get<int>() + t["views"].get<int>() +
-                                           t["closest"].get<int>() + t["missed"].get<int>());
+                                           t["closest"].get<int>() + t["uv"].get<int>() +
+                                           t["missed"].get<int>());
     EXPECT_GT(setting["matched_share"].get<double>(), 0.9) << names[i];
     EXPECT_GT(setting["map_error"]["texels"].get<int>(), 1000);
     EXPECT_GT(error_of(setting, "normal_error"), 0);
@@ -168,10 +169,15 @@ TEST(ChartCommand, MeasuresEverySetting) {
   }
   EXPECT_EQ(report["options"]["size"], 128);
   EXPECT_EQ(report["options"]["repeat"], 3);
-  EXPECT_EQ(report["options"]["settings"].get<std::vector<std::string>>(), kSettings);
+  std::vector<std::string> all = kSettings;
+  all.emplace_back("uv");
+  EXPECT_EQ(report["options"]["settings"].get<std::vector<std::string>>(), all);
   ASSERT_EQ(report["pairs"].size(), 1U);
   const json& pair = report["pairs"][0];
   expect_pair(pair, kSettings, 3);
+  ASSERT_EQ(pair["left_out"].size(), 1U);
+  EXPECT_EQ(pair["left_out"][0]["setting"], "uv");
+  EXPECT_NE(pair["left_out"][0]["reason"].get<std::string>().find("no UVs"), std::string::npos);
   EXPECT_EQ(pair["measured_from"]["views"], 30);
   EXPECT_GE(pair["measured_from"]["least_angle_to_a_matching_view_degrees"].get<double>(), 2);
 
@@ -259,6 +265,37 @@ TEST(ChartCommand, TakesSeveralPairsAndNeedsNoGnuplot) {
   EXPECT_FALSE(fs::exists(out / "chart.png"));
   const auto is_no_plot = [](const json& warning) { return warning["code"] == "no-plot"; };
   EXPECT_EQ(std::count_if(report["warnings"].begin(), report["warnings"].end(), is_no_plot), 1);
+}
+
+TEST(ChartCommand, MatchesByUvsWhereLayoutsAgree) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  Mesh high = test::plane(40, 40);
+  for (Vec3& p : high.positions) p.z = 0.01F * std::sin(20 * p.x) * std::cos(17 * p.y);
+  high.normals.clear();
+  high.normal_triangles.clear();
+  save_obj(high, scene / "high.obj");
+  save_obj(test::plane(2, 2), scene / "low.obj");
+  Mesh turned = test::plane(2, 2);
+  for (Vec2& uv : turned.uvs) uv = {uv.y, 1 - uv.x};
+  save_obj(turned, scene / "turned.obj");
+  const auto chart = [&](const fs::path& low, const fs::path& out, const std::string& settings) {
+    return run_kiln({"chart", scene / "high.obj", low, "--out", out, "--size", "64", "--repeat",
+                     "1", "--max-distance", "10%", "--quiet", "--settings", settings});
+  };
+  const ProcessResult result = chart(scene / "low.obj", scene / "out", "ray,uv");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json pair = read_json(scene / "out" / "chart.json")["pairs"][0];
+  expect_pair(pair, {"ray", "ray_4x4", "uv"}, 1);
+  EXPECT_EQ(find(pair, "uv")["family"], "uv");
+  // Over a plane, the normals' lines and the UVs say the same.
+  EXPECT_NEAR(error_of(find(pair, "uv"), "map_error"), error_of(find(pair, "ray"), "map_error"),
+              0.01);
+
+  const ProcessResult refused = chart(scene / "turned.obj", scene / "none", "uv");
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.errors.find("do not lie over each other"), std::string::npos) << refused.errors;
+  EXPECT_FALSE(fs::exists(scene / "none"));
 }
 
 TEST(ChartCommand, RefusesBadUsage) {

@@ -59,6 +59,42 @@ BakeOptions visibility(MatchMethod method, VisibilityAt at) {
   return bake;
 }
 
+BakeOptions same_uvs() {
+  BakeOptions bake;
+  bake.method = MatchMethod::uv;
+  return bake;
+}
+
+/// The settings that do for a pair of meshes: layouts must agree to match by them.
+std::vector<ChartSetting> fitting(const Source& source, const Mesh& high, const Mesh& low,
+                                  const ChartOptions& options, ChartPair& pair) {
+  std::vector<ChartSetting> settings = options.settings;
+  std::erase_if(settings, [&](const ChartSetting& setting) {
+    if (setting.bake.method != MatchMethod::uv) return false;
+    std::string reason;
+    if (high.uvs.empty()) {
+      reason = "'" + high.name + "' has no UVs.";
+    } else {
+      BakeOptions trial = setting.bake;
+      trial.width = trial.height = kAssessedSize;
+      try {
+        bake(source, low, trial);
+        return false;
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::input) throw;
+        reason = error.what();
+      }
+    }
+    if (options.strict) {
+      throw Error(ErrorCode::input, "The setting " + setting.name + " does not do for '" +
+                                        high.name + "' and '" + low.name + "': " + reason);
+    }
+    pair.left_out.push_back({setting.name, reason});
+    return true;
+  });
+  return settings;
+}
+
 bool has_views(const ChartSetting& setting) { return setting.bake.method == MatchMethod::views; }
 
 /// How far the matches of a setting lie from the samples: no matter of how many samples a texel has.
@@ -209,9 +245,11 @@ const char* family_name(ChartFamily family) {
     case ChartFamily::closest:
       return "closest";
     case ChartFamily::visibility:
+      return "visibility";
+    case ChartFamily::uv:
       break;
   }
-  return "visibility";
+  return "uv";
 }
 
 std::vector<ChartSetting> chart_settings() {
@@ -240,6 +278,7 @@ std::vector<ChartSetting> chart_settings() {
        visibility(MatchMethod::visibility, VisibilityAt::face)},
       {"hybrid", "hybrid", Family::visibility,
        visibility(MatchMethod::hybrid, VisibilityAt::vertex)},
+      {"uv", "same UVs", Family::uv, same_uvs()},
   };
 }
 
@@ -255,20 +294,20 @@ std::vector<bool> pareto_front(const std::vector<std::array<double, 2>>& points)
 
 std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const Mesh& low,
                                    const ChartOptions& options, const Progress& progress) {
-  const std::vector<ChartSetting>& settings = options.settings;
   ChartPair pair;
   pair.high_name = high.name;
   pair.low_name = low.name;
   pair.high_faces = high.triangles.size();
   pair.low_faces = low.triangles.size();
+  if (!progress(0, "preparing the dense mesh")) return std::nullopt;
+  const Source source(device, high);
+  const std::vector<ChartSetting> settings = fitting(source, high, low, options, pair);
   // A bake with all its measuring counts as two without.
   double done = 0;
   const double steps = static_cast<double>(settings.size() * (2 + options.repeat));
-  std::string stage = "preparing the dense mesh";
+  std::string stage;
   const auto show = [&](double more) { return progress((done + more) / steps, stage); };
   const Progress show_bake = [&](double share, std::string_view) { return show(share); };
-  if (!show(0)) return std::nullopt;
-  const Source source(device, high);
   pair.diagonal = source.stats().diagonal;
   pair.warnings = source.warnings();
 
@@ -320,7 +359,7 @@ std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const
     row.match = assess_setting(source, low, settings[i], options, used, show_bake);
     if (row.match.cancelled) return std::nullopt;
     row.report = result.report;
-    pair.max_distance = row.report.max_distance;
+    pair.max_distance = std::max(pair.max_distance, row.report.max_distance);
     pair.rows.push_back(std::move(row));
     done += 1;
   }

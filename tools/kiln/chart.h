@@ -20,6 +20,7 @@ enum class ChartFamily {
   views_rays,  ///< Views, and rays where no view sees
   closest,     ///< Nearest points
   visibility,  ///< Rays along directions of visibility, and between them and the normal
+  uv,          ///< The point with the same UV
 };
 const char* family_name(ChartFamily family);
 
@@ -31,7 +32,8 @@ struct ChartSetting {
   BakeOptions bake;  ///< Match and samples; size, distance and maps are the chart's
 };
 
-/// What is compared: a row a setting. The reference is among them.
+/// What is compared: a row a setting. The reference is among them. Matching by UVs is for pairs whose layouts
+/// agree.
 std::vector<ChartSetting> chart_settings();
 /// Its map is what other maps are compared with.
 constexpr const char* kChartReference = "ray_4x4";
@@ -41,6 +43,8 @@ struct ChartOptions {
   std::uint32_t size = 1024;                              ///< Texels a side of the map
   Length max_distance = Length::share(0.02);
   std::uint32_t repeat = 3;  ///< Timed runs of each setting
+  /// All settings must do for all pairs. Else those that do not are left out.
+  bool strict = false;
 };
 
 /// Of one timed run, with a dense mesh newly put on the device.
@@ -90,14 +94,18 @@ struct ChartPair {
   std::vector<Vec3> held_out;      ///< Directions measured from
   double least_angle_degrees = 0;  ///< Between them and those matched from
   NormalError without_map;         ///< The light mesh's own normals
-  std::vector<ChartRow> rows;      ///< As chart_settings()
-  std::vector<Warning> warnings;   ///< Of HIGH
+  std::vector<ChartRow> rows;      ///< As the options' settings, but for those left out
+  struct LeftOut {
+    std::string setting, reason;
+  };
+  std::vector<LeftOut> left_out;
+  std::vector<Warning> warnings;  ///< Of HIGH
 };
 
 /// Bakes with every setting once for the errors, then `repeat` times in turns for the seconds, each time from
 /// a new Source. The errors are the same on every run; the seconds are not.
 /// \returns nothing where progress said stop
-/// \throws Error(input) where nothing matches, or nothing can be compared
+/// \throws Error(input) where nothing matches, nothing can be compared, or (strict) a setting does not do
 std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const Mesh& low,
                                    const ChartOptions& options, const Progress& progress);
 

@@ -256,6 +256,10 @@ Json describe(const ChartPair& pair) {
                  {"least_angle_to_a_matching_view_degrees", pair.least_angle_degrees},
                  {"directions", held_out}}},
                {"normal_error_without_map", cli::describe(pair.without_map)}};
+  json["left_out"] = Json::array();
+  for (const ChartPair::LeftOut& left : pair.left_out) {
+    json["left_out"].push_back({{"setting", left.setting}, {"reason", left.reason}});
+  }
   json["settings"] = Json::array();
   for (const ChartRow& row : pair.rows) json["settings"].push_back(describe(row));
   for (const ChartMeasure measure : kChartMeasures) {

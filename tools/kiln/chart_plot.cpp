@@ -36,13 +36,14 @@ struct Style {
   const char* mark;
 };
 // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
-constexpr std::array<Style, 6> kStyles = {
+constexpr std::array<Style, 7> kStyles = {
     {{ChartFamily::rays, "rays", "pt 9 ps 2.3 lc rgb '#222222'"},
      {ChartFamily::views, "depth views", "pt 7 ps 2 lc rgb '#0072b2'"},
      {ChartFamily::views_rays, "views, then rays", "pt 13 ps 2.4 lc rgb '#009e73'"},
      {ChartFamily::paper, "views as in the paper", "pt 5 ps 1.8 lc rgb '#d55e00'"},
      {ChartFamily::closest, "nearest points", "pt 11 ps 2.3 lc rgb '#cc79a7'"},
-     {ChartFamily::visibility, "visibility", "pt 15 ps 2.3 lc rgb '#8a6d00'"}}};
+     {ChartFamily::visibility, "visibility", "pt 15 ps 2.3 lc rgb '#8a6d00'"},
+     {ChartFamily::uv, "same UVs", "pt 3 ps 2.3 lw 3 lc rgb '#56b4e9'"}}};
 
 /// From values to pixels.
 struct Axis {
@@ -312,11 +313,11 @@ class Panel {
 std::string legend(const std::vector<ChartPair>& pairs, double y, double page_height) {
   std::vector<Style> styles;
   for (const Style& style : kStyles) {
-    const auto& rows = pairs.front().rows;
-    if (std::any_of(rows.begin(), rows.end(),
-                    [&](const ChartRow& row) { return row.setting.family == style.family; })) {
-      styles.push_back(style);
-    }
+    const bool occurs = std::any_of(pairs.begin(), pairs.end(), [&](const ChartPair& pair) {
+      return std::any_of(pair.rows.begin(), pair.rows.end(),
+                         [&](const ChartRow& row) { return row.setting.family == style.family; });
+    });
+    if (occurs) styles.push_back(style);
   }
   constexpr double kSample = 34;
   constexpr double kGap = 36;

@@ -46,6 +46,7 @@ ChartOptions chart_options(const ChartArguments& a) {
   ChartOptions options = a.options;
   options.max_distance = parse_reach(a.max_distance);
   if (a.settings.empty()) return options;
+  options.strict = true;
   std::erase_if(options.settings, [&](const ChartSetting& setting) {
     const bool named =
         std::find(a.settings.begin(), a.settings.end(), setting.name) != a.settings.end();
