@@ -40,6 +40,13 @@ Extent extent_of(const Image& image, const HeightFieldOptions& options) {
   return extent;
 }
 
+/// What rounding moved off the unit square's border goes back to it.
+float to_border(double u) {
+  constexpr double kRounding = 1e-6;
+  if (std::abs(u) < kRounding) return 0;
+  return std::abs(u - 1) < kRounding ? 1 : static_cast<float>(u);
+}
+
 }  // namespace
 
 Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
@@ -103,7 +110,7 @@ void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightField
   for (const Vec3& p : mesh.positions) {
     const double u = (p.x + mesh.origin[0]) / extent.width + 0.5;
     const double v = (p.y + mesh.origin[1]) / extent.depth + 0.5;
-    mesh.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
+    mesh.uvs.push_back({to_border(u), to_border(v)});
   }
   mesh.uv_triangles = mesh.triangles;
 }

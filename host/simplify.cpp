@@ -27,6 +27,8 @@ namespace {
 /// more, by meshoptimizer: it places vertices less well but is ten times as fast.
 constexpr std::size_t direct_limit = 100'000;
 constexpr std::size_t head_start = 4;
+/// And height fields brought down to this share of their heights for that.
+constexpr double flattened = 0.1;
 /// Samples of the dense mesh that the deviation is measured at, at most.
 constexpr std::uint64_t most_samples = 1 << 18;
 /// And while looking for the light mesh that meets a bound.
@@ -171,9 +173,15 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, const Scale& sca
 /// Brings a very dense mesh near `faces`, or less near if that would deviate by more than `error`.
 /// Nothing is done where it would not help. meshoptimizer leaves pairs of triangles back to back, and
 /// edges with four triangles, where the dense mesh had none: the former are removed, the latter cut.
-void approach(Work& work, std::size_t faces, double error) {
+/// It also lets no triangle turn over, but as seen from the side: height fields are made flat for it, so
+/// that this is nearly as seen from above.
+void approach(Work& work, std::size_t faces, double error, bool height_field) {
   static_assert(sizeof(Triangle) == 3 * sizeof(unsigned int) && sizeof(Vec3) == 3 * sizeof(float));
-  const std::vector<Vec3> positions = floats(work.points);
+  std::vector<Vec3> positions = floats(work.points);
+  if (height_field) {
+    for (Vec3& p : positions) p.z *= static_cast<float>(flattened);
+    error *= flattened;
+  }
   std::vector<Triangle> triangles(work.triangles.size());
   const std::size_t indices =
       meshopt_simplify(triangles.data()->data(), work.triangles.data()->data(),
@@ -201,11 +209,11 @@ struct Result {
 
 /// The last step of ever longer collapses that the samples stay within `bound` of; no triangles where
 /// there is none.
-Result longest_within(double bound, const Work& work, const auto& measure) {
+Result longest_within(double bound, const Work& work, bool height_field, const auto& measure) {
   // A few samples guide the search. All of them then decide, and narrow the guide's bound if need be.
   double guide = 0.9 * bound;
   for (int attempt = 0; attempt < 4; ++attempt) {
-    EdgeCollapser collapser(work.points, work.triangles);
+    EdgeCollapser collapser(work.points, work.triangles, height_field);
     Result best;
     std::size_t faces = std::numeric_limits<std::size_t>::max();
     for (double distance = 0.05 * bound; distance < 8 * bound; distance *= 1.2) {
@@ -258,16 +266,18 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
   if (by_error || options.faces < count) {
     Work work = dense;
     const std::size_t near_goal = std::max(direct_limit, head_start * options.faces);
-    if (count > near_goal) approach(work, near_goal, by_error ? 0.1 * options.max_error : 1.0);
+    if (count > near_goal) {
+      approach(work, near_goal, by_error ? 0.1 * options.max_error : 1.0, options.height_field);
+    }
     if (by_error) {
-      Result found = longest_within(options.max_error, work, measure);
+      Result found = longest_within(options.max_error, work, options.height_field, measure);
       // Where the head start went too far, from the dense mesh itself.
       if (found.triangles.empty() && work.triangles.size() < count) {
-        found = longest_within(options.max_error, dense, measure);
+        found = longest_within(options.max_error, dense, options.height_field, measure);
       }
       if (!found.triangles.empty()) result = std::move(found);
     } else {
-      EdgeCollapser collapser(work.points, work.triangles);
+      EdgeCollapser collapser(work.points, work.triangles, options.height_field);
       collapser.run(options.faces);
       collapser.extract(result.points, result.triangles);
       if (report != nullptr) result.deviation = measure(result, most_samples);

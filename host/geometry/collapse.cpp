@@ -25,6 +25,9 @@ constexpr double quality_limit = 0.35;
 /// Vertices with more triangles wait until nothing else is left: each look at them costs as many.
 constexpr std::uint32_t valence_limit = 256;
 
+/// Sides of a height field's rectangle.
+constexpr std::uint8_t kLeft = 1, kRight = 2, kBottom = 4, kTop = 8;
+
 double quality(const Vec3d& a, const Vec3d& b, const Vec3d& c, double doubled_area) {
   const Vec3d ab = b - a, bc = c - b, ca = a - c;
   return 2 * std::sqrt(3.0) * doubled_area / (dot(ab, ab) + dot(bc, bc) + dot(ca, ca));
@@ -56,7 +59,8 @@ bool EdgeCollapser::Entry::operator<(const Entry& o) const {
   return std::tie(cost, a, b) > std::tie(o.cost, o.a, o.b);
 }
 
-EdgeCollapser::EdgeCollapser(std::span<const Vec3d> positions, std::span<const Triangle> triangles)
+EdgeCollapser::EdgeCollapser(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                             bool height_field)
     : points_(positions.begin(), positions.end()),
       triangles_(triangles.begin(), triangles.end()),
       alive_(triangles.size(), 1),
@@ -72,8 +76,23 @@ EdgeCollapser::EdgeCollapser(std::span<const Vec3d> positions, std::span<const T
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (const std::uint32_t vertex : triangles_[t]) around_[vertex].push_back(t);
   }
+  if (height_field) find_sides();
   build_quadrics();
   fill_heap();
+}
+
+void EdgeCollapser::find_sides() {
+  Vec3d low = points_.empty() ? Vec3d{} : points_[0], high = low;
+  for (const Vec3d& p : points_) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), 0};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), 0};
+  }
+  sides_.reserve(points_.size());
+  for (const Vec3d& p : points_) {
+    sides_.push_back(
+        static_cast<std::uint8_t>((p.x == low.x ? kLeft : 0) | (p.x == high.x ? kRight : 0) |
+                                  (p.y == low.y ? kBottom : 0) | (p.y == high.y ? kTop : 0)));
+  }
 }
 
 void EdgeCollapser::build_quadrics() {
@@ -172,6 +191,20 @@ void EdgeCollapser::push(std::uint32_t a, std::uint32_t b) {
 Vec3d EdgeCollapser::best_point(std::uint32_t a, std::uint32_t b, const Quadric& q) const {
   const Vec3d& pa = points_[a];
   const Vec3d& pb = points_[b];
+  if (!sides_.empty() && (sides_[a] | sides_[b]) != 0) {
+    // Along the side that one of them lies on; a corner stays.
+    const Vec3d& fixed = sides_[a] >= sides_[b] ? pa : pb;
+    const auto on = static_cast<std::uint8_t>(sides_[a] | sides_[b]);
+    const bool x_fixed = (on & (kLeft | kRight)) != 0, y_fixed = (on & (kBottom | kTop)) != 0;
+    if (x_fixed && y_fixed) return fixed;
+    Vec3d best = free_point(pa, pb, q);
+    (x_fixed ? best.x : best.y) = x_fixed ? fixed.x : fixed.y;
+    return best;
+  }
+  return free_point(pa, pb, q);
+}
+
+Vec3d EdgeCollapser::free_point(const Vec3d& pa, const Vec3d& pb, const Quadric& q) {
   const Vec3d middle = (pa + pb) * 0.5;
   // Solve for the step from the middle, with a slight pull towards it: it decides where the planes
   // leave a direction free, and keeps the matrix regular.
@@ -282,6 +315,7 @@ bool EdgeCollapser::keeps_shape(std::uint32_t moved, std::uint32_t other, const 
     const double length_after = std::sqrt(dot(after, after));
     const double limit = turn_limits[leniency];
     if (!(length_after > 0)) return false;
+    if (!sides_.empty() && before.z > 0 && !(after.z > 0)) return false;
     if (!(dot(before, after) > limit * length_before * length_after)) return false;
     if (leniency > 0) continue;
     const double quality_after = quality(target, b, c, length_after);
@@ -296,6 +330,11 @@ bool EdgeCollapser::keeps_shape(std::uint32_t moved, std::uint32_t other, const 
 bool EdgeCollapser::keeps_shapes(const Entry& e, const Vec3d& target) const {
   if (e.leniency < most_lenient && std::max(valence_[e.a], valence_[e.b]) > valence_limit) {
     return false;
+  }
+  if (!sides_.empty()) {
+    // From one side to another: one would leave its own.
+    const std::uint8_t a = sides_[e.a], b = sides_[e.b], both = a & b;
+    if (both != a && both != b) return false;
   }
   return keeps_shape(e.a, e.b, target, e.leniency) && keeps_shape(e.b, e.a, target, e.leniency);
 }
@@ -319,6 +358,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Vec3d& targ
   ++stamps_[b];
   ++stamps_[a];
   points_[a] = target;
+  if (!sides_.empty()) sides_[a] |= sides_[b];
   quadrics_[a] += quadrics_[b];
   tidy(a);
 }

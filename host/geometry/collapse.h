@@ -25,7 +25,10 @@ namespace kiln {
 class EdgeCollapser {
  public:
   /// Triangles must have three different vertices, and no twin of the same orientation.
-  EdgeCollapser(std::span<const Vec3d> positions, std::span<const Triangle> triangles);
+  /// \param height_field  vertices on the sides of the bounding rectangle in x and y stay on them, corners
+  ///                      where they are, and no triangle turns over as seen from +z
+  EdgeCollapser(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                bool height_field = false);
 
   /// Collapses until at most `faces` triangles are left, the next collapse would stray from the planes
   /// by more than `distance` (root mean square, by its quadric), or nothing more is allowed. May be
@@ -57,12 +60,14 @@ class EdgeCollapser {
     std::uint32_t vertex, triangles;
   };
 
+  void find_sides();
   void build_quadrics();
   void fill_heap();
   Entry entry_for(std::uint32_t a, std::uint32_t b) const;
   void push(std::uint32_t a, std::uint32_t b);
   std::vector<std::uint64_t> edges() const;
   Vec3d best_point(std::uint32_t a, std::uint32_t b, const Quadric& sum) const;
+  static Vec3d free_point(const Vec3d& pa, const Vec3d& pb, const Quadric& sum);
   bool keeps_shapes(const Entry& entry, const Vec3d& target) const;
   bool keeps_topology(std::uint32_t a, std::uint32_t b);
   bool keeps_shape(std::uint32_t moved, std::uint32_t other, const Vec3d& target,
@@ -74,6 +79,8 @@ class EdgeCollapser {
 
   std::vector<Vec3d> points_;
   std::vector<Triangle> triangles_;
+  std::vector<std::uint8_t>
+      sides_;  ///< Of the rectangle that a vertex lies on, a bit each; of a height field
   std::vector<std::uint8_t> alive_;  ///< Per triangle.
   std::vector<Quadric> quadrics_;
   std::vector<std::uint32_t> stamps_, valence_;

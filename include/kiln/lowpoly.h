@@ -15,6 +15,9 @@ struct SimplifyOptions {
   /// With faces = 0: how far the dense surface may be from the light one anywhere, as a share of the
   /// bounding box's diagonal; above 0, at most 1.
   double max_error = 0.002;
+  /// The mesh is a height field: every z over the rectangle of its bounding box once, counter-clockwise from
+  /// above. The result is one over the same rectangle, with the same corners.
+  bool height_field = false;
 };
 
 struct SimplifyReport {

@@ -86,18 +86,39 @@ TEST(HeightField, BakesOntoItsPlaneWithTheFieldsSlopes) {
   }
 }
 
-TEST(HeightField, SimplifiedOnesKeepTheLayout) {
-  const Image image = waves(65, 65);
+class SimplifiedHeightField : public testing::TestWithParam<std::uint32_t> {};
+
+TEST_P(SimplifiedHeightField, KeepsTheLayout) {
+  const Image image = waves(GetParam(), GetParam());
   const HeightFieldOptions field{64, 64, 3};
   const Mesh dense = height_field_mesh(image, field);
-  Mesh low = simplify(dense, {400, 0.002});
+  SimplifyOptions options;
+  options.faces = 400;
+  options.height_field = true;
+  Mesh low = simplify(dense, options);
+  EXPECT_LE(low.triangles.size(), 400U);
   lay_out_over_height_field(low, image, field);
   ASSERT_EQ(low.uv_triangles.size(), low.triangles.size());
   for (std::size_t i = 0; i < low.positions.size(); ++i) {
     EXPECT_NEAR(low.uvs[i].x, (low.positions[i].x + low.origin[0]) / 64 + 0.5, 1e-6);
     EXPECT_NEAR(low.uvs[i].y, (low.positions[i].y + low.origin[1]) / 64 + 0.5, 1e-6);
+    EXPECT_TRUE(low.uvs[i].x >= 0 && low.uvs[i].x <= 1) << low.uvs[i].x;
+    EXPECT_TRUE(low.uvs[i].y >= 0 && low.uvs[i].y <= 1) << low.uvs[i].y;
   }
+  // No triangle turned over, and together they fill the unit square.
+  double sum = 0;
+  for (const Triangle& t : low.triangles) {
+    const Vec2 a = low.uvs[t[0]], b = low.uvs[t[1]], c = low.uvs[t[2]];
+    const double area = 0.5 * ((double{b.x} - a.x) * (double{c.y} - a.y) -
+                               (double{b.y} - a.y) * (double{c.x} - a.x));
+    EXPECT_GT(area, 0);
+    sum += area;
+  }
+  EXPECT_NEAR(sum, 1, 1e-6);
 }
+
+// Simplified at once, and after a head start.
+INSTANTIATE_TEST_SUITE_P(Sizes, SimplifiedHeightField, testing::Values(65U, 300U));
 
 }  // namespace
 }  // namespace kiln

@@ -316,14 +316,7 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->group(group_match);
 
   const char* const group_heights = "The height field (HIGH is a PNG or EXR; --match is uv then)";
-  command.add_option("--height", a.height, "World units of a value of 1 (PNG: white), along +Z")
-      ->capture_default_str()
-      ->group(group_heights);
-  command
-      .add_option("--extent", a.extent,
-                  "X or X,Y: world units that the outermost pixels span (default: the longer side "
-                  "is 1; Y by the image's sides)")
-      ->group(group_heights);
+  add_height_options(command, a.heights, group_heights);
 
   const char* const group_low = "The light mesh";
   command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
@@ -412,10 +405,10 @@ void check(const BakeArguments& a) {
     fail("--fallback " + a.fallback + " is another --miss than " + a.miss +
          ": leave one of them out.");
   }
-  if (is_height_field(a)) {
+  if (is_height_field(a.high)) {
     if (a.low.empty() && a.unwrap) fail("--unwrap is for a given LOW.");
-    height_field_options(a);
-  } else if (a.height != 1 || !a.extent.empty()) {
+    height_field_options(a.heights);
+  } else if (a.heights.given()) {
     fail("--height and --extent are for a HIGH that is a height field, a PNG or EXR.");
   }
   if (a.match != "uv" && a.force_uv) fail("--force-uv is for --match uv.");
@@ -440,20 +433,6 @@ void check(const BakeArguments& a) {
   if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
   if (a.dither && a.format != "png8") fail("--dither is for --format png8.");
-}
-
-bool is_height_field(const BakeArguments& a) {
-  std::string ending = std::filesystem::path(a.high).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".png" || ending == ".exr";
-}
-
-HeightFieldOptions height_field_options(const BakeArguments& a) {
-  HeightFieldOptions options;
-  options.height = a.height;
-  if (!a.extent.empty()) std::tie(options.width, options.depth) = parse_extent(a.extent);
-  return options;
 }
 
 BakeOptions bake_options(const BakeArguments& a) {
@@ -583,8 +562,8 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"two_sided", a.two_sided},
           {"miss", name_of(kMisses, miss_policy(a))},
           {"force_uv", a.force_uv},
-          {"height", is_height_field(a) ? Json(a.height) : Json()},
-          {"extent", or_null(a.extent)},
+          {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
+          {"extent", or_null(a.heights.extent)},
           {"traversal", a.traversal},
           {"space", a.space},
           {"flip_y", a.flip_y},

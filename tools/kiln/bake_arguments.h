@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dense_input.h"
 #include "kiln/kiln.h"
 #include "report.h"
 
@@ -37,8 +38,7 @@ struct BakeArguments {
   bool two_sided = false;
   bool force_uv = false;
   bool match_given = false;
-  double height = 1;
-  std::string extent;
+  HeightArguments heights;
   std::string traversal = "auto";
   std::string space = "tangent";
   bool flip_y = false;
@@ -64,10 +64,6 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments);
 
 /// What one option's own check cannot see: contradictions between several. \throws Error(usage)
 void check(const BakeArguments& arguments);
-
-/// Whether HIGH is an image of heights, by its name.
-bool is_height_field(const BakeArguments& arguments);
-HeightFieldOptions height_field_options(const BakeArguments& arguments);
 
 BakeOptions bake_options(const BakeArguments& arguments);
 SaveImageOptions image_options(const BakeArguments& arguments);

@@ -36,28 +36,6 @@ std::string low_stem(const BakeArguments& arguments) {
   return fs::path(arguments.low).stem().string() + (arguments.unwrap ? "_unwrapped" : "");
 }
 
-/// The dense mesh, and what it was made of where it is a height field.
-struct HighMesh {
-  Mesh mesh;
-  std::optional<Image> heights;
-};
-
-HighMesh load_high(const BakeArguments& arguments, std::vector<Warning>& warnings) {
-  if (!is_height_field(arguments)) return {load_mesh(arguments.high, &warnings), {}};
-  HighMesh high;
-  high.heights = load_image(arguments.high);
-  if (high.heights->channels > 1) {
-    warnings.push_back({"height-channels",
-                        "The height field '" + arguments.high + "' has " +
-                            std::to_string(high.heights->channels) +
-                            " channels: the first was taken for heights.",
-                        1});
-  }
-  high.mesh = height_field_mesh(*high.heights, height_field_options(arguments));
-  high.mesh.name = fs::path(arguments.high).stem().string();
-  return high;
-}
-
 /// How far a height field may lie from the mesh under it, as a share of its diagonal: by its heights.
 double relief(const Mesh& field) {
   const Bounds box = Bounds::of(field);
@@ -69,7 +47,7 @@ double relief(const Mesh& field) {
 }
 
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
-LowMesh prepare_low(const BakeArguments& arguments, const HighMesh& dense, Console& console,
+LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
                     std::vector<Warning>& warnings) {
   const Mesh& high = dense.mesh;
   const auto [width, height] = parse_size(arguments.size);
@@ -88,7 +66,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const HighMesh& dense, Conso
     low.stem = low_stem(arguments);
     if (!arguments.unwrap) return low;
   } else if (dense.heights && arguments.faces == 0 && arguments.max_error.empty()) {
-    low.mesh = height_field_plane(*dense.heights, height_field_options(arguments));
+    low.mesh = height_field_plane(*dense.heights, height_field_options(arguments.heights));
     low.made = true;
     low.stem = low.mesh.name = low_stem(arguments);
     return low;
@@ -97,6 +75,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const HighMesh& dense, Conso
     low.simplified.emplace();
     SimplifyOptions options;
     options.faces = arguments.faces;
+    options.height_field = dense.heights.has_value();
     if (!arguments.max_error.empty() && arguments.match != "auto") {
       options.max_error = parse_error_bound(arguments.max_error);
     }
@@ -104,7 +83,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const HighMesh& dense, Conso
     low.stem = low_stem(arguments);
     low.made = true;
     if (dense.heights) {
-      lay_out_over_height_field(low.mesh, *dense.heights, height_field_options(arguments));
+      lay_out_over_height_field(low.mesh, *dense.heights, height_field_options(arguments.heights));
       low.mesh.name = low.stem;
       return low;
     }
@@ -331,7 +310,7 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
 
 int run_bake(const BakeArguments& given) {
   BakeArguments arguments = given;
-  if (is_height_field(given) && !given.match_given) arguments.match = "uv";
+  if (is_height_field(given.high) && !given.match_given) arguments.match = "uv";
   check(arguments);
   BakeOptions options = bake_options(arguments);
   const SaveImageOptions save_options = image_options(arguments);
@@ -347,7 +326,7 @@ int run_bake(const BakeArguments& given) {
 
   const Device device = Device::open(arguments.device);
   if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
-  const HighMesh dense = load_high(arguments, warnings);
+  const DenseInput dense = load_dense(arguments.high, arguments.heights, warnings);
   const Mesh& high = dense.mesh;
   if (dense.heights) {
     // The layouts agree by make; how far the surfaces are apart is what is baked.

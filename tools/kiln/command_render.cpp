@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "dense_input.h"
 #include "kiln/kiln.h"
 #include "map_file.h"
 #include "parse.h"
@@ -17,6 +18,7 @@ namespace {
 
 struct RenderArguments {
   std::string mesh, normal, reference, out, view = "30,15", space = "tangent", device, json;
+  HeightArguments heights;
   std::uint32_t size = 512, samples = 3, ambient_rays = 64;
   bool flip_y = false, z_up = false, flat = false, show_normals = false, quiet = false;
 };
@@ -97,6 +99,11 @@ void check(const RenderArguments& arguments) {
     throw Error(ErrorCode::usage, "--out '" + arguments.out +
                                       "': the picture is a PNG, so the name must end in .png.");
   }
+  if (arguments.heights.given() && !is_height_field(arguments.reference)) {
+    throw Error(
+        ErrorCode::usage,
+        "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
+  }
   if (arguments.flat && !arguments.normal.empty()) {
     throw Error(ErrorCode::usage,
                 "--flat shows faces and --normal the map: leave one of them out. With --reference "
@@ -116,7 +123,9 @@ int run_render(const RenderArguments& arguments) {
   std::vector<Warning> warnings;
   const Mesh mesh = load_mesh(arguments.mesh, &warnings);
   std::optional<Mesh> reference;
-  if (!arguments.reference.empty()) reference = load_mesh(arguments.reference, &warnings);
+  if (!arguments.reference.empty()) {
+    reference = load_dense(arguments.reference, arguments.heights, warnings).mesh;
+  }
   Image map_image;
   NormalMap map;
   if (!arguments.normal.empty()) {
@@ -205,7 +214,8 @@ Run add_render(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--flip-y", a->flip_y, "The map's green points down (DirectX)");
   command->add_option("--reference", a->reference,
-                      "The dense mesh, shown beside; also measures the difference");
+                      "The dense mesh or height field, shown beside; also measures the difference");
+  add_height_options(*command, a->heights, "The height field (--reference is a PNG or EXR)");
   command->add_option("--out", a->out, "The picture to write (PNG)")->required();
   command->add_option("--view", a->view, "AZ,EL in degrees: 0,0 looks at the front, from +Z")
       ->capture_default_str();

@@ -1,4 +1,4 @@
-// kiln_sample: writes a dense mesh or a volume made by formula, to try Kiln and to measure it on.
+// kiln_sample: writes a dense mesh, a volume or a height field made by formula, to try Kiln and to measure it on.
 #include <bit>
 #include <charconv>
 #include <cstdint>
@@ -12,6 +12,7 @@
 
 #include "fields.h"
 #include "kiln/error.h"
+#include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/volume.h"
 #include "scenes.h"
@@ -22,12 +23,12 @@ constexpr std::string_view usage =
     "Usage: kiln_sample --out FILE [--shape urn|rock] [--faces N]\n"
     "       kiln_sample --out FILE --volume sphere|torus|gyroid|boxes [--size N] [--type "
     "f32|u8|u16]\n"
+    "       kiln_sample --out FILE --terrain N\n"
     "\n"
-    "Writes a dense closed mesh with detail worth baking, or a volume. The same options give the "
-    "same\n"
-    "file.\n"
+    "Writes a dense closed mesh with detail worth baking, a volume, or a height field. The same\n"
+    "options give the same file.\n"
     "\n"
-    "  --out FILE     binary .ply; .nrrd for a volume\n"
+    "  --out FILE     binary .ply; .nrrd for a volume; .png (16 bits) or .exr for a height field\n"
     "  --shape NAME   urn (default): carved stone; rock: a weathered boulder\n"
     "  --faces N      about how many triangles, 1000 to 20000000 (default 500000)\n"
     "  --volume NAME  a solid that is above its surface's value: a sphere, a torus, a gyroid "
@@ -37,6 +38,7 @@ constexpr std::string_view usage =
     "  --type NAME    f32 (default): signed distance, the surface at 0; u8, u16: what of it is "
     "within 4\n"
     "                 voxels, the surface at 127.5 or 32767.5\n"
+    "  --terrain N    heights of mountains and valleys, N x N pixels, 2 to 16384\n"
     "  --help         this text\n";
 
 struct Options {
@@ -46,6 +48,7 @@ struct Options {
   std::string volume;  ///< Empty: a mesh
   std::uint64_t size = 128;
   kiln::VoxelType type = kiln::VoxelType::f32;
+  std::uint64_t terrain = 0;  ///< Pixels a side; 0: none
 };
 
 [[noreturn]] void fail_usage(const std::string& message) {
@@ -71,7 +74,8 @@ Options parse(const std::vector<std::string>& arguments) {
     const std::string& name = arguments[i];
     const bool mesh = name == "--shape" || name == "--faces";
     const bool volume = name == "--volume" || name == "--size" || name == "--type";
-    if (!mesh && !volume && name != "--out") fail_usage("unknown option '" + name + "'");
+    if (!mesh && !volume && name != "--terrain" && name != "--out")
+      fail_usage("unknown option '" + name + "'");
     if (mesh) for_mesh = name;
     if (volume) for_volume = name;
     if (i + 1 == arguments.size()) fail_usage(name + " needs a value");
@@ -89,6 +93,8 @@ Options parse(const std::vector<std::string>& arguments) {
         fail_usage("--volume is '" + value + "', not sphere, torus, gyroid or boxes");
       }
       options.volume = value;
+    } else if (name == "--terrain") {
+      options.terrain = parse_number(name, value, 2, 16384);
     } else if (name == "--size") {
       options.size = parse_number(name, value, 8, 2048);
     } else {
@@ -102,6 +108,14 @@ Options parse(const std::vector<std::string>& arguments) {
   if (options.volume.empty() && !for_volume.empty()) fail_usage(for_volume + " needs --volume");
   if (!options.volume.empty() && !for_mesh.empty()) {
     fail_usage("--volume and " + for_mesh + " exclude each other");
+  }
+  if (options.terrain != 0) {
+    const std::string& other = for_mesh.empty() ? for_volume : for_mesh;
+    if (!other.empty()) fail_usage("--terrain and " + other + " exclude each other");
+    if (options.out.extension() != ".png" && options.out.extension() != ".exr") {
+      fail_usage("--out must name a file that ends in .png or .exr");
+    }
+    return options;
   }
   const std::string extension = options.volume.empty() ? ".ply" : ".nrrd";
   if (options.out.extension() != extension) {
@@ -157,6 +171,15 @@ int main(int argc, char** argv) {
       std::printf("%s: %u x %u x %u voxels, %s; the surface lies at %g\n",
                   options.out.string().c_str(), volume.size[0], volume.size[1], volume.size[2],
                   kiln::name_of(volume.type), kiln::sample::surface_value(volume.type));
+      return 0;
+    }
+    if (options.terrain != 0) {
+      const auto size = static_cast<std::uint32_t>(options.terrain);
+      kiln::SaveImageOptions save;
+      save.format = options.out.extension() == ".png" ? kiln::ImageFormat::png16
+                                                      : kiln::ImageFormat::exr_float;
+      kiln::save_image(kiln::sample::terrain(size), options.out, save);
+      std::printf("%s: %u x %u heights\n", options.out.string().c_str(), size, size);
       return 0;
     }
     const kiln::Mesh mesh = options.shape == "urn" ? kiln::sample::urn(options.faces)

@@ -1,8 +1,9 @@
-// The sample scenes. Each is a closed mesh about two units tall, centred on the origin, +Y up.
+// The sample scenes. Meshes are closed, about two units tall, centred on the origin, +Y up.
 #pragma once
 
 #include <cstdint>
 
+#include "kiln/image.h"
 #include "kiln/mesh.h"
 
 namespace kiln::sample {
@@ -13,5 +14,8 @@ Mesh urn(std::uint64_t faces);
 
 /// A weathered boulder with strata, ridges and cracks.
 Mesh rock(std::uint64_t faces);
+
+/// Heights of mountains and valleys, 0 to 1. \param size  pixels a side, 2 or more
+Image terrain(std::uint32_t size);
 
 }  // namespace kiln::sample

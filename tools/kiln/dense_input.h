@@ -1,0 +1,40 @@
+// The dense mesh as commands take it: a mesh file, or a height field.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+
+namespace kiln::cli {
+
+/// What a height field is stretched to.
+struct HeightArguments {
+  double height = 1;
+  std::string extent;
+
+  bool given() const { return height != 1 || !extent.empty(); }
+};
+
+/// Adds --height and --extent.
+void add_height_options(CLI::App& command, HeightArguments& arguments, const std::string& group);
+
+/// Whether a path names a height field: a PNG or EXR, by its ending.
+bool is_height_field(const std::string& path);
+
+/// \throws Error(usage) for an extent that is none
+HeightFieldOptions height_field_options(const HeightArguments& arguments);
+
+/// A dense mesh, and what it was made of where it is a height field.
+struct DenseInput {
+  Mesh mesh;
+  std::optional<Image> heights;
+};
+
+/// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
+DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
+                      std::vector<Warning>& warnings);
+
+}  // namespace kiln::cli
