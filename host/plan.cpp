@@ -49,17 +49,31 @@ Image decoded(const Image& map, const BakeOptions& options) {
   return result;
 }
 
-/// How errors fall with the size of the map: e(s) = limit + 1 / (1 / (plain - limit) + rate s^2). A tiny map
-/// is as good as none, a large one is off by the square of its texels' size.
+/// How errors fall with the size of the map: e(s) = limit + 1 / (1 / range + rate s^2). A tiny map is as bad
+/// as can be, a large one is off by the square of its texels' size.
 class Outlook {
  public:
-  /// \param plain  the error without any map
-  Outlook(double limit, double plain) : limit_(limit), plain_(plain) {}
+  /// \param plain  the error without any map: what a tiny one comes to, as long as nothing else is known
+  Outlook(double limit, double plain) : limit_(limit), range_(std::max(plain - limit, kLeast)) {}
 
   /// Takes what a map of a size turned out to reach.
   void measured(std::uint32_t size, double error) {
-    const double above = std::max({error - limit_, 1e-3 * limit_, 1e-6});
-    rate_ = std::max(1e-12, (1 / above - start()) / (1.0 * size * size));
+    const double above = std::max({error - limit_, 1e-3 * limit_, kLeast});
+    const double texels = 1.0 * size * size;
+    // Where charts have few texels, a tiny map is worse than none, and how much worse is not known.
+    range_ = std::max(range_, 2 * above);
+    rate_ = (1 / above - 1 / range_) / texels;
+    if (texels_ > 0) {
+      // Two sizes tell both.
+      const double rate = (1 / above - 1 / above_) / (texels - texels_);
+      const double start = 1 / above - rate * texels;
+      if (rate > 0 && start > 0) {
+        rate_ = rate;
+        range_ = 1 / start;
+      }
+    }
+    texels_ = texels;
+    above_ = above;
   }
 
   /// The same rate, with another limit: of another way to match.
@@ -70,13 +84,13 @@ class Outlook {
   }
 
   double limit() const { return limit_; }
-  double error(std::uint32_t size) const { return limit_ + 1 / (start() + rate_ * size * size); }
+  double error(std::uint32_t size) const { return limit_ + 1 / (1 / range_ + rate_ * size * size); }
 
  private:
-  double start() const { return plain_ > limit_ ? 1 / (plain_ - limit_) : 0; }
-
-  double limit_, plain_;
-  double rate_ = 1e-12;
+  static constexpr double kLeast = 1e-6;
+  double limit_, range_;
+  double rate_ = 0;
+  double texels_ = 0, above_ = 0;  // of the last map
 };
 
 class Planner {
