@@ -39,12 +39,19 @@ class NormalProbe {
 
   struct Limit {
     NormalError error;
-    double missed = 0;  ///< Share of the places
+    double missed = 0;           ///< Share of the places
+    std::vector<float> normals;  ///< What it finds there, in the mesh's space
   };
   /// What a map of endless size would reach with a way to match.
   /// \param field  of visibility: made where it is null, and taken where it is not
   /// \throws as make_matcher
   Limit limit(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const;
+
+  /// The share of a way's error that no map whatever can get below, however it is matched: a place of the
+  /// light mesh shows one normal to all directions, but the dense mesh has another behind it from each. Of
+  /// some places and the pictures' directions that see them, the mean error of each place's best normal,
+  /// over that of the normals that the way found. A little too low where few directions see a place.
+  double least_share(const Limit& limit) const;
 
   std::uint32_t places() const { return band_.sample_count; }
 
@@ -58,6 +65,9 @@ class NormalProbe {
   NormalError compare(const Image& shown) const;
 
   const Source::Impl& source_;
+  RayCaster light_;
+  std::vector<Vec3d> toward_;  ///< Of the pictures
+  double start_ = 0;           ///< How far from the middle their rays start
   LowSurface surface_;
   std::vector<kiln_low_shading> shading_;
   std::vector<Place> places_;

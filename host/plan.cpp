@@ -133,6 +133,7 @@ class Planner {
     MatchMethod nearest = first;
     Outlook nearest_outlook = outlook;
     for (const MatchMethod method : methods_) {
+      if (method != first && planned_.limits.size() == 1 && hopeless(outlook, wanted)) break;
       if (method == MatchMethod::views && !may_help(method)) continue;
       Outlook own = method == first ? outlook : outlook.with_limit(limit(method));
       if (climb(method, own, wanted)) return finished(wanted);
@@ -144,6 +145,15 @@ class Planner {
     }
     level(nearest, nearest_outlook);
     return finished(wanted);
+  }
+
+  /// Whether no match is good enough, so that there is no need to look at others.
+  bool hopeless(const Outlook& outlook, double wanted) {
+    if (methods_.front() == MatchMethod::views) return false;  // it takes a hierarchy to tell
+    const auto start = std::chrono::steady_clock::now();
+    planned_.least = outlook.limit() * probe_->least_share(first_limit_);
+    planned_.seconds_measure += seconds_since(start);
+    return outlook.with_limit(planned_.least).error(largest()) > wanted;
   }
 
   /// Preparing depth views takes longer than all else where a hierarchy is there already. Where rays miss
@@ -235,9 +245,11 @@ class Planner {
     if (options.views.size == 0 && method != methods_.front()) options.views.size = kLimitView;
     if (options.progress && !options.progress(0, doing)) throw Cancelled();
     const auto start = std::chrono::steady_clock::now();
-    const NormalProbe::Limit limit = probe_->limit(options, field_);
+    NormalProbe::Limit limit = probe_->limit(options, field_);
     planned_.limits.push_back({method, limit.error, limit.missed, seconds_since(start)});
-    return limit.error.mean_degrees;
+    const double mean = limit.error.mean_degrees;
+    if (method == methods_.front()) first_limit_ = std::move(limit);
+    return mean;
   }
 
   /// Bakes and measures. \returns the mean error
@@ -290,6 +302,7 @@ class Planner {
   const std::vector<MatchMethod> methods_;
   std::optional<NormalProbe> probe_;
   std::shared_ptr<const VisibilityField> field_;
+  NormalProbe::Limit first_limit_;
   PlannedBake planned_;
   double best_error_ = 0;
 };

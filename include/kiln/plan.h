@@ -45,6 +45,9 @@ struct PlannedBake {
   BakeResult result;
   std::vector<PlanTrial> trials;  ///< In order
   std::vector<PlanLimit> limits;  ///< Of the ways to match that were looked at, in order
+  /// Where the first way does not reach the error: what no map can get below, however it is matched, since
+  /// a place shows one normal to all sides but the dense mesh has another behind it from each.
+  double least = 0;
   PlanTrial chosen;
   NormalError without_map;  ///< The light mesh's own normals, measured alike
   double wanted = 0;        ///< Degrees; with max_error 0: what that came to
@@ -65,7 +68,8 @@ struct PlannedBake {
 /// Ways to match are looked at in the order of their cost, and only where those before them are not
 /// expected to reach the error: views first for meshes of more than two million triangles, for which
 /// building a hierarchy takes longest, else rays, and views last, and only where rays miss points or
-/// another way gets nearer than they do. Where none is expected to reach it, the one that gets nearest is
+/// another way gets nearer than they do; and none but the first where the error is below what any map could
+/// reach. Where none is expected to reach it, the one that gets nearest is
 /// baked at the size that larger maps would not improve on by 5%; ways that gain less than 3% on the first
 /// do not count as nearer. With a cage, rays alone.
 /// \throws as bake(), and Error(usage) for a negative or not finite error, or maps without a normal map

@@ -164,32 +164,90 @@ TEST(Plan, MeasuresTheSameWithoutAHierarchy) {
   EXPECT_NEAR(a.mean_degrees, b.mean_degrees, 0.002 * a.mean_degrees);
 }
 
-TEST(Plan, SaysWhatIsOutOfReachAndLooksAtTheOtherWays) {
+TEST(Plan, KnowsWhatNoMapCanShow) {
+  KILN_REQUIRE_DEVICE();
+  // Waves on a plane: from the side, other parts of them are behind each place. Flat, nothing is.
+  const auto least_of = [](double height) {
+    Mesh high = test::plane(200, 200);
+    high.normals.clear();
+    high.normal_triangles.clear();
+    for (Vec3& p : high.positions) p.z = static_cast<float>(height * std::sin(60 * p.x));
+    const Source source(*test::device(), high);
+    const NormalProbe probe(source.impl(), test::plane(2, 2), nullptr, Pictures::views(),
+                            kPlanPixels, false);
+    EXPECT_GT(probe.places(), 1000U);
+    // As a share of another error the least is the same, but for what grazing directions, of which it takes
+    // none, add to each.
+    std::shared_ptr<const VisibilityField> field;
+    NormalProbe::Limit limit = probe.limit(plan_options(0).bake, field);
+    const double least = limit.error.mean_degrees * probe.least_share(limit);
+    EXPECT_LT(least, limit.error.mean_degrees);
+    for (std::size_t i = 0; i < limit.normals.size(); ++i) limit.normals[i] = i % 3 == 2 ? 1 : 0;
+    const double plain = probe.with_normals(limit.normals).mean_degrees;
+    EXPECT_NEAR(plain, probe.without_map().mean_degrees, 1e-3 * plain);
+    EXPECT_NEAR(plain * probe.least_share(limit), least, 0.2 * least);
+    return least;
+  };
+  // By the height for slopes, and again for how far pictures shift.
+  const double low = least_of(0.001), high = least_of(0.002);
+  EXPECT_GT(low, 0.01);
+  EXPECT_GT(high, 3 * low);
+  EXPECT_LT(high, 5 * low);
+}
+
+std::vector<MatchMethod> looked_at(const PlannedBake& planned) {
+  std::vector<MatchMethod> methods;
+  for (const PlanLimit& limit : planned.limits) methods.push_back(limit.method);
+  return methods;
+}
+
+TEST(Plan, SaysWhatIsOutOfReach) {
   KILN_REQUIRE_DEVICE();
   const Pair pair;
   const Source source(*test::device(), pair.high);
-  PlanOptions options = plan_options(1e-4, 256);
-  const auto looked_at = [](const PlannedBake& planned) {
-    std::vector<MatchMethod> methods;
-    for (const PlanLimit& limit : planned.limits) methods.push_back(limit.method);
-    return methods;
-  };
-  const PlannedBake planned = bake_planned(source, pair.low, options);
-  EXPECT_FALSE(planned.reached);
-  EXPECT_EQ(planned.wanted, 1e-4);
-  std::vector<MatchMethod> expected = {MatchMethod::ray, MatchMethod::hybrid,
-                                       MatchMethod::visibility, MatchMethod::closest};
-  EXPECT_EQ(looked_at(planned), expected);
+  // Below what any map can show: there is no need to look at other ways.
+  PlanOptions options = plan_options(1e-4, 512);
+  const PlannedBake hopeless = bake_planned(source, pair.low, options);
+  EXPECT_FALSE(hopeless.reached);
+  EXPECT_EQ(hopeless.wanted, 1e-4);
+  EXPECT_EQ(looked_at(hopeless), std::vector{MatchMethod::ray});
+  EXPECT_GT(hopeless.least, 0);
+  EXPECT_LE(hopeless.least, hopeless.limits[0].error.mean_degrees);
   // What it gives is the best that it found, within what a larger map must gain.
-  for (const PlanTrial& trial : planned.trials) {
-    EXPECT_LE(planned.chosen.error.mean_degrees, trial.error.mean_degrees / 0.98);
+  for (const PlanTrial& trial : hopeless.trials) {
+    EXPECT_LE(hopeless.chosen.error.mean_degrees, trial.error.mean_degrees / 0.98);
   }
-  // Rays that are too short miss: then views may help.
+
+  // Rays that are too short miss, which a better match would not: the others are looked at, views too.
+  options.max_error = 1.1 * hopeless.chosen.error.mean_degrees;
+  EXPECT_TRUE(bake_planned(source, pair.low, options).reached);
   options.bake.max_distance = Length::share(0.0005);
   const PlannedBake short_rays = bake_planned(source, pair.low, options);
+  EXPECT_FALSE(short_rays.reached);
   EXPECT_GT(short_rays.limits.front().missed, 0.01);
-  expected.push_back(MatchMethod::views);
-  EXPECT_EQ(looked_at(short_rays), expected);
+  const std::vector<MatchMethod> all = {MatchMethod::ray, MatchMethod::hybrid,
+                                        MatchMethod::visibility, MatchMethod::closest,
+                                        MatchMethod::views};
+  EXPECT_EQ(looked_at(short_rays), all);
+}
+
+TEST(Plan, LooksAtViewsLastAndOnlyWhereTheyMayHelp) {
+  KILN_REQUIRE_DEVICE();
+  KILN_REQUIRE_DATA("bunny_high.ply");
+  KILN_REQUIRE_DATA("bunny_low.obj");
+  const Source source(*test::device(), load_mesh(*test::shared_data("bunny_high.ply")));
+  const Mesh low = load_mesh(*test::shared_data("bunny_low.obj"));
+  const PlannedBake hopeless = bake_planned(source, low, plan_options(0.1, 2048));
+  EXPECT_EQ(looked_at(hopeless), std::vector{MatchMethod::ray});
+  const double least = hopeless.least, by_rays = hopeless.limits[0].error.mean_degrees;
+  ASSERT_LT(least * 1.05, by_rays);
+  // Between the two another way might reach it. None does.
+  const PlannedBake planned = bake_planned(source, low, plan_options(least * 1.02, 2048));
+  EXPECT_FALSE(planned.reached);
+  const std::vector<MatchMethod> expected = {MatchMethod::ray, MatchMethod::hybrid,
+                                             MatchMethod::visibility, MatchMethod::closest};
+  EXPECT_EQ(looked_at(planned), expected);
+  for (const PlanLimit& limit : planned.limits) EXPECT_GT(limit.error.mean_degrees, least);
 }
 
 TEST(Plan, EncodingsChangeNothingInWhatIsMeasured) {

@@ -167,6 +167,10 @@ std::string summary(const PlannedBake& planned) {
                   match_name(limit.method).c_str(), limit.error.mean_degrees);
     line += text;
   }
+  if (planned.least > 0) {
+    std::snprintf(text, sizeof text, "; any way: at least %.3g", planned.least);
+    line += text;
+  }
   return line;
 }
 
@@ -209,6 +213,7 @@ Json plan_json(const PlannedBake& planned) {
           {"view_pixels", kPlanPixels},
           {"without_map", cli::describe(planned.without_map)},
           {"seconds_measure", planned.seconds_measure},
+          {"least_degrees", planned.least},
           {"limits", limits},
           {"trials", trials}};
 }
