@@ -61,17 +61,18 @@ struct PlannedBake {
 /// Pictures of both meshes are taken once. The points that they show are matched as texels would be, which
 /// tells what a way to match reaches with a map of endless size, f, without baking one. A small map is
 /// baked and measured there, and errors of larger ones follow from e(s) = f + 1 / (1 / (p - f) + r s^2), p
-/// being the error without any map: on the meshes tried within 4%. The next that is baked is the smallest
-/// that is expected to reach the error, so that mostly one small map is baked in vain. What is said to be
-/// reached is always measured on the very map that is returned.
+/// being the error without any map: within 4% on light meshes of 1,500 to 3,000 faces, worse where many
+/// charts have few texels, and then the next map tells more. The next that is baked is the smallest that is
+/// expected to reach the error. What is said to be reached is always measured on the very map that is
+/// returned.
 ///
 /// Ways to match are looked at in the order of their cost, and only where those before them are not
 /// expected to reach the error: views first for meshes of more than two million triangles, for which
-/// building a hierarchy takes longest, else rays, and views last, and only where rays miss points or
-/// another way gets nearer than they do; and none but the first where the error is below what any map could
-/// reach. Where none is expected to reach it, the one that gets nearest is
-/// baked at the size that larger maps would not improve on by 5%; ways that gain less than 3% on the first
-/// do not count as nearer. With a cage, rays alone.
+/// building a hierarchy takes longest; else rays first, and views last, where rays miss points or another
+/// way gets nearer than they do. None but the first is looked at where the error is below what any map
+/// could show. Where none is expected to reach it, the one that gets nearest is baked at the size that
+/// larger maps would not improve on by 5%; what gains less than 3% on the first does not count as nearer.
+/// With a cage, rays alone.
 /// \throws as bake(), and Error(usage) for a negative or not finite error, or maps without a normal map
 PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOptions& options);
 
