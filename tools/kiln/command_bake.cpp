@@ -174,15 +174,26 @@ std::string summary(const PlannedBake& planned) {
   char text[320];
   std::snprintf(
       text, sizeof text,
-      "chose %s: rendered normals are %.3g degrees off (mean; 95%%: %.3g; without the map "
-      "%.3g; wanted %.3g)",
-      in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees,
-      planned.chosen.error.p95_degrees, planned.without_map.mean_degrees, planned.wanted);
+      "chose %s: rendered normals are %.3g degrees off (mean over %u pictures of %u x %u; 95%%: "
+      "%.3g; without the map %.3g; wanted %.3g)",
+      in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees, kPlanViews, kPlanPixels,
+      kPlanPixels, planned.chosen.error.p95_degrees, planned.without_map.mean_degrees,
+      planned.wanted);
   std::string line = text;
   line += "; tried";
   for (const PlanTrial& trial : planned.trials) {
     std::snprintf(text, sizeof text, "%s %s: %.3g", &trial == planned.trials.data() ? "" : ";",
                   in_words(trial).c_str(), trial.error.mean_degrees);
+    line += text;
+  }
+  line += "; with an endless map";
+  for (const PlanLimit& limit : planned.limits) {
+    std::snprintf(text, sizeof text, "%s %s: %.3g", &limit == planned.limits.data() ? "" : ";",
+                  match_name(limit.method).c_str(), limit.error.mean_degrees);
+    line += text;
+  }
+  if (planned.least > 0) {
+    std::snprintf(text, sizeof text, "; any way: at least %.3g", planned.least);
     line += text;
   }
   return line;
@@ -192,8 +203,8 @@ Warning not_reached(const PlannedBake& planned) {
   char text[320];
   std::snprintf(
       text, sizeof text,
-      "No way to match reaches a mean error of %.3g degrees with this light mesh and maps "
-      "up to the given --size; the map written reaches %.3g. Give the light mesh more "
+      "No way to match is expected to reach a mean error of %.3g degrees with this light mesh "
+      "and maps up to the given --size; the map written reaches %.3g. Give the light mesh more "
       "faces, allow a larger map, or accept more.",
       planned.wanted, planned.chosen.error.mean_degrees);
   return {"error-not-reached", text, 1};
@@ -212,11 +223,23 @@ Json trial_json(const PlanTrial& trial) {
 Json plan_json(const PlannedBake& planned) {
   Json trials = Json::array();
   for (const PlanTrial& trial : planned.trials) trials.push_back(trial_json(trial));
+  Json limits = Json::array();
+  for (const PlanLimit& limit : planned.limits) {
+    limits.push_back({{"match", match_name(limit.method)},
+                      {"mean_angle_degrees", limit.error.mean_degrees},
+                      {"p95_angle_degrees", limit.error.p95_degrees},
+                      {"missed_share", limit.missed},
+                      {"seconds", limit.seconds}});
+  }
   return {{"chosen", trial_json(planned.chosen)},
           {"wanted_degrees", planned.wanted},
           {"reached", planned.reached},
+          {"views", kPlanViews},
+          {"view_pixels", kPlanPixels},
           {"without_map", cli::describe(planned.without_map)},
           {"seconds_measure", planned.seconds_measure},
+          {"least_degrees", planned.least},
+          {"limits", limits},
           {"trials", trials}};
 }
 
