@@ -2,6 +2,7 @@
 #include "kiln/gradient.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -20,6 +21,9 @@ constexpr double kStep = 0.25;               // cells
 constexpr std::uint32_t kNone = 0xFFFFFFFF;  // no triangle
 /// Corners of charts lie on texels' centres, up to rounding.
 constexpr double kEdge = 1e-3;  // texels
+
+/// Shorter vectors, squared, are no normals.
+constexpr double kNoDirection = 1e-6;
 
 /// Between index space and the world.
 struct Spaces {
@@ -325,16 +329,20 @@ GradientError GradientReference::compare_with(const Normal& normal) const {
   error.texels = texels_.size();
   if (texels_.empty()) return error;
   std::vector<double> degrees(texels_.size());
+  std::atomic<std::uint64_t> empty = 0;
   parallel_for(texels_.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3d wanted(texels_[i].wanted), given = normal(texels_[i]);
-      // Without a direction: as far off as can be.
-      degrees[i] = dot(given, given) > 0
-                       ? std::atan2(length(cross(given, wanted)), dot(given, wanted)) * 180 /
-                             std::numbers::pi
-                       : 180;
+      const Vec3d wanted(texels_[i].wanted);
+      Vec3d given = normal(texels_[i]);
+      if (!(dot(given, given) > kNoDirection)) {
+        given = Vec3d(texels_[i].shading);
+        ++empty;
+      }
+      degrees[i] =
+          std::atan2(length(cross(given, wanted)), dot(given, wanted)) * 180 / std::numbers::pi;
     }
   });
+  error.empty = empty;
   double sum = 0, squares = 0;
   for (const double d : degrees) {
     sum += d;

@@ -14,6 +14,8 @@ namespace kiln {
 /// Percentiles are exact, by nearest rank. All degrees are 0 where nothing was compared.
 struct GradientError {
   std::uint64_t texels = 0;  ///< Compared
+  std::uint64_t empty =
+      0;  ///< ... where the map has no direction: the light mesh's own normal counts
   double mean_degrees = 0;
   double rms_degrees = 0;  ///< Root of the mean square
   double median_degrees = 0;

@@ -23,15 +23,24 @@ struct Style {
 // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
 constexpr std::array<Style, 5> kStyles = {
     {{"none", "no map", "pt 1 ps 2.4 lw 3 lc rgb '#777777'"},
-     {"direct", "direct: fine vertices splatted", "pt 5 ps 1.8 lc rgb '#d55e00'"},
-     {"rays", "full contour, rays", "pt 9 ps 2.3 lc rgb '#222222'"},
-     {"views", "full contour, depth views", "pt 7 ps 2 lc rgb '#0072b2'"},
-     {"closest", "full contour, nearest points", "pt 11 ps 2.3 lc rgb '#cc79a7'"}}};
+     {"direct", "direct", "pt 5 ps 1.8 lc rgb '#d55e00'"},
+     {"rays", "contour baked by rays", "pt 9 ps 2.3 lc rgb '#222222'"},
+     {"views", "by depth views", "pt 7 ps 2 lc rgb '#0072b2'"},
+     {"closest", "by nearest points", "pt 11 ps 2.3 lc rgb '#cc79a7'"}}};
 
 std::string missed_text(const VolumeRow& row) {
   if (!row.report || row.report->samples == 0) return "";
   return fixed_text(100 * static_cast<double>(row.report->missed) /
                         static_cast<double>(row.report->samples),
+                    2) +
+         "%";
+}
+
+/// Texels that the map leaves out, although the light mesh has them.
+std::string empty_text(const VolumeRow& row) {
+  if (row.size == 0 || row.gradient.texels == 0) return "";
+  return fixed_text(100 * static_cast<double>(row.gradient.empty) /
+                        static_cast<double>(row.gradient.texels),
                     2) +
          "%";
 }
@@ -42,6 +51,7 @@ std::string angles_text(double mean, double rms, double p95) {
 
 Json describe(const GradientError& error) {
   return {{"texels", error.texels},
+          {"empty_texels", error.empty},
           {"mean_angle_degrees", error.mean_degrees},
           {"rms_angle_degrees", error.rms_degrees},
           {"median_angle_degrees", error.median_degrees},
@@ -116,7 +126,8 @@ std::string volume_chart_data(const std::vector<VolumeChart>& charts) {
   std::string text =
       "volume,setting,family,seconds,gradient_error,normal_error,gradient_front,normal_front,"
       "seconds_least,seconds_most,seconds_contour,seconds_light,seconds_build,seconds_map,size,"
-      "gradient_texels,gradient_rms,gradient_median,gradient_p95,gradient_p99,gradient_max,"
+      "gradient_texels,gradient_empty,gradient_rms,gradient_median,gradient_p95,gradient_p99,"
+      "gradient_max,"
       "face_gradient_mean,face_gradient_rms,face_gradient_p95,normal_pixels,normal_rms,normal_p95,"
       "samples,missed\n";
   for (std::size_t i = 0; i < charts.size(); ++i) {
@@ -136,6 +147,7 @@ std::string volume_chart_data(const std::vector<VolumeChart>& charts) {
       }
       whole(row.size);
       whole(row.gradient.texels);
+      whole(row.gradient.empty);
       for (const double value :
            {row.gradient.rms_degrees, row.gradient.median_degrees, row.gradient.p95_degrees,
             row.gradient.p99_degrees, row.gradient.max_degrees,
@@ -169,7 +181,10 @@ std::string volume_chart_table(const std::vector<VolumeChart>& charts,
           "meets the surface, and where the triangle's normal's does; and of rendered normals to "
           "the full contour's from "
        << kHeldOutViews
-       << " directions that nothing is matched from. ●: nothing else is both faster and closer.\n";
+       << " directions that nothing is matched from. Missed: samples of the bake that found "
+          "nothing; "
+          "empty: texels compared that the map leaves without a normal, where the light mesh's own "
+          "counts. ●: nothing else is both faster and closer.\n";
   for (const VolumeChart& chart : charts) {
     text << "\n## " << markdown_cell(chart.name) << ", " << chart.voxels[0] << " × "
          << chart.voxels[1] << " × " << chart.voxels[2] << " voxels: full contour of "
@@ -185,9 +200,10 @@ std::string volume_chart_table(const std::vector<VolumeChart>& charts,
            << with_commas(size.cut) << " on the volume's border, " << with_commas(size.no_gradient)
            << " where the field is flat\n";
     }
-    text << "\n| way | seconds | contour | light mesh | build | map | missed | error to the "
-            "gradient | | along the faces' normals | picture's error | |\n"
-         << "| --- | --: | --: | --: | --: | --: | --: | --: | :-: | --: | --: | :-: |\n";
+    text
+        << "\n| way | seconds | contour | light mesh | build | map | missed | empty | error to the "
+           "gradient | | along the faces' normals | picture's error | |\n"
+        << "| --- | --: | --: | --: | --: | --: | --: | --: | --: | :-: | --: | --: | :-: |\n";
     for (const VolumeRow& row : chart.rows) {
       const VolumeSeconds& s = row.seconds;
       const auto& g = row.gradient;
@@ -197,8 +213,8 @@ std::string volume_chart_table(const std::vector<VolumeChart>& charts,
            << fixed_text(s.contour, 3) << " | " << fixed_text(s.light, 3) << " | "
            << (row.report ? fixed_text(s.build, 3) : "") << " | "
            << (row.size != 0 ? fixed_text(s.map, 3) : "") << " | " << missed_text(row) << " | "
-           << angles_text(g.mean_degrees, g.rms_degrees, g.p95_degrees) << " | "
-           << (row.front(VolumeMeasure::gradient) ? "●" : "") << " | "
+           << empty_text(row) << " | " << angles_text(g.mean_degrees, g.rms_degrees, g.p95_degrees)
+           << " | " << (row.front(VolumeMeasure::gradient) ? "●" : "") << " | "
            << angles_text(f.mean_degrees, f.rms_degrees, f.p95_degrees) << " | "
            << angles_text(p.mean_degrees, p.rms_degrees, p.p95_degrees) << " | "
            << (row.front(VolumeMeasure::picture) ? "●" : "") << " |\n";
