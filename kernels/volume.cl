@@ -14,7 +14,7 @@
 // | kernel                | items            | local | traffic an item                               |
 // | --------------------- | ---------------- | ----- | --------------------------------------------- |
 // | kiln_volume_signs     | words of a slab  | 64    | 64 voxels read, 8 B written                   |
-// | kiln_volume_crossings | crossed edges    | 64    | 8 B and 14 to 38 voxels (gathered) read, 16 B written |
+// | kiln_volume_crossings | crossed edges    | 64    | 8 B and 12 to 32 voxels (gathered) read, 16 B written |
 // | kiln_volume_vertices  | vertices / 8     | 64    | 8 x (8 B and 3 to 12 words and crossings      |
 // |                       |                  |       | (gathered) read, 80 B written)                |
 //
@@ -33,6 +33,8 @@
 #define VOLUME_CREASE 0.25f
 // A side is straight where its second difference is below this share of the crease's.
 #define VOLUME_STRAIGHT 0.02f
+// Beyond a crease second differences are at most this share of its bend.
+#define VOLUME_ENDS 0.1f
 // Least squared difference of gradients across a crease, as a share of the larger one's square.
 #define VOLUME_TURN 0.25f
 // Least difference of slopes along an edge, as a share of the gradient, for the planes at its ends to meet
@@ -95,7 +97,8 @@ static float volume_fetch(const kiln_volume_grid* grid, global const KILN_VOXEL*
   return fabs(value) <= FLT_MAX ? value : grid->outside;
 }
 
-/// Second difference of the field at a voxel along an axis; infinite where a neighbour is missing.
+/// Second difference of the field at a voxel along an axis, with its sign; infinite where a neighbour is
+/// missing.
 static float volume_bend(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int3 at,
                          int3 step, int place, int end) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -103,8 +106,25 @@ static float volume_bend(const kiln_volume_grid* grid, global const KILN_VOXEL* 
   const int3 a = at - step;
   const int3 b = at + step;
   const float value = volume_fetch(grid, voxels, at.x, at.y, at.z);
-  return fabs((volume_fetch(grid, voxels, b.x, b.y, b.z) - value) -
-              (value - volume_fetch(grid, voxels, a.x, a.y, a.z)));
+  return (volume_fetch(grid, voxels, b.x, b.y, b.z) - value) -
+         (value - volume_fetch(grid, voxels, a.x, a.y, a.z));
+}
+
+/// Whether the field, straight at the voxel behind, has a crease before this one. All of a crease's bend lies
+/// at this voxel and the next; beyond them it is straight again, or another crease is near, and then the field
+/// is straight for longer behind. What bends on, as scanners' blurred steps do on both sides of where
+/// they are straight, has none. towards: 1 or -1, along the axis; bend, next: second differences here and at
+/// the next voxel.
+static bool volume_is_crease(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int3 at,
+                             int3 step, int towards, int place, int end, float bend, float next) {
+#pragma OPENCL FP_CONTRACT OFF
+  const int two = 2 * towards;
+  const float behind = fabs(volume_bend(grid, voxels, at - two * step, step, place - two, end));
+  if (behind < VOLUME_STRAIGHT * fabs(bend)) return true;
+  if (!(fabs(next) <= FLT_MAX)) return true;  // the volume ends there: nothing speaks against it
+  if ((next < 0.0f) != (bend < 0.0f) && next != 0.0f) return false;
+  const float far = fabs(volume_bend(grid, voxels, at + two * step, step, place + two, end));
+  return far > FLT_MAX || far <= VOLUME_ENDS * fabs(bend + next);
 }
 
 /// The field's gradient at a voxel. Along each axis by central differences; one-sided at the border, and
@@ -132,17 +152,20 @@ static float3 volume_gradient(const kiln_volume_grid* grid, global const KILN_VO
   float slope[3];
   for (int k = 0; k < 3; ++k) {
     slope[k] = back[k] * 0.5f + fore[k] * 0.5f;
-    const float bend = fabs(fore[k] - back[k]);
-    if (!(bend > VOLUME_CREASE * steepest && bend <= FLT_MAX)) continue;
+    const float bend = fore[k] - back[k];
+    if (!(fabs(bend) > VOLUME_CREASE * steepest && fabs(bend) <= FLT_MAX)) continue;
     const int3 step = (int3)(k == 0, k == 1, k == 2);
     const int place = k == 0 ? at.x : k == 1 ? at.y : at.z;
     const int end = (int)grid->size[k];
     const float before = volume_bend(grid, voxels, at - step, step, place - 1, end);
     const float after = volume_bend(grid, voxels, at + step, step, place + 1, end);
     // A crease bends the field between two voxels only: on the side away from it all is straight.
-    const float straight = VOLUME_STRAIGHT * bend;
-    if (before < after && before < straight) slope[k] = back[k];
-    if (after < before && after < straight) slope[k] = fore[k];
+    const float straight = VOLUME_STRAIGHT * fabs(bend);
+    if (fabs(before) < fabs(after) && fabs(before) < straight) {
+      if (volume_is_crease(grid, voxels, at, step, 1, place, end, bend, after)) slope[k] = back[k];
+    } else if (fabs(after) < fabs(before) && fabs(after) < straight) {
+      if (volume_is_crease(grid, voxels, at, step, -1, place, end, bend, before)) slope[k] = fore[k];
+    }
   }
   return (float3)(slope[0], slope[1], slope[2]);
 }

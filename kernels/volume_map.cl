@@ -37,18 +37,35 @@ static float3 map_weights(float second, float third) {
 
 static float map_least(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
 
-/// The chart's triangle that a point lies in, or is least far out of; and its weights there.
+/// The chart's triangle that a point lies in, or is least far out of; and its weights there. A point beyond
+/// the diagonal as one triangle sees it would fall into the other's half of the rectangle, although it lies
+/// beside both where they are of different width: it is the other's then, or, over a ridge between the two,
+/// neither's and on the diagonal.
 static uint map_project(global const kiln_volume_chart* chart, float3 point, float3* weights) {
 #pragma OPENCL FP_CONTRACT OFF
   uint best = 0u;
+  bool best_own = false;
   for (uint k = 0u; k < chart->triangles; ++k) {
     global const float* rows = &chart->project[k][0][0];
     const float3 at = map_weights(dot3(vload3(0, rows), point) + rows[3],
                                   dot3(vload3(0, rows + 4), point) + rows[7]);
-    if (k == 0u || map_least(at) > map_least(*weights)) {
+    const bool own = chart->triangles == 1u || (k == 0u ? at.y : at.z) >= 0.0f;
+    if (k == 0u || (own && !best_own) ||
+        (own == best_own && map_least(at) > map_least(*weights))) {
       *weights = at;
       best = k;
+      best_own = own;
     }
+  }
+  if (best_own) return best;
+  const float across = best == 0u ? weights->y : weights->z;
+  weights->x += across * 0.5f;
+  if (best == 0u) {
+    weights->y = 0.0f;
+    weights->z += across * 0.5f;
+  } else {
+    weights->z = 0.0f;
+    weights->y += across * 0.5f;
   }
   return best;
 }

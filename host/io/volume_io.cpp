@@ -121,6 +121,11 @@ Volume parse_volume(const VolumeInput& input, VolumeFormat format) {
   throw Error(ErrorCode::internal, "parse_volume: unknown format");
 }
 
+bool is_volume_name(const std::filesystem::path& path) {
+  const Name name = split(path);
+  return format_of(name.extension).has_value() || name.extension == ".vdb";
+}
+
 Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings) {
   VolumeInput input = input_for(path, warnings);
   const auto source = open_file(path, input.fail_with());

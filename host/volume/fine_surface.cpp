@@ -46,7 +46,7 @@ class Slabs {
     const std::uint64_t largest = context.info().largest_buffer_bytes;
     const std::size_t bytes = std::min<std::uint64_t>(slab_bytes, largest / 2);
     step_ = static_cast<std::uint32_t>(
-        std::min<std::size_t>(planes_, std::max<std::size_t>(bytes / plane_bytes_, 6)));
+        std::min<std::size_t>(planes_, std::max<std::size_t>(bytes / plane_bytes_, 8)));
   }
   std::uint32_t step() const { return step_; }
   /// Takes voxel planes [first, last) there, unless they are.
@@ -140,7 +140,7 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
   cl::Array<kiln_volume_crossing> crossings(context, cells.edge_count());
   const std::uint32_t planes = grid.size[2] + 2;
   const bool whole = slabs.step() >= grid.size[2];
-  const std::uint32_t step = whole ? planes : slabs.step() - 5;
+  const std::uint32_t step = whole ? planes : slabs.step() - 7;
   RawVector<kiln_volume_crossing> part;
   for (std::uint32_t first = 0; first < planes; first += step) {
     const std::uint32_t last = std::min(planes, first + step);
@@ -148,8 +148,8 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
     grid.count = cells.plane_edges()[last] - begin;
     if (grid.count == 0) continue;
     // Padded planes first to last - 1, with the neighbours that gradients need.
-    const std::uint32_t low = std::min(grid.size[2] - 1, first < 3 ? 0 : first - 3);
-    const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 2));
+    const std::uint32_t low = std::min(grid.size[2] - 1, first < 4 ? 0 : first - 4);
+    const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 3));
     const cl::Array<std::byte>& voxels = slabs.load(low, high, grid);
     RawVector<std::uint64_t> keys(grid.count);
     parallel_for(last - first, 4, [&](std::size_t from, std::size_t to) {

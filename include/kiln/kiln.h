@@ -9,6 +9,7 @@
 #include "kiln/device.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
+#include "kiln/gradient.h"
 #include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/lowpoly.h"

@@ -99,6 +99,9 @@ Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warn
 /// Whether this build of Kiln reads .vdb.
 bool reads_openvdb();
 
+/// Whether load_volume() knows the name's extension, .vdb included: no look at the file.
+bool is_volume_name(const std::filesystem::path& path);
+
 enum class ByteOrder : std::uint8_t { little, big };
 
 /// What a file without header cannot say of itself.

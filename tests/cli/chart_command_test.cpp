@@ -13,6 +13,7 @@
 #include "support/environment.h"
 #include "support/process.h"
 #include "support/shapes.h"
+#include "support/volumes.h"
 
 namespace kiln {
 namespace {
@@ -265,6 +266,130 @@ TEST(ChartCommand, TakesSeveralPairsAndNeedsNoGnuplot) {
   EXPECT_FALSE(fs::exists(out / "chart.png"));
   const auto is_no_plot = [](const json& warning) { return warning["code"] == "no-plot"; };
   EXPECT_EQ(std::count_if(report["warnings"].begin(), report["warnings"].end(), is_no_plot), 1);
+}
+
+Volume bumpy_ball() {
+  return test::make_volume<std::uint8_t>(
+      {48, 48, 48}, VoxelType::u8, [](double x, double y, double z) {
+        const double r = std::hypot(x - 23.5, y - 23.5, z - 23.5);
+        const double bump = 1.2 * std::sin(0.5 * x) * std::sin(0.5 * y) * std::sin(0.5 * z);
+        return std::clamp(128 + 16 * (18 + bump - r), 0.0, 255.0);
+      });
+}
+
+TEST(ChartCommand, ComparesWaysToMapAVolume) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  save_nrrd(bumpy_ball(), scene / "ball.nrrd");
+  Volume other = bumpy_ball();
+  other.axes = {{{0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}}};
+  save_nrrd(other, scene / "small.nrrd");
+  const fs::path out = scene / "out";
+  const ProcessResult result =
+      run_kiln({"chart", scene / "ball.nrrd", scene / "small.nrrd", "--iso", "127.5", "--faces",
+                "600", "--size", "256", "--repeat", "2", "--out", out});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(out / "chart.json");
+  EXPECT_EQ(report["options"]["iso"], 127.5);
+  EXPECT_EQ(report["options"]["faces"], 600);
+  ASSERT_EQ(report["volumes"].size(), 2U);
+  const std::vector<std::string> names = {
+      "none",    "direct_128",  "direct_256",   "direct_512",  "ray_128",     "ray_256",
+      "ray_512", "ray_2x2_256", "views_12_256", "closest_128", "closest_256", "closest_512"};
+  for (const json& volume : report["volumes"]) {
+    EXPECT_LE(volume["light"]["faces"], 600);
+    ASSERT_EQ(volume["settings"].size(), names.size());
+    ASSERT_EQ(volume["sizes"].size(), 3U);
+    for (const json& size : volume["sizes"]) {
+      EXPECT_GT(size["covered_texels"], size["size"].get<int>() * size["size"].get<int>() / 8);
+      EXPECT_EQ(size["border_texels"], 0);
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const json& setting = volume["settings"][i];
+      EXPECT_EQ(setting["name"], names[i]);
+      expect_finite(setting["gradient_error"], names[i]);
+      const json& s = setting["seconds"];
+      EXPECT_GT(s["total"], 0);
+      EXPECT_NEAR(s["total"].get<double>(),
+                  s["contour"].get<double>() + s["light"].get<double>() + s["build"].get<double>() +
+                      s["map"].get<double>(),
+                  0.2 * s["total"].get<double>() + 0.02);
+      ASSERT_EQ(setting["runs"].size(), 2U);
+      EXPECT_EQ(s["build"] > 0, setting.contains("texels"));
+    }
+    // Every map is far nearer than none, by either measure; a map of 256 texels a side is large enough
+    // for the ways to agree.
+    const double none = find(volume, "none")["gradient_error"]["mean_angle_degrees"];
+    EXPECT_GT(none, 3);
+    for (const char* name : {"direct_256", "ray_256", "ray_2x2_256", "closest_256"}) {
+      const json setting = find(volume, name);
+      EXPECT_LT(setting["gradient_error"]["mean_angle_degrees"], 0.5 * none) << name;
+      EXPECT_LT(setting["gradient_error_along_face"]["mean_angle_degrees"], 0.5 * none) << name;
+      EXPECT_LT(error_of(setting, "normal_error"),
+                0.6 * error_of(find(volume, "none"), "normal_error"))
+          << name;
+    }
+  }
+  // The same volume in other units: the same errors.
+  for (const char* name : {"none", "direct_256", "ray_256"}) {
+    EXPECT_NEAR(
+        find(report["volumes"][0], name)["gradient_error"]["mean_angle_degrees"].get<double>(),
+        find(report["volumes"][1], name)["gradient_error"]["mean_angle_degrees"].get<double>(),
+        0.02);
+  }
+  EXPECT_EQ(read_lines(out / "chart.csv").size(), 1 + 2 * names.size());
+  for (const std::string& name : names) {
+    EXPECT_NE(result.output.find(name + " "), std::string::npos) << name;
+  }
+  EXPECT_TRUE(fs::exists(out / "chart.md"));
+  if (!has_gnuplot()) return;
+  EXPECT_GT(load_image(out / "chart.png").width, 1000U);
+}
+
+TEST(ChartCommand, TakesVolumesWithoutHeaderAndSomeWays) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  const Volume volume = bumpy_ball();
+  std::ofstream(scene / "ball.raw", std::ios::binary)
+      .write(reinterpret_cast<const char*>(volume.voxels.data()),
+             static_cast<std::streamsize>(volume.voxels.size()));
+  const fs::path out = scene / "out";
+  const ProcessResult result = run_kiln(
+      {"chart", scene / "ball.raw", "--raw-size", "48x48x48", "--iso", "127.5", "--error", "0.5",
+       "--size", "128", "--repeat", "1", "--settings", "ray_2x2,direct", "--quiet", "--out", out});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(result.output + result.errors, "");
+  const json report = read_json(out / "chart.json");
+  std::vector<std::string> names;
+  for (const json& setting : report["volumes"][0]["settings"]) names.push_back(setting["name"]);
+  // At half the size the charts may have no room: then it is left out, with a warning.
+  const bool skipped = report["volumes"][0]["sizes"].size() == 2;
+  if (!skipped) {
+    EXPECT_EQ(names,
+              (std::vector<std::string>{"direct_64", "direct_128", "direct_256", "ray_2x2_128"}));
+  }
+  EXPECT_EQ(skipped, std::any_of(report["warnings"].begin(), report["warnings"].end(),
+                                 [](const json& w) { return w["code"] == "size-skipped"; }));
+
+  const auto refuse = [&](std::vector<std::string> more, int code, const std::string& word) {
+    more.insert(more.begin(), "chart");
+    more.insert(more.end(), {"--out", scene / "none"});
+    const ProcessResult refused = run_kiln(more);
+    EXPECT_EQ(refused.exit_code, code) << refused.errors;
+    EXPECT_NE(refused.errors.find(word), std::string::npos) << refused.errors;
+    EXPECT_FALSE(fs::exists(scene / "none"));
+  };
+  save_nrrd(volume, scene / "ball.nrrd");
+  const std::string ball = scene / "ball.nrrd";
+  refuse({ball}, 2, "--iso");
+  refuse({ball, "low.obj", "--iso", "3"}, 2, "low.obj");
+  refuse({"high.ply", ball}, 2, "ball.nrrd");
+  refuse({"high.ply", "low.obj", "--iso", "3"}, 2, "--iso");
+  refuse({"high.ply", "low.obj", "--settings", "direct"}, 2, "direct");
+  refuse({ball, "--iso", "3", "--settings", "hybrid"}, 2, "hybrid");
+  refuse({ball, "--iso", "3", "--raw-type", "u8", "--topology", "free"}, 2, "--faces");
+  refuse({scene / "no.nrrd", "--iso", "3"}, 3, "no.nrrd");
+  refuse({ball, "--iso", "999"}, 3, "range");
 }
 
 TEST(ChartCommand, MatchesByUvsWhereLayoutsAgree) {

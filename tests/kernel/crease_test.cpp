@@ -131,6 +131,43 @@ Errors ball_errors(double radius, double noise, double width) {
   return errors;
 }
 
+TEST(Crease, CurvedSolidsKeepTheirEdges) {
+  // A ball with a square shaft through it, turned or not: planes meet a curved side, creases lie near each
+  // other. Normals against those of the side that a vertex is nearest to.
+  KILN_REQUIRE_DEVICE();
+  double worst = 0;
+  for (const double turn : {0.0, 0.1, 0.3, 0.9}) {
+    const double c = std::cos(turn), s = std::sin(turn);
+    const Vector center = {23.2, 23.7, 23.4};
+    const auto parts = [&](const Vector& p, std::array<Vector, 3>& normals) {
+      const Vector q = {p[0] - center[0], p[1] - center[1], p[2] - center[2]};
+      const double x = c * q[0] + s * q[1], y = c * q[1] - s * q[0];
+      const double r = std::sqrt(dot(q, q)), sx = x < 0 ? -1 : 1, sy = y < 0 ? -1 : 1;
+      normals = {Vector{q[0] / r, q[1] / r, q[2] / r}, Vector{-sx * c, -sx * s, 0},
+                 Vector{sy * s, -sy * c, 0}};
+      return std::array{17.1 - r, std::abs(x) - 5.2, std::abs(y) - 6.1};
+    };
+    const Volume volume = make_float_volume({48, 48, 48}, [&](double x, double y, double z) {
+      std::array<Vector, 3> normals;
+      const auto d = parts({x, y, z}, normals);
+      return std::min(d[0], std::max(d[1], d[2]));
+    });
+    const Mesh mesh = contour(*test::device(), volume);
+    Errors errors;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      std::array<Vector, 3> normals;
+      const auto d = parts(to_vector(mesh.positions[i]), normals);
+      const std::size_t wall = d[1] > d[2] ? 1 : 2;
+      const std::size_t side = std::abs(d[0]) < std::abs(d[wall]) ? 0 : wall;
+      errors.degrees.push_back(degrees_between(to_vector(mesh.normals[i]), normals[side]));
+    }
+    worst = std::max(worst, errors.mean());
+    RecordProperty("turn_" + std::to_string(turn), std::to_string(errors.mean()));
+  }
+  // 1.95 to 2.11 degrees by turn; by central differences alone 2.38 to 2.98.
+  EXPECT_LT(worst, 2.2);
+}
+
 TEST(Crease, SmoothSurfacesAreNotHarmed) {
   // Mean degrees by central differences alone, which are nearly kept: exact distances and blurred steps,
   // with noise relative to the slope at the surface.
@@ -153,9 +190,7 @@ TEST(Crease, SmoothSurfacesAreNotHarmed) {
                         {17.3, 1.5, 0.1, 3.228}}) {
     const double mean = ball_errors(c.radius, c.noise, c.width).mean();
     RecordProperty("mean_" + std::to_string(c.central), std::to_string(mean));
-    // Curved as strongly as a few voxels, what is bent and what is creased differ less.
-    EXPECT_LT(mean, c.central * (c.radius > 10 ? 1.05 : 1.25) + 0.001)
-        << c.radius << " " << c.width << " " << c.noise;
+    EXPECT_LT(mean, c.central * 1.03 + 0.001) << c.radius << " " << c.width << " " << c.noise;
   }
 }
 

@@ -74,14 +74,15 @@ Json describe(const ChartRow& row) {
   return json;
 }
 
-std::string fixed(double value, int digits) {
+}  // namespace
+
+std::string fixed_text(double value, int digits) {
   char text[32];
   std::snprintf(text, sizeof text, "%.*f", digits, value);
   return text;
 }
 
-/// Inside a table of Markdown.
-std::string cell(const std::string& text) {
+std::string markdown_cell(const std::string& text) {
   std::string result;
   for (const char c : text) {
     if (c == '|' || c == '\\' || c == '*' || c == '_' || c == '`') result += '\\';
@@ -89,8 +90,6 @@ std::string cell(const std::string& text) {
   }
   return result;
 }
-
-}  // namespace
 
 const char* measure_name(ChartMeasure measure) {
   switch (measure) {
@@ -170,8 +169,9 @@ std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions&
                         const DeviceInfo& device) {
   std::ostringstream text;
   text << "# Speed against accuracy\n\n"
-       << "On " << cell(device.name) << " (" << cell(device.platform) << ", driver "
-       << cell(device.driver) << "), " << options.size << " x " << options.size
+       << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
+       << ", driver " << markdown_cell(device.driver) << "), " << options.size << " x "
+       << options.size
        << " map. Seconds: from the dense mesh on the device to the correspondence (build and "
           "match), "
        << (options.repeat == 1 ? "one run"
@@ -189,12 +189,12 @@ std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions&
        << "²); uneven: root mean square of log2 of how densely the dense surface is sampled. ●: "
           "nothing else is both faster and closer.\n";
   for (const ChartPair& pair : pairs) {
-    text << "\n## " << cell(pair.high_name) << " (" << with_commas(pair.high_faces) << " faces) to "
-         << cell(pair.low_name) << " (" << with_commas(pair.low_faces)
+    text << "\n## " << markdown_cell(pair.high_name) << " (" << with_commas(pair.high_faces)
+         << " faces) to " << markdown_cell(pair.low_name) << " (" << with_commas(pair.low_faces)
          << ")\n\nWithout a map the rendered normals are "
-         << fixed(pair.without_map.mean_degrees, 3) << " / "
-         << fixed(pair.without_map.p95_degrees, 2) << " / "
-         << fixed(pair.without_map.p99_degrees, 2) << " degrees off.\n\n"
+         << fixed_text(pair.without_map.mean_degrees, 3) << " / "
+         << fixed_text(pair.without_map.p95_degrees, 2) << " / "
+         << fixed_text(pair.without_map.p99_degrees, 2) << " degrees off.\n\n"
          << "| setting | views | pixels | seconds | build | match | bake, s | missed | map error | "
             "| picture's error | | distance in space | | in pictures | | uneven | folded |\n"
          << "| --- | --: | --: | --: | --: | --: | --: | --: | --: | :-: | --: | :-: | --: | :-: | "
@@ -202,28 +202,29 @@ std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions&
             "| :-: | --: | --: |\n";
     for (const ChartRow& row : pair.rows) {
       const BakeReport& r = row.report;
-      text << "| " << cell(row.setting.label) << " | ";
+      text << "| " << markdown_cell(row.setting.label) << " | ";
       if (r.views) {
         text << r.views->directions.size() << " | " << r.views->size << "² | ";
       } else {
         text << "| | ";
       }
-      text << fixed(row.seconds.correspondence(), 4) << " | " << fixed(row.seconds.build, 4)
-           << " | " << fixed(row.seconds.match, 4) << " | " << fixed(row.seconds.total, 3) << " | "
-           << fixed(100 * (1 - matched_share(r)), 2) << "% | "
-           << fixed(row.map_error.mean_angle_degrees, 3) << " / "
-           << fixed(row.map_error.p95_angle_degrees, 2) << " / "
-           << fixed(row.map_error.p99_angle_degrees, 2) << " | "
+      text << fixed_text(row.seconds.correspondence(), 4) << " | "
+           << fixed_text(row.seconds.build, 4) << " | " << fixed_text(row.seconds.match, 4) << " | "
+           << fixed_text(row.seconds.total, 3) << " | "
+           << fixed_text(100 * (1 - matched_share(r)), 2) << "% | "
+           << fixed_text(row.map_error.mean_angle_degrees, 3) << " / "
+           << fixed_text(row.map_error.p95_angle_degrees, 2) << " / "
+           << fixed_text(row.map_error.p99_angle_degrees, 2) << " | "
            << (row.front(ChartMeasure::map) ? "●" : "") << " | "
-           << fixed(row.normal_error.mean_degrees, 3) << " / "
-           << fixed(row.normal_error.p95_degrees, 2) << " / "
-           << fixed(row.normal_error.p99_degrees, 2) << " | "
+           << fixed_text(row.normal_error.mean_degrees, 3) << " / "
+           << fixed_text(row.normal_error.p95_degrees, 2) << " / "
+           << fixed_text(row.normal_error.p99_degrees, 2) << " | "
            << (row.front(ChartMeasure::picture) ? "●" : "") << " | "
-           << fixed(row.error(ChartMeasure::object_distance), 4) << " | "
+           << fixed_text(row.error(ChartMeasure::object_distance), 4) << " | "
            << (row.front(ChartMeasure::object_distance) ? "●" : "") << " | "
-           << fixed(row.error(ChartMeasure::image_distance), 4) << " | "
+           << fixed_text(row.error(ChartMeasure::image_distance), 4) << " | "
            << (row.front(ChartMeasure::image_distance) ? "●" : "") << " | "
-           << fixed(row.match.stretch.rms, 3) << " | " << fixed(100 * row.match.folded, 2)
+           << fixed_text(row.match.stretch.rms, 3) << " | " << fixed_text(100 * row.match.folded, 2)
            << "% |\n";
     }
   }

@@ -11,6 +11,11 @@ namespace kiln::cli {
 
 constexpr const char* kChartName = "chart";  ///< Of the files, without their endings
 
+/// With so many digits after the point.
+std::string fixed_text(double value, int digits);
+/// Inside a table of Markdown.
+std::string markdown_cell(const std::string& text);
+
 /// "map_error" or "normal_error".
 const char* measure_name(ChartMeasure measure);
 

@@ -1,0 +1,384 @@
+// Normals of a volume's field at the texels of a light mesh.
+#include "kiln/gradient.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+
+#include "geometry/vector.h"
+#include "parallel.h"
+#include "volume/cell_grid.h"
+#include "volume/field.h"
+#include "volume/outer.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kStep = 0.25;               // cells
+constexpr std::uint32_t kNone = 0xFFFFFFFF;  // no triangle
+/// Corners of charts lie on texels' centres, up to rounding.
+constexpr double kEdge = 1e-3;  // texels
+
+/// Shorter vectors, squared, are no normals.
+constexpr double kNoDirection = 1e-6;
+
+/// Between index space and the world.
+struct Spaces {
+  Vec3d origin;
+  Vec3d rows[3];  ///< Of the matrix from the world to index space
+
+  explicit Spaces(const Volume& volume)
+      : origin{volume.origin[0], volume.origin[1], volume.origin[2]} {
+    const auto axis = [&](std::size_t k) {
+      return Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]);
+    };
+    const double determinant = dot(axis(0), cross(axis(1), axis(2)));
+    for (std::size_t k = 0; k < 3; ++k) {
+      rows[k] = cross(axis((k + 1) % 3), axis((k + 2) % 3)) * (1 / determinant);
+    }
+  }
+  Vec3d to_index(const Vec3d& v) const {
+    return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)};
+  }
+  /// A gradient goes by the transposed inverse.
+  Vec3d gradient_to_world(const Vec3d& g) const {
+    return rows[0] * g.x + rows[1] * g.y + rows[2] * g.z;
+  }
+};
+
+/// Which cells the surface passes through, where not all that the field shows is surface.
+template <typename T>
+std::unique_ptr<CellGrid> outer_cells(const DeviceVoxels& voxels, const Volume& volume,
+                                      const ContourOptions& options) {
+  if (!options.outer_only) return nullptr;
+  auto cells = std::make_unique<CellGrid>(volume.size);
+  const Field<T> field(voxels, volume, options);
+  const auto& size = volume.size;
+  parallel_for(size[2], 4, [&](std::size_t begin, std::size_t end) {
+    for (auto z = static_cast<std::uint32_t>(begin); z < end; ++z) {
+      for (std::uint32_t y = 0; y < size[1]; ++y) {
+        std::uint64_t* row = cells->plane(z + 1) + std::size_t{y + 1} * cells->row_words();
+        for (std::uint32_t x = 0; x < size[0]; ++x) {
+          const double value = field.value(Vec3d(x, y, z));
+          if (field.is_solid(value)) row[(x + 1) >> 6] |= std::uint64_t{1} << ((x + 1) & 63);
+        }
+      }
+    }
+  });
+  fill_unreached(*cells, options.outer_gap);
+  return cells;
+}
+
+/// The nearest place along a line where one comes out of the solid.
+template <typename T>
+class Finder {
+ public:
+  enum class Found { nothing, border, surface };
+
+  Finder(const Field<T>& field, const CellGrid* cells, bool closed)
+      : field_(field), cells_(cells), closed_(closed) {}
+
+  /// \param from, along  in index space: the line is from + t along, |t| up to 1
+  /// \param place  [out] of the surface
+  Found find(const Vec3d& from, const Vec3d& along, Vec3d& place) const {
+    const auto steps = std::max(1, static_cast<int>(std::ceil(length(along) / kStep)));
+    const double step = 1.0 / steps;
+    bool fore = solid(from), back = fore;
+    for (int k = 0; k < steps; ++k) {
+      const double t = k * step, u = (k + 1) * step;
+      const bool next_fore = solid(from + along * u), next_back = solid(from + along * -u);
+      const bool leaves_fore = fore && !next_fore, leaves_back = next_back && !back;
+      fore = next_fore;
+      back = next_back;
+      double best = 2;
+      Found found = Found::nothing;
+      if (leaves_fore) refine(from, along, t, u, best, found, place);
+      if (leaves_back) refine(from, along, -u, -t, best, found, place);
+      if (found != Found::nothing) return found;
+    }
+    return Found::nothing;
+  }
+
+ private:
+  bool solid(const Vec3d& p) const {
+    return field_.contains(p) && field_.is_solid(field_.value(p));
+  }
+
+  /// \param inside, outside  of the line, in and out of the solid
+  void refine(const Vec3d& from, const Vec3d& along, double inside, double outside, double& best,
+              Found& found, Vec3d& place) const {
+    const auto at = [&](double t) { return from + along * t; };
+    Found kind = Found::surface;
+    if (!field_.contains(at(outside))) {
+      // The last place within the volume.
+      double in = inside, out = outside;
+      for (int round = 0; round < 60 && in != out; ++round) {
+        const double middle = (in + out) / 2;
+        (field_.contains(at(middle)) ? in : out) = middle;
+      }
+      outside = in;
+      if (solid(at(outside))) {
+        if (!closed_) return;
+        kind = Found::border;
+      }
+    }
+    double t = outside;
+    if (kind == Found::surface) {
+      double a = inside, b = outside;
+      double fa = field_.value(at(a)), fb = field_.value(at(b));
+      for (int round = 0; round < 60 && std::abs(b - a) > 1e-12; ++round) {
+        t = fa != fb ? (a * fb - b * fa) / (fb - fa) : (a + b) / 2;
+        t = std::clamp(t, std::min(a, b), std::max(a, b));
+        const double f = field_.value(at(t));
+        if (f == 0 || std::abs(t - b) < 1e-13) break;
+        // The Illinois variant: a side that stays twice counts half.
+        if ((f > 0) == (fb > 0)) {
+          fa /= 2;
+        } else {
+          a = b;
+          fa = fb;
+        }
+        b = t;
+        fb = f;
+      }
+    }
+    if (std::abs(t) >= best) return;
+    if (kind == Found::surface && cells_ != nullptr) {
+      const auto cell = field_.cell_of(at(t));
+      const std::uint32_t corners = cells_->corners({cell[0] + 1, cell[1] + 1, cell[2] + 1});
+      if (corners == 0 || corners == 0xFF) return;
+    }
+    best = std::abs(t);
+    found = kind;
+    place = at(t);
+  }
+
+  const Field<T>& field_;
+  const CellGrid* cells_;
+  bool closed_;
+};
+
+/// The triangle of each texel, and those of each row.
+std::vector<std::uint32_t> cover(const Mesh& low, std::uint32_t size) {
+  std::vector<std::uint32_t> triangles(std::size_t{size} * size, kNone);
+  for (std::uint32_t t = 0; t < low.uv_triangles.size(); ++t) {
+    double x[3], y[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2 uv = low.uvs[low.uv_triangles[t][k]];
+      x[k] = double{uv.x} * size - 0.5;
+      y[k] = (1 - double{uv.y}) * size - 0.5;
+    }
+    const double area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+    if (!(std::abs(area) > 0 && std::isfinite(area))) continue;
+    const auto first = [&](const double* v) {
+      return static_cast<std::uint32_t>(
+          std::clamp(std::ceil(std::min({v[0], v[1], v[2]}) - kEdge), 0.0, double(size)));
+    };
+    const auto end = [&](const double* v) {
+      return static_cast<std::uint32_t>(
+          std::clamp(std::floor(std::max({v[0], v[1], v[2]}) + kEdge) + 1, 0.0, double(size)));
+    };
+    for (std::uint32_t j = first(y); j < end(y); ++j) {
+      for (std::uint32_t i = first(x); i < end(x); ++i) {
+        bool within = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::size_t n = (k + 1) % 3;
+          const double dx = x[n] - x[k], dy = y[n] - y[k];
+          const double side = (dx * (j - y[k]) - dy * (i - x[k])) * (area > 0 ? 1 : -1);
+          within = within && side >= -kEdge * std::hypot(dx, dy);
+        }
+        std::uint32_t& texel = triangles[std::size_t{j} * size + i];
+        if (within && texel == kNone) texel = t;
+      }
+    }
+  }
+  return triangles;
+}
+
+/// A triangle's point under a texel.
+struct LowPoint {
+  Vec3d position, shading, face;  // shading and face: unit, or zero
+};
+
+Vec3d unit(const Vec3d& v) {
+  const double l = length(v);
+  return l > 0 && std::isfinite(l) ? v * (1 / l) : Vec3d();
+}
+
+LowPoint low_point(const Mesh& low, std::uint32_t triangle, std::size_t place, std::uint32_t size) {
+  const double px = static_cast<double>(place % size), py = static_cast<double>(place / size);
+  double x[3], y[3];
+  Vec3d p[3], n[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec2 uv = low.uvs[low.uv_triangles[triangle][k]];
+    x[k] = double{uv.x} * size - 0.5;
+    y[k] = (1 - double{uv.y}) * size - 0.5;
+    p[k] = Vec3d(low.positions[low.triangles[triangle][k]]);
+    n[k] = Vec3d(low.normals[low.normal_triangles[triangle][k]]);
+  }
+  const double area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+  const double second = ((px - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (py - y[0])) / area;
+  const double third = ((x[1] - x[0]) * (py - y[0]) - (px - x[0]) * (y[1] - y[0])) / area;
+  const double w[3] = {1 - second - third, second, third};
+  LowPoint point;
+  for (std::size_t k = 0; k < 3; ++k) {
+    point.position += p[k] * w[k];
+    point.shading += n[k] * w[k];
+  }
+  point.shading = unit(point.shading);
+  point.face = unit(cross(p[1] - p[0], p[2] - p[0]));
+  return point;
+}
+
+void check(const Mesh& low, const GradientOptions& options) {
+  if (options.size < 1 || options.size > 16384) {
+    throw Error(ErrorCode::usage,
+                "The map's size is " + std::to_string(options.size) + " texels; use 1 to 16384.");
+  }
+  if (!(options.reach > 0 && std::isfinite(options.reach))) {
+    throw Error(ErrorCode::usage, "The reach is " + std::to_string(options.reach) +
+                                      ": give how far to look, above 0.");
+  }
+  if (low.uv_triangles.size() != low.triangles.size() ||
+      low.normal_triangles.size() != low.triangles.size()) {
+    throw Error(ErrorCode::input, "Light mesh '" + low.name +
+                                      "' lacks UVs or normals: both are needed for every corner.");
+  }
+}
+
+}  // namespace
+
+GradientReference::GradientReference(const Volume& volume, const ContourOptions& contour,
+                                     const Mesh& low, const GradientOptions& options)
+    : size_(options.size) {
+  check(low, options);
+  double lowest = 0, highest = 0;
+  const DeviceVoxels voxels = device_voxels(volume, contour, lowest, highest);
+  const std::vector<std::uint32_t> triangles = cover(low, size_);
+  enum : std::uint8_t { empty, kept, no_surface, cut, no_gradient };
+  std::vector<std::uint8_t> status(triangles.size(), empty);
+  std::vector<std::size_t> row_begins(size_ + 1, 0);  // of the covered
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    row_begins[i / size_ + 1] += triangles[i] != kNone ? 1 : 0;
+  }
+  for (std::size_t y = 0; y < size_; ++y) row_begins[y + 1] += row_begins[y];
+  covered_ = row_begins[size_];
+  texels_.resize(covered_);
+  const Spaces spaces(volume);
+  const Vec3d shift = Vec3d(low.origin[0], low.origin[1], low.origin[2]) - spaces.origin;
+
+  const auto run = [&]<typename T>(const T*) {
+    const Field<T> field(voxels, volume, contour);
+    const std::unique_ptr<CellGrid> cells = outer_cells<T>(voxels, volume, contour);
+    const Finder<T> finder(field, cells.get(), contour.border == VolumeBorder::closed);
+    parallel_for(size_, 8, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t y = begin; y < end; ++y) {
+        Texel* texel = texels_.data() + row_begins[y];
+        for (std::size_t i = y * size_; i < (y + 1) * size_; ++i) {
+          if (triangles[i] == kNone) continue;
+          const LowPoint point = low_point(low, triangles[i], i, size_);
+          const Vec3d& line = options.line == GradientLine::face ? point.face : point.shading;
+          Vec3d place;
+          const auto found = finder.find(spaces.to_index(point.position + shift),
+                                         spaces.to_index(line * options.reach), place);
+          Vec3d outward;
+          if (found == Finder<T>::Found::surface) {
+            outward = unit(spaces.gradient_to_world(field.gradient(place))) * -1;
+          }
+          status[i] = found == Finder<T>::Found::nothing  ? no_surface
+                      : found == Finder<T>::Found::border ? cut
+                      : dot(outward, outward) == 0        ? no_gradient
+                                                          : kept;
+          *texel++ = {static_cast<std::uint32_t>(i), to_float(outward), to_float(point.shading)};
+        }
+      }
+    });
+  };
+  switch (voxels.type) {
+    case VoxelType::u8:
+      run(static_cast<const std::uint8_t*>(nullptr));
+      break;
+    case VoxelType::i8:
+      run(static_cast<const std::int8_t*>(nullptr));
+      break;
+    case VoxelType::u16:
+      run(static_cast<const std::uint16_t*>(nullptr));
+      break;
+    case VoxelType::i16:
+      run(static_cast<const std::int16_t*>(nullptr));
+      break;
+    default:
+      run(static_cast<const float*>(nullptr));
+      break;
+  }
+  for (const Texel& texel : texels_) {
+    const std::uint8_t s = status[texel.place];
+    no_surface_ += s == no_surface ? 1 : 0;
+    cut_ += s == cut ? 1 : 0;
+    no_gradient_ += s == no_gradient ? 1 : 0;
+  }
+  std::erase_if(texels_, [&](const Texel& texel) { return status[texel.place] != kept; });
+}
+
+template <typename Normal>
+GradientError GradientReference::compare_with(const Normal& normal) const {
+  GradientError error;
+  error.texels = texels_.size();
+  if (texels_.empty()) return error;
+  std::vector<double> degrees(texels_.size());
+  std::atomic<std::uint64_t> empty = 0;
+  parallel_for(texels_.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3d wanted(texels_[i].wanted);
+      Vec3d given = normal(texels_[i]);
+      if (!(dot(given, given) > kNoDirection)) {
+        given = Vec3d(texels_[i].shading);
+        ++empty;
+      }
+      degrees[i] =
+          std::atan2(length(cross(given, wanted)), dot(given, wanted)) * 180 / std::numbers::pi;
+    }
+  });
+  error.empty = empty;
+  double sum = 0, squares = 0;
+  for (const double d : degrees) {
+    sum += d;
+    squares += d * d;
+  }
+  const auto count = static_cast<double>(degrees.size());
+  error.mean_degrees = sum / count;
+  error.rms_degrees = std::sqrt(squares / count);
+  std::sort(degrees.begin(), degrees.end());
+  const auto percentile = [&](double percent) {
+    const double rank = std::ceil(percent / 100 * count);
+    return degrees[static_cast<std::size_t>(std::clamp(rank, 1.0, count)) - 1];
+  };
+  error.median_degrees = percentile(50);
+  error.p95_degrees = percentile(95);
+  error.p99_degrees = percentile(99);
+  error.max_degrees = degrees.back();
+  return error;
+}
+
+GradientError GradientReference::compare(const Image& map) const {
+  if (map.width != size_ || map.height != size_ || map.channels < 3 ||
+      map.pixels.size() != std::size_t{size_} * size_ * map.channels) {
+    throw Error(ErrorCode::input,
+                "The map has " + std::to_string(map.width) + " x " + std::to_string(map.height) +
+                    " texels of " + std::to_string(map.channels) +
+                    " channels: a normal map of side " + std::to_string(size_) + " is needed.");
+  }
+  return compare_with([&](const Texel& texel) {
+    const float* n = &map.pixels[std::size_t{texel.place} * map.channels];
+    return Vec3d(2.0 * n[0] - 1, 2.0 * n[1] - 1, 2.0 * n[2] - 1);
+  });
+}
+
+GradientError GradientReference::compare_without_map() const {
+  return compare_with([](const Texel& texel) { return Vec3d(texel.shading); });
+}
+
+}  // namespace kiln
