@@ -90,6 +90,14 @@ void permute(Mesh& mesh) {
   }
 }
 
+/// An angle, as far as it means something: below a ten-thousandth of a degree are a float's last bits.
+std::string in_degrees(double angle) {
+  if (angle > 0 && angle < 1e-4) return "<1e-4";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", angle);
+  return text;
+}
+
 std::string percent(double share) {
   char text[32];
   if (share == 0) return "0";
@@ -240,7 +248,8 @@ std::string survey(const Device& device) {
     for (const Way& way : all) {
       const Movement m = measure_movement(device, way, disturbance);
       char cell[96];
-      std::snprintf(cell, sizeof cell, " %.2g / %.2g, ", m.mean_degrees, m.max_degrees);
+      std::snprintf(cell, sizeof cell, " %s / %s, ", in_degrees(m.mean_degrees).c_str(),
+                    in_degrees(m.max_degrees).c_str());
       text += cell + percent(m.above_1_degree + m.changed_cover) + " |";
     }
     text += "\n";
