@@ -77,6 +77,10 @@ void check_visibility(const VisibilityOptions& options) {
 
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
   std::vector<ProbeDirection> result;
+  double largest = 0;  // of the list's weights, to which they are related: sums must stay in range
+  for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
+    largest = std::max(largest, entry.weight);
+  }
   for (const Vec3d& toward : spread_directions(options.directions)) {
     double weight = 1;
     if (options.likelihood == ViewLikelihood::horizon) weight = 1 - toward.y * toward.y;
@@ -87,13 +91,18 @@ std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
         const double cosine = dot(unit(Vec3d(entry.direction)), toward);
         if (cosine > best) {
           best = cosine;
-          weight = entry.weight;
+          weight = largest > 0 ? entry.weight / largest : 0;
         }
       }
     }
     if (weight > 1e-9) result.push_back({toward, static_cast<float>(weight)});
   }
-  if (result.empty()) usage("No view is likely: all probing directions have the weight 0.");
+  if (result.empty()) {
+    usage(
+        "No view is likely: the weights leave none of the probing directions. Each takes the "
+        "weight "
+        "of the listed direction that is nearest to it; give one of them more than 0.");
+  }
   return result;
 }
 

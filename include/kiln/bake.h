@@ -175,7 +175,8 @@ struct VisibilityOptions {
   std::uint32_t clusters = 1;
   /// Standard deviation above which a texel's directions are parted, 0 to 1. That of an open plane is 0.745.
   double cluster_deviation = 0.8;
-  /// For ViewLikelihood::list: each of the spread directions takes the weight of the nearest of these.
+  /// For ViewLikelihood::list: each of the spread directions takes the weight of the nearest of these. Only
+  /// ratios of weights count.
   std::vector<Likelihood> likelihoods = {};
 };
 

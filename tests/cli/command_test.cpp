@@ -262,6 +262,14 @@ TEST(Command, NamesTheLineOfABadListOfViews) {
                     "--match", "hybrid", "--view-weight", scene / "views.txt"},
                    3, {"views.txt", line}, scene / "out");
   }
+  // Sums of large weights stay in range, and a list that says nothing is remarked.
+  std::ofstream(scene / "views.txt") << "0 0 1 1e38\n0 1 0 1e38\n";
+  const ProcessResult equal =
+      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--out",
+                scene / "equal", "--match", "visibility", "--view-weight", scene / "views.txt"});
+  EXPECT_EQ(equal.exit_code, 0) << equal.errors;
+  EXPECT_NE(equal.errors.find("same weight"), std::string::npos) << equal.errors;
+  EXPECT_EQ((equal.output + equal.errors).find("standard deviation 0.000"), std::string::npos);
 }
 
 TEST(Command, GivesTheSameBytesOnOtherImplementations) {
@@ -482,6 +490,15 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--fallback", "ray"}), 2, {"--fallback ray", "itself"}, out);
   expect_failure(bake({"--match", "closest", "--fallback", "closest"}), 2,
                  {"--fallback closest", "itself"}, out);
+  expect_failure(bake({"--load-match", "a.exr", "--match", "closest"}), 2, {"--match"}, out);
+  expect_failure(bake({"--match", "visibility", "--visibility-deviation", "0.5"}), 2,
+                 {"--visibility-clusters"}, out);
+  expect_failure(
+      bake({"--match", "visibility", "--visibility-at", "vertex", "--visibility-smooth", "9"}), 2,
+      {"--visibility-smooth"}, out);
+  expect_failure(
+      bake({"--match", "visibility", "--visibility-test", "rays", "--visibility-size", "64"}), 2,
+      {"--visibility-size"}, out);
   expect_failure(bake({"--load-match", "a.exr", "--fallback", "closest"}), 2, {"--load-match"},
                  out);
   expect_failure({"simplify", high, "--out", scene / "low.ply"}, 2, {".obj"});

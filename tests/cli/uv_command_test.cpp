@@ -42,6 +42,64 @@ std::vector<std::string> bake_command(const fs::path& scene) {
           "--out", scene / "out",      "--json",          scene / "r.json"};
 }
 
+TEST(UvCommand, SaysWhyNoSampleHasAPoint) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(3);
+  std::vector<std::string> command = bake_command(scene);
+  const ProcessResult outside = run_kiln(command);
+  EXPECT_EQ(outside.exit_code, 3);
+  EXPECT_NE(outside.errors.find("outside the unit square"), std::string::npos) << outside.errors;
+  EXPECT_EQ(outside.errors.find("--max-distance"), std::string::npos) << outside.errors;
+  Mesh flat = test::plane(4, 4);
+  for (Vec2& uv : flat.uvs) uv = {0.5F, 0.5F};
+  save_obj(flat, scene / "high.obj");
+  const ProcessResult none = run_kiln(command);
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_NE(none.errors.find("no area"), std::string::npos) << none.errors;
+  EXPECT_FALSE(fs::exists(scene / "out"));
+}
+
+TEST(UvCommand, AReportOnStandardOutputIsAlone) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(0);
+  std::vector<std::string> command = bake_command(scene);
+  command.back() = "-";
+  const ProcessResult result = run_kiln(command);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(json::parse(result.output)["options"]["match"], "uv");
+  EXPECT_NE(result.errors.find("covered twice"), std::string::npos) << result.errors;
+}
+
+TEST(UvCommand, RefusesAFolderInTheMapsPlaceBeforeAnyWork) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(0);
+  fs::create_directories(scene / "out" / "low_normal.png");
+  const ProcessResult result = run_kiln(bake_command(scene));
+  EXPECT_EQ(result.exit_code, 5);
+  EXPECT_NE(result.errors.find("low_normal.png' is a folder"), std::string::npos) << result.errors;
+  EXPECT_FALSE(fs::exists(scene / "r.json"));
+}
+
+TEST(UvCommand, AHeightFieldOfAnotherExtentIsToldSo) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  Image heights{33, 33, 1, std::vector<float>(33 * 33)};
+  for (std::size_t i = 0; i < heights.pixels.size(); ++i) {
+    heights.pixels[i] = 0.5F + 0.5F * std::sin(0.3F * static_cast<float>(i % 33));
+  }
+  save_image(heights, scene / "h.exr", {});
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> command = {"bake", scene / "h.exr", "--size",
+                                        "64",   "--out",         scene / "out"};
+    command.insert(command.begin() + 2, more.begin(), more.end());
+    return run_kiln(command);
+  };
+  ASSERT_EQ(run({"--height", "4", "--extent", "100", "--faces", "60"}).exit_code, 0);
+  const ProcessResult result = run({scene / "out" / "h_low.obj", "--height", "4"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_NE(result.errors.find("--extent"), std::string::npos) << result.errors;
+}
+
 TEST(UvCommand, BakesAndReports) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(0);

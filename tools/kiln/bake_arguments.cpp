@@ -289,7 +289,8 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command
       .add_option("--view-weight", a.view_weight,
                   "From where LOW will be looked at: all, horizon, up (+Y), or a file with a line "
-                  "\"X Y Z WEIGHT\" a direction")
+                  "\"X Y Z WEIGHT\" a direction to the viewer; each of --directions takes the "
+                  "weight of the line nearest to it")
       ->capture_default_str()
       ->group(group_visibility);
 
@@ -397,6 +398,16 @@ void check(const BakeArguments& a) {
   if (a.visibility_clusters > 1 && (a.match != "visibility" || a.visibility_at != "texel")) {
     fail("--visibility-clusters is for --match visibility with --visibility-at texel.");
   }
+  if (a.visibility_at != "texel" && a.visibility_smooth != defaults.visibility_smooth) {
+    fail("--visibility-smooth is for --visibility-at texel.");
+  }
+  if (a.visibility_test == "rays" && a.visibility_size != defaults.visibility_size) {
+    fail(
+        "--visibility-size is for pictures, but --visibility-test rays takes none: leave one out.");
+  }
+  if (a.visibility_clusters == 1 && a.visibility_deviation != defaults.visibility_deviation) {
+    fail("--visibility-deviation is for --visibility-clusters 2 and more.");
+  }
   if (a.visibility_clusters > 1 && !a.save_match.empty()) {
     fail("--visibility-clusters makes several matches, --save-match saves one: leave one out.");
   }
@@ -414,6 +425,9 @@ void check(const BakeArguments& a) {
   if (a.match != "uv" && a.force_uv) fail("--force-uv is for --match uv.");
   if (a.match == "uv" && !fallback_searches(a) && !a.max_distance.empty()) {
     fail("--max-distance is for searching, but --match uv does not search: leave one out.");
+  }
+  if (!a.load_match.empty() && (a.match_given || a.force_uv)) {
+    fail("--load-match takes a match as it is: leave --match and --force-uv out.");
   }
   if (!a.load_match.empty() && a.fallback != "low") {
     fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");

@@ -11,6 +11,18 @@
 namespace kiln::cli {
 namespace {
 
+/// What is the matter with layouts that do not lie over each other anywhere.
+std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
+  std::string reason = "its UV triangles lie where LOW has none";
+  if (uv.covered == 0 && uv.without_area >= triangles) {
+    reason = "its UV triangles have no area, or are not finite";
+  } else if (uv.covered == 0 && uv.outside > 0) {
+    reason = "its UV triangles lie outside the unit square";
+  }
+  return reason +
+         "; lay both meshes out alike, or use a match that needs no UVs of HIGH, such as ray";
+}
+
 /// Where two meshes lie, for people who wonder why nothing matches.
 std::string why_nothing(const Mesh& high, const Mesh& low) {
   struct Box {
@@ -75,9 +87,12 @@ void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
             "larger --size, or move the UVs into the unit square.");
   }
   if (report.missed == report.samples) {
-    throw Error(ErrorCode::input, "No point of '" + high.name + "' was found for any of the " +
-                                      with_commas(report.samples) + " samples of '" + low.name +
-                                      "': " + why_nothing(high, low) + ".");
+    throw Error(
+        ErrorCode::input,
+        "No point of '" + high.name + "' was found for any of the " + with_commas(report.samples) +
+            " samples of '" + low.name + "': " +
+            (report.uv ? why_no_uv(*report.uv, high.triangles.size()) : why_nothing(high, low)) +
+            ".");
   }
 }
 

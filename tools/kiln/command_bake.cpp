@@ -150,16 +150,18 @@ std::string summary(const ViewReport& views, double diagonal) {
 }
 
 /// One line about visibility.
-std::string summary(const VisibilityReport& visibility) {
+std::string summary(const VisibilityReport& visibility, std::uint32_t clusters) {
   char text[320];
-  std::snprintf(text, sizeof text,
-                "visibility from %u directions by %s at %s %s in %.2f s; %s seen from none of them "
-                "(%s have no neighbour that is seen, and keep the normal); standard deviation %.3f",
-                visibility.directions, visibility.by_rays ? "rays" : "views",
-                with_commas(visibility.places).c_str(),
-                visibility.width != 0 ? "texels" : "vertices", visibility.seconds,
-                with_commas(visibility.unseen).c_str(), with_commas(visibility.without).c_str(),
-                visibility.mean_deviation);
+  std::snprintf(
+      text, sizeof text,
+      "visibility from %u directions by %s at %s %s in %.2f s; %s seen from none of them "
+      "(%s have no neighbour that is seen, and keep the normal); standard deviation %.3f%s",
+      visibility.directions, visibility.by_rays ? "rays" : "views",
+      with_commas(visibility.places).c_str(), visibility.width != 0 ? "texels" : "vertices",
+      visibility.seconds, with_commas(visibility.unseen).c_str(),
+      with_commas(visibility.without).c_str(), visibility.mean_deviation,
+      clusters > 1 ? ("; " + with_commas(visibility.clustered) + " parted into clusters").c_str()
+                   : "");
   return text;
 }
 
@@ -241,6 +243,38 @@ Json plan_json(const PlannedBake& planned) {
           {"least_degrees", planned.least},
           {"limits", limits},
           {"trials", trials}};
+}
+
+/// bake(); of layouts that disagree over a height field, it also says what is the likely reason.
+BakeResult bake_from(const DenseInput& dense, const Source& source, const Mesh& low,
+                     const BakeOptions& options) {
+  try {
+    return bake(source, low, options);
+  } catch (const Error& error) {
+    if (!dense.heights || options.method != MatchMethod::uv || error.code() != ErrorCode::input) {
+      throw;
+    }
+    throw Error(ErrorCode::input, std::string(error.what()) +
+                                      " HIGH is a height field: --height and --extent must be "
+                                      "those that LOW was made for.");
+  }
+}
+
+/// A list of likely views that says nothing.
+void warn_about_weights(const BakeArguments& arguments, const VisibilityOptions& visibility,
+                        std::vector<Warning>& warnings) {
+  const std::vector<VisibilityOptions::Likelihood>& list = visibility.likelihoods;
+  if (list.empty() || std::any_of(list.begin(), list.end(), [&](const auto& entry) {
+        return entry.weight != list.front().weight;
+      })) {
+    return;
+  }
+  warnings.push_back({"equal-view-weights",
+                      "'" + arguments.view_weight +
+                          "' gives all views the same weight, as --view-weight all does: each "
+                          "direction takes the weight of the line nearest to it, so add lines with "
+                          "less for where LOW is not looked at from.",
+                      1});
 }
 
 /// One line about the layouts.
@@ -337,7 +371,7 @@ int run_bake(const BakeArguments& given) {
   check(arguments);
   BakeOptions options = bake_options(arguments);
   const SaveImageOptions save_options = image_options(arguments);
-  Console console(arguments.quiet);
+  Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
   Stages stages;
   std::vector<Warning> warnings;
@@ -347,6 +381,7 @@ int run_bake(const BakeArguments& given) {
   prepare_parent(arguments.json);
   prepare_parent(arguments.save_match);
 
+  warn_about_weights(arguments, options.visibility, warnings);
   const Device device = Device::open(arguments.device);
   if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
   const DenseInput dense = load_dense(arguments.high, arguments.heights, warnings);
@@ -389,7 +424,8 @@ int run_bake(const BakeArguments& given) {
     if (planned->result.cancelled) return kExitCancelled;
     if (!planned->reached) warnings.push_back(not_reached(*planned));
   }
-  BakeResult result = planned ? std::move(planned->result) : bake(source, low.mesh, options);
+  BakeResult result =
+      planned ? std::move(planned->result) : bake_from(dense, source, low.mesh, options);
   if (result.cancelled) return kExitCancelled;
   check_result(result.report, high, low.mesh);
   watch.lap();
@@ -496,7 +532,7 @@ int run_bake(const BakeArguments& given) {
   if (planned) console.line(summary(*planned));
   if (report.views) console.line(summary(*report.views, source.stats().diagonal));
   if (report.uv) console.line(summary(*report.uv, source.stats().diagonal));
-  if (report.visibility) console.line(summary(*report.visibility));
+  if (report.visibility) console.line(summary(*report.visibility, options.visibility.clusters));
   const std::uint64_t map_texels =
       planned ? std::uint64_t{planned->chosen.width} * planned->chosen.height
               : std::uint64_t{options.width} * options.height;

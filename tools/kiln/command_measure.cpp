@@ -83,7 +83,7 @@ Json describe(const MeasureArguments& a, const StudyOptions& options) {
 int run_one_study(const MeasureArguments& arguments) {
   check(arguments);
   const StudyOptions options = study_options(arguments);
-  Console console(arguments.quiet);
+  Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
   const fs::path folder = arguments.out;
   prepare_output_folder(folder);
@@ -183,7 +183,7 @@ int run_rating(const MeasureArguments& a) {
   options.max_distance = parse_reach(a.max_distance);
   options.pictures = !a.out.empty();
   options.z_up = a.z_up;
-  Console console(a.quiet);
+  Console console(a.quiet, a.json);
   Stopwatch watch;
   const fs::path folder = a.out;
   check_paths({a.high, a.low}, {a.json, options.pictures ? folder / "measure.png" : fs::path()});

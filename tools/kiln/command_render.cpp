@@ -112,7 +112,7 @@ void check(const RenderArguments& arguments) {
 }
 
 int run_render(const RenderArguments& arguments) {
-  Console console(arguments.quiet);
+  Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
   check(arguments);
   check_paths({arguments.mesh, arguments.normal, arguments.reference},

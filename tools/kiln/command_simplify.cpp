@@ -22,7 +22,7 @@ struct SimplifyArguments {
 };
 
 int run_simplify(const SimplifyArguments& arguments) {
-  Console console(arguments.quiet);
+  Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
   const std::filesystem::path out = arguments.out;
   if (out.extension() != ".obj") {

@@ -138,7 +138,7 @@ int run_volume(const VolumeArguments& a) {
   check(a);
   const ExtractOptions options = map_options(a);
   const SaveImageOptions image_options = save_options(a);
-  Console console(a.quiet);
+  Console console(a.quiet, a.json);
   Stopwatch watch;
   const fs::path folder = a.out;
   const std::string stem = fs::path(a.volume).stem().string() + "_low";

@@ -12,7 +12,8 @@
 
 namespace kiln::cli {
 
-Console::Console(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
+Console::Console(bool quiet, const std::string& report)
+    : quiet_(quiet), report_on_output_(report == "-"), terminal_(isatty(STDERR_FILENO) != 0) {
   const char* kind = std::getenv("TERM");
   if (kind != nullptr && std::string_view(kind) == "dumb") terminal_ = false;
 }
@@ -55,8 +56,9 @@ bool Console::progress(double share, std::string_view stage) {
 void Console::line(const std::string& text) {
   if (quiet_) return;
   clear_bar();
-  std::printf("%s\n", text.c_str());
-  std::fflush(stdout);
+  std::FILE* const to = report_on_output_ ? stderr : stdout;
+  std::fprintf(to, "%s\n", text.c_str());
+  std::fflush(to);
 }
 
 void Console::warning(const std::string& text) {

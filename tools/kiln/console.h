@@ -14,12 +14,14 @@ namespace kiln::cli {
 /// to standard error, so that standard output stays for results.
 class Console {
  public:
-  explicit Console(bool quiet);
+  /// \param report  where the command's report goes: with "-", standard output is its alone, and lines go to
+  ///                standard error
+  explicit Console(bool quiet, const std::string& report = {});
   ~Console();
 
   /// Shows that `share` of the whole work is done. \returns false where the user interrupted
   bool progress(double share, std::string_view stage);
-  /// A line of result, on standard output.
+  /// A line of result.
   void line(const std::string& text);
   /// A warning, on standard error; also shown when quiet is off only.
   void warning(const std::string& text);
@@ -27,6 +29,7 @@ class Console {
  private:
   void clear_bar();
   bool quiet_;
+  bool report_on_output_;
   bool terminal_;
   bool bar_shown_ = false;
   std::string last_stage_;

@@ -89,8 +89,9 @@ double parse_degrees(const char* flag, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180) {
-    throw Error(ErrorCode::usage, std::string(flag) + " is '" + text +
-                                      "': with --match auto give degrees above 0, such as 1.5.");
+    throw Error(ErrorCode::usage,
+                std::string(flag) + " is '" + text +
+                    "': with --match auto give degrees above 0, up to 180, such as 1.5.");
   }
   return value;
 }

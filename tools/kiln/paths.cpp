@@ -24,6 +24,12 @@ bool same(const fs::path& a, const fs::path& b) {
 void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (!counts(outputs[i])) continue;
+    std::error_code none;
+    if (fs::is_directory(outputs[i], none)) {
+      throw Error(ErrorCode::output, "'" + outputs[i].string() +
+                                         "' is a folder, but a file of that name would be written: "
+                                         "move it away, or choose another folder for the output.");
+    }
     for (const fs::path& input : inputs) {
       if (counts(input) && same(input, outputs[i])) {
         throw Error(ErrorCode::usage, "'" + outputs[i].string() +
