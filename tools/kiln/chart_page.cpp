@@ -154,11 +154,15 @@ class Panel {
     if (y_.logarithmic) {
       text_ << "set logscale y 10\nset ytics (" << logarithmic_tics(y_.broken);
       if (y_.zero > 0) text_ << ", '0' " << exact_text(y_.zero);
-      text_ << ")\nset ylabel " << quoted(panel_.unit + " (logarithmic)") << " offset 1\n";
+      text_ << ")\n";
     } else {
-      text_ << "unset logscale y\nset ytics autofreq\nset ylabel "
-            << quoted(panel_.unit + " (not from 0)") << " offset 1\n";
+      text_ << "unset logscale y\nset ytics autofreq\n";
     }
+    // Not the axis's own label, which comes over the tics where they are short.
+    const Point beside = {corner_.x - 76, corner_.y + kPanelHeight / 2};
+    text_ << "set label 4 "
+          << quoted(panel_.unit + (y_.logarithmic ? " (logarithmic)" : " (not from 0)")) << " at "
+          << screen(beside) << " center rotate by 90\n";
     const Point at = {corner_.x, corner_.y - 24};
     text_ << "set label 1 " << quoted(panel_.title) << " at " << screen(at)
           << " left font 'sans,16' tc rgb '#222222'\n";
