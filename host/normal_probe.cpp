@@ -10,6 +10,7 @@
 #include "geometry/vector.h"
 #include "low_shading.h"
 #include "parallel.h"
+#include "uv_points.h"
 
 namespace kiln {
 namespace {
@@ -257,8 +258,17 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
       source.attributes.normal_indices.download(context);
   const std::vector<float> normals = source.attributes.normals.download(context);
   const std::size_t count = shown.triangle.size();
+  const std::uint32_t each = pixels * pixels;
+  const auto from_behind = [&](std::size_t at) {
+    const auto& [a, b, c] = surface_.triangles[shown.triangle[at]];
+    const Vec3d origin(a.position);
+    return dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin),
+               pictures[at / each].toward) < 0;
+  };
   std::vector<std::uint32_t> both;
   for (std::size_t i = 0; i < count; ++i) {
+    // Drawing shows no backs. Of an open mesh from below it would show what little faces down.
+    if (raster && shown.triangle[i] != KILN_NO_TRIANGLE && from_behind(i)) continue;
     const bool light_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
     const bool dense_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
     if (light_hit != dense_hit) ++one_sided_;
@@ -267,7 +277,6 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   places_.resize(both.size());
   reference_ = {static_cast<std::uint32_t>(both.size()), 1, 3,
                 std::vector<float>(std::size_t{3} * both.size())};
-  const std::uint32_t each = pixels * pixels;
   parallel_for(both.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t at = both[i];
@@ -279,10 +288,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
       place.triangle = shown.triangle[at];
       place.u = shown.barycentric[at];
       place.v = shown.barycentric[at + count];
-      const auto& [a, b, c] = surface_.triangles[place.triangle];
-      const Vec3d origin(a.position);
-      place.back =
-          dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin), picture.toward) < 0;
+      place.back = from_behind(at);
     }
   });
   store(places_);
@@ -396,6 +402,56 @@ NormalError NormalProbe::with_map(const Image& map, NormalMapSpace space, bool f
   return with_normals(normals);
 }
 
+/// The matcher by UVs finds points for the samples of a map, but the places lie between those.
+void NormalProbe::match_by_uv(const BakeOptions& options,
+                              std::shared_ptr<const VisibilityField>& field,
+                              Correspondence& match) const {
+  const std::size_t count = places_.size();
+  std::vector<Vec2> uvs(count);
+  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Place& place = places_[i];
+      const auto& [a, b, c] = surface_.triangles[place.triangle];
+      const double w = 1.0 - place.u - place.v;
+      uvs[i] = {static_cast<float>(a.uv.x * w + b.uv.x * place.u + c.uv.x * place.v),
+                static_cast<float>(a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v)};
+    }
+  });
+  UvPoints found = find_uv_points(source_, uvs);
+  std::vector<std::uint8_t> status(count, KILN_STATUS_UV);
+  bool missed = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (found.triangle[i] != KILN_NO_TRIANGLE) continue;
+    status[i] = KILN_STATUS_MISS;
+    missed = true;
+  }
+  cl::Context& context = source_.device.context();
+  context.fill(match.distance, 0.0F);
+  if (missed && options.fallback != Fallback::low) {
+    BakeOptions rest = options;
+    rest.method = options.fallback == Fallback::ray       ? MatchMethod::ray
+                  : options.fallback == Fallback::closest ? MatchMethod::closest
+                                                          : MatchMethod::views;
+    rest.fallback = Fallback::low;
+    rest.fallback_blend = 0;
+    BakeReport report;
+    make_matcher(source_, surface_, rest, report, 0, field)->run(band_, match);
+    const std::vector<std::uint32_t> triangle = match.triangle.download(context);
+    const std::vector<float> barycentric = match.barycentric.download(context);
+    const std::vector<std::uint8_t> rest_status = match.status.download(context);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (status[i] != KILN_STATUS_MISS) continue;
+      status[i] = rest_status[i];
+      found.triangle[i] = triangle[i];
+      found.barycentric[i] = barycentric[i];
+      found.barycentric[i + count] = barycentric[i + count];
+    }
+  }
+  match.triangle.write(context, std::span<const std::uint32_t>(found.triangle));
+  match.barycentric.write(context, std::span<const float>(found.barycentric));
+  match.status.write(context, std::span<const std::uint8_t>(status));
+}
+
 NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
                                       std::shared_ptr<const VisibilityField>& field) const {
   Limit result;
@@ -405,12 +461,14 @@ NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
   in_space.space = NormalMapSpace::object;
   in_space.flip_y = in_space.two_component = false;
   in_space.miss = MissPolicy::keep;
-  BakeReport report;
-  const std::unique_ptr<Matcher> matcher =
-      make_matcher(source_, surface_, in_space, report, 0, field);
   Correspondence match(context, band_.capacity);
   match.count = band_.sample_count;
-  matcher->run(band_, match);
+  if (options.method == MatchMethod::uv) {
+    match_by_uv(in_space, field, match);
+  } else {
+    BakeReport report;
+    make_matcher(source_, surface_, in_space, report, 0, field)->run(band_, match);
+  }
   NormalDetail detail(context, surface_, source_.attributes, in_space);
   cl::Array<float> image(context, std::size_t{3} * places());
   cl::Array<std::uint8_t> coverage(context, places());
