@@ -141,7 +141,9 @@ class Planner {
     if (by_uv) {
       uv.emplace(limit(MatchMethod::uv), plain);
       if (measured(std::move(*by_uv), *uv) <= wanted) return finished(wanted);
-      if (wanted > 0 && climb(MatchMethod::uv, *uv, wanted)) return finished(wanted);
+      // Where not even an endless map is expected to reach it, another way may do at less cost.
+      const bool within = wanted > 0 && uv->limit() <= wanted;
+      if (within && climb(MatchMethod::uv, *uv, wanted)) return finished(wanted);
     }
     const double first_limit = limit(first);
     Outlook outlook = uv ? uv->with_limit(first_limit) : Outlook(first_limit, plain);
@@ -238,7 +240,9 @@ class Planner {
         if (size == largest()) return false;
         size = next(size);
       } while (outlook.error(size) > wanted * kNear);
-      if (trial(method, size, outlook) <= wanted) return true;
+      const double error = trial(method, size, outlook);
+      if (error <= wanted) return true;
+      if (error <= outlook.limit()) return false;  // larger maps gain nothing
     }
   }
 
