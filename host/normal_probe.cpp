@@ -127,26 +127,34 @@ Hits by_rays(cl::Context& context, const RayCaster& rays, const std::vector<Pict
 }
 
 /// The same of the dense mesh, drawn. No weights: they follow from the pixel.
-Hits by_raster(const Source::Impl& source, const std::vector<Picture>& pictures) {
+/// \param needed  which pictures; the others stay empty
+Hits by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
+               const std::vector<bool>& needed) {
   cl::Context& context = source.device.context();
   const std::uint32_t pixels = pictures[0].pixels;
   const auto keys_each = static_cast<std::uint32_t>(DepthKeys::count(pixels, pixels));
-  const DepthKeys keys(context, std::uint64_t{keys_each} * pictures.size());
   std::vector<kiln_view> views;
-  for (const Picture& picture : pictures) {
-    views.push_back(picture.view(static_cast<std::uint32_t>(views.size()) * keys_each));
+  std::vector<std::size_t> picture_of_view;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (!needed[i]) continue;
+    views.push_back(pictures[i].view(static_cast<std::uint32_t>(views.size()) * keys_each));
+    picture_of_view.push_back(i);
   }
-  source.raster().draw(views, keys);
   Hits hits;
-  for (const kiln_view& view : views) {
-    const std::vector<std::uint64_t> rows = keys.picture(context, view);
-    for (std::uint32_t i = 0; i < pixels * pixels; ++i) {
+  const std::size_t each = std::size_t{pixels} * pixels;
+  hits.triangle.assign(each * pictures.size(), KILN_NO_TRIANGLE);
+  if (views.empty()) return hits;
+  const DepthKeys keys(context, std::uint64_t{keys_each} * views.size());
+  source.raster().draw(views, keys);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const std::vector<std::uint64_t> rows = keys.picture(context, views[v]);
+    for (std::uint32_t i = 0; i < each; ++i) {
       const std::uint32_t tile = i / (kTile * kTile), within = i % (kTile * kTile);
       const std::uint32_t x = tile % (pixels / kTile) * kTile + within % kTile;
       const std::uint32_t y = tile / (pixels / kTile) * kTile + within / kTile;
       const std::uint64_t key = rows[std::size_t{y} * pixels + x];
-      hits.triangle.push_back(key == KILN_RASTER_EMPTY ? KILN_NO_TRIANGLE
-                                                       : static_cast<std::uint32_t>(key));
+      if (key == KILN_RASTER_EMPTY) continue;
+      hits.triangle[each * picture_of_view[v] + i] = static_cast<std::uint32_t>(key);
     }
   }
   return hits;
@@ -251,12 +259,6 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   }
   start_ = 1.5 * radius;
   const Hits shown = by_rays(context, light_, pictures, start_);
-  const Hits dense =
-      raster ? by_raster(source, pictures) : by_rays(context, source.rays(), pictures, start_);
-
-  const std::vector<std::uint32_t> normal_indices =
-      source.attributes.normal_indices.download(context);
-  const std::vector<float> normals = source.attributes.normals.download(context);
   const std::size_t count = shown.triangle.size();
   const std::uint32_t each = pixels * pixels;
   const auto from_behind = [&](std::size_t at) {
@@ -265,10 +267,22 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
     return dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin),
                pictures[at / each].toward) < 0;
   };
+  // Drawing shows no backs. Of an open mesh from below it would show what little faces down.
+  const auto unseen = [&](std::size_t at) {
+    return raster && shown.triangle[at] != KILN_NO_TRIANGLE && from_behind(at);
+  };
+  std::vector<bool> needed(pictures.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (shown.triangle[i] != KILN_NO_TRIANGLE && !unseen(i)) needed[i / each] = true;
+  }
+  const Hits dense = raster ? by_raster(source, pictures, needed)
+                            : by_rays(context, source.rays(), pictures, start_);
+  const std::vector<std::uint32_t> normal_indices =
+      source.attributes.normal_indices.download(context);
+  const std::vector<float> normals = source.attributes.normals.download(context);
   std::vector<std::uint32_t> both;
   for (std::size_t i = 0; i < count; ++i) {
-    // Drawing shows no backs. Of an open mesh from below it would show what little faces down.
-    if (raster && shown.triangle[i] != KILN_NO_TRIANGLE && from_behind(i)) continue;
+    if (unseen(i)) continue;
     const bool light_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
     const bool dense_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
     if (light_hit != dense_hit) ++one_sided_;
