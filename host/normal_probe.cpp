@@ -10,6 +10,7 @@
 #include "geometry/vector.h"
 #include "low_shading.h"
 #include "parallel.h"
+#include "uv_points.h"
 
 namespace kiln {
 namespace {
@@ -126,26 +127,34 @@ Hits by_rays(cl::Context& context, const RayCaster& rays, const std::vector<Pict
 }
 
 /// The same of the dense mesh, drawn. No weights: they follow from the pixel.
-Hits by_raster(const Source::Impl& source, const std::vector<Picture>& pictures) {
+/// \param needed  which pictures; the others stay empty
+Hits by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
+               const std::vector<bool>& needed) {
   cl::Context& context = source.device.context();
   const std::uint32_t pixels = pictures[0].pixels;
   const auto keys_each = static_cast<std::uint32_t>(DepthKeys::count(pixels, pixels));
-  const DepthKeys keys(context, std::uint64_t{keys_each} * pictures.size());
   std::vector<kiln_view> views;
-  for (const Picture& picture : pictures) {
-    views.push_back(picture.view(static_cast<std::uint32_t>(views.size()) * keys_each));
+  std::vector<std::size_t> picture_of_view;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (!needed[i]) continue;
+    views.push_back(pictures[i].view(static_cast<std::uint32_t>(views.size()) * keys_each));
+    picture_of_view.push_back(i);
   }
-  source.raster().draw(views, keys);
   Hits hits;
-  for (const kiln_view& view : views) {
-    const std::vector<std::uint64_t> rows = keys.picture(context, view);
-    for (std::uint32_t i = 0; i < pixels * pixels; ++i) {
+  const std::size_t each = std::size_t{pixels} * pixels;
+  hits.triangle.assign(each * pictures.size(), KILN_NO_TRIANGLE);
+  if (views.empty()) return hits;
+  const DepthKeys keys(context, std::uint64_t{keys_each} * views.size());
+  source.raster().draw(views, keys);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const std::vector<std::uint64_t> rows = keys.picture(context, views[v]);
+    for (std::uint32_t i = 0; i < each; ++i) {
       const std::uint32_t tile = i / (kTile * kTile), within = i % (kTile * kTile);
       const std::uint32_t x = tile % (pixels / kTile) * kTile + within % kTile;
       const std::uint32_t y = tile / (pixels / kTile) * kTile + within / kTile;
       const std::uint64_t key = rows[std::size_t{y} * pixels + x];
-      hits.triangle.push_back(key == KILN_RASTER_EMPTY ? KILN_NO_TRIANGLE
-                                                       : static_cast<std::uint32_t>(key));
+      if (key == KILN_RASTER_EMPTY) continue;
+      hits.triangle[each * picture_of_view[v] + i] = static_cast<std::uint32_t>(key);
     }
   }
   return hits;
@@ -250,15 +259,30 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   }
   start_ = 1.5 * radius;
   const Hits shown = by_rays(context, light_, pictures, start_);
-  const Hits dense =
-      raster ? by_raster(source, pictures) : by_rays(context, source.rays(), pictures, start_);
-
+  const std::size_t count = shown.triangle.size();
+  const std::uint32_t each = pixels * pixels;
+  const auto from_behind = [&](std::size_t at) {
+    const auto& [a, b, c] = surface_.triangles[shown.triangle[at]];
+    const Vec3d origin(a.position);
+    return dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin),
+               pictures[at / each].toward) < 0;
+  };
+  // Drawing shows no backs. Of an open mesh from below it would show what little faces down.
+  const auto unseen = [&](std::size_t at) {
+    return raster && shown.triangle[at] != KILN_NO_TRIANGLE && from_behind(at);
+  };
+  std::vector<bool> needed(pictures.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (shown.triangle[i] != KILN_NO_TRIANGLE && !unseen(i)) needed[i / each] = true;
+  }
+  const Hits dense = raster ? by_raster(source, pictures, needed)
+                            : by_rays(context, source.rays(), pictures, start_);
   const std::vector<std::uint32_t> normal_indices =
       source.attributes.normal_indices.download(context);
   const std::vector<float> normals = source.attributes.normals.download(context);
-  const std::size_t count = shown.triangle.size();
   std::vector<std::uint32_t> both;
   for (std::size_t i = 0; i < count; ++i) {
+    if (unseen(i)) continue;
     const bool light_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
     const bool dense_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
     if (light_hit != dense_hit) ++one_sided_;
@@ -267,7 +291,6 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   places_.resize(both.size());
   reference_ = {static_cast<std::uint32_t>(both.size()), 1, 3,
                 std::vector<float>(std::size_t{3} * both.size())};
-  const std::uint32_t each = pixels * pixels;
   parallel_for(both.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t at = both[i];
@@ -279,10 +302,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
       place.triangle = shown.triangle[at];
       place.u = shown.barycentric[at];
       place.v = shown.barycentric[at + count];
-      const auto& [a, b, c] = surface_.triangles[place.triangle];
-      const Vec3d origin(a.position);
-      place.back =
-          dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin), picture.toward) < 0;
+      place.back = from_behind(at);
     }
   });
   store(places_);
@@ -396,6 +416,56 @@ NormalError NormalProbe::with_map(const Image& map, NormalMapSpace space, bool f
   return with_normals(normals);
 }
 
+/// The matcher by UVs finds points for the samples of a map, but the places lie between those.
+void NormalProbe::match_by_uv(const BakeOptions& options,
+                              std::shared_ptr<const VisibilityField>& field,
+                              Correspondence& match) const {
+  const std::size_t count = places_.size();
+  std::vector<Vec2> uvs(count);
+  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Place& place = places_[i];
+      const auto& [a, b, c] = surface_.triangles[place.triangle];
+      const double w = 1.0 - place.u - place.v;
+      uvs[i] = {static_cast<float>(a.uv.x * w + b.uv.x * place.u + c.uv.x * place.v),
+                static_cast<float>(a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v)};
+    }
+  });
+  UvPoints found = find_uv_points(source_, uvs);
+  std::vector<std::uint8_t> status(count, KILN_STATUS_UV);
+  bool missed = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (found.triangle[i] != KILN_NO_TRIANGLE) continue;
+    status[i] = KILN_STATUS_MISS;
+    missed = true;
+  }
+  cl::Context& context = source_.device.context();
+  context.fill(match.distance, 0.0F);
+  if (missed && options.fallback != Fallback::low) {
+    BakeOptions rest = options;
+    rest.method = options.fallback == Fallback::ray       ? MatchMethod::ray
+                  : options.fallback == Fallback::closest ? MatchMethod::closest
+                                                          : MatchMethod::views;
+    rest.fallback = Fallback::low;
+    rest.fallback_blend = 0;
+    BakeReport report;
+    make_matcher(source_, surface_, rest, report, 0, field)->run(band_, match);
+    const std::vector<std::uint32_t> triangle = match.triangle.download(context);
+    const std::vector<float> barycentric = match.barycentric.download(context);
+    const std::vector<std::uint8_t> rest_status = match.status.download(context);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (status[i] != KILN_STATUS_MISS) continue;
+      status[i] = rest_status[i];
+      found.triangle[i] = triangle[i];
+      found.barycentric[i] = barycentric[i];
+      found.barycentric[i + count] = barycentric[i + count];
+    }
+  }
+  match.triangle.write(context, std::span<const std::uint32_t>(found.triangle));
+  match.barycentric.write(context, std::span<const float>(found.barycentric));
+  match.status.write(context, std::span<const std::uint8_t>(status));
+}
+
 NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
                                       std::shared_ptr<const VisibilityField>& field) const {
   Limit result;
@@ -405,12 +475,14 @@ NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
   in_space.space = NormalMapSpace::object;
   in_space.flip_y = in_space.two_component = false;
   in_space.miss = MissPolicy::keep;
-  BakeReport report;
-  const std::unique_ptr<Matcher> matcher =
-      make_matcher(source_, surface_, in_space, report, 0, field);
   Correspondence match(context, band_.capacity);
   match.count = band_.sample_count;
-  matcher->run(band_, match);
+  if (options.method == MatchMethod::uv) {
+    match_by_uv(in_space, field, match);
+  } else {
+    BakeReport report;
+    make_matcher(source_, surface_, in_space, report, 0, field)->run(band_, match);
+  }
   NormalDetail detail(context, surface_, source_.attributes, in_space);
   cl::Array<float> image(context, std::size_t{3} * places());
   cl::Array<std::uint8_t> coverage(context, places());

@@ -24,7 +24,8 @@ class NormalProbe {
  public:
   /// \param views   where pictures are taken from; the dense mesh fills them
   /// \param pixels  a side of each, a multiple of 8
-  /// \param raster  find the dense mesh's pixels by drawing it, and not by rays: where there is no hierarchy
+  /// \param raster  find the dense mesh's pixels by drawing it, and not by rays: where there is no hierarchy.
+  ///                Then what is seen from behind does not count
   /// \throws Error(input) as LowSurface::of
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
               const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster);
@@ -43,7 +44,7 @@ class NormalProbe {
     double missed = 0;           ///< Share of the places
     std::vector<float> normals;  ///< What it finds there, in the mesh's space
   };
-  /// What a map of endless size would reach with a way to match.
+  /// What a map of endless size would reach with a way to match. By UVs nothing is checked of the layouts.
   /// \param field  of visibility: made where it is null, and taken where it is not
   /// \throws as make_matcher
   Limit limit(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const;
@@ -63,6 +64,8 @@ class NormalProbe {
     bool back = false;   ///< Seen from behind: its normal is turned round
   };
   void store(const std::vector<Place>& places);
+  void match_by_uv(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
+                   Correspondence& match) const;
   NormalError compare(const Image& shown) const;
 
   const Source::Impl& source_;

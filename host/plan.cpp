@@ -93,24 +93,26 @@ class Outlook {
   double texels_ = 0, above_ = 0;  // of the last map
 };
 
+/// The two layouts turned out not to agree, at one size or another.
+struct Unfit {};
+
 class Planner {
  public:
   Planner(const Source& source, const Mesh& low, const PlanOptions& options)
       : source_(source), low_(low), options_(options), methods_(methods()) {
-    std::vector<ViewAngles> views;
-    for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {
-      views.push_back(view_angles(toward));
-    }
-    const auto start = std::chrono::steady_clock::now();
-    probe_.emplace(source.impl(), low, options.bake.cage_mesh, views, kPlanPixels,
-                   methods_.front() == MatchMethod::views);
-    planned_.without_map = probe_->without_map();
-    planned_.seconds_measure += seconds_since(start);
+    const bool cage = options.bake.cage || options.bake.cage_mesh != nullptr;
+    try_uv_ = !cage && !source.impl().uvs.empty();
   }
 
   PlannedBake run() {
     try {
-      return planned();
+      try {
+        return planned();
+      } catch (const Unfit&) {
+        try_uv_ = false;
+        forget();
+        return planned();
+      }
     } catch (const Cancelled&) {
       PlannedBake none;
       none.result.cancelled = true;
@@ -119,26 +121,51 @@ class Planner {
   }
 
  private:
+  /// One bake, yet to be measured.
+  struct Baked {
+    PlanTrial trial;
+    BakeOptions options;
+    BakeResult result;
+  };
+
   PlannedBake planned() {
     const double wanted = options_.max_error;
     const MatchMethod first = methods_.front();
-    Outlook outlook(limit(first), planned_.without_map.mean_degrees);
-    std::uint32_t size = std::min(kFirstSize, largest());
-    if (trial(first, size, outlook) <= wanted) return finished(wanted);
+    const std::uint32_t size = std::min(kFirstSize, largest());
+    // Whether the layouts agree is known once they were baked with.
+    std::optional<Baked> by_uv;
+    if (try_uv_) by_uv = baked(MatchMethod::uv, size);
+    take_pictures(first == MatchMethod::views || (by_uv && wanted > 0));
+    const double plain = planned_.without_map.mean_degrees;
+    std::optional<Outlook> uv;
+    if (by_uv) {
+      uv.emplace(limit(MatchMethod::uv), plain);
+      if (measured(std::move(*by_uv), *uv) <= wanted) return finished(wanted);
+      // Where not even an endless map is expected to reach it, another way may do at less cost.
+      const bool within = wanted > 0 && uv->limit() <= wanted;
+      if (within && climb(MatchMethod::uv, *uv, wanted)) return finished(wanted);
+    }
+    const double first_limit = limit(first);
+    Outlook outlook = uv ? uv->with_limit(first_limit) : Outlook(first_limit, plain);
+    const bool stay = uv && !gains(first, first_limit, MatchMethod::uv, uv->limit());
     if (wanted == 0) {
-      level(first, outlook);
+      if (!stay && trial(first, size, outlook) <= wanted) return finished(wanted);
+      stay ? level(MatchMethod::uv, *uv) : level(first, outlook);
       return finished(best_error_);
     }
+    if (!uv && trial(first, size, outlook) <= wanted) return finished(wanted);
     // The first way that is expected to reach it; and where none is, the one that gets nearest.
-    MatchMethod nearest = first;
-    Outlook nearest_outlook = outlook;
-    for (const MatchMethod method : methods_) {
-      if (method != first && planned_.limits.size() == 1 && hopeless(outlook, wanted)) break;
+    MatchMethod nearest = uv ? MatchMethod::uv : first;
+    Outlook nearest_outlook = uv ? *uv : outlook;
+    for (std::size_t i = 0; i < methods_.size(); ++i) {
+      const MatchMethod method = methods_[i];
+      if (i == 1 && hopeless(nearest_outlook, wanted)) break;
       if (method == MatchMethod::views && !may_help(method)) continue;
       Outlook own = method == first ? outlook : outlook.with_limit(limit(method));
+      if (uv && limit_of(method).missed == 1) continue;
       if (climb(method, own, wanted)) return finished(wanted);
-      if (method == first) outlook = nearest_outlook = own;
-      if (own.limit() < kGain * nearest_outlook.limit()) {
+      if (method == first) outlook = own;
+      if (method == nearest || gains(method, own.limit(), nearest, nearest_outlook.limit())) {
         nearest = method;
         nearest_outlook = own;
       }
@@ -147,11 +174,47 @@ class Planner {
     return finished(wanted);
   }
 
+  void take_pictures(bool raster) {
+    const auto start = std::chrono::steady_clock::now();
+    if (!probe_) {
+      std::vector<ViewAngles> views;
+      for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {
+        views.push_back(view_angles(toward));
+      }
+      probe_.emplace(source_.impl(), low_, options_.bake.cage_mesh, views, kPlanPixels, raster);
+    }
+    planned_.without_map = probe_->without_map();
+    planned_.seconds_measure += seconds_since(start);
+  }
+
+  /// Of a way that was looked at.
+  const PlanLimit& limit_of(MatchMethod method) const {
+    return *std::find_if(planned_.limits.begin(), planned_.limits.end(),
+                         [&](const PlanLimit& limit) { return limit.method == method; });
+  }
+
+  /// Whether one way gets nearer than another with a lower limit. Seen from aslant, heights far off the
+  /// light mesh may look worse than none; what then finds less than UVs do is no better for it.
+  bool gains(MatchMethod method, double limit, MatchMethod other, double other_limit) const {
+    const bool finds_less =
+        other == MatchMethod::uv && limit_of(method).missed > limit_of(other).missed + kFewMissed;
+    return !finds_less && limit < kGain * other_limit;
+  }
+
+  /// All that was found, but for the pictures and the seconds that they took.
+  void forget() {
+    const double seconds = planned_.seconds_measure;
+    planned_ = {};
+    planned_.seconds_measure = seconds;
+    best_error_ = 0;
+    nearest_limit_.reset();
+  }
+
   /// Whether no match is good enough, so that there is no need to look at others.
   bool hopeless(const Outlook& outlook, double wanted) {
     if (methods_.front() == MatchMethod::views) return false;  // it takes a hierarchy to tell
     const auto start = std::chrono::steady_clock::now();
-    planned_.least = outlook.limit() * probe_->least_share(first_limit_);
+    planned_.least = outlook.limit() * probe_->least_share(*nearest_limit_);
     planned_.seconds_measure += seconds_since(start);
     return outlook.with_limit(planned_.least).error(largest()) > wanted;
   }
@@ -160,8 +223,11 @@ class Planner {
   /// nothing and no other way gets nearer than they do, it is not the match that is wrong, but what a light
   /// mesh of this shape can show.
   bool may_help(MatchMethod method) const {
-    const PlanLimit& first = planned_.limits.front();
-    if (first.method == method || first.missed > kFewMissed) return true;
+    if (methods_.front() == method) return true;
+    const PlanLimit& first =
+        *std::find_if(planned_.limits.begin(), planned_.limits.end(),
+                      [&](const PlanLimit& limit) { return limit.method == methods_.front(); });
+    if (first.missed > kFewMissed) return true;
     return std::any_of(planned_.limits.begin(), planned_.limits.end(), [&](const PlanLimit& limit) {
       return limit.error.mean_degrees < first.error.mean_degrees * kGain;
     });
@@ -174,7 +240,9 @@ class Planner {
         if (size == largest()) return false;
         size = next(size);
       } while (outlook.error(size) > wanted * kNear);
-      if (trial(method, size, outlook) <= wanted) return true;
+      const double error = trial(method, size, outlook);
+      if (error <= wanted) return true;
+      if (error <= outlook.limit()) return false;  // larger maps gain nothing
     }
   }
 
@@ -248,24 +316,46 @@ class Planner {
     NormalProbe::Limit limit = probe_->limit(options, field_);
     planned_.limits.push_back({method, limit.error, limit.missed, seconds_since(start)});
     const double mean = limit.error.mean_degrees;
-    if (method == methods_.front()) first_limit_ = std::move(limit);
+    const bool candidate = method == MatchMethod::uv || method == methods_.front();
+    if (candidate && (!nearest_limit_ || mean < kGain * nearest_limit_->error.mean_degrees)) {
+      nearest_limit_ = std::move(limit);
+    }
     return mean;
   }
 
-  /// Bakes and measures. \returns the mean error
-  double trial(MatchMethod method, std::uint32_t size, Outlook& outlook) {
-    PlanTrial trial;
+  /// \throws Unfit
+  Baked baked(MatchMethod method, std::uint32_t size) const {
+    Baked baked;
+    PlanTrial& trial = baked.trial;
+    BakeOptions& options = baked.options;
     trial.method = method;
-    BakeOptions options = bake_options(method, size, {});
+    options = bake_options(method, size, {});
     trial.width = options.width;
     trial.height = options.height;
     options = bake_options(
         method, size,
         "trying " + std::to_string(options.width) + " x " + std::to_string(options.height));
     const auto start = std::chrono::steady_clock::now();
-    BakeResult result = bake(source_, low_, options);
-    if (result.cancelled) throw Cancelled();
+    try {
+      baked.result = bake(source_, low_, options);
+    } catch (const Error& error) {
+      if (method == MatchMethod::uv && error.code() == ErrorCode::input) throw Unfit();
+      throw;
+    }
+    if (baked.result.cancelled) throw Cancelled();
     trial.seconds = seconds_since(start);
+    return baked;
+  }
+
+  /// Bakes and measures. \returns the mean error
+  double trial(MatchMethod method, std::uint32_t size, Outlook& outlook) {
+    return measured(baked(method, size), outlook);
+  }
+
+  double measured(Baked baked, Outlook& outlook) {
+    const BakeOptions& options = baked.options;
+    BakeResult& result = baked.result;
+    PlanTrial& trial = baked.trial;
     const auto measuring = std::chrono::steady_clock::now();
     const BakeReport& report = result.report;
     trial.missed = report.samples != 0
@@ -279,7 +369,7 @@ class Planner {
     planned_.seconds_measure += seconds_since(measuring);
     planned_.trials.push_back(trial);
     const double error = trial.error.mean_degrees;
-    outlook.measured(size, error);
+    outlook.measured(std::min(trial.width, trial.height), error);
     const bool reached = options_.max_error > 0 && error <= options_.max_error;
     // A larger map must be worth it.
     if (reached || best_error_ == 0 || error <= best_error_ * 0.98) {
@@ -299,10 +389,11 @@ class Planner {
   const Source& source_;
   const Mesh& low_;
   const PlanOptions& options_;
-  const std::vector<MatchMethod> methods_;
+  const std::vector<MatchMethod> methods_;  // that search
+  bool try_uv_ = false;                     // before them
   std::optional<NormalProbe> probe_;
   std::shared_ptr<const VisibilityField> field_;
-  NormalProbe::Limit first_limit_;
+  std::optional<NormalProbe::Limit> nearest_limit_;  // of UVs and the first way
   PlannedBake planned_;
   double best_error_ = 0;
 };

@@ -45,7 +45,7 @@ struct PlannedBake {
   BakeResult result;
   std::vector<PlanTrial> trials;  ///< In order
   std::vector<PlanLimit> limits;  ///< Of the ways to match that were looked at, in order
-  /// Where the first way does not reach the error: what no map can get below, however it is matched, since
+  /// Where UVs and the first way that searches do not reach the error: what no map can get below, however it is matched, since
   /// a place shows one normal to all sides but the dense mesh has another behind it from each.
   double least = 0;
   PlanTrial chosen;
@@ -67,12 +67,13 @@ struct PlannedBake {
 /// returned.
 ///
 /// Ways to match are looked at in the order of their cost, and only where those before them are not
-/// expected to reach the error: views first for meshes of more than two million triangles, for which
+/// expected to reach the error. Where the dense mesh has UVs that are fit for it (BakeOptions::uv), matching
+/// by UVs comes before all others, since it searches nothing; else it is left out. Then views first for meshes of more than two million triangles, for which
 /// building a hierarchy takes longest; else rays first, and views last, where rays miss points or another
-/// way gets nearer than they do. None but the first is looked at where the error is below what any map
-/// could show. Where none is expected to reach it, the one that gets nearest is baked at the size that
-/// larger maps would not improve on by 5%; what gains less than 3% on the first does not count as nearer.
-/// With a cage, rays alone.
+/// way gets nearer than they do. None but these is looked at where the error is below what any map
+/// could show. Without an error to reach, UVs do unless the first way that searches gets nearer. Where none is expected to reach it, the one that gets nearest is baked at the size that
+/// larger maps would not improve on by 5%; what gains less than 3% on those before it does not
+/// count as nearer. With a cage, rays alone.
 /// \throws as bake(), and Error(usage) for a negative or not finite error, or maps without a normal map
 PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOptions& options);
 

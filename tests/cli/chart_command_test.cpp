@@ -423,6 +423,65 @@ TEST(ChartCommand, MatchesByUvsWhereLayoutsAgree) {
   EXPECT_FALSE(fs::exists(scene / "none"));
 }
 
+TEST(ChartCommand, TakesHeightFields) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  Image image{33, 33, 1, std::vector<float>(33 * 33)};
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    image.pixels[i] = 0.5F + 0.4F * std::sin(0.2F * static_cast<float>(i % 33));
+  }
+  save_image(image, scene / "field.png", {ImageFormat::png16});
+  save_image(image, scene / "same.exr", {ImageFormat::exr_float});
+  const Mesh low = height_field_plane(image, {.width = 2, .height = 0.3});
+  save_obj(low, scene / "low.obj");
+  Mesh mesh = height_field_mesh(image, {.width = 2, .height = 0.3});
+  save_obj(mesh, scene / "mesh.obj");
+  const ProcessResult result = run_kiln({"chart",
+                                         scene / "field.png",
+                                         scene / "low.obj",
+                                         scene / "same.exr",
+                                         scene / "low.obj",
+                                         "--height",
+                                         "0.3",
+                                         "--extent",
+                                         "2",
+                                         "--out",
+                                         scene / "out",
+                                         "--size",
+                                         "64",
+                                         "--repeat",
+                                         "1",
+                                         "--max-distance",
+                                         "40%",
+                                         "--quiet",
+                                         "--settings",
+                                         "ray,uv"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(scene / "out" / "chart.json");
+  EXPECT_EQ(report["options"]["height"], 0.3);
+  EXPECT_EQ(report["options"]["extent"], "2");
+  ASSERT_EQ(report["pairs"].size(), 2U);
+  for (const json& pair : report["pairs"]) {
+    expect_pair(pair, {"ray", "ray_4x4", "uv"}, 1);
+    EXPECT_EQ(pair["high"]["triangles"], 2 * 32 * 32);
+    EXPECT_NEAR(pair["diagonal"].get<double>(), std::sqrt(4 + 4 + 0.24 * 0.24), 0.01);
+    EXPECT_NEAR(error_of(find(pair, "uv"), "map_error"), error_of(find(pair, "ray"), "map_error"),
+                0.05);
+  }
+  // The same surface as a mesh is held to what meshes are.
+  const auto mesh_chart = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"chart", scene / "mesh.obj", scene / "low.obj", "--out",
+                               scene / "none", "--settings", "uv"});
+    return run_kiln(more);
+  };
+  EXPECT_EQ(mesh_chart({"--max-distance", "40%"}).exit_code, 3);
+  EXPECT_EQ(mesh_chart({"--height", "0.3"}).exit_code, 2);
+  EXPECT_EQ(run_kiln({"chart", scene / "field.png", scene / "low.obj", "--extent", "x", "--out",
+                      scene / "none"})
+                .exit_code,
+            2);
+}
+
 TEST(ChartCommand, RefusesBadUsage) {
   const fs::path scene = make_scene(600);
   const fs::path out = scene / "out";

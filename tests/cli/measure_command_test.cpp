@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -132,6 +133,96 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "low.obj", "--views", "3"}).exit_code,
             2);
   EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "none.obj"}).exit_code, 3);
+}
+
+/// Waves on a plane with UVs, a plane under them with the same layout, and one whose layout is turned.
+fs::path make_layouts() {
+  const fs::path scene = test::scratch_folder();
+  Mesh high = test::plane(40, 40);
+  for (Vec3& p : high.positions) p.z = 0.01F * std::sin(20 * p.x) * std::cos(17 * p.y);
+  high.normals.clear();
+  high.normal_triangles.clear();
+  save_obj(high, scene / "high.obj");
+  save_obj(test::plane(2, 2), scene / "low.obj");
+  Mesh turned = test::plane(2, 2);
+  for (Vec2& uv : turned.uvs) uv = {uv.y, 1 - uv.x};
+  save_obj(turned, scene / "turned.obj");
+  return scene;
+}
+
+TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_layouts();
+  const auto measure = [&](const fs::path& low, std::vector<std::string> more) {
+    more.insert(more.begin(), {"measure", scene / "high.obj", low, "--size", "64", "--directions",
+                               "12", "--max-distance", "10%", "--json", scene / "r.json"});
+    return run_kiln(more);
+  };
+  const auto methods = [](const json& report) {
+    std::vector<std::string> names;
+    for (const json& row : report["methods"]) names.push_back(row["method"]);
+    return names;
+  };
+  const std::vector<std::string> searching = {"closest", "hybrid", "ray", "views", "visibility"};
+  std::vector<std::string> all = searching;
+  all.insert(all.begin() + 3, "uv");
+  const ProcessResult agree = measure(scene / "low.obj", {});
+  ASSERT_EQ(agree.exit_code, 0) << agree.errors;
+  json report = read_json(scene / "r.json");
+  EXPECT_EQ(methods(report), all);
+  EXPECT_TRUE(report["left_out"].empty());
+  // Over a plane, the normals' lines and the UVs say the same.
+  const json ray = report["methods"][2], uv = report["methods"][3];
+  EXPECT_NEAR(uv["object_distance"]["mean"].get<double>(),
+              ray["object_distance"]["mean"].get<double>(), 1e-5);
+  EXPECT_NEAR(uv["rendered_normals"]["mean_angle_degrees"].get<double>(),
+              ray["rendered_normals"]["mean_angle_degrees"].get<double>(), 0.01);
+
+  const ProcessResult disagree = measure(scene / "turned.obj", {});
+  ASSERT_EQ(disagree.exit_code, 0) << disagree.errors;
+  report = read_json(scene / "r.json");
+  EXPECT_EQ(methods(report), searching);
+  ASSERT_EQ(report["left_out"].size(), 1U);
+  EXPECT_EQ(report["left_out"][0]["method"], "uv");
+  EXPECT_NE(report["left_out"][0]["reason"].get<std::string>().find("do not lie over each other"),
+            std::string::npos);
+  EXPECT_NE((disagree.output + disagree.errors).find("left out: uv"), std::string::npos);
+
+  EXPECT_EQ(measure(scene / "low.obj", {"--match", "uv"}).exit_code, 0);
+  const ProcessResult refused = measure(scene / "turned.obj", {"--match", "ray", "--match", "uv"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.errors.find("--match uv"), std::string::npos) << refused.errors;
+  const ProcessResult none = run_kiln({"measure", scene / "turned.obj", scene / "low.obj",
+                                       "--match", "uv", "--max-distance", "10%"});
+  EXPECT_EQ(none.exit_code, 3);
+}
+
+TEST(MeasureCommand, TakesAHeightField) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_layouts();
+  Image image{33, 33, 1, std::vector<float>(33 * 33)};
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    image.pixels[i] = 0.5F + 0.4F * std::sin(0.5F * static_cast<float>(i % 33));
+  }
+  save_image(image, scene / "field.exr", {ImageFormat::exr_float});
+  // A fifth of the diagonal off the plane, far beyond what layouts of meshes may be apart.
+  const auto measure = [&](const std::string& high, std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"measure", scene / high, scene / "low.obj", "--size", "64", "--directions", "12",
+                 "--max-distance", "40%", "--height", "0.3", "--json", scene / "r.json"});
+    return run_kiln(more);
+  };
+  const ProcessResult result = measure("field.exr", {"--match", "uv", "--match", "ray"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(scene / "r.json");
+  EXPECT_EQ(report["inputs"]["high"]["triangles"], 2 * 32 * 32);
+  EXPECT_EQ(report["options"]["height"], 0.3);
+  for (const json& row : report["methods"]) {
+    EXPECT_EQ(row["miss_rate"], 0);
+    EXPECT_NEAR(row["object_distance"]["mean"].get<double>(), 0.3 * 0.5, 0.02);
+    for (const json& warning : row["warnings"]) EXPECT_NE(warning["code"], "uv-disagreement");
+  }
+  EXPECT_EQ(measure("high.obj", {"--match", "ray"}).exit_code, 2);
 }
 
 TEST(MeasureCommand, StudiesViews) {

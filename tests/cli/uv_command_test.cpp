@@ -181,6 +181,28 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
   EXPECT_NEAR(map.at(20, 10)[0] * 2 - 1, -dx / size, 0.02);
   EXPECT_NEAR(map.at(20, 10)[1] * 2 - 1, -dy / size, 0.02);
 
+  // What searches would look for heights near the plane.
+  for (const char* match : {"ray", "views", "closest", "visibility", "hybrid"}) {
+    std::vector<std::string> searching = command;
+    searching.insert(searching.end(), {"--match", match});
+    const ProcessResult refused = run_kiln(searching);
+    EXPECT_EQ(refused.exit_code, 2) << match;
+    for (const char* remedy : {"leave --match out", "--faces", "LOW", "--max-distance"}) {
+      EXPECT_NE(refused.errors.find(remedy), std::string::npos) << refused.errors;
+    }
+  }
+  std::vector<std::string> far = command;
+  far.insert(far.end(), {"--match", "ray", "--max-distance", "50%"});
+  EXPECT_EQ(run_kiln(far).exit_code, 0);
+  std::vector<std::string> automatic = command;
+  automatic.insert(automatic.end(), {"--match", "auto", "--max-error", "12"});
+  const ProcessResult chosen = run_kiln(automatic);
+  ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
+  report = read_json(scene / "r.json");
+  EXPECT_EQ(report["auto"]["chosen"]["match"], "uv");
+  EXPECT_EQ(report["auto"]["limits"].size(), 1U);
+  EXPECT_EQ(load_mesh(scene / "plane" / "field_low.obj").triangles.size(), 2U);
+
   command[11] = scene / "terrain";
   command.insert(command.end(), {"--faces", "300"});
   const ProcessResult terrain = run_kiln(command);

@@ -24,8 +24,11 @@ struct Ripples {
   Mesh high = test::icosphere(6);
   Mesh low = test::uv_sphere(96, 48);
 
-  Ripples() {
-    for (Vec3& p : high.positions) {
+  Ripples() { bend(high); }
+  static void bend(Mesh& mesh) {
+    mesh.normals.clear();
+    mesh.normal_triangles.clear();
+    for (Vec3& p : mesh.positions) {
       const float scale =
           1 + 0.002F * (std::sin(60 * p.x) + std::sin(60 * p.y) + std::sin(60 * p.z));
       p = {p.x * scale, p.y * scale, p.z * scale};
@@ -164,6 +167,24 @@ TEST(Plan, MeasuresTheSameWithoutAHierarchy) {
   EXPECT_NEAR(a.mean_degrees, b.mean_degrees, 0.002 * a.mean_degrees);
 }
 
+TEST(Plan, MeasuresAnOpenMeshTheSameWithoutAHierarchy) {
+  KILN_REQUIRE_DEVICE();
+  // From below, drawing would show the steepest places alone, and those turned away.
+  Mesh high = test::plane(200, 200);
+  high.normals.clear();
+  high.normal_triangles.clear();
+  for (Vec3& p : high.positions) p.z = 0.02F * std::sin(60 * p.x) * std::cos(50 * p.y);
+  const Source source(*test::device(), high);
+  const Mesh low = test::plane(2, 2);
+  const Image map = bake(source, low, plan_options(0, 512).bake).maps[0].image;
+  const NormalProbe rays(source.impl(), low, nullptr, Pictures::views(), kPlanPixels, false);
+  const NormalProbe drawn(source.impl(), low, nullptr, Pictures::views(), kPlanPixels, true);
+  const NormalError a = rays.with_map(map, NormalMapSpace::tangent, false);
+  const NormalError b = drawn.with_map(map, NormalMapSpace::tangent, false);
+  EXPECT_NEAR(static_cast<double>(b.pixels), 0.5 * static_cast<double>(a.pixels), 0.05 * a.pixels);
+  EXPECT_NEAR(a.mean_degrees, b.mean_degrees, 0.05 * a.mean_degrees);
+}
+
 TEST(Plan, KnowsWhatNoMapCanShow) {
   KILN_REQUIRE_DEVICE();
   // Waves on a plane: from the side, other parts of them are behind each place. Flat, nothing is.
@@ -248,6 +269,129 @@ TEST(Plan, LooksAtViewsLastAndOnlyWhereTheyMayHelp) {
                                              MatchMethod::visibility, MatchMethod::closest};
   EXPECT_EQ(looked_at(planned), expected);
   for (const PlanLimit& limit : planned.limits) EXPECT_GT(limit.error.mean_degrees, least);
+}
+
+/// Waves on a plane, and a plane under them with the same layout but for a shift.
+struct Waves {
+  Mesh high = test::plane(200, 200);
+  Mesh low = test::plane(2, 2);
+
+  explicit Waves(float shift = 0, float lift = 0) {
+    high.normals.clear();
+    high.normal_triangles.clear();
+    for (Vec3& p : high.positions) p.z = 0.002F * std::sin(60 * p.x) * std::cos(50 * p.y) + lift;
+    for (Vec2& uv : high.uvs) uv.x += shift;
+  }
+};
+
+TEST(Plan, TakesUvsBeforeAllElseWhereLayoutsAgree) {
+  KILN_REQUIRE_DEVICE();
+  Ripples pair;
+  pair.bend(pair.high = test::uv_sphere(384, 192));
+  const Source source(*test::device(), pair.high);
+  PlanOptions options = plan_options(0);
+  options.bake.method = MatchMethod::uv;
+  const Pictures pictures(pair.high, kPlanPixels);
+  const auto error = [&](std::uint32_t size) {
+    options.bake.width = options.bake.height = size;
+    return pictures.error(pair.low, bake(source, pair.low, options.bake).maps[0].image);
+  };
+  const double small = error(128), larger = error(256), largest = error(2048);
+  ASSERT_GT(small, 1.02 * larger);
+  const PlannedBake planned =
+      bake_planned(source, pair.low, plan_options((small + larger) / 2, 2048));
+  EXPECT_TRUE(planned.reached);
+  EXPECT_EQ(planned.chosen.method, MatchMethod::uv);
+  EXPECT_EQ(planned.chosen.width, 256U);
+  EXPECT_NEAR(planned.chosen.error.mean_degrees, larger, 0.005 * larger);
+  EXPECT_EQ(planned.result.report.by_uv, planned.result.report.samples);
+  // No other way is looked at, and what an endless map would reach was known without baking one.
+  EXPECT_EQ(looked_at(planned), std::vector{MatchMethod::uv});
+  EXPECT_NEAR(planned.limits[0].error.mean_degrees, largest, 0.02 * largest);
+  EXPECT_EQ(planned.limits[0].missed, 0);
+
+  // Out of reach: no way is better, and rays are only looked at.
+  const PlannedBake hopeless = bake_planned(source, pair.low, plan_options(1e-4, 512));
+  EXPECT_FALSE(hopeless.reached);
+  EXPECT_EQ(hopeless.chosen.method, MatchMethod::uv);
+  const std::vector<MatchMethod> both = {MatchMethod::uv, MatchMethod::ray};
+  EXPECT_EQ(looked_at(hopeless), both);
+  for (const PlanTrial& trial : hopeless.trials) EXPECT_EQ(trial.method, MatchMethod::uv);
+  EXPECT_GT(hopeless.least, 0);
+}
+
+TEST(Plan, LeavesUvsOutWhereTheyDoNotFit) {
+  KILN_REQUIRE_DEVICE();
+  const auto expect_rays = [](const Waves& pair, const PlanOptions& options) {
+    const Source source(*test::device(), pair.high);
+    const PlannedBake planned = bake_planned(source, pair.low, options);
+    EXPECT_TRUE(planned.reached);
+    EXPECT_EQ(looked_at(planned), std::vector{MatchMethod::ray});
+    for (const PlanTrial& trial : planned.trials) EXPECT_EQ(trial.method, MatchMethod::ray);
+    for (const Warning& warning : planned.result.report.warnings) {
+      EXPECT_EQ(warning.code.find("uv-"), std::string::npos) << warning.message;
+    }
+    EXPECT_FALSE(planned.result.report.uv);
+  };
+  const double reachable = 4;
+  expect_rays(Waves(0.2F), plan_options(reachable, 256));
+  expect_rays(Waves(0.2F), plan_options(0, 256));
+  // The bound is the caller's.
+  PlanOptions strict = plan_options(reachable, 256);
+  strict.bake.uv.max_distance = 1e-4;
+  expect_rays(Waves(), strict);
+  // A cage is for rays.
+  PlanOptions cage = plan_options(reachable, 256);
+  cage.bake.cage = Length::share(0.05);
+  expect_rays(Waves(), cage);
+}
+
+TEST(Plan, WithoutAnErrorTakesUvsUnlessRaysGetNearer) {
+  KILN_REQUIRE_DEVICE();
+  const auto chosen = [](const Waves& pair) {
+    const Source source(*test::device(), pair.high);
+    const PlannedBake planned = bake_planned(source, pair.low, plan_options(0, 512));
+    EXPECT_TRUE(planned.reached);
+    const std::vector<MatchMethod> both = {MatchMethod::uv, MatchMethod::ray};
+    EXPECT_EQ(looked_at(planned), both);
+    return planned.chosen.method;
+  };
+  EXPECT_EQ(chosen(Waves()), MatchMethod::uv);
+  // Layouts that agree within the bound, but not well: a tenth of a wave.
+  EXPECT_EQ(chosen(Waves(0.01F)), MatchMethod::ray);
+  // Too far for rays.
+  const Waves lifted(0, 0.04F);
+  const Source source(*test::device(), lifted.high);
+  PlanOptions options = plan_options(0, 512);
+  options.bake.max_distance = Length::share(0.01);
+  options.bake.uv.max_distance = 0.1;
+  const PlannedBake planned = bake_planned(source, lifted.low, options);
+  EXPECT_EQ(planned.chosen.method, MatchMethod::uv);
+  EXPECT_EQ(planned.chosen.missed, 0);
+  EXPECT_EQ(planned.limits.back().missed, 1);
+}
+
+TEST(Plan, KnowsWhatAFallbackAddsToUvs) {
+  KILN_REQUIRE_DEVICE();
+  Waves pair;
+  for (Vec2& uv : pair.high.uvs) {
+    if (uv.x > 0.5F) uv.x = NAN;
+  }
+  const Source source(*test::device(), pair.high);
+  const NormalProbe probe(source.impl(), pair.low, nullptr, Pictures::views(), kPlanPixels, true);
+  std::shared_ptr<const VisibilityField> field;
+  BakeOptions options = plan_options(0).bake;
+  const double by_rays = probe.limit(options, field).error.mean_degrees;
+  options.method = MatchMethod::uv;
+  const NormalProbe::Limit half = probe.limit(options, field);
+  EXPECT_NEAR(half.missed, 0.5, 0.02);
+  EXPECT_GT(half.error.mean_degrees, 1.2 * by_rays);
+  for (const Fallback fallback : {Fallback::ray, Fallback::closest, Fallback::views}) {
+    options.fallback = fallback;
+    const NormalProbe::Limit whole = probe.limit(options, field);
+    EXPECT_LT(whole.missed, 0.01);
+    EXPECT_NEAR(whole.error.mean_degrees, by_rays, 0.05 * by_rays);
+  }
 }
 
 TEST(Plan, EncodingsChangeNothingInWhatIsMeasured) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -17,6 +19,7 @@
 #include "support/environment.h"
 #include "support/shapes.h"
 #include "texels.h"
+#include "uv_points.h"
 
 namespace kiln {
 namespace {
@@ -411,6 +414,58 @@ TEST(Uv, RefusesAMeshWithoutUvs) {
   dense = bent_plane(4, 0.01);
   dense.uv_triangles[3][1] = 9999;
   EXPECT_THROW(bake(Source(*test::device(), dense), test::plane(1, 1), by_uv(16)), Error);
+}
+
+TEST(UvPoints, AreThoseOfTheLowestTriangleThatCoversTheUv) {
+  KILN_REQUIRE_DEVICE();
+  // Also triangles and UVs beside the unit square.
+  Mesh mesh = random_layout(400, 7, 0.3, true);
+  mesh.uvs[mesh.uv_triangles[3][1]].x = std::numeric_limits<float>::quiet_NaN();
+  mesh.uvs[mesh.uv_triangles[4][1]] = mesh.uvs[mesh.uv_triangles[4][0]];
+  mesh.positions[mesh.triangles[5][2]].y = std::numeric_limits<float>::infinity();
+  const Source source(*test::device(), mesh);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> uniform(-0.5F, 1.5F);
+  std::vector<Vec2> uvs(3000);
+  for (Vec2& uv : uvs) uv = {uniform(random), uniform(random)};
+  uvs[0].x = std::numeric_limits<float>::quiet_NaN();
+  const UvPoints found = find_uv_points(source.impl(), uvs);
+  std::size_t covered = 0, beside = 0;
+  for (std::size_t i = 0; i < uvs.size(); ++i) {
+    std::uint32_t expected = KILN_NO_TRIANGLE;
+    bool near_edge = false;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const auto corner = [&](std::size_t k) { return mesh.uvs[mesh.uv_triangles[t][k]]; };
+      const auto finite = [&](std::uint32_t p) { return is_finite(mesh.positions[p]); };
+      if (!std::all_of(mesh.triangles[t].begin(), mesh.triangles[t].end(), finite)) continue;
+      // Signed areas of the three triangles that the UV makes with the edges.
+      std::array<double, 3> area{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2 a = corner((k + 1) % 3), b = corner((k + 2) % 3), p = uvs[i];
+        area[k] =
+            (double{a.x} - p.x) * (double{b.y} - p.y) - (double{b.x} - p.x) * (double{a.y} - p.y);
+      }
+      const double whole = area[0] + area[1] + area[2];
+      if (!(whole != 0)) continue;
+      const double least = std::min({area[0] / whole, area[1] / whole, area[2] / whole});
+      near_edge = near_edge || std::abs(least) < 1e-6;
+      if (!(least >= 0)) continue;
+      expected = t;
+      if (found.triangle[i] == t) {
+        EXPECT_NEAR(found.barycentric[i], area[1] / whole, 1e-5);
+        EXPECT_NEAR(found.barycentric[i + uvs.size()], area[2] / whole, 1e-5);
+      }
+      break;
+    }
+    if (near_edge) continue;
+    EXPECT_EQ(found.triangle[i], expected) << i;
+    if (expected == KILN_NO_TRIANGLE) continue;
+    ++covered;
+    beside += uvs[i].x < 0 || uvs[i].x > 1 ? 1 : 0;
+  }
+  EXPECT_GT(covered, 500U);
+  EXPECT_LT(covered, 2999U);
+  EXPECT_GT(beside, 10U);
 }
 
 }  // namespace

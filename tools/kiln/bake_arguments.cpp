@@ -28,8 +28,8 @@ constexpr const char* kAutomatic = "auto";
 
 /// Of `kiln bake`: all of them.
 std::vector<std::string> bake_match_names() {
-  std::vector<std::string> names = {kAutomatic};
-  for (const auto& [name, method] : kMethods) names.push_back(name);
+  std::vector<std::string> names = match_names();
+  names.insert(names.begin(), kAutomatic);
   return names;
 }
 const std::map<std::string, VisibilityAt> kVisibilityAt = {
@@ -419,6 +419,16 @@ void check(const BakeArguments& a) {
   if (is_height_field(a.high)) {
     if (a.low.empty() && a.unwrap) fail("--unwrap is for a given LOW.");
     height_field_options(a.heights);
+    const bool far = !a.max_distance.empty() || !a.cage.empty() || !a.cage_mesh.empty();
+    if (onto_plane(a) && a.match != "uv" && !automatic && a.load_match.empty() && !far) {
+      fail(
+          "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
+          "--match " +
+          a.match +
+          " looks for heights no further than 2% of the diagonal: leave --match out (points are "
+          "then taken at the same UV), or give --faces N, a LOW of yours, or a --max-distance "
+          "beyond the heights.");
+    }
   } else if (a.heights.given()) {
     fail("--height and --extent are for a HIGH that is a height field, a PNG or EXR.");
   }
@@ -521,13 +531,17 @@ std::string match_name(MatchMethod method) { return name_of(kMethods, method); }
 MatchMethod match_method(const std::string& name) { return kMethods.at(name); }
 std::vector<std::string> match_names() {
   std::vector<std::string> names;
-  for (const auto& [name, method] : kMethods) {
-    if (method != MatchMethod::uv) names.push_back(name);
-  }
+  for (const auto& [name, method] : kMethods) names.push_back(name);
   return names;
 }
 std::string fallback_name(Fallback fallback) { return name_of(kFallbacks, fallback); }
 std::string criterion_name(ViewCriterion criterion) { return name_of(kCriteria, criterion); }
+
+bool onto_plane(const BakeArguments& a) {
+  // With --match auto the error is one of normals.
+  const bool simplified = a.faces != 0 || (!a.max_error.empty() && a.match != kAutomatic);
+  return is_height_field(a.high) && a.low.empty() && !simplified;
+}
 
 bool is_exr(const SaveImageOptions& options) {
   return options.format == ImageFormat::exr_half || options.format == ImageFormat::exr_float;

@@ -73,12 +73,15 @@ RayTraversal traversal(const BakeArguments& arguments);
 std::string map_name(MapKind kind);
 std::string match_name(MatchMethod method);
 MatchMethod match_method(const std::string& name);
-std::vector<std::string> match_names();  ///< Those that any two meshes will do for: not uv
+std::vector<std::string> match_names();
 std::string fallback_name(Fallback fallback);
 std::string criterion_name(ViewCriterion criterion);
 
 /// Whether directions of visibility are asked for.
 bool by_visibility(const BakeArguments& arguments);
+
+/// Whether the light mesh is a plane of Kiln's, under a height field.
+bool onto_plane(const BakeArguments& arguments);
 
 bool is_exr(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);

@@ -69,28 +69,12 @@ BakeOptions same_uvs() {
 std::vector<ChartSetting> fitting(const Source& source, const Mesh& high, const Mesh& low,
                                   const ChartOptions& options, ChartPair& pair) {
   std::vector<ChartSetting> settings = options.settings;
+  for (ChartSetting& setting : settings) setting.bake.uv = options.uv;
   std::erase_if(settings, [&](const ChartSetting& setting) {
-    if (setting.bake.method != MatchMethod::uv) return false;
-    std::string reason;
-    if (high.uvs.empty()) {
-      reason = "'" + high.name + "' has no UVs.";
-    } else {
-      BakeOptions trial = setting.bake;
-      trial.width = trial.height = kAssessedSize;
-      try {
-        bake(source, low, trial);
-        return false;
-      } catch (const Error& error) {
-        if (error.code() != ErrorCode::input) throw;
-        reason = error.what();
-      }
-    }
-    if (options.strict) {
-      throw Error(ErrorCode::input, "The setting " + setting.name + " does not do for '" +
-                                        high.name + "' and '" + low.name + "': " + reason);
-    }
-    pair.left_out.push_back({setting.name, reason});
-    return true;
+    std::optional<LeftOut> left = unfit(setting.bake.method, "The setting " + setting.name, source,
+                                        high, low, options.uv, options.strict);
+    if (left) pair.left_out.push_back({setting.name, left->reason});
+    return left.has_value();
   });
   return settings;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "uv_fit.h"
 
 namespace kiln::cli {
 
@@ -42,6 +43,7 @@ struct ChartOptions {
   std::vector<ChartSetting> settings = chart_settings();  ///< The reference among them
   std::uint32_t size = 1024;                              ///< Texels a side of the map
   Length max_distance = Length::share(0.02);
+  UvOptions uv;              ///< Of all settings
   std::uint32_t repeat = 3;  ///< Timed runs of each setting
   /// All settings must do for all pairs. Else those that do not are left out.
   bool strict = false;
@@ -95,9 +97,6 @@ struct ChartPair {
   double least_angle_degrees = 0;  ///< Between them and those matched from
   NormalError without_map;         ///< The light mesh's own normals
   std::vector<ChartRow> rows;      ///< As the options' settings, but for those left out
-  struct LeftOut {
-    std::string setting, reason;
-  };
   std::vector<LeftOut> left_out;
   std::vector<Warning> warnings;  ///< Of HIGH
 };

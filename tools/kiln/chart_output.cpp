@@ -258,8 +258,8 @@ Json describe(const ChartPair& pair) {
                  {"directions", held_out}}},
                {"normal_error_without_map", cli::describe(pair.without_map)}};
   json["left_out"] = Json::array();
-  for (const ChartPair::LeftOut& left : pair.left_out) {
-    json["left_out"].push_back({{"setting", left.setting}, {"reason", left.reason}});
+  for (const LeftOut& left : pair.left_out) {
+    json["left_out"].push_back({{"setting", left.name}, {"reason", left.reason}});
   }
   json["settings"] = Json::array();
   for (const ChartRow& row : pair.rows) json["settings"].push_back(describe(row));

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -36,16 +35,6 @@ std::string low_stem(const BakeArguments& arguments) {
   return fs::path(arguments.low).stem().string() + (arguments.unwrap ? "_unwrapped" : "");
 }
 
-/// How far a height field may lie from the mesh under it, as a share of its diagonal: by its heights.
-double relief(const Mesh& field) {
-  const Bounds box = Bounds::of(field);
-  double squared = 0;
-  for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.high[k] - box.low[k], 2);
-  const double reach =
-      std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
-  return squared > 0 ? reach / std::sqrt(squared) : 0;
-}
-
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
 LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
                     std::vector<Warning>& warnings) {
@@ -65,7 +54,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     }
     low.stem = low_stem(arguments);
     if (!arguments.unwrap) return low;
-  } else if (dense.heights && arguments.faces == 0 && arguments.max_error.empty()) {
+  } else if (onto_plane(arguments)) {
     low.mesh = height_field_plane(*dense.heights, height_field_options(arguments.heights));
     low.made = true;
     low.stem = low.mesh.name = low_stem(arguments);
@@ -386,11 +375,7 @@ int run_bake(const BakeArguments& given) {
   if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
   const DenseInput dense = load_dense(arguments.high, arguments.heights, warnings);
   const Mesh& high = dense.mesh;
-  if (dense.heights) {
-    // The layouts agree by make; how far the surfaces are apart is what is baked.
-    options.uv.warn_distance += relief(high);
-    options.uv.max_distance += relief(high);
-  }
+  options.uv = uv_options(dense, options.uv);
   stages.load = watch.lap();
   LowMesh low = prepare_low(arguments, dense, console, warnings);
   (arguments.low.empty() ? stages.low : stages.load) += watch.lap();

@@ -7,6 +7,7 @@
 #include "check_result.h"
 #include "commands.h"
 #include "console.h"
+#include "dense_input.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "parse.h"
@@ -22,6 +23,7 @@ namespace fs = std::filesystem;
 
 struct ChartArguments {
   std::vector<std::string> meshes;       ///< Or volumes
+  HeightArguments heights;               ///< Of all height fields
   SurfaceArguments surface;              ///< Of volumes
   std::vector<std::string> for_volumes;  ///< Options given that meshes have no use for
   std::string out, device;
@@ -37,6 +39,13 @@ bool is_volume(const ChartArguments& a, const std::string& path) {
   return !a.surface.raw_size.empty() || is_volume_name(path);
 }
 bool has_volumes(const ChartArguments& a) { return is_volume(a, a.meshes.front()); }
+/// Among the dense meshes.
+bool has_height_fields(const ChartArguments& a) {
+  for (std::size_t i = 0; i < a.meshes.size(); i += 2) {
+    if (is_height_field(a.meshes[i])) return true;
+  }
+  return false;
+}
 
 /// Settings by name that a kind of input does not have. \throws Error(usage)
 template <typename Settings>
@@ -64,6 +73,10 @@ void check_volumes(const ChartArguments& a) {
     throw Error(ErrorCode::usage,
                 "'" + a.meshes.front() + "' is a volume: say which surface of it by --iso VALUE.");
   }
+  if (a.heights.given()) {
+    throw Error(ErrorCode::usage, "--height and --extent are for height fields, but '" +
+                                      a.meshes.front() + "' is a volume.");
+  }
   cli::check(a.surface);
   check_settings(a, volume_ways(), "volumes");
 }
@@ -79,6 +92,12 @@ void check_meshes(const ChartArguments& a) {
     throw Error(ErrorCode::usage,
                 a.for_volumes.front() + " is for volumes, but '" + a.meshes.front() + "' is none.");
   }
+  if (!has_height_fields(a) && a.heights.given()) {
+    throw Error(ErrorCode::usage,
+                "--height and --extent are for a HIGH that is a height field, a PNG or EXR; none "
+                "is.");
+  }
+  height_field_options(a.heights);
   check_settings(a, chart_settings(), "meshes");
   if (a.meshes.size() % 2 != 0) {
     throw Error(ErrorCode::usage, "Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
@@ -114,6 +133,8 @@ Json describe(const ChartArguments& a, const ChartOptions& options) {
   for (const ChartSetting& setting : options.settings) names.push_back(setting.name);
   return {{"size", options.size},
           {"max_distance", a.max_distance},
+          {"height", has_height_fields(a) ? Json(a.heights.height) : Json()},
+          {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
           {"repeat", options.repeat},
           {"settings", names}};
 }
@@ -163,7 +184,7 @@ int run_chart_command(const ChartArguments& arguments) {
   const std::size_t count = arguments.meshes.size() / 2;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string& high = arguments.meshes[2 * i];
-    if (!std::ifstream(high)) load_mesh(high);  // says what is wrong with it
+    if (!std::ifstream(high)) load_dense(high, {}, warnings);  // says what is wrong with it
     const std::string& low = arguments.meshes[2 * i + 1];
     if (!console.progress(0, "reading " + low)) return kExitCancelled;
     lows.push_back(load_light(low, "", warnings));
@@ -180,9 +201,13 @@ int run_chart_command(const ChartArguments& arguments) {
       return console.progress(kAtSave * (before + done) / static_cast<double>(count), stage);
     };
     if (!show(0, "reading " + path)) return kExitCancelled;
-    const Mesh high = load_mesh(path, &warnings);
+    const DenseInput dense =
+        load_dense(path, is_height_field(path) ? arguments.heights : HeightArguments(), warnings);
+    const Mesh& high = dense.mesh;
     seconds_load += watch.lap();
-    std::optional<ChartPair> pair = run_chart(device, high, lows[i], options, show);
+    ChartOptions own = options;
+    own.uv = uv_options(dense);
+    std::optional<ChartPair> pair = run_chart(device, high, lows[i], own, show);
     if (!pair) return kExitCancelled;
     warnings.insert(warnings.end(), pair->warnings.begin(), pair->warnings.end());
     Json json = {{"high", cli::describe(high, path)},
@@ -346,7 +371,8 @@ Run add_chart(CLI::App& app) {
   auto a = std::make_shared<ChartArguments>();
   command
       ->add_option("HIGH", a->meshes,
-                   "Dense meshes (PLY, OBJ, STL, OFF), each with its light one, with UVs: a row of "
+                   "Dense meshes (PLY, OBJ, STL, OFF) or height fields (PNG, EXR), each with its "
+                   "light one, with UVs: a row of "
                    "panels a pair. Or volumes with --iso, a row of panels each")
       ->type_name("LOW [HIGH2 LOW2 ...]")
       ->required();
@@ -382,6 +408,7 @@ Run add_chart(CLI::App& app) {
       ->check(CLI::IsMember(names));
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  add_height_options(*command, a->heights, "The height fields (HIGH is a PNG or EXR)");
   const auto own = command->get_options();
   add_surface_options(*command, a->surface);
   add_chart_border_option(*command, a->surface);

@@ -6,6 +6,7 @@
 #include "check_result.h"
 #include "commands.h"
 #include "console.h"
+#include "dense_input.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "parse.h"
@@ -28,6 +29,7 @@ struct MeasureArguments {
   std::string max_distance = "2%";
   std::vector<std::string> matches;
   std::optional<std::uint32_t> views, view_size, size, faces, directions;
+  HeightArguments heights;
   bool z_up = false, quiet = false;
 };
 
@@ -76,6 +78,8 @@ Json describe(const MeasureArguments& a, const StudyOptions& options) {
   json["view_size"] = options.view_size == 0 ? Json("auto") : Json(options.view_size);
   json["size"] = options.kind == StudyKind::size ? Json() : Json(options.size);
   json["faces"] = views && a.low.empty() ? Json(options.faces) : Json();
+  json["height"] = is_height_field(a.high) ? Json(a.heights.height) : Json();
+  json["extent"] = a.heights.extent.empty() ? Json() : Json(a.heights.extent);
   json["z_up"] = a.z_up;
   return json;
 }
@@ -92,7 +96,7 @@ int run_one_study(const MeasureArguments& arguments) {
   const Device device = Device::open(arguments.device);
   if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
   std::vector<Warning> warnings;
-  const Mesh high = load_mesh(arguments.high, &warnings);
+  const Mesh high = load_dense(arguments.high, arguments.heights, warnings).mesh;
   std::optional<Mesh> low;
   if (!arguments.low.empty()) {
     low = load_light(arguments.low, ", or leave LOW out", warnings);
@@ -178,6 +182,7 @@ int run_rating(const MeasureArguments& a) {
   }
   RatingOptions options;
   options.methods = a.matches.empty() ? match_names() : a.matches;
+  options.strict = !a.matches.empty();
   options.size = a.size.value_or(options.size);
   options.directions = a.directions.value_or(options.directions);
   options.max_distance = parse_reach(a.max_distance);
@@ -193,7 +198,9 @@ int run_rating(const MeasureArguments& a) {
   const Device device = Device::open(a.device);
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
-  const Mesh high = load_mesh(a.high, &warnings);
+  const DenseInput dense = load_dense(a.high, a.heights, warnings);
+  const Mesh& high = dense.mesh;
+  options.uv = uv_options(dense);
   const Mesh low = load_light(a.low, "", warnings);
   const double seconds_load = watch.lap();
   const std::optional<Ratings> ratings =
@@ -229,6 +236,8 @@ int run_rating(const MeasureArguments& a) {
           {"size", options.size},
           {"directions", options.directions},
           {"max_distance", a.max_distance},
+          {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
+          {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
           {"z_up", a.z_up}}}};
     json.update(cli::describe(*ratings));
     json["seconds"] = {{"load", seconds_load}, {"rate", seconds_rate}, {"total", watch.total()}};
@@ -245,6 +254,9 @@ int run_rating(const MeasureArguments& a) {
   print_warnings(console, warnings, of_methods, "--json");
   if (a.json != "-") {
     for (const std::string& line : ratings_table(*ratings)) console.line(line);
+    for (const LeftOut& left : ratings->left_out) {
+      console.line("left out: " + left.name + ": " + left.reason);
+    }
     for (const std::string& output : outputs) console.line("wrote " + output);
   }
   return 0;
@@ -260,13 +272,16 @@ Run add_measure(CLI::App& app) {
   auto a = std::make_shared<MeasureArguments>();
   std::vector<std::string> names;
   for (const auto& [name, kind] : kStudies) names.push_back(name);
-  command->add_option("HIGH", a->high, "The dense mesh (PLY, OBJ, STL, OFF)")->required();
+  command->add_option("HIGH", a->high, std::string("The dense mesh (") + kDenseKinds + ")")
+      ->required();
   command->add_option(
       "LOW", a->low,
       "The light mesh, with UVs; with --study views it may be left out: Kiln makes one");
   command
-      ->add_option("--match", a->matches,
-                   "A way to match to rate, as of kiln bake; may be given again (default: all)")
+      ->add_option(
+          "--match", a->matches,
+          "A way to match to rate, as of kiln bake; may be given again (default: all, but uv "
+          "only where HIGH has UVs that lie over LOW's)")
       ->allow_extra_args(false)
       ->check(CLI::IsMember(match_names()));
   command
@@ -299,6 +314,7 @@ Run add_measure(CLI::App& app) {
       ->add_option("--max-distance", a->max_distance,
                    "How far to look each way: world units, or P% of HIGH's diagonal")
       ->capture_default_str();
+  add_height_options(*command, a->heights, "The height field (HIGH is a PNG or EXR)");
   command->add_flag("--z-up", a->z_up, "The error picture's up axis is +Z (default +Y)");
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file");

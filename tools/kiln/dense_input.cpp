@@ -2,12 +2,26 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <tuple>
 
 #include "parse.h"
 
 namespace kiln::cli {
+namespace {
+
+/// How far a height field may lie from the mesh under it, as a share of its diagonal: by its heights.
+double relief(const Mesh& field) {
+  const Bounds box = Bounds::of(field);
+  double squared = 0;
+  for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.high[k] - box.low[k], 2);
+  const double reach =
+      std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
+  return squared > 0 ? reach / std::sqrt(squared) : 0;
+}
+
+}  // namespace
 
 void add_height_options(CLI::App& command, HeightArguments& arguments, const std::string& group) {
   command
@@ -60,6 +74,15 @@ DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
   dense.mesh = height_field_mesh(*dense.heights, height_field_options(arguments));
   dense.mesh.name = std::filesystem::path(path).stem().string();
   return dense;
+}
+
+UvOptions uv_options(const DenseInput& dense, UvOptions options) {
+  if (dense.heights) {
+    const double apart = relief(dense.mesh);
+    options.warn_distance += apart;
+    options.max_distance += apart;
+  }
+  return options;
 }
 
 }  // namespace kiln::cli

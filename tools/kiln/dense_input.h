@@ -27,6 +27,9 @@ bool is_height_field(const std::string& path);
 /// \throws Error(usage) for an extent that is none
 HeightFieldOptions height_field_options(const HeightArguments& arguments);
 
+/// What the dense mesh may be, for help texts.
+constexpr const char* kDenseKinds = "PLY, OBJ, STL, OFF; or a height field: PNG, EXR";
+
 /// A dense mesh, and what it was made of where it is a height field.
 struct DenseInput {
   Mesh mesh;
@@ -36,5 +39,9 @@ struct DenseInput {
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
                       std::vector<Warning>& warnings);
+
+/// How far matching by UVs trusts the layouts of a dense mesh and of a light one. Those of a height field
+/// agree by make; how far the surfaces are apart is what is baked, so its heights are allowed for.
+UvOptions uv_options(const DenseInput& dense, UvOptions options = {});
 
 }  // namespace kiln::cli

@@ -138,14 +138,22 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     angles.push_back(view_angles(toward));
   }
   const NormalReference reference(Scene(device, high), high, angles, kMeasuredSize);
-  const double steps = static_cast<double>(options.methods.size());
-  for (std::size_t i = 0; i < options.methods.size(); ++i) {
+  std::vector<std::string> methods = options.methods;
+  std::erase_if(methods, [&](const std::string& name) {
+    std::optional<LeftOut> left =
+        unfit(match_method(name), "--match " + name, source, high, low, options.uv, options.strict);
+    if (left) ratings.left_out.push_back({name, left->reason});
+    return left.has_value();
+  });
+  const double steps = static_cast<double>(methods.size());
+  for (std::size_t i = 0; i < methods.size(); ++i) {
     Rating row;
-    row.method = options.methods[i];
+    row.method = methods[i];
     BakeOptions bake_with;
     bake_with.method = match_method(row.method);
     bake_with.width = bake_with.height = options.size;
     bake_with.max_distance = options.max_distance;
+    bake_with.uv = options.uv;
     bake_with.keep_match = true;
     const auto show = [&](double from, double to, const std::string& stage) {
       return [&, from, to, stage](double done, std::string_view) {
@@ -204,7 +212,12 @@ Json describe(const Ratings& ratings) {
     json["warnings"] = cli::describe(row.bake.warnings);
     rows.push_back(std::move(json));
   }
+  Json left_out = Json::array();
+  for (const LeftOut& left : ratings.left_out) {
+    left_out.push_back({{"method", left.name}, {"reason", left.reason}});
+  }
   return {{"diagonal", ratings.diagonal},
+          {"left_out", left_out},
           {"rendered_views", ratings.views},
           {"without_map", cli::describe(ratings.without_map)},
           {"methods", rows}};

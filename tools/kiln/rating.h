@@ -7,13 +7,16 @@
 
 #include "kiln/kiln.h"
 #include "report.h"
+#include "uv_fit.h"
 
 namespace kiln::cli {
 
 struct RatingOptions {
   std::vector<std::string> methods;  ///< As `kiln bake --match` has them
-  std::uint32_t size = 512;          ///< Texels a side
-  std::uint32_t directions = 512;    ///< Of the image-space distance
+  bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
+  UvOptions uv;
+  std::uint32_t size = 512;        ///< Texels a side
+  std::uint32_t directions = 512;  ///< Of the image-space distance
   Length max_distance = Length::share(0.02);
   bool pictures = false;
   bool z_up = false;
@@ -35,6 +38,7 @@ struct Rating {
 
 struct Ratings {
   std::vector<Rating> rows;
+  std::vector<LeftOut> left_out;  ///< By methods' names
   NormalError without_map;
   std::uint32_t views = 0;  ///< Of the normals
   double diagonal = 0;
@@ -42,6 +46,7 @@ struct Ratings {
 };
 
 /// \returns nothing where progress said stop
+/// \throws Error(input) where nothing matches, or (strict) a method does not do
 std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& low,
                             const RatingOptions& options, const Progress& progress);
 
