@@ -43,6 +43,11 @@ Volume read_nifti(const VolumeInput& input);
 /// By path, since OpenVDB opens files itself; only where reads_openvdb().
 Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path);
 
+/// Whether an OpenVDB file's header, metadata, descriptors and root nodes fit within its size: OpenVDB
+/// allocates what lengths and counts there say, or reads on for as long, before it knows.
+/// \throws Error(input) "damaged", with the byte
+void check_openvdb_frame(const VolumeInput& input);
+
 /// Headers as text are at most this long.
 constexpr std::size_t header_limit = std::size_t{1} << 20;
 

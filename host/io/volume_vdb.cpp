@@ -8,6 +8,8 @@
 
 #include <cstring>
 #include <mutex>
+#include <new>
+#include <stdexcept>
 #endif
 
 namespace kiln {
@@ -88,11 +90,17 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
   }
 }
 
+[[noreturn]] void fail_for_memory(const VolumeInput& input) {
+  input.fail("", "it asks for more memory than there is: it is damaged or too large",
+             "Copy or export the file again, or crop the grid.");
+}
+
 }  // namespace
 
 bool reads_openvdb() { return true; }
 
 Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path) {
+  check_openvdb_frame(input);
   static std::once_flag once;
   std::call_once(once, [] { openvdb::initialize(); });
   try {
@@ -130,6 +138,10 @@ Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path)
   } catch (const openvdb::Exception& error) {
     input.fail("", std::string("OpenVDB cannot read it: ") + error.what(),
                "Copy or export the file again.");
+  } catch (const std::bad_alloc&) {
+    fail_for_memory(input);
+  } catch (const std::length_error&) {
+    fail_for_memory(input);
   }
 }
 

@@ -210,10 +210,22 @@ Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t 
     if (atlas.texels_per_unit > 0) break;
   }
   if (atlas.border == 0) {
+    const std::string map =
+        "a map of " + std::to_string(size) + " x " + std::to_string(size) + " texels";
+    if (!light.reached) {
+      throw Error(ErrorCode::input,
+                  "The topology of volume '" + volume.name + "' keeps " +
+                      std::to_string(light.faces) +
+                      " faces, however few are asked for, and their " +
+                      std::to_string(corners.size()) + " charts are too many for " + map +
+                      ": take the outer surface alone, with gaps closed (--outer --outer-gap N), "
+                      "leave small parts out (--min-part P), let parts, holes and handles go "
+                      "(--topology free), or ask for a larger map (--size).");
+    }
     throw Error(ErrorCode::usage, "The light mesh has " + std::to_string(corners.size()) +
-                                      " charts, too many for a map of " + std::to_string(size) +
-                                      " x " + std::to_string(size) +
-                                      " texels: ask for a larger map or fewer faces.");
+                                      " charts, too many for " + map +
+                                      ": ask for a larger map, or for fewer faces or a larger "
+                                      "error.");
   }
   Mesh& mesh = atlas.mesh;
   mesh.name = volume.name;

@@ -22,7 +22,8 @@ struct Atlas {
 /// Packs the polygons as rectangles; single triangles are paired where they unfold well. The corners lie on
 /// texel centres, `border` texels in from the rectangle's sides, so that bilinear filtering reads the
 /// chart's own texels alone. Sides follow the polygon's lengths; as dense as fits.
-/// \throws Error(usage) where the polygons are too many for the size
+/// \throws Error(usage) where the polygons are too many for the size; Error(input) where the topology
+///         keeps so many
 Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t size,
                  std::uint32_t border);
 

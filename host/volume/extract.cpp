@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <string>
 
@@ -127,6 +128,21 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
                                    std::to_string(atlas.border) + " texels instead of " +
                                    std::to_string(options.border_texels) + ".",
                                atlas.charts.size()});
+  }
+  if (report.texels_per_cell >= kMapTooFine) {
+    // Texels a cell go with the size; a multiple of 16 at or above what comes to 2.
+    const double side = 2 * options.size / report.texels_per_cell;
+    const auto better = static_cast<std::uint32_t>(16 * std::max(1.0, std::ceil(side / 16)));
+    char texels[32];
+    std::snprintf(texels, sizeof texels, "%.3g", report.texels_per_cell);
+    report.warnings.push_back(
+        {"map-too-fine",
+         std::string("The map has ") + texels + " texels a cell of volume '" + volume.name +
+             "', whose fine vertices give one normal each: the rest is filled in between, and may "
+             "be worse than no map. Ask for about " +
+             std::to_string(better) + " x " + std::to_string(better) +
+             " texels (2 a cell), or match by rays.",
+         report.charts});
   }
   report.non_manifold_edges = crowded_edges(atlas.mesh);
   report.seconds_atlas = lap();

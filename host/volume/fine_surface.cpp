@@ -308,6 +308,16 @@ FineSurface fine_surface(cl::Context& context, const Volume& volume, const Conto
                                    "' are not finite; they count as outside the solid.",
                                voxels.not_finite});
   }
+  if (voxels.beyond_float != 0) {
+    report.warnings.push_back({"beyond-float",
+                               std::to_string(voxels.beyond_float) + " voxels of volume '" +
+                                   volume.name +
+                                   "' are too far from the iso value, or too close to it, for "
+                                   "single precision: they count "
+                                   "as the farthest or closest that it has. Rescale the values to "
+                                   "where they are ordinary.",
+                               voxels.beyond_float});
+  }
   const std::string defines = std::string("-DKILN_VOXEL=") + voxels.type_name();
   const cl::Kernel signs = context.kernel("volume", "kiln_volume_signs", defines);
   const cl::Kernel crossings_kernel = context.kernel("volume", "kiln_volume_crossings", defines);

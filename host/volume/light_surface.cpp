@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "geometry/vector.h"
 #include "parallel.h"
+#include "volume/short_edges.h"
 
 namespace kiln {
 namespace {
@@ -155,6 +158,25 @@ void choose_diagonals(LightSurface& light) {
   }
 }
 
+/// Takes edges without length between fine vertices out; what stood for one that is gone is then stood for
+/// by the other. Clusters whose boxes meet at a corner stay apart: they stand for surface of some extent,
+/// and joined they would have more of it than a chart shows well.
+void join_without_length(LightSurface& light, std::vector<std::uint32_t>& stands,
+                         std::uint32_t leaves, const std::function<Vec3(std::uint32_t)>& place) {
+  std::vector<PolygonCorners> polygons;
+  polygons.reserve(light.polygons.size());
+  for (const LightSurface::Polygon& polygon : light.polygons) polygons.push_back(polygon.corners);
+  const auto gone = collapse_short_edges(polygons, place, leaves);
+  if (gone.empty()) return;
+  light.polygons.clear();
+  for (const PolygonCorners& corners : polygons) light.polygons.push_back({corners});
+  const std::unordered_map<std::uint32_t, std::uint32_t> by(gone.begin(), gone.end());
+  for (std::uint32_t& node : stands) {
+    const auto at = by.find(node);
+    if (at != by.end()) node = at->second;
+  }
+}
+
 }  // namespace
 
 LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& tree,
@@ -212,6 +234,13 @@ LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& 
     light.polygons.insert(light.polygons.end(), part.begin(), part.end());
   }
 
+  const auto place = [&](std::uint32_t node) {
+    if (node >= leaves) return to_float(world(volume, tree.cluster(node).place));
+    const float* p = surface.vertices[node].position;
+    return Vec3{p[0], p[1], p[2]};
+  };
+  join_without_length(light, stands, leaves, place);
+
   // Vertices that polygons use, in the order of the tree.
   std::vector<std::uint32_t> number(tree.count(), kNone);
   for (const LightSurface::Polygon& polygon : light.polygons) {
@@ -223,13 +252,9 @@ LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& 
   for (std::uint32_t node = 0; node < tree.count(); ++node) {
     if (number[node] == kNone) continue;
     number[node] = count++;
-    if (node < leaves) {
-      const float* p = surface.vertices[node].position;
-      light.positions.push_back({p[0], p[1], p[2]});
-      continue;
-    }
+    light.positions.push_back(place(node));
+    if (node < leaves) continue;
     const VertexTree::Cluster& cluster = tree.cluster(node);
-    light.positions.push_back(to_float(world(volume, cluster.place)));
     light.error = std::max(light.error, double{cluster.error});
     if (!cluster.is_one_sheet) ++light.changed_topology;
   }

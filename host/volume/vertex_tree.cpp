@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <span>
+#include <utility>
 
 #include "parallel.h"
 
@@ -68,6 +69,71 @@ class Sets {
   RawVector<std::uint32_t> parent_;
 };
 
+/// Where a cluster's fine vertices lie that end the surface at the volume's open border, by side: 2 axis,
+/// + 1 for the far one. Nothing else holds them there: along a wall that stands on the border all heights
+/// fit its crossings alike, and the mean is that of the whole cluster.
+struct Rim {
+  std::array<double, 6> sum{};  ///< Of their coordinates along the axis
+  std::array<std::uint32_t, 6> count{};
+
+  void add(const Rim& other) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      sum[k] += other.sum[k];
+      count[k] += other.count[k];
+    }
+  }
+  /// Narrows a box to the rims. \return half the distance of two that cannot both be kept
+  double hold(std::array<double, 3>& low, std::array<double, 3>& high) const {
+    double apart = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t near = 2 * axis, far = near + 1;
+      const auto at = [&](std::size_t side) { return sum[side] / count[side]; };
+      if (count[near] == 0 && count[far] == 0) continue;
+      double place = 0;
+      if (count[near] != 0 && count[far] != 0) {
+        place = (at(near) + at(far)) / 2;
+        apart = std::max(apart, (at(far) - at(near)) / 2);
+      } else {
+        place = at(count[near] != 0 ? near : far);
+      }
+      low[axis] = high[axis] = std::clamp(place, low[axis], high[axis]);
+    }
+    return apart;
+  }
+};
+
+/// Of the fine vertices: those at crossed edges in the outermost planes of voxels.
+std::vector<Rim> find_rims(const FineSurface& surface) {
+  std::vector<Rim> rims(surface.keys.size());
+  for (const FineEdge& edge : surface.edges) {
+    if (edge.is_quad()) continue;
+    const auto& at = edge.vertices;
+    const auto gone = [&](std::size_t a, std::size_t b) {
+      return at[a] == CellGrid::kNone && at[b] == CellGrid::kNone;
+    };
+    const std::size_t u = (edge.axis + 1U) % 3, v = (edge.axis + 2U) % 3;
+    const std::array<std::pair<std::size_t, bool>, 4> sides = {{{2 * u, gone(0, 3)},
+                                                                {2 * u + 1, gone(1, 2)},
+                                                                {2 * v, gone(0, 1)},
+                                                                {2 * v + 1, gone(2, 3)}}};
+    for (const std::uint32_t vertex : at) {
+      if (vertex == CellGrid::kNone) continue;
+      for (const auto& [side, ends] : sides) {
+        if (!ends || rims[vertex].count[side] != 0) continue;
+        const CellPlace cell = unpack_place(surface.keys[vertex]);
+        Qef qef;
+        qef.add(surface.qefs[vertex], cell);
+        const Vec3d low(cell[0], cell[1], cell[2]);
+        const Vec3d place = qef.minimum(low, low + Vec3d(1, 1, 1)).place;
+        const double along[3] = {place.x, place.y, place.z};
+        rims[vertex].sum[side] = along[side / 2];
+        rims[vertex].count[side] = 1;
+      }
+    }
+  }
+  return rims;
+}
+
 /// Sides of an edge's quad that cross the plane of constant u, and of constant v.
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossU = {{{0, 1}, {3, 2}}};
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossV = {{{1, 2}, {0, 3}}};
@@ -79,6 +145,8 @@ constexpr std::array<std::uint32_t, 4> kCorner = {3, 2, 0, 1};
 VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size,
                        bool open)
     : leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
+  std::vector<Rim> rims;  // by node
+  if (open) rims = find_rims(surface);
   Sets sets(leaves_);
   parent_.assign(leaves_, kNone);
   RawVector<std::uint32_t> node_of(leaves_);  // of each set, at the level reached
@@ -204,6 +272,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         children[next[parent_[child.node] - first]++] = child.node;
     }
     clusters_.resize(count() - leaves_);
+    if (open) rims.resize(count());
     parallel_for(fresh, 256, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         Cluster& cluster = clusters_[first - leaves_ + i];
@@ -211,6 +280,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         std::uint32_t leaf = children[begins[i]];
         for (std::uint32_t c = begins[i]; c < begins[i + 1]; ++c) {
           const std::uint32_t child = children[c];
+          if (open) rims[first + i].add(rims[child]);
           if (child < leaves_) {
             cluster.qef.add(surface.qefs[child], unpack_place(surface.keys[child]));
           } else {
@@ -238,10 +308,12 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         }
         cluster.node = node;
         cluster.level = static_cast<std::uint8_t>(level);
+        const double apart = open ? rims[first + i].hold(low, high) : 0;
         const Qef::Minimum minimum =
             cluster.qef.minimum(Vec3d(low[0], low[1], low[2]), Vec3d(high[0], high[1], high[2]));
         cluster.place = minimum.place;
-        cluster.error = std::max(cluster.error, static_cast<float>(minimum.error));
+        cluster.error =
+            std::max({cluster.error, static_cast<float>(minimum.error), static_cast<float>(apart)});
         cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i], at_border);
       }
     });

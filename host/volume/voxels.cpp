@@ -1,6 +1,7 @@
 #include "volume/voxels.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cfloat>
 #include <cmath>
 #include <cstdio>
@@ -173,14 +174,26 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
       if (rounded == 0 && difference != 0) return difference < 0 ? -FLT_MIN : FLT_MIN;
       return rounded;
     };
+    // A difference too small for a float counts where all are: beside larger ones nothing is lost.
+    const bool tiny = range.highest - range.lowest < 1e6 * double{FLT_MIN};
+    const auto changes = [&](double value) {
+      const double size = std::abs(value - options.iso);
+      return size <= DBL_MAX && (size > FLT_MAX || (tiny && size != 0 && size < FLT_MIN));
+    };
+    std::atomic<std::uint64_t> changed = 0;
     result.converted.resize(voxel_count(volume));
     with_type(volume, [&](const auto* voxels) {
       parallel_for(result.converted.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+        std::uint64_t count = 0;
         for (std::size_t i = begin; i < end; ++i) {
-          result.converted[i] = relative(static_cast<double>(voxels[i]));
+          const auto value = static_cast<double>(voxels[i]);
+          result.converted[i] = relative(value);
+          count += changes(value) ? 1 : 0;
         }
+        changed += count;
       });
     });
+    result.beyond_float = changed;
     result.data = reinterpret_cast<const std::byte*>(result.converted.data());
     result.type = VoxelType::f32;
     result.iso = 0;
@@ -196,10 +209,12 @@ void throw_no_surface(const Volume& volume, const ContourOptions& options) {
     throw Error(ErrorCode::input, "Volume '" + volume.name + "' is constant: every voxel is " +
                                       number(range.lowest) + ", so there is no surface in it.");
   }
-  throw Error(ErrorCode::input, "The iso value " + number(options.iso) +
-                                    " is outside the range of volume '" + volume.name +
+  const bool at_end = options.iso == range.lowest || options.iso == range.highest;
+  throw Error(ErrorCode::input, "The iso value " + number(options.iso) + " is " +
+                                    (at_end ? "at the end of" : "outside") +
+                                    " the range of volume '" + volume.name +
                                     "': its voxels lie between " + number(range.lowest) + " and " +
-                                    number(range.highest) + ". Give one between them.");
+                                    number(range.highest) + ". Give one strictly between them.");
 }
 
 }  // namespace kiln

@@ -18,6 +18,7 @@ struct DeviceVoxels {
   float outside =
       0;  ///< The finite voxel farthest from the solid: stands for those that are not finite
   std::uint64_t not_finite = 0;
+  std::uint64_t beyond_float = 0;  ///< Whose difference to the iso value a float cannot hold
 
   std::size_t bytes_per_voxel() const { return size_of(type); }
   /// As KILN_VOXEL takes it.

@@ -131,6 +131,9 @@ struct ExtractResult {
   ExtractReport report;
 };
 
+/// Texels a cell from which on extract() warns ("map-too-fine").
+inline constexpr double kMapTooFine = 4;
+
 /// A light mesh with a normal map straight from a volume (Barry and Wood, "Direct Extraction of Normal
 /// Mapped Meshes from Volume Data").
 ///
@@ -145,7 +148,10 @@ struct ExtractResult {
 /// projected onto it and their normals splatted into the map; other texels are filled smoothly within
 /// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
 /// blends neighbours.
-/// \throws as contour(); Error(usage) for an option out of range
+/// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
+/// of them, which is no better and may be worse than the light mesh's own normals ("map-too-fine").
+/// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
+///         for; Error(input) where it is too small for those that the topology keeps
 ExtractResult extract(const Device& device, const Volume& volume,
                       const ExtractOptions& options = {});
 

@@ -387,7 +387,9 @@ TEST(ChartCommand, TakesVolumesWithoutHeaderAndSomeWays) {
   refuse({"high.ply", "low.obj", "--iso", "3"}, 2, "--iso");
   refuse({"high.ply", "low.obj", "--settings", "direct"}, 2, "direct");
   refuse({ball, "--iso", "3", "--settings", "hybrid"}, 2, "hybrid");
-  refuse({ball, "--iso", "3", "--raw-type", "u8", "--topology", "free"}, 2, "--faces");
+  refuse({ball, "--iso", "3", "--topology", "free"}, 2, "--faces");
+  refuse({ball, "--iso", "3", "--raw-type", "u8"}, 2, "--raw-size");
+  refuse({ball, "--iso", "3", "--settings", "ray", "closest"}, 2, "separated by commas");
   refuse({scene / "no.nrrd", "--iso", "3"}, 3, "no.nrrd");
   refuse({ball, "--iso", "999"}, 3, "range");
 }

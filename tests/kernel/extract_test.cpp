@@ -251,11 +251,12 @@ TEST(Extract, SeamsHardlyShow) {
                              " " + std::to_string(error.largest));
     EXPECT_GT(error.samples, 20000U);
   }
-  // Measured: 1.00, 2.90, 22.8 (at slivers that stand across the surface) and 0.38, 1.03, 5.2 degrees.
+  // Measured: 1.21, 3.77, 36.8 (at slivers that stand across the surface) and 0.38, 1.03, 5.2 degrees.
+  // Before open rims were held in place, which takes faces from the rest: 1.00, 2.90, 22.8.
   // Fine vertices beside a pair of triangles used to land in the wrong one of them: 56.2 and 8.2.
-  EXPECT_LT(bent.mean, 1.15);
-  EXPECT_LT(bent.percentile95, 3.4);
-  EXPECT_LT(bent.largest, 30);
+  EXPECT_LT(bent.mean, 1.3);
+  EXPECT_LT(bent.percentile95, 4.1);
+  EXPECT_LT(bent.largest, 42);
   EXPECT_LT(round.mean, 0.45);
   EXPECT_LT(round.percentile95, 1.3);
   EXPECT_LT(round.largest, 7);
@@ -283,8 +284,9 @@ TEST(Extract, MapHoldsTheVolumesGradient) {
   EXPECT_LT(with.p99_degrees, 3);
   // 1.60 degrees: this gyroid is smooth, and the light mesh's own normals are near already.
   EXPECT_GT(without.mean_degrees, 1.6 * with.mean_degrees);
+  // 0.23%: beside the open rim, where flat faces reach past the curved surface's end.
   EXPECT_LT(static_cast<double>(reference.no_surface()),
-            0.001 * static_cast<double>(reference.covered()));
+            0.003 * static_cast<double>(reference.covered()));
 }
 
 TEST(Extract, SmallPartsAreLeftOutWhereAsked) {
@@ -345,6 +347,106 @@ TEST(Extract, OuterHeadIsSkinAlone) {
   RecordProperty("seconds_outer", std::to_string(result.report.contour.seconds_outer));
 }
 
+std::size_t triangles_without_area(const Mesh& mesh) {
+  std::size_t count = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 p[] = {mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
+    const double e[] = {double{p[1].x} - p[0].x, double{p[1].y} - p[0].y, double{p[1].z} - p[0].z};
+    const double f[] = {double{p[2].x} - p[0].x, double{p[2].y} - p[0].y, double{p[2].z} - p[0].z};
+    const double area =
+        std::hypot(e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]);
+    count += area < 1e-9 ? 1 : 0;
+  }
+  return count;
+}
+
+TEST(Extract, IntegersAtAnIntegerLeaveNoTriangleWithoutArea) {
+  KILN_REQUIRE_DEVICE();
+  // Vertices of several cells lie on one voxel.
+  const Volume volume = test::make_volume<std::uint8_t>(
+      {24, 24, 24}, VoxelType::u8, [](double x, double y, double z) {
+        return std::round(12 - std::hypot(x - 11.5, y - 11.5, z - 11.5));
+      });
+  ContourOptions contour_options;
+  contour_options.iso = 4;
+  const Mesh full = contour(*test::device(), volume, contour_options);
+  EXPECT_EQ(test::broken_promise(full), "");
+  EXPECT_TRUE(topology(full).is_closed_manifold());
+  EXPECT_EQ(triangles_without_area(full), 0U);
+  // The same voxels are inside a little lower, where the vertices lie apart.
+  contour_options.iso = 3.75;
+  const Mesh apart = contour(*test::device(), volume, contour_options);
+  EXPECT_EQ(topology(full).euler, topology(apart).euler);
+  EXPECT_LT(full.triangles.size(), apart.triangles.size());
+  contour_options.iso = 4;
+  ExtractOptions options;
+  options.contour = contour_options;
+  options.error = 0.01;
+  const ExtractResult result = extract(*test::device(), volume, options);
+  EXPECT_EQ(test::broken_promise(result.mesh), "");
+  EXPECT_TRUE(topology(result.mesh).is_closed_manifold());
+  EXPECT_EQ(triangles_without_area(result.mesh), 0U);
+  EXPECT_EQ(result.mesh.triangles.size(), result.report.faces);
+}
+
+TEST(Extract, WarnsOfMapsFinerThanTheVolume) {
+  KILN_REQUIRE_DEVICE();
+  ExtractOptions options;
+  options.faces = 300;
+  const auto warning = [&](std::uint32_t size) -> std::string {
+    options.size = size;
+    const ExtractResult result = extract(*test::device(), ball(24, 8), options);
+    for (const Warning& w : result.report.warnings) {
+      if (w.code != "map-too-fine") continue;
+      EXPECT_GE(result.report.texels_per_cell, kMapTooFine);
+      return w.message;
+    }
+    EXPECT_LT(result.report.texels_per_cell, kMapTooFine);
+    return {};
+  };
+  const std::string message = warning(1024);
+  ASSERT_NE(message.find("Ask for about "), std::string::npos) << message;
+  const auto size = std::stoul(message.substr(message.find("Ask for about ") + 14));
+  EXPECT_EQ(warning(static_cast<std::uint32_t>(size)), "");
+}
+
+TEST(Extract, SaysThatTheTopologyNeedsMoreRoom) {
+  KILN_REQUIRE_DEVICE();
+  ExtractOptions options;
+  options.faces = 10;
+  options.size = 16;
+  try {
+    extract(*test::device(), gyroid(40, 12), options);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    for (const char* word : {"keeps", "--outer-gap", "--min-part", "--topology free"}) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(Extract, CountsVoxelsThatAFloatCannotHold) {
+  KILN_REQUIRE_DEVICE();
+  const auto changed = [](double scale, double peak) -> std::uint64_t {
+    const Volume volume =
+        test::make_volume<double>({16, 16, 16}, VoxelType::f64, [=](double x, double y, double z) {
+          if (x == 8 && y == 8 && z == 8) return peak;
+          return scale * test::sphere_field(x - 7.5, y - 7.5, z - 7.5, 5);
+        });
+    ContourReport report;
+    contour(*test::device(), volume, {}, &report);
+    for (const Warning& w : report.warnings) {
+      if (w.code == "beyond-float") return w.count;
+    }
+    return 0;
+  };
+  EXPECT_EQ(changed(1, 1), 0U);
+  EXPECT_EQ(changed(1, 1e-50), 0U);  // nothing beside the others
+  EXPECT_EQ(changed(1, 1e300), 1U);
+  EXPECT_EQ(changed(1e-50, 1e-50), 16U * 16 * 16);
+}
+
 TEST(Extract, SaysWhatIsWrong) {
   KILN_REQUIRE_DEVICE();
   const Volume volume = ball(24, 8);
@@ -368,8 +470,9 @@ TEST(Extract, SaysWhatIsWrong) {
   ExtractOptions few;
   few.faces = 1;
   const ExtractResult result = extract(*test::device(), volume, few);
-  ASSERT_EQ(result.report.warnings.size(), 1U);
+  ASSERT_EQ(result.report.warnings.size(), 2U);
   EXPECT_EQ(result.report.warnings[0].code, "faces-not-reached");
+  EXPECT_EQ(result.report.warnings[1].code, "map-too-fine");
   EXPECT_EQ(topology(result.mesh).euler, 2);
 }
 

@@ -141,7 +141,87 @@ TEST(VolumeVdb, RefusesWhatItCannotUse) {
   const fs::path path = test::scratch_folder() / "bad.vdb";
   std::ofstream(path) << "\x20\x42\x44\x56 and no more";
   const std::string message = error_of(path);
-  EXPECT_NE(message.find("OpenVDB cannot read it"), std::string::npos) << message;
+  EXPECT_NE(message.find("does not begin as an OpenVDB file"), std::string::npos) << message;
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+fs::path write_bytes(const std::string& name, const std::string& bytes) {
+  const fs::path path = test::scratch_folder() / name;
+  std::ofstream(path, std::ios::binary) << bytes;
+  return path;
+}
+
+/// Little-endian.
+std::string number(std::uint64_t value, std::size_t bytes) {
+  std::string result;
+  for (std::size_t k = 0; k < bytes; ++k) result += static_cast<char>(value >> (8 * k) & 255);
+  return result;
+}
+
+const std::string& header() {
+  static const std::string text = number(0x56444220, 8) + number(224, 4) + number(9, 4) +
+                                  number(0, 4) + '\1' + std::string(36, '0');
+  return text;
+}
+
+TEST(VolumeVdb, RefusesLengthsBeyondTheFile) {
+  // OpenVDB would allocate or read on for gigabytes.
+  const std::string none = number(0, 4);
+  const std::string long_name = number(0xfffffff0, 4);
+  const struct {
+    std::string rest, place;
+  } cases[] = {
+      {number(2, 4) + long_name + std::string(100, 'x'), "byte 61: the file is damaged: the name"},
+      {number(0x050607ff, 4) + std::string(100, 'x'), "metadata need more"},
+      {number(1, 4) + number(1, 4) + 'a' + number(6, 4) + "string" + long_name + "abcd",
+       "metadata 0 of 4294967280 bytes"},
+      {number(1, 4) + number(1, 4) + 'a' + number(5, 4) + "int32" + number(8, 4) + "abcdefgh",
+       "8 bytes instead of 4"},
+      {none + number(0xffffffff, 4), "-1 grids"},
+      {none + number(1000000, 4) + std::string(100, 'x'), "1000000 grids"},
+      {none + number(1, 4) + long_name + std::string(100, 'x'), "the name of grid 0"},
+      {none + number(1, 4) + number(1, 4) + 'a' + long_name + std::string(100, 'x'),
+       "the type of grid 0"},
+      {none + number(1, 4) + number(1, 4) + 'a' + number(16, 4) + "Tree_float_5_4_3" + none +
+           number(100, 8) + number(1000, 8) + number(1 << 30, 8),
+       "grid 0 is said to lie from byte 100"},
+      {none.substr(1), "the number of metadata"},
+  };
+  for (const auto& [rest, place] : cases) {
+    const std::string message = error_of(write_bytes("frame.vdb", header() + rest));
+    EXPECT_NE(message.find("damaged"), std::string::npos) << message;
+    EXPECT_NE(message.find(place), std::string::npos) << message;
+  }
+  for (const auto& entry : fs::directory_iterator(fs::path(KILN_TEST_DATA) / "fuzz" / "vdb")) {
+    EXPECT_NE(error_of(entry.path()).find("damaged"), std::string::npos) << entry.path();
+  }
+  EXPECT_NE(error_of(write_bytes("short.vdb", "BDV")).find("does not begin"), std::string::npos);
+}
+
+TEST(VolumeVdb, RefusesATruncatedFileAndARootBeyondIt) {
+  openvdb::initialize();
+  const auto grid = openvdb::FloatGrid::create(0.5f);
+  grid->tree().setValue({0, 0, 0}, 1);
+  const std::string whole = bytes_of(write("whole.vdb", {grid}));
+  EXPECT_EQ(error_of(write_bytes("same.vdb", whole)), "");
+  for (const std::size_t size : {whole.size() - 1, whole.size() / 2, std::size_t{200}}) {
+    const std::string message = error_of(write_bytes("cut.vdb", whole.substr(0, size)));
+    EXPECT_NE(message.find("damaged"), std::string::npos) << size << ": " << message;
+  }
+  // The root's table: background, no tile, one node, whose origin is 0.
+  const std::string root = number(0x3f000000, 4) + number(0, 4) + number(1, 4) + number(0, 12);
+  const std::size_t at = whole.find(root);
+  ASSERT_NE(at, std::string::npos);
+  for (const std::size_t count : {at + 4, at + 8}) {
+    std::string bad = whole;
+    bad.replace(count, 4, number(0x7fffffff, 4));
+    const std::string message = error_of(write_bytes("root.vdb", bad));
+    EXPECT_NE(message.find("2147483647"), std::string::npos) << message;
+  }
 }
 
 }  // namespace

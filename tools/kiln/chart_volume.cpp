@@ -127,7 +127,8 @@ class Runner {
       sized.light = extract(device_, volume_, extract_options(options_, size));
     } catch (const Error& error) {
       // Fewer texels may have no room for so many charts.
-      if (size >= options_.size || error.code() != ErrorCode::usage) throw;
+      const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
+      if (size >= options_.size || !no_room) throw;
       chart_.warnings.push_back({"size-skipped", error.what(), 1});
       return true;
     }

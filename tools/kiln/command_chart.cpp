@@ -105,8 +105,25 @@ void check_meshes(const ChartArguments& a) {
   }
 }
 
+/// Settings without the comma between them would be meshes. \throws Error(usage)
+void check_no_settings(const ChartArguments& a) {
+  std::vector<std::string> names;
+  for (const ChartSetting& setting : ChartOptions().settings) names.push_back(setting.name);
+  for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
+  for (const std::string& path : a.meshes) {
+    if (fs::exists(path) || std::find(names.begin(), names.end(), path) == names.end()) continue;
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    throw Error(ErrorCode::usage, "'" + path +
+                                      "' is no file but the name of a setting: give settings "
+                                      "separated by commas, --settings NAME,NAME, of " +
+                                      join(names, ", ") + ".");
+  }
+}
+
 /// Before any work. \throws Error(usage)
 void check(const ChartArguments& a) {
+  check_no_settings(a);
   has_volumes(a) ? check_volumes(a) : check_meshes(a);
   std::vector<fs::path> outputs;
   for (const char* ending : {".json", ".csv", ".md", ".gp", ".png"}) {
@@ -400,7 +417,8 @@ Run add_chart(CLI::App& app) {
   }
   command
       ->add_option("--settings", a->settings,
-                   "Some of the ways to match, by their names in chart.csv; for meshes the "
+                   "Some of the ways to match, by their names in chart.csv, separated by commas; "
+                   "for meshes the "
                    "reference, " +
                        std::string(kChartReference) + ", always comes along (default: all)")
       ->delimiter(',')

@@ -183,7 +183,9 @@ int run_volume(const VolumeArguments& a) {
     outputs.push_back(a.full);
   }
   const double save_seconds = watch.lap();
-  const ExtractReport& r = result.report;
+  ExtractReport& r = result.report;
+  // Of the direct map, which another took the place of.
+  if (baked) std::erase_if(r.warnings, [](const Warning& w) { return w.code == "map-too-fine"; });
   warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
   if (baked) {
     warnings.insert(warnings.end(), baked->report.warnings.begin(), baked->report.warnings.end());
@@ -254,6 +256,14 @@ int run_volume(const VolumeArguments& a) {
                   "baked by %s from %s triangles: contour %.2f s, build %.2f, bake %.2f",
                   a.match.c_str(), with_commas(baked->triangles).c_str(), baked->contour,
                   baked->build, baked->bake);
+    console.line(text);
+    const BakeReport& bake = baked->report;
+    std::snprintf(text, sizeof text, "%s texels covered, %s of %s samples missed (%.1f%%)",
+                  with_commas(bake.texels).c_str(), with_commas(bake.missed).c_str(),
+                  with_commas(bake.samples).c_str(),
+                  bake.samples == 0
+                      ? 0.0
+                      : 100 * static_cast<double>(bake.missed) / static_cast<double>(bake.samples));
     console.line(text);
   }
   for (const std::string& output : outputs) console.line("wrote " + output);

@@ -108,33 +108,32 @@ void add_chart_border_option(CLI::App& command, SurfaceArguments& a) {
 }
 
 void add_raw_options(CLI::App& command, SurfaceArguments& a) {
-  command.add_option("--raw-size", a.raw_size, "XxYxZ voxels, x fastest")->group(kRawGroup);
+  CLI::Option* size =
+      command.add_option("--raw-size", a.raw_size, "XxYxZ voxels, x fastest")->group(kRawGroup);
   std::vector<std::string> types;
   for (const VoxelType type : kTypes) types.emplace_back(name_of(type));
   command.add_option("--raw-type", a.raw_type, "The voxels' type")
       ->check(one_of(types))
+      ->needs(size)
       ->capture_default_str()
       ->group(kRawGroup);
   command.add_option("--raw-spacing", a.raw_spacing, "X,Y,Z units between voxels (default 1,1,1)")
+      ->needs(size)
       ->group(kRawGroup);
   command.add_option("--raw-order", a.raw_order, "Bytes' order: little or big endian")
       ->check(one_of({"little", "big"}))
+      ->needs(size)
       ->capture_default_str()
       ->group(kRawGroup);
   command
       .add_option("--raw-header", a.raw_header,
                   "Bytes to skip; -1: whatever precedes the last voxels")
+      ->needs(size)
       ->capture_default_str()
       ->group(kRawGroup);
 }
 
 void check(const SurfaceArguments& a) {
-  if (a.raw_size.empty() && (a.raw_type != "u8" || !a.raw_spacing.empty() || a.raw_header != 0 ||
-                             a.raw_order != "little")) {
-    fail(
-        "--raw-type, --raw-spacing, --raw-order and --raw-header are for files without header: "
-        "give --raw-size too.");
-  }
   if (a.topology == "free" && a.faces == 0) fail("--topology free needs --faces.");
 }
 
@@ -156,6 +155,11 @@ ExtractOptions extract_options(const SurfaceArguments& a) {
 Volume read_volume(const std::string& path, const SurfaceArguments& a,
                    std::vector<Warning>& warnings) {
   if (a.raw_size.empty()) return load_volume(path, &warnings);
+  if (is_volume_name(path)) {
+    fail("'" + path +
+         "' is named as a format with a header, but --raw-size and its companions are for files "
+         "without: leave them out.");
+  }
   RawVolumeLayout layout;
   layout.size = parse_three<std::uint64_t>("--raw-size", a.raw_size, 'x');
   layout.type = *voxel_type_of(a.raw_type);
