@@ -22,12 +22,6 @@ namespace {
 
 constexpr std::size_t kLocal = 64;
 
-Traversal traversal_of(RayTraversal wanted) {
-  return wanted == RayTraversal::cpu   ? Traversal::cpu
-         : wanted == RayTraversal::gpu ? Traversal::gpu
-                                       : Traversal::automatic;
-}
-
 const Mesh& checked(const Mesh& high) {
   if (high.triangles.empty()) {
     throw Error(ErrorCode::input,

@@ -109,16 +109,19 @@ Source::Stats Source::Impl::stats() const {
   return stats_;
 }
 
+Traversal traversal_of(RayTraversal wanted) {
+  return wanted == RayTraversal::cpu   ? Traversal::cpu
+         : wanted == RayTraversal::gpu ? Traversal::gpu
+                                       : Traversal::automatic;
+}
+
 Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
                const std::optional<Bounds>& bounds) {
   if (high.triangles.empty()) {
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
   }
-  const Traversal kind = traversal == RayTraversal::cpu   ? Traversal::cpu
-                         : traversal == RayTraversal::gpu ? Traversal::gpu
-                                                          : Traversal::automatic;
-  impl_ = std::make_shared<Impl>(device, high, kind, bounds);
+  impl_ = std::make_shared<Impl>(device, high, traversal_of(traversal), bounds);
 }
 
 Source::Stats Source::stats() const { return impl_->stats(); }

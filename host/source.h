@@ -13,6 +13,9 @@
 
 namespace kiln {
 
+/// The internal name of what the caller wants.
+Traversal traversal_of(RayTraversal wanted);
+
 struct Source::Impl {
   Impl(const Device& opened, const Mesh& high, Traversal wanted,
        const std::optional<Bounds>& bounds = std::nullopt);

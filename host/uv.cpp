@@ -47,8 +47,6 @@ void check_uvs(const Source::Impl& source) {
   }
 }
 
-bool is_finite(const Vec2& uv) { return std::isfinite(uv.x) && std::isfinite(uv.y); }
-
 /// The pieces of a run of triangles.
 struct Builder {
   const Source::Impl& source;
@@ -62,8 +60,7 @@ struct Builder {
     bool usable = true;
     for (std::size_t k = 0; k < 3; ++k) {
       uvs[k] = source.uvs[source.uv_triangles[t][k]];
-      usable =
-          usable && is_finite(uvs[k]) && kiln::is_finite(source.positions[source.triangles[t][k]]);
+      usable = usable && is_finite(uvs[k]) && is_finite(source.positions[source.triangles[t][k]]);
     }
     if (!usable) {
       ++without_area;

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "kiln/types.h"
 
 namespace kiln {
+
+inline bool is_finite(const Vec2& uv) { return std::isfinite(uv.x) && std::isfinite(uv.y); }
 
 /// Corners of a UV triangle in fixed point: x = u * width * N * 2^shift to the right, y down from v = 1.
 struct FixedTriangle {

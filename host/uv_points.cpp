@@ -7,6 +7,7 @@
 
 #include "kernels_shared.h"
 #include "parallel.h"
+#include "uv_grid.h"
 
 namespace kiln {
 namespace {
@@ -16,13 +17,11 @@ constexpr std::size_t kMostCells = 1024;  // a side
 // Weights this little below 0 are still in the triangle: no point between two of them is in neither.
 constexpr double kSlack = 1e-9;
 
-bool finite(const Vec2& uv) { return std::isfinite(uv.x) && std::isfinite(uv.y); }
-
 /// Whether a triangle may be found, as UvLayout has it.
 bool usable(const Source::Impl& source, std::size_t triangle, const std::array<Vec2, 3>& uv) {
   const auto finite_corner = [&](std::uint32_t i) { return is_finite(source.positions[i]); };
   const Triangle& t = source.triangles[triangle];
-  return std::all_of(uv.begin(), uv.end(), finite) &&
+  return std::all_of(uv.begin(), uv.end(), [](const Vec2& p) { return is_finite(p); }) &&
          std::all_of(t.begin(), t.end(), finite_corner);
 }
 
@@ -56,13 +55,13 @@ class Cells {
             static_cast<std::size_t>(std::sqrt(static_cast<double>(uvs.size()))), 1, kMostCells)),
         first_(side_ * side_ + 1) {
     for (const Vec2& uv : uvs) {
-      if (finite(uv)) ++first_[cell(uv) + 1];
+      if (is_finite(uv)) ++first_[cell(uv) + 1];
     }
     for (std::size_t i = 0; i + 1 < first_.size(); ++i) first_[i + 1] += first_[i];
     index_.resize(first_.back());
     std::vector<std::uint32_t> cursor(first_.begin(), first_.end() - 1);
     for (std::size_t i = 0; i < uvs.size(); ++i) {
-      if (finite(uvs[i])) index_[cursor[cell(uvs[i])]++] = static_cast<std::uint32_t>(i);
+      if (is_finite(uvs[i])) index_[cursor[cell(uvs[i])]++] = static_cast<std::uint32_t>(i);
     }
   }
 
