@@ -45,7 +45,7 @@ function(flatten file)
   set(text "${text}" PARENT_SCOPE)
 endfunction()
 
-get_filename_component(name "${INPUT}" NAME)
+file(RELATIVE_PATH name "${ROOT}" "${INPUT}")
 flatten("${name}")
 
 string(REPLACE "@KILN_SEMICOLON@" ";" text "${text}")

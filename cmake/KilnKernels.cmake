@@ -1,12 +1,13 @@
-# kiln_embed_kernels(TARGET FAMILY...): adds kernels/<family>.cl to a target as string constants and a
-# table that finds them by family name.
+# kiln_embed_kernels(TARGET ROOM/FAMILY...): adds kernels/<room>/<family>.cl to a target as string constants
+# and a table that finds them by family name.
 function(kiln_embed_kernels target)
   set(directory "${CMAKE_CURRENT_BINARY_DIR}/embedded")
   file(MAKE_DIRECTORY "${directory}")
   set(declarations "")
   set(rows "")
-  foreach(family IN LISTS ARGN)
-    set(input "${PROJECT_SOURCE_DIR}/kernels/${family}.cl")
+  foreach(kernel IN LISTS ARGN)
+    get_filename_component(family "${kernel}" NAME)
+    set(input "${PROJECT_SOURCE_DIR}/kernels/${kernel}.cl")
     set(output "${directory}/${family}.cpp")
     add_custom_command(
       OUTPUT "${output}"
@@ -15,9 +16,10 @@ function(kiln_embed_kernels target)
               -P "${PROJECT_SOURCE_DIR}/cmake/EmbedKernel.cmake"
       DEPENDS "${input}" "${PROJECT_SOURCE_DIR}/cmake/EmbedKernel.cmake"
       DEPFILE "${output}.d"
-      COMMENT "Embedding kernels/${family}.cl"
+      COMMENT "Embedding kernels/${kernel}.cl"
       VERBATIM)
     target_sources(${target} PRIVATE "${output}")
+    set_source_files_properties("${output}" PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
     string(APPEND declarations "extern const char ${family}[];\n")
     string(APPEND rows "  if (family == \"${family}\") return embedded::${family};\n")
   endforeach()
@@ -33,4 +35,5 @@ std::string_view embedded_source(std::string_view family) {
 }  // namespace kiln::cl
 ]] @ONLY)
   target_sources(${target} PRIVATE "${directory}/table.cpp")
+  set_source_files_properties("${directory}/table.cpp" PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

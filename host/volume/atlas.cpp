@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/packing.h"
-#include "geometry/pairing.h"
-#include "geometry/vector.h"
-#include "parallel.h"
+#include "base/parallel.h"
+#include "lowpoly/packing.h"
+#include "lowpoly/pairing.h"
+#include "mesh/vector.h"
 
 namespace kiln {
 namespace {

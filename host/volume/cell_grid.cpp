@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "base/parallel.h"
 #include "kiln/error.h"
-#include "parallel.h"
 
 namespace kiln {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "parallel.h"
+#include "base/parallel.h"
 #include "volume/fine_surface.h"
 #include "volume/short_edges.h"
 #include "volume/vertex_tree.h"

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "geometry/vector.h"
+#include "mesh/vector.h"
 #include "volume/voxels.h"
 
 namespace kiln {

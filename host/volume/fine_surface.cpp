@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "parallel.h"
+#include "base/parallel.h"
 #include "volume/outer.h"
 #include "volume/patches.h"
 #include "volume/voxels.h"

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <string>
 
-#include "geometry/vector.h"
-#include "parallel.h"
+#include "base/parallel.h"
+#include "mesh/vector.h"
 #include "volume/cell_grid.h"
 #include "volume/field.h"
 #include "volume/outer.h"

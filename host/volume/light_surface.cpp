@@ -7,8 +7,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "geometry/vector.h"
-#include "parallel.h"
+#include "base/parallel.h"
+#include "mesh/vector.h"
 #include "volume/short_edges.h"
 
 namespace kiln {

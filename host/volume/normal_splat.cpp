@@ -4,10 +4,10 @@
 #include <numeric>
 #include <span>
 
-#include "geometry/frame.h"
-#include "geometry/low_surface.h"
-#include "low_shading.h"
-#include "parallel.h"
+#include "base/parallel.h"
+#include "mesh/frame.h"
+#include "mesh/low_shading.h"
+#include "mesh/low_surface.h"
 
 namespace kiln {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "parallel.h"
+#include "base/parallel.h"
 
 namespace kiln {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "geometry/vector.h"
+#include "mesh/vector.h"
 #include "shared/volume.h"
 #include "volume/cell_grid.h"
 

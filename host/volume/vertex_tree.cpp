@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "parallel.h"
+#include "base/parallel.h"
 
 namespace kiln {
 namespace {

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <string>
 
-#include "parallel.h"
+#include "base/parallel.h"
 
 namespace kiln {
 namespace {

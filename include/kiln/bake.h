@@ -60,11 +60,16 @@ class Source {
   std::shared_ptr<const Impl> impl_;
 };
 
-/// Which detail a map holds.
-enum class MapKind {
-  normal,  ///< Unit normal of the dense surface, in `BakeOptions::space`
-  mask,    ///< 1 channel: 1 where a texel was baked, 0 where it is empty, gutter or missed
+/// Which detail a map holds: the name of a map, so that maps can be added without a change here.
+struct MapKind {
+  std::string_view name;
+  friend constexpr bool operator==(MapKind, MapKind) = default;
+
+  static const MapKind normal;  ///< Unit normal of the high poly, in `BakeOptions::space`
+  static const MapKind mask;    ///< 1 channel: 1 where a texel was baked, 0 elsewhere
 };
+inline constexpr MapKind MapKind::normal{"normal"};
+inline constexpr MapKind MapKind::mask{"mask"};
 
 /// What a sample gets for which no point of the dense mesh was found.
 enum class MissPolicy {
@@ -84,20 +89,32 @@ struct Length {
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 using Progress = std::function<bool(double done, std::string_view stage)>;
 
-/// How the point of the dense mesh is found that a sample stands for.
-enum class MatchMethod {
-  ray,  ///< Rays along the light mesh's normals (Tarini et al., section 3.2)
-  views,  ///< Depth views from all around (Wang et al., section 2): no hierarchy, but blind where no view
-          ///< sees
+/// How the match finds the point of the high poly that a sample stands for: the name of a match, so that
+/// matches can be added without a change here.
+struct MatchMethod {
+  std::string_view name;
+  friend constexpr bool operator==(MatchMethod, MatchMethod) = default;
+
+  static const MatchMethod ray;  ///< Rays along the low poly's normals (Tarini et al., section 3.2)
+  /// Depth views from all around (Wang et al., section 2): no BVH, but blind where no view sees
+  static const MatchMethod views;
   /// The nearest point of faces that do not look away from the sample (Tarini et al., section 3.1): finds
   /// something wherever the mesh is near, but bunches at ridges and skips creases
-  closest,
-  visibility,  ///< Rays along the direction that each place is seen from (Tarini et al., section 3.3)
-  hybrid,      ///< Rays between that direction and the normal (Tarini et al., section 3.4)
-  /// The point with the sample's own UV (Gumbau, Gonzalez, Chover 2006): no search, where the dense mesh
-  /// has UVs that lie over the light one's
-  uv,
+  static const MatchMethod closest;
+  /// Rays along the direction that each place is seen from (Tarini et al., section 3.3)
+  static const MatchMethod visibility;
+  /// Rays between that direction and the normal (Tarini et al., section 3.4)
+  static const MatchMethod hybrid;
+  /// The point with the sample's own UV (Gumbau, Gonzalez, Chover 2006): no search, where the high poly
+  /// has UVs that lie over the low poly's
+  static const MatchMethod uv;
 };
+inline constexpr MatchMethod MatchMethod::ray{"ray"};
+inline constexpr MatchMethod MatchMethod::views{"views"};
+inline constexpr MatchMethod MatchMethod::closest{"closest"};
+inline constexpr MatchMethod MatchMethod::visibility{"visibility"};
+inline constexpr MatchMethod MatchMethod::hybrid{"hybrid"};
+inline constexpr MatchMethod MatchMethod::uv{"uv"};
 
 /// What decides samples that the method leaves undecided.
 enum class Fallback {

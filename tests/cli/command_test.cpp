@@ -278,7 +278,7 @@ TEST(Command, GivesTheSameBytesOnOtherImplementations) {
   const auto bake = [&](const std::string& name, const std::string& launcher,
                         const ProcessOptions& options) {
     std::vector<std::string> command = {
-        KILN_COMMAND,     "bake",       scene / "high.obj", scene / "low.obj",
+        kiln_command(),     "bake",       scene / "high.obj", scene / "low.obj",
         "--out",          scene / name, "--size",           "48",
         "--max-distance", "10%",        "--samples",        "2"};
     if (!launcher.empty()) command.insert(command.begin(), launcher);
@@ -715,7 +715,7 @@ TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
   const std::string a = folder / "a.png";
   const std::string log = folder / "log.txt";
   std::ofstream(log) << "before\n";
-  const std::string command = std::string("'") + KILN_COMMAND + "' diff '" + a + "' '" + a +
+  const std::string command = std::string("'") + kiln_command() + "' diff '" + a + "' '" + a +
                               "' --json /dev/stdout >> '" + log + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::ifstream stream(log);
@@ -724,7 +724,7 @@ TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
   EXPECT_NE(text.find("mean_angle_degrees"), std::string::npos);
   EXPECT_EQ(run_kiln({"devices", "--json"}, {}).exit_code == 0 || test::device() == nullptr, true);
   const std::string full =
-      std::string("'") + KILN_COMMAND + "' diff '" + a + "' '" + a + "' > /dev/full 2>&-";
+      std::string("'") + kiln_command() + "' diff '" + a + "' '" + a + "' > /dev/full 2>&-";
   EXPECT_EQ(WEXITSTATUS(std::system(full.c_str())), 5);
 }
 

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "io/volume_reader.h"
+#include "io/volume/volume_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto source = kiln::bytes_in_memory({reinterpret_cast<const char*>(data), size});

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/volume_reader.h"
+#include "io/volume/volume_reader.h"
 #include "support/volume_check.h"
 
 namespace kiln::test {

@@ -1,8 +1,8 @@
 # Installs Kiln to a fresh prefix, builds the consumer against it and runs it.
 #
 # Run as: cmake -DKIND=static|shared -DBUILT=<kiln's build folder of that kind, or empty>
-#               -DROOT=<kiln's sources> -DWORK=<scratch folder>
-#               -DGENERATOR=... -DCXX=... -P run.cmake
+#               -DROOT=<kiln's sources> -DWORK=<scratch folder> -DLIBRARY=<build folder of the other kind>
+#               -DGENERATOR=... -DCXX=... -DFLAGS=<of a release> -DWERROR=ON|OFF -P run.cmake
 #
 # Where BUILT is empty the library is built here first; that build is kept for the next run.
 cmake_policy(VERSION 3.25)
@@ -24,9 +24,10 @@ else()
 endif()
 
 if(BUILT STREQUAL "")
-  set(BUILT ${WORK}/library)
+  set(BUILT ${LIBRARY})
   run(${CMAKE_COMMAND} -S ${ROOT} -B ${BUILT} ${common} -DBUILD_SHARED_LIBS=${shared}
-      -DKILN_BUILD_CLI=OFF -DKILN_BUILD_TESTS=OFF)
+      -DKILN_BUILD_CLI=OFF -DKILN_BUILD_TESTS=OFF "-DCMAKE_CXX_FLAGS_RELEASE=${FLAGS}"
+      -DKILN_WERROR=${WERROR})
   run(${CMAKE_COMMAND} --build ${BUILT} -j 2)
 endif()
 

@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "geometry/low_surface.h"
 #include "kiln/render.h"
+#include "mesh/low_surface.h"
 
 namespace kiln::test {
 

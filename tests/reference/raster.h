@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "kernels_shared.h"
 #include "kiln/types.h"
+#include "mesh/kernels_shared.h"
 
 namespace kiln::test {
 

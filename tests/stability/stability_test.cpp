@@ -115,7 +115,7 @@ TEST(Stability, SmallDisturbancesMoveTheMapLittle) {
 
 TEST(Stability, TheTablesAreTheDocuments) {
   KILN_REQUIRE_DEVICE();
-  std::ifstream file(std::string(KILN_STABILITY_TABLES), std::ios::binary);
+  std::ifstream file(stability_tables(), std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(file), {});
   const std::string tables = survey(*device());
   EXPECT_NE(text.find(tables), std::string::npos)

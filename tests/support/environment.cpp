@@ -46,6 +46,14 @@ std::optional<std::filesystem::path> shared_data(const std::string& name) {
   return path;
 }
 
+std::filesystem::path test_data(const std::string& name) {
+  return std::filesystem::path(KILN_TEST_DATA) / name;
+}
+
+std::string kiln_command() { return KILN_COMMAND; }
+
+std::filesystem::path stability_tables() { return KILN_STABILITY_TABLES; }
+
 std::filesystem::path scratch_folder() {
   if (scratch_root.empty()) {
     scratch_root = std::filesystem::temp_directory_path() /

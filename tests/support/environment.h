@@ -17,6 +17,15 @@ const Device* device();
 /// A file of the shared data folder, or nothing where it is absent.
 std::optional<std::filesystem::path> shared_data(const std::string& name);
 
+/// A file or folder of tests/data.
+std::filesystem::path test_data(const std::string& name);
+
+/// The kiln command that was built; empty where it was not.
+std::string kiln_command();
+
+/// tests/stability/README.md, whose tables a test checks.
+std::filesystem::path stability_tables();
+
 /// A fresh empty folder, removed when the test program ends.
 std::filesystem::path scratch_folder();
 

@@ -92,7 +92,7 @@ ProcessResult run_process(const std::vector<std::string>& command, const Process
 }
 
 ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions& options) {
-  arguments.insert(arguments.begin(), KILN_COMMAND);
+  arguments.insert(arguments.begin(), kiln_command());
   return run_process(arguments, options);
 }
 

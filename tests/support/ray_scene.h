@@ -9,8 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "accel/ray.h"
 #include "kiln/device.h"
-#include "ray.h"
 #include "support/environment.h"
 
 namespace kiln::test {

@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "parallel.h"
+#include "base/parallel.h"
 
 namespace kiln::test {
 namespace {

@@ -3,10 +3,10 @@
 // bvh_bench [MESH]   default: procedural spheres of 69 thousand and 1.1 million triangles
 #include <cstdio>
 
-#include "bvh.h"
+#include "accel/bvh.h"
 #include "embree_peer.h"
-#include "geometry/frame.h"
 #include "kiln/error.h"
+#include "mesh/frame.h"
 #include "support.h"
 
 namespace kiln::bench {

@@ -10,13 +10,13 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "closest.h"
+#include "accel/closest.h"
 #include "embree_peer.h"
-#include "geometry/frame.h"
-#include "geometry/low_surface.h"
 #include "kiln/error.h"
+#include "mesh/frame.h"
+#include "mesh/low_surface.h"
 #include "support.h"
-#include "texels.h"
+#include "texel/texels.h"
 
 namespace kiln::bench {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <memory>
 
+#include "base/parallel.h"
 #include "embree_threads.h"
-#include "parallel.h"
 #include "shared/common.h"
 
 namespace kiln::bench {

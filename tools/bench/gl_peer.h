@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "kernels_shared.h"
 #include "kiln/types.h"
+#include "mesh/kernels_shared.h"
 
 namespace kiln::bench {
 

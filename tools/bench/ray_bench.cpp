@@ -12,14 +12,14 @@
 #include <cstdlib>
 #include <random>
 
+#include "accel/ray.h"
 #include "embree_peer.h"
-#include "geometry/frame.h"
-#include "geometry/low_surface.h"
 #include "kiln/error.h"
-#include "ray.h"
+#include "mesh/frame.h"
+#include "mesh/low_surface.h"
 #include "shared/match.h"
 #include "support.h"
-#include "texels.h"
+#include "texel/texels.h"
 
 namespace kiln::bench {
 namespace {

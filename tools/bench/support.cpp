@@ -5,7 +5,7 @@
 #include <ctime>
 #include <limits>
 
-#include "parallel.h"
+#include "base/parallel.h"
 
 namespace kiln::bench {
 

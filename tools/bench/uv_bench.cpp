@@ -12,13 +12,13 @@
 #include <memory>
 #include <vector>
 
-#include "detail.h"
-#include "kernels_shared.h"
+#include "detail/normal.h"
 #include "kiln/kiln.h"
-#include "source.h"
+#include "match/uv.h"
+#include "mesh/kernels_shared.h"
+#include "source/dense_mesh.h"
 #include "support.h"
-#include "texels.h"
-#include "uv.h"
+#include "texel/texels.h"
 
 namespace kiln::bench {
 namespace {

@@ -6,13 +6,13 @@
 #include <optional>
 #include <stdexcept>
 
-#include "geometry/frame.h"
-#include "geometry/low_surface.h"
+#include "accel/depth_views.h"
 #include "gl_peer.h"
 #include "kiln/error.h"
+#include "mesh/frame.h"
+#include "mesh/low_surface.h"
 #include "support.h"
-#include "texels.h"
-#include "views.h"
+#include "texel/texels.h"
 
 namespace kiln::bench {
 namespace {

@@ -9,11 +9,11 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "geometry/frame.h"
-#include "geometry/low_surface.h"
 #include "kiln/error.h"
+#include "match/visibility.h"
+#include "mesh/frame.h"
+#include "mesh/low_surface.h"
 #include "support.h"
-#include "visibility.h"
 
 namespace kiln::bench {
 namespace {

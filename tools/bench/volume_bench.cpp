@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "base/parallel.h"
 #include "kiln/contour.h"
 #include "kiln/error.h"
-#include "parallel.h"
 #include "support.h"
 
 namespace kiln::bench {

@@ -1,0 +1,26 @@
+# How our own targets are compiled, through interface targets that are never exported: warnings.
+add_library(kiln_warnings INTERFACE)
+target_compile_options(kiln_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Wunused
+  -Woverloaded-virtual -Wformat=2
+  $<$<BOOL:${KILN_WERROR}>:-Werror>)
+
+# KILN_SANITIZE=address;undefined and the like, for all of our own targets.
+add_library(kiln_sanitizers INTERFACE)
+if(KILN_SANITIZE)
+  string(REPLACE ";" "," kiln_sanitizer_list "${KILN_SANITIZE}")
+  target_compile_options(kiln_sanitizers INTERFACE
+    -fsanitize=${kiln_sanitizer_list} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(kiln_sanitizers INTERFACE -fsanitize=${kiln_sanitizer_list})
+endif()
+
+# Precompiled headers: the standard library's, which cost more to parse than our own code. Named by <>, so
+# that the generated header is the same text in every clone and a compiler's cache serves them all.
+set(kiln_standard_headers <algorithm> <array> <atomic> <cmath> <cstdint> <cstdio> <cstring> <exception>
+  <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <span> <string>
+  <string_view> <thread> <tuple> <utility> <variant> <vector>)
+add_library(kiln_compile INTERFACE)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # Without it, caches of compilers cannot look into what was precompiled.
+  target_compile_options(kiln_compile INTERFACE -fpch-preprocess)
+endif()

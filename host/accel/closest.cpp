@@ -1,0 +1,60 @@
+#include "accel/closest.h"
+
+#include <algorithm>
+
+#include "kiln/error.h"
+#include "shared/closest.h"
+
+namespace kiln {
+namespace {
+
+// Bounds the work of one launch: a few milliseconds on a GPU, tenths of a second on a CPU.
+constexpr std::uint32_t kSamplesPerLaunch = 1U << 20;
+static_assert(kSamplesPerLaunch % KILN_CLOSEST_RUN == 0 &&
+              KILN_CLOSEST_RUN % KILN_CLOSEST_GROUP == 0);
+// A run is work enough for itself: small groups keep all threads busy on small maps.
+constexpr std::size_t kRunLocalSize = 16;
+constexpr std::size_t kScalarLocalSize = 64;
+
+}  // namespace
+
+ClosestFinder::ClosestFinder(cl::Context& context, std::shared_ptr<const Tree> tree,
+                             Traversal traversal)
+    : context_(&context),
+      tree_(std::move(tree)),
+      traversal_(choose_traversal(context, traversal)) {}
+
+void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
+                         std::uint32_t capacity, const ClosestQuery& query,
+                         Correspondence& result) const {
+  if (!(query.max_distance >= 0 && query.max_distance <= KILN_CLOSEST_FARTHEST)) {
+    throw Error(ErrorCode::usage, "The distance to search for the nearest point is " +
+                                      std::to_string(query.max_distance) +
+                                      ": it must be 0 to 1048576 frame units.");
+  }
+  if (count > std::min(capacity, result.capacity)) {
+    throw Error(ErrorCode::internal, "More samples than their arrays hold.");
+  }
+  result.count = count;
+  // Other CPU drivers than PoCL take minutes to compile the wide kernel (Mesa's rusticl did).
+  const bool scalar = traversal_ != Traversal::cpu;
+  const cl::Kernel kernel =
+      context_->kernel("closest", scalar ? "kiln_closest_scalar" : "kiln_closest_run",
+                       scalar ? "-DKILN_CLOSEST_SCALAR=1" : "");
+  kiln_closest_params params{};
+  params.max_distance = query.max_distance;
+  params.flags = query.two_sided ? KILN_CLOSEST_TWO_SIDED : 0;
+  params.capacity = capacity;
+  params.result_capacity = result.capacity;
+  const std::uint32_t per_item = scalar ? 1 : KILN_CLOSEST_RUN;
+  for (std::uint32_t first = 0; first < count; first = params.end) {
+    params.first = first;
+    params.end = first + std::min(count - first, kSamplesPerLaunch);
+    const std::size_t items = (params.end - first + per_item - 1) / per_item;
+    context_->launch(kernel, items, scalar ? kScalarLocalSize : kRunLocalSize, params, tree_->nodes,
+                     tree_->blocks, points, result.triangle, result.barycentric, result.distance,
+                     result.status);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,48 @@
+// Nearest points of the dense mesh.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "accel/device_bvh.h"
+#include "cl/context.h"
+#include "kiln/types.h"
+#include "texel/correspondence.h"
+
+namespace kiln {
+
+struct ClosestQuery {
+  float max_distance = 1;  ///< Frame units, 0 to 2^20
+  bool two_sided = false;  ///< Also faces whose normal points away from the sample's direction
+};
+
+/// Finds the nearest point of the dense mesh (Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods
+/// and Assessment for Detail-Recovery", section 3.1).
+///
+/// Exact but for rounding (the bound is in kernels/lib/nearest.clh). Ties go to the smaller triangle
+/// index. The result is a function of the triangles and the sample alone, and not of the tree, the
+/// variant or the threads.
+class ClosestFinder {
+ public:
+  /// \param tree  shared with whoever else walks it
+  ClosestFinder(cl::Context& context, std::shared_ptr<const Tree> tree,
+                Traversal traversal = Traversal::automatic);
+
+  /// Finds the nearest points for samples [0, count) of `points` (planes of `capacity`: position x y z,
+  /// unit direction x y z; see TexelBand). Writes triangle, barycentric, distance (negative where the
+  /// point lies behind the sample, against its direction) and status for each.
+  /// \throws Error(usage) for a distance out of range
+  void find(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
+            const ClosestQuery& query, Correspondence& result) const;
+
+  Traversal traversal() const { return traversal_; }  ///< Never automatic
+
+ private:
+  cl::Context* context_;
+  std::shared_ptr<const Tree> tree_;
+  Traversal traversal_;
+};
+
+}  // namespace kiln

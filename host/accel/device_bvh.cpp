@@ -1,0 +1,55 @@
+#include "accel/device_bvh.h"
+
+#include <chrono>
+#include <string_view>
+#include <utility>
+
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Its work-items are plain functions of the CPU, which streams are written for.
+constexpr std::string_view kPocl = "Portable Computing Language";
+
+}  // namespace
+
+Traversal choose_traversal(const cl::Context& context, Traversal wanted) {
+  const DeviceInfo& info = context.info();
+  const Traversal kind = wanted != Traversal::automatic ? wanted
+                         : info.is_gpu                  ? Traversal::gpu
+                                                        : Traversal::cpu;
+  return kind == Traversal::cpu && info.platform != kPocl ? Traversal::cpu_single : kind;
+}
+
+Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
+           std::span<const Triangle> triangles, bool keep) {
+  const auto start = Clock::now();
+  Bvh bvh = build_bvh(positions, triangles);
+  stats.build_seconds = seconds_since(start);
+  stats.triangles = bvh.triangles;
+  stats.skipped = bvh.skipped;
+  stats.nodes = bvh.node_count;
+  stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
+  const auto upload = Clock::now();
+  nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
+  blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
+  stats.upload_seconds = seconds_since(upload);
+  if (keep) kept_ = std::make_unique<Bvh>(std::move(bvh));
+}
+
+void Tree::refit(cl::Context& context, std::span<const Vec3> positions,
+                 std::span<const Triangle> triangles) {
+  if (kept_ == nullptr) throw Error(ErrorCode::internal, "A tree that was not kept is refitted.");
+  refit_bvh(*kept_, positions, triangles);
+  nodes.write(context, kept_->nodes());
+  blocks.write(context, kept_->blocks());
+}
+
+}  // namespace kiln

@@ -1,0 +1,203 @@
+#include "accel/raster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "accel/raster_chunks.h"
+#include "base/parallel.h"
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+// Bounds the work of one launch.
+constexpr std::uint32_t kPerLaunch = 1U << 22;
+constexpr std::size_t kViewsPerLaunch = 16;
+// Of one launch's boxes: fewer views where a mesh has very many chunks.
+constexpr std::size_t kBoxBytes = 32U << 20;
+
+/// Any two unit vectors across `toward`, the second upwards (+Y) where there is such a direction.
+void basis(const Vec3d& toward, Vec3d& right, Vec3d& up) {
+  const Vec3d pole = std::abs(toward.y) < 0.99 ? Vec3d{0, 1, 0} : Vec3d{0, 0, -1};
+  right = cross(pole, toward);
+  right = right * (1 / length(right));
+  up = cross(toward, right);
+}
+
+void store(const Vec3d& from, kiln_float to[3]) {
+  to[0] = static_cast<float>(from.x);
+  to[1] = static_cast<float>(from.y);
+  to[2] = static_cast<float>(from.z);
+}
+
+double squared_radius(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+  std::vector<double> parts((triangles.size() >> 16) + 1, 0.0);
+  parallel_for(triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    double largest = 0;
+    for (std::size_t t = begin; t < end; ++t) {
+      for (const std::uint32_t i : triangles[t]) {
+        const Vec3d p(positions[i]);
+        const double squared = dot(p, p);
+        if (std::isfinite(squared)) largest = std::max(largest, squared);
+      }
+    }
+    parts[begin >> 16] = largest;
+  });
+  return *std::max_element(parts.begin(), parts.end());
+}
+
+RasterPath choose_path(const cl::Context& context, RasterPath wanted) {
+  const DeviceInfo& info = context.info();
+  // Mesa's rusticl draws wrong pictures with the tiles, at 160 times the time (40 KiB of private memory an
+  // item); its 64-bit arithmetic is at fault with the other ways, too, but for small triangles.
+  const bool is_mesa = info.platform.find("rusticl") != std::string::npos;
+  if (wanted == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
+  if (wanted == RasterPath::automatic || wanted == RasterPath::atomics) {
+    return info.has_atomics_64 ? RasterPath::atomics : RasterPath::two_passes;
+  }
+  return wanted;
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> DepthKeys::picture(cl::Context& context, const kiln_view& view) const {
+  const std::uint64_t stored = count(view.width, view.height);
+  std::vector<std::uint64_t> tiled(stored);
+  std::vector<std::uint8_t> marks(stored / KILN_RASTER_TILE_PIXELS);
+  keys.read(context, tiled, view.first);
+  drawn.read(context, marks, view.first / KILN_RASTER_TILE_PIXELS);
+  std::vector<std::uint64_t> result(std::size_t{view.width} * view.height);
+  constexpr std::uint32_t kSide = KILN_RASTER_TILE;
+  for (std::uint32_t y = 0; y < view.height; ++y) {
+    for (std::uint32_t x = 0; x < view.width; ++x) {
+      const std::size_t tile = std::size_t{y / kSide} * KILN_RASTER_TILES(view.width) + x / kSide;
+      result[std::size_t{y} * view.width + x] =
+          marks[tile] != 0 ? tiled[(tile * kSide + y % kSide) * kSide + x % kSide]
+                           : KILN_RASTER_EMPTY;
+    }
+  }
+  return result;
+}
+
+kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size, const Vec3d& center) {
+  Vec3d right;
+  Vec3d up;
+  basis(toward, right, up);
+  kiln_view view{};
+  store(right, view.right);
+  store(up, view.up);
+  store(toward, view.toward);
+  // A pixel of margin on each side, for the snapping and for samples just beside the silhouette.
+  const double inner = size > 4 ? size - 2.0 : size;
+  const double scale = inner / (2 * radius);
+  view.scale = static_cast<float>(scale);
+  view.left = static_cast<float>(size / 2.0 - dot(right, center) * scale);
+  view.top = static_cast<float>(size / 2.0 + dot(up, center) * scale);
+  view.width = view.height = size;
+  return view;
+}
+
+Rasterizer::Rasterizer(cl::Context& context, std::span<const Vec3> positions,
+                       std::span<const Triangle> triangles, RasterPath path)
+    : context_(context),
+      vertex_count_(static_cast<std::uint32_t>(positions.size())),
+      triangle_count_(static_cast<std::uint32_t>(triangles.size())),
+      radius_(std::sqrt(squared_radius(positions, triangles))),
+      path_(choose_path(context, path)) {
+  static_assert(sizeof(Vec3) == 12 && sizeof(Triangle) == 12);
+  positions_ = cl::Array<float>(
+      context, std::span(reinterpret_cast<const float*>(positions.data()), positions.size() * 3));
+  triangles_ = cl::Array<std::uint32_t>(
+      context,
+      std::span(reinterpret_cast<const std::uint32_t*>(triangles.data()), triangles.size() * 3));
+  if (path_ == RasterPath::tiles) {
+    upload_chunks(positions, triangles);
+  } else {
+    projected_ = cl::Array<std::int32_t>(context, positions.size() * 4);
+    queue_size_ = cl::Array<std::uint32_t>(context, 1);
+    queue_ = cl::Array<std::uint32_t>(context, triangles.size() * 4);
+  }
+}
+
+void Rasterizer::upload_chunks(std::span<const Vec3> positions,
+                               std::span<const Triangle> triangles) {
+  const std::vector<RasterChunks> pieces = make_raster_chunks(positions, triangles);
+  std::size_t groups = 0;
+  for (const RasterChunks& piece : pieces) groups += piece.bounds.size();
+  chunks_ = cl::Array<kiln_raster_chunk>(context_, groups * KILN_RASTER_BOXES);
+  bounds_ = cl::Array<kiln_raster_bounds>(context_, groups);
+  std::size_t first = 0;
+  for (const RasterChunks& piece : pieces) {
+    chunks_.write(context_, piece.chunks, first * KILN_RASTER_BOXES);
+    bounds_.write(context_, piece.bounds, first);
+    first += piece.bounds.size();
+  }
+}
+
+void Rasterizer::draw(std::span<const kiln_view> views, const DepthKeys& keys) {
+  for (const kiln_view& view : views) {
+    if (view.width > KILN_RASTER_LARGEST || view.height > KILN_RASTER_LARGEST ||
+        view.width != views.front().width || view.height != views.front().height ||
+        view.first % KILN_RASTER_TILE_PIXELS != 0 ||
+        view.first + DepthKeys::count(view.width, view.height) > keys.keys.size()) {
+      throw Error(ErrorCode::internal, "A depth view does not fit its keys.");
+    }
+  }
+  if (path_ == RasterPath::tiles) {
+    draw_tiles(views, keys);
+  } else {
+    for (const kiln_view& view : views) draw_triangles(view, keys);
+  }
+}
+
+void Rasterizer::draw_tiles(std::span<const kiln_view> views, const DepthKeys& keys) {
+  if (views.empty()) return;
+  const auto groups = static_cast<std::uint32_t>(bounds_.size());
+  const std::uint32_t padded =
+      (groups + KILN_RASTER_BOXES - 1) / KILN_RASTER_BOXES * KILN_RASTER_BOXES;
+  const std::size_t view_bytes = std::max<std::size_t>(groups, 1) * sizeof(kiln_raster_boxes);
+  const std::size_t batch =
+      std::min(views.size(), std::clamp<std::size_t>(kBoxBytes / view_bytes, 1, kViewsPerLaunch));
+  if (boxes_.size() < batch * groups) {
+    boxes_ = cl::Array<kiln_raster_boxes>(context_, batch * groups);
+    group_boxes_ = cl::Array<kiln_raster_boxes>(context_, batch * padded / KILN_RASTER_BOXES);
+  }
+  const auto tiles = static_cast<std::uint32_t>(
+      DepthKeys::count(views.front().width, views.front().height) / KILN_RASTER_TILE_PIXELS);
+  for (std::size_t first = 0; first < views.size(); first += batch) {
+    const auto count = static_cast<std::uint32_t>(std::min(batch, views.size() - first));
+    const cl::Array<kiln_view> some(context_, views.subspan(first, count));
+    context_.launch(context_.kernel("tiles", "kiln_tiles_bounds"), std::size_t{count} * padded,
+                    kLocal, count, groups, padded, some, bounds_, boxes_, group_boxes_);
+    context_.launch(context_.kernel("tiles", "kiln_tiles_draw"), std::size_t{count} * tiles, 1,
+                    count * tiles, groups, padded, some, boxes_, group_boxes_, chunks_, keys.keys,
+                    keys.drawn);
+    context_.finish();  // `some` goes
+  }
+}
+
+void Rasterizer::draw_triangles(const kiln_view& view, const DepthKeys& keys) {
+  const bool atomic64 = path_ == RasterPath::atomics;
+  const std::string defines = atomic64 ? "-DKILN_RASTER_ATOMIC64=1" : "";
+  const auto kernel = [&](const char* name) { return context_.kernel("raster", name, defines); };
+  const auto count = static_cast<std::uint32_t>(DepthKeys::count(view.width, view.height));
+  context_.launch(kernel("kiln_raster_clear"), count / 8, kLocal, view.first, count, keys.keys,
+                  keys.drawn);
+  context_.launch(kernel("kiln_raster_project"), vertex_count_, kLocal, view, vertex_count_,
+                  positions_, projected_);
+  context_.fill(queue_size_, std::uint32_t{0});
+  // Without 64-bit atomics: depths first, then the triangles that have them.
+  for (std::uint32_t pass = 0; pass < (atomic64 ? 1U : 2U); ++pass) {
+    for (std::uint32_t first = 0; first < triangle_count_; first += kPerLaunch) {
+      const std::uint32_t some = std::min(kPerLaunch, triangle_count_ - first);
+      context_.launch(kernel("kiln_raster_small"), some, kLocal, view, first, some, pass,
+                      triangles_, projected_, keys.keys, queue_size_, queue_);
+    }
+    context_.launch(kernel("kiln_raster_large"), kLocal * KILN_RASTER_BANDS, kLocal, view, pass,
+                    triangles_, projected_, keys.keys, queue_size_, queue_);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,91 @@
+// Depth views of the dense mesh: software z-buffer with triangle ids.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "cl/context.h"
+#include "kiln/types.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// An orthographic view that shows everything within `radius` of a centre.
+/// \param toward  unit, from the mesh to the viewer
+/// \param size    pixels a side, 1 to KILN_RASTER_LARGEST
+kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size,
+                    const Vec3d& center = {});
+
+/// Pictures on the device: a key of depth and triangle a pixel, tile by tile (kernels/shared/raster.h).
+struct DepthKeys {
+  DepthKeys() = default;
+  /// \param count  keys: a multiple of KILN_RASTER_TILE_PIXELS
+  DepthKeys(cl::Context& context, std::uint64_t count)
+      : keys(context, count), drawn(context, count / KILN_RASTER_TILE_PIXELS) {}
+
+  /// Keys that a picture takes.
+  static std::uint64_t count(std::uint32_t width, std::uint32_t height) {
+    return std::uint64_t{KILN_RASTER_TILES(width)} * KILN_RASTER_TILES(height) *
+           KILN_RASTER_TILE_PIXELS;
+  }
+  /// One view's keys, row by row from the top.
+  std::vector<std::uint64_t> picture(cl::Context& context, const kiln_view& view) const;
+
+  cl::Array<std::uint64_t> keys;
+  cl::Array<std::uint8_t> drawn;  ///< A tile: 0 where it is empty and its keys were not written
+};
+
+/// How to draw. All draw the same keys.
+enum class RasterPath {
+  automatic,   ///< The fastest for the device
+  tiles,       ///< A tile a work-item: CPUs
+  atomics,     ///< A triangle a work-item; 64-bit atomics, where the device has them
+  two_passes,  ///< The same where it has none
+};
+
+/// Draws keys of depth and triangle (kernels/raster.cl, kernels/tiles.cl). Which triangle a pixel shows is a function of
+/// mesh and view alone: the nearest; of equally near ones the lowest.
+class Rasterizer {
+ public:
+  /// Uploads the mesh. Faces with a vertex that is not finite are not drawn.
+  /// \param positions  in the working frame (within 0.5 of the origin)
+  Rasterizer(cl::Context& context, std::span<const Vec3> positions,
+             std::span<const Triangle> triangles, RasterPath path = RasterPath::automatic);
+
+  /// Clears the views' pixels within `keys` and draws. Back faces are left out but with
+  /// KILN_RASTER_TWO_SIDED.
+  /// \param views  all of one size, side by side within `keys`
+  void draw(std::span<const kiln_view> views, const DepthKeys& keys);
+
+  std::uint64_t triangle_count() const { return triangle_count_; }
+  /// Radius around the origin of all finite vertices that triangles use.
+  double radius() const { return radius_; }
+  const cl::Array<std::uint32_t>& triangles() const { return triangles_; }
+  const cl::Array<float>& positions() const { return positions_; }
+
+ private:
+  void upload_chunks(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+  void draw_tiles(std::span<const kiln_view> views, const DepthKeys& keys);
+  void draw_triangles(const kiln_view& view, const DepthKeys& keys);
+
+  cl::Context& context_;
+  std::uint32_t vertex_count_ = 0;
+  std::uint32_t triangle_count_ = 0;
+  double radius_ = 0;
+  RasterPath path_;
+  cl::Array<float> positions_;          // [3 * vertices]
+  cl::Array<std::uint32_t> triangles_;  // [3 * triangles]
+  // For tiles.
+  cl::Array<kiln_raster_chunk> chunks_;
+  cl::Array<kiln_raster_bounds> bounds_;      // a 16 chunks
+  cl::Array<kiln_raster_boxes> boxes_;        // [views of a batch * bounds]
+  cl::Array<kiln_raster_boxes> group_boxes_;  // [views of a batch * bounds / 16]
+  // For the others.
+  cl::Array<std::int32_t> projected_;    // [4 * vertices]
+  cl::Array<std::uint32_t> queue_size_;  // [1]
+  cl::Array<std::uint32_t> queue_;       // [4 * triangles]
+};
+
+}  // namespace kiln

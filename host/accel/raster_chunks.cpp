@@ -1,0 +1,262 @@
+#include "accel/raster_chunks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/parallel.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kChunk = KILN_RASTER_CHUNK;
+constexpr std::uint32_t kLanes = KILN_RASTER_BOXES;
+// Triangles that one thread cuts into chunks: fixed, so that the chunks are, too.
+constexpr std::size_t kPiece = 1 << 14;
+// Stands for anything beyond, so that products stay finite: what lies there is in no view.
+constexpr double kFarthest = 1e18;
+// Frame units: chunks with a triangle that is less high are not tested for facing away.
+constexpr double kLeastHeight = 1e-9;
+// Squared diagonals of the chunks' boxes over the area in them: 12 to 14 along a Morton curve, 16 for
+// strips, 1800 for a scan whose triangles are in no order. Up to this, the mesh's own order will do.
+constexpr double kLongest = 32;
+
+/// The vertices of one chunk by their number in the mesh: a table with open addressing.
+class LocalVertices {
+ public:
+  LocalVertices() { clear(); }
+  void clear() { vertices_.fill(kNone); }
+  bool has(std::uint32_t vertex) const { return vertices_[slot_of(vertex)] == vertex; }
+  /// Its number in the chunk; `next` from now on, where it is new.
+  std::uint32_t add(std::uint32_t vertex, std::uint32_t next) {
+    const std::uint32_t slot = slot_of(vertex);
+    if (vertices_[slot] != vertex) {
+      vertices_[slot] = vertex;
+      numbers_[slot] = static_cast<std::uint8_t>(next);
+    }
+    return numbers_[slot];
+  }
+
+ private:
+  std::uint32_t slot_of(std::uint32_t vertex) const {
+    std::uint32_t slot = vertex * 2654435769U >> 25;
+    while (vertices_[slot] != vertex && vertices_[slot] != kNone) slot = (slot + 1) & 127U;
+    return slot;
+  }
+  // No mesh has a vertex of this number: it would be the 2^32nd.
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::array<std::uint32_t, 128> vertices_;
+  std::array<std::uint8_t, 128> numbers_;
+};
+
+kiln_raster_bounds empty_bounds() {
+  kiln_raster_bounds bounds{};
+  for (std::uint32_t k = 0; k < kLanes; ++k) {
+    for (auto& half_extent : bounds.half_extent) half_extent[k] = static_cast<float>(-kFarthest);
+    bounds.cosine[k] = -1;
+  }
+  return bounds;
+}
+
+float above(double value) {
+  return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
+}
+
+/// Box and cone of a chunk.
+void bound(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint32_t count,
+           RasterChunks& result) {
+  kiln_raster_bounds& bounds = result.bounds.back();
+  const std::size_t lane = result.chunks.size() % kLanes;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double low = kFarthest;
+    double high = -kFarthest;
+    for (std::uint32_t v = 0; v < vertex_count; ++v) {
+      low = std::min(low, double{chunk.position[axis][v]});
+      high = std::max(high, double{chunk.position[axis][v]});
+    }
+    low = std::max(low, -kFarthest);
+    high = std::min(high, kFarthest);
+    const auto centre = static_cast<float>((low + high) / 2);
+    bounds.centre[axis][lane] = centre;
+    bounds.half_extent[axis][lane] = above(std::max(high - centre, centre - low));
+    result.diagonals += (high - low) * (high - low);
+  }
+  std::array<Vec3d, kChunk> normals;
+  Vec3d sum;
+  double least_height = std::numeric_limits<double>::infinity();
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const auto corner = [&](std::size_t k) {
+      const std::size_t v = chunk.corner[k][t];
+      return Vec3d(chunk.position[0][v], chunk.position[1][v], chunk.position[2][v]);
+    };
+    const Vec3d a = corner(0);
+    const Vec3d ab = corner(1) - a;
+    const Vec3d ac = corner(2) - a;
+    const Vec3d bc = ac - ab;
+    const Vec3d normal = cross(ab, ac);
+    const double doubled_area = length(normal);
+    const double longest = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)}));
+    result.area += doubled_area / 2;
+    // Not-a-number fails the comparison, too.
+    least_height =
+        doubled_area > kLeastHeight * longest ? std::min(least_height, doubled_area / longest) : 0;
+    normals[t] = normal * (1 / doubled_area);
+    sum += normals[t];
+  }
+  const double sum_length = length(sum);
+  // Never faces away.
+  if (!(least_height >= kLeastHeight && sum_length > 1e-3)) return;
+  const Vec3 axis = to_float(sum * (1 / sum_length));
+  double cosine = 1;
+  for (std::uint32_t t = 0; t < count; ++t) {
+    cosine = std::min(cosine, dot(normals[t], Vec3d(axis)));
+  }
+  bounds.axis[0][lane] = axis.x;
+  bounds.axis[1][lane] = axis.y;
+  bounds.axis[2][lane] = axis.z;
+  // Below the true one by more than single precision loses.
+  bounds.cosine[lane] = static_cast<float>(cosine - 1e-6);
+  bounds.height[lane] = static_cast<float>(least_height * (1 - 1e-6));
+}
+
+/// Cuts triangles `order[begin, end)`, or those of the mesh where there is no order.
+RasterChunks cut(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                 std::span<const std::uint32_t> order, std::size_t begin, std::size_t end) {
+  RasterChunks result;
+  result.chunks.reserve((end - begin) / 24 + kLanes);
+  LocalVertices local;
+  kiln_raster_chunk chunk{};
+  std::uint32_t vertex_count = 0;
+  std::uint32_t count = 0;
+  const auto close = [&] {
+    if (count == 0) return;
+    if (result.chunks.size() % kLanes == 0) result.bounds.push_back(empty_bounds());
+    bound(chunk, vertex_count, count, result);
+    result.chunks.push_back(chunk);
+    chunk = {};
+    local.clear();
+    vertex_count = count = 0;
+  };
+  for (std::size_t i = begin; i < end; ++i) {
+    const std::uint32_t t = order.empty() ? static_cast<std::uint32_t>(i) : order[i];
+    const Triangle& triangle = triangles[t];
+    if (!is_finite(positions[triangle[0]]) || !is_finite(positions[triangle[1]]) ||
+        !is_finite(positions[triangle[2]])) {
+      continue;
+    }
+    std::uint32_t fresh = vertex_count;
+    for (const std::uint32_t v : triangle) fresh += local.has(v) ? 0 : 1;
+    if (count == kChunk || fresh > kChunk) close();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t number = local.add(triangle[k], vertex_count);
+      if (number == vertex_count) {
+        const Vec3& p = positions[triangle[k]];
+        chunk.position[0][number] = p.x;
+        chunk.position[1][number] = p.y;
+        chunk.position[2][number] = p.z;
+        ++vertex_count;
+      }
+      chunk.corner[k][count] = static_cast<unsigned char>(number);
+    }
+    chunk.triangle[count++] = t;
+  }
+  close();
+  result.chunks.resize((result.chunks.size() + kLanes - 1) / kLanes * kLanes);
+  return result;
+}
+
+std::vector<RasterChunks> cut_all(std::span<const Vec3> positions,
+                                  std::span<const Triangle> triangles,
+                                  std::span<const std::uint32_t> order) {
+  std::vector<RasterChunks> pieces((triangles.size() + kPiece - 1) / kPiece);
+  parallel_for(triangles.size(), kPiece, [&](std::size_t begin, std::size_t end) {
+    pieces[begin / kPiece] = cut(positions, triangles, order, begin, end);
+  });
+  return pieces;
+}
+
+/// Spreads 10 bits to every third one.
+std::uint32_t spread(std::uint32_t x) {
+  x = (x | x << 16) & 0x030000FFU;
+  x = (x | x << 8) & 0x0300F00FU;
+  x = (x | x << 4) & 0x030C30C3U;
+  return (x | x << 2) & 0x09249249U;
+}
+
+/// Sorts by the upper 32 bits, of which 30 count; what is equal stays in order. By digits of 10 bits from
+/// the lowest, each in two sweeps over fixed pieces: count, then move.
+void radix_sort(std::vector<std::uint64_t>& keys) {
+  constexpr std::uint32_t kDigits = 1024;
+  constexpr std::size_t kGrain = 1 << 16;
+  const std::size_t pieces = (keys.size() + kGrain - 1) / kGrain;
+  std::vector<std::uint64_t> moved(keys.size());
+  std::vector<std::size_t> places(pieces * kDigits);
+  for (const std::uint32_t shift : {32U, 42U, 52U}) {
+    const auto digit = [shift](std::uint64_t key) { return key >> shift & (kDigits - 1); };
+    std::fill(places.begin(), places.end(), 0);
+    parallel_for(keys.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      std::size_t* const counts = &places[begin / kGrain * kDigits];
+      for (std::size_t i = begin; i < end; ++i) ++counts[digit(keys[i])];
+    });
+    std::size_t place = 0;
+    for (std::size_t d = 0; d < kDigits; ++d) {
+      for (std::size_t piece = 0; piece < pieces; ++piece) {
+        place += std::exchange(places[piece * kDigits + d], place);
+      }
+    }
+    parallel_for(keys.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      std::size_t* const next = &places[begin / kGrain * kDigits];
+      for (std::size_t i = begin; i < end; ++i) moved[next[digit(keys[i])]++] = keys[i];
+    });
+    keys.swap(moved);
+  }
+}
+
+/// Triangles along a Morton curve, 2^10 cells a side.
+std::vector<std::uint32_t> curve_order(std::span<const Vec3> positions,
+                                       std::span<const Triangle> triangles) {
+  constexpr float kCells = 1024;
+  std::vector<std::uint64_t> keys(triangles.size());
+  // What does not lie within 0.5 of the origin goes to the border; not-a-number, too.
+  const auto cell = [](float a, float b, float c) {
+    const float at = ((a + b + c) / 3 + 0.5F) * kCells;
+    return static_cast<std::uint32_t>(at > 0 ? std::min(at, kCells - 1) : 0);
+  };
+  parallel_for(triangles.size(), kPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const Vec3& a = positions[triangles[t][0]];
+      const Vec3& b = positions[triangles[t][1]];
+      const Vec3& c = positions[triangles[t][2]];
+      const std::uint64_t code = spread(cell(a.x, b.x, c.x)) | spread(cell(a.y, b.y, c.y)) << 1 |
+                                 spread(cell(a.z, b.z, c.z)) << 2;
+      keys[t] = code << 32 | t;
+    }
+  });
+  radix_sort(keys);
+  std::vector<std::uint32_t> order(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) order[i] = static_cast<std::uint32_t>(keys[i]);
+  return order;
+}
+
+}  // namespace
+
+std::vector<RasterChunks> make_raster_chunks(std::span<const Vec3> positions,
+                                             std::span<const Triangle> triangles) {
+  std::vector<RasterChunks> pieces = cut_all(positions, triangles, {});
+  double area = 0;
+  double diagonals = 0;
+  for (const RasterChunks& piece : pieces) {
+    area += piece.area;
+    diagonals += piece.diagonals;
+  }
+  // Not-a-number fails the comparison, too.
+  if (!(diagonals <= kLongest * area)) {
+    pieces = cut_all(positions, triangles, curve_order(positions, triangles));
+  }
+  return pieces;
+}
+
+}  // namespace kiln

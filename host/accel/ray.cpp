@@ -1,0 +1,120 @@
+#include "accel/ray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "kiln/error.h"
+#include "shared/ray.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocalSize = 64;
+// Bounds the work of one launch: a few milliseconds on a GPU, tens on a CPU.
+constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
+// KILN_BEAM_RAYS of kernels/lib/beam.clh.
+constexpr std::uint32_t kRaysPerBeam = 64;
+// KILN_OCCLUSION_BLOCK of kernels/occlusion.cl, and how many blocks make a group.
+constexpr std::uint32_t kRaysPerOcclusionBlock = 2048;
+constexpr std::size_t kOcclusionLocalSize = 4;
+static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % kRaysPerOcclusionBlock == 0);
+
+void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
+  if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
+    throw Error(ErrorCode::usage, "A ray's range [" + std::to_string(query.t_min) + ", " +
+                                      std::to_string(query.t_max) +
+                                      "] must be finite and not reversed.");
+  }
+  if (count > capacity) {
+    throw Error(ErrorCode::internal, "More rays than their arrays hold.");
+  }
+}
+
+}  // namespace
+
+struct RayCaster::Impl {
+  cl::Context* context = nullptr;
+  Traversal traversal = Traversal::cpu;
+  std::string defines;
+  std::shared_ptr<const Tree> tree;
+
+  void choose_variant(Traversal wanted) {
+    traversal = choose_traversal(*context, wanted);
+    if (traversal == Traversal::gpu) defines = "-DKILN_RAY_SCALAR=1";
+    if (traversal == Traversal::cpu_single) defines = "-DKILN_RAY_SINGLE=1";
+  }
+
+  kiln_ray_params params(const RayQuery& query, std::uint32_t capacity,
+                         std::uint32_t result_capacity) const {
+    kiln_ray_params params{};
+    params.t_min = query.t_min;
+    params.t_max = query.t_max;
+    params.offset = query.offset;
+    params.capacity = capacity;
+    params.result_capacity = result_capacity;
+    params.flags = (query.use_reach ? KILN_RAY_USE_REACH : 0) |
+                   (query.inward ? KILN_RAY_INWARD : 0) |
+                   (query.outward_first ? KILN_RAY_OUTWARD_FIRST : 0) |
+                   (query.two_sided ? KILN_RAY_TWO_SIDED : 0);
+    return params;
+  }
+
+  template <typename... Results>
+  void launch(const std::string& family, const std::string& name, std::size_t local_size,
+              std::uint32_t rays_per_item, kiln_ray_params params, std::uint32_t count,
+              const cl::Array<float>& points, const Results&... results) {
+    const cl::Kernel kernel = context->kernel(family, name, defines);
+    for (std::uint32_t first = 0; first < count; first += params.end - first) {
+      params.first = first;
+      params.end = first + std::min(count - first, kRaysPerLaunch);
+      const std::size_t items = (params.end - first + rays_per_item - 1) / rays_per_item;
+      context->launch(kernel, items, local_size, params, tree->nodes, tree->blocks, points,
+                      results...);
+    }
+  }
+};
+
+RayCaster::RayCaster(cl::Context& context, std::span<const Vec3> positions,
+                     std::span<const Triangle> triangles, Traversal traversal)
+    : RayCaster(context, std::make_shared<Tree>(context, positions, triangles), traversal) {}
+
+RayCaster::RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree, Traversal traversal)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->context = &context;
+  impl_->tree = std::move(tree);
+  impl_->choose_variant(traversal);
+}
+
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
+
+void RayCaster::intersect(const cl::Array<float>& points, std::uint32_t count,
+                          std::uint32_t capacity, const RayQuery& query,
+                          Correspondence& result) const {
+  check_query(query, count, std::min(capacity, result.capacity));
+  result.count = count;
+  const bool gpu = impl_->traversal == Traversal::gpu;
+  impl_->launch("ray", gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam", kLocalSize,
+                gpu ? 1 : kRaysPerBeam, impl_->params(query, capacity, result.capacity), count,
+                points, result.triangle, result.barycentric, result.distance, result.status);
+}
+
+void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
+                         std::uint32_t capacity, const RayQuery& query,
+                         const cl::Array<std::uint8_t>& hit) const {
+  check_query(query, count, capacity);
+  const bool stream = impl_->traversal == Traversal::cpu;
+  impl_->launch("occlusion",
+                stream                               ? "kiln_occlusion_any_stream"
+                : impl_->traversal == Traversal::gpu ? "kiln_occlusion_any_scalar"
+                                                     : "kiln_occlusion_any_wide",
+                stream ? kOcclusionLocalSize : kLocalSize, stream ? kRaysPerOcclusionBlock : 1,
+                impl_->params(query, capacity, capacity), count, points, hit);
+}
+
+const RayCaster::Stats& RayCaster::stats() const { return impl_->tree->stats; }
+Traversal RayCaster::traversal() const { return impl_->traversal; }
+
+}  // namespace kiln

@@ -1,0 +1,68 @@
+// Rays against the dense mesh.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "accel/device_bvh.h"
+#include "cl/context.h"
+#include "kiln/types.h"
+#include "texel/correspondence.h"
+
+namespace kiln {
+
+/// What a batch of rays asks for. Lengths are in frame units.
+///
+/// A ray starts at position + offset * direction and runs along the direction (or against it where
+/// `inward`); only hits with t in [t_min, t_max] along the ray count.
+struct RayQuery {
+  float t_min = 0;
+  float t_max = 1;
+  float offset = 0;
+  bool use_reach = false;  ///< The offset is each sample's own `reach` (cage meshes)
+  bool inward = false;
+  bool outward_first = false;  ///< t_min < 0: the nearest hit with t >= 0, else the nearest with
+                               ///< t < 0 (Tarini et al., section 3.2). Otherwise the smallest t.
+  bool two_sided = false;      ///< Keep hits whose face normal points against the direction
+};
+
+/// The traversal kernels of rays, and the hierarchy that they walk.
+///
+/// The intersection test is watertight (after Woop, Benthin, Wald 2013): no ray slips between two
+/// triangles that share an edge or a vertex. Ties go to the smaller triangle index. So the result is
+/// a function of the triangles and the ray alone, and not of the tree, the variant or the threads.
+class RayCaster {
+ public:
+  /// Builds the tree on the host and uploads it.
+  /// \param positions  in the working frame: about unit size
+  /// \throws Error(device) where the device has too little memory
+  RayCaster(cl::Context& context, std::span<const Vec3> positions,
+            std::span<const Triangle> triangles, Traversal traversal = Traversal::automatic);
+  /// \param tree  shared with whoever else walks it
+  RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree,
+            Traversal traversal = Traversal::automatic);
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+  RayCaster& operator=(RayCaster&&) noexcept;
+
+  /// Casts rays for samples [0, count) of `points` (planes of `capacity`: position x y z, unit
+  /// direction x y z, reach; see TexelBand). Writes triangle, barycentric, distance (signed, along
+  /// the direction, from the sample's position) and status for each.
+  void intersect(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
+                 const RayQuery& query, Correspondence& result) const;
+
+  /// Any-hit: writes 1 to `hit` where something lies in [t_min, t_max].
+  void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
+                const RayQuery& query, const cl::Array<std::uint8_t>& hit) const;
+
+  using Stats = Tree::Stats;
+  const Stats& stats() const;
+  Traversal traversal() const;  ///< Never automatic
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kiln

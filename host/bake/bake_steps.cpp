@@ -1,0 +1,146 @@
+#include "bake/bake_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/parallel.h"
+#include "image/gutter.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+/// What empty texels hold: the direction that lights like the plain surface.
+std::array<float, 3> background(const BakeOptions& options) {
+  if (options.space == NormalMapSpace::object) return {0, 0, 0};
+  return {0, 0, 1};
+}
+
+/// What helps where samples are missed.
+std::string miss_advice(const BakeReport& report) {
+  if (report.uv) {
+    return "the dense mesh's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
+           "nearest points decide the rest (--fallback ray, --fallback closest).";
+  }
+  if (!report.views) {
+    return "raise --max-distance, check that both meshes lie in the same place, or add --two-sided "
+           "where the dense mesh's faces are turned inside out.";
+  }
+  std::string advice =
+      "let rays or nearest points decide them (--fallback ray, --fallback closest), ";
+  advice += report.views->undersampled > 0.5
+                ? "raise --view-size, since most triangles are smaller "
+                  "than a pixel of the views, "
+                : "look from more sides (--views), ";
+  advice += "raise --max-distance, or add --two-sided where faces are turned inside out.";
+  return advice;
+}
+
+}  // namespace
+
+void count_samples(cl::Context& context, const Correspondence& match, double unit,
+                   BakeReport& report, double& distance_sum) {
+  std::vector<std::uint8_t> status(match.count);
+  std::vector<float> distance(match.count);
+  match.status.read(context, status);
+  match.distance.read(context, distance);
+  struct Sums {
+    std::array<std::uint64_t, KILN_STATUS_COUNT> counts{};
+    double distance = 0;
+  };
+  constexpr std::size_t kBlock = 1 << 16;
+  std::vector<Sums> blocks((match.count + kBlock - 1) / kBlock);
+  parallel_for(match.count, kBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Sums& sums = blocks[i / kBlock];
+      ++sums.counts[std::min<std::size_t>(status[i], KILN_STATUS_COUNT - 1)];
+      if (status[i] != KILN_STATUS_MISS) sums.distance += std::abs(distance[i]);
+    }
+  });
+  for (const Sums& sums : blocks) {
+    report.outward += sums.counts[KILN_STATUS_OUTWARD];
+    report.inward += sums.counts[KILN_STATUS_INWARD];
+    report.cage += sums.counts[KILN_STATUS_CAGE];
+    report.viewed += sums.counts[KILN_STATUS_VIEW];
+    report.closest += sums.counts[KILN_STATUS_CLOSEST];
+    report.by_uv += sums.counts[KILN_STATUS_UV];
+    report.missed += sums.counts[KILN_STATUS_MISS];
+    distance_sum += sums.distance * unit;
+  }
+}
+
+void encode_texel(const BakeOptions& options, std::uint8_t coverage, float* pixel) {
+  const bool marked = options.miss == MissPolicy::mark && coverage == kCoverageMissed;
+  if (marked) {
+    pixel[0] = pixel[2] = 1;
+    pixel[1] = -1;
+  }
+  if (options.two_component && !marked) pixel[2] = options.raw ? 0.0F : -1.0F;
+  if (options.raw) return;
+  for (int c = 0; c < 3; ++c) pixel[c] = pixel[c] * 0.5F + 0.5F;
+}
+
+Image mask_image(const BakeOptions& options, const std::vector<std::uint8_t>& coverage) {
+  Image mask{options.width, options.height, 1, std::vector<float>(coverage.size())};
+  std::transform(coverage.begin(), coverage.end(), mask.pixels.begin(),
+                 [](std::uint8_t value) { return value == kCoverageBaked ? 1.0F : 0.0F; });
+  return mask;
+}
+
+std::uint64_t finish_image(cl::Context& context, const BakeOptions& options, std::int32_t gutter,
+                           Image& image, std::vector<std::uint8_t>& coverage) {
+  const std::array<float, 3> empty = background(options);
+  parallel_for(coverage.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (coverage[i] == kCoverageEmpty)
+        std::copy(empty.begin(), empty.end(), &image.pixels[i * 3]);
+    }
+  });
+  const std::uint64_t count =
+      fill_gutter(context, image, coverage, {gutter, options.miss != MissPolicy::keep, true});
+  parallel_for(coverage.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      encode_texel(options, coverage[i], &image.pixels[i * 3]);
+    }
+  });
+  return count;
+}
+
+std::vector<Image> finished_mips(cl::Context& context, const BakeOptions& options,
+                                 const Image& image, const std::vector<std::uint8_t>& coverage,
+                                 const ChartMap& charts) {
+  MipOptions mip_options;
+  mip_options.unit_vectors = true;
+  mip_options.missed_have_values = options.miss == MissPolicy::keep;
+  if (options.miss == MissPolicy::mark) mip_options.missed = {1, -1, 1, 0};
+  std::vector<MipLevel> levels = make_mips(image, coverage, charts, mip_options);
+  std::vector<Image> images;
+  std::int32_t gutter = options.gutter;
+  for (MipLevel& level : levels) {
+    if (gutter > 0) gutter = std::max(2, gutter / 2);
+    finish_image(context, options, gutter, level.image, level.coverage);
+    images.push_back(std::move(level.image));
+  }
+  return images;
+}
+
+void warn_about_misses(BakeReport& report) {
+  if (report.samples == 0) {
+    report.warnings.push_back(
+        {"no-texels",
+         "No texel centre lies inside a UV triangle: the map is empty. Use a larger "
+         "size, or check the UV layout.",
+         1});
+  } else if (report.missed * 50 > report.samples) {
+    const auto percent = static_cast<int>(100.0 * static_cast<double>(report.missed) /
+                                          static_cast<double>(report.samples));
+    report.warnings.push_back(
+        {"many-misses",
+         std::to_string(percent) + "% of the samples found no point of the dense mesh" +
+             (report.uv ? ": " : " within the distance: ") + miss_advice(report),
+         report.missed});
+  }
+}
+
+}  // namespace kiln

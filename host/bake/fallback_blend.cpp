@@ -1,0 +1,184 @@
+#include "bake/fallback_blend.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <queue>
+#include <utility>
+
+#include "mesh/kernels_shared.h"
+#include "mesh/surface_links.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+/// Of a step along a row or column, and aslant. Whole numbers, so that all orders of adding agree.
+constexpr std::uint32_t kStraight = 1000;
+constexpr std::uint32_t kDiagonal = 1414;
+constexpr std::uint32_t kFar = 0xFFFFFFFFU;
+
+/// The eight neighbours of texels on the surface: first the four that share a side.
+class Neighbours {
+ public:
+  Neighbours(const TexelLinks& links, std::uint32_t width) : links_(links), width_(width) {}
+
+  /// In the order of kiln_visibility_link; KILN_VISIBILITY_NO_LINK where there is none.
+  std::array<std::uint32_t, 8> of(std::uint32_t texel) const {
+    std::array<std::uint32_t, 8> result;
+    if (links_.kind[texel] == KILN_VISIBILITY_INNER) {
+      const std::uint32_t above = texel - width_;
+      const std::uint32_t below = texel + width_;
+      return {texel - 1, texel + 1, above, below, above - 1, above + 1, below - 1, below + 1};
+    }
+    // Border texels come in their order.
+    std::size_t low = 0;
+    std::size_t high = links_.links.size() / 9;
+    while (low + 1 < high) {
+      const std::size_t middle = (low + high) / 2;
+      (links_.links[9 * middle] <= texel ? low : high) = middle;
+    }
+    std::copy_n(&links_.links[9 * low + 1], 8, result.begin());
+    return result;
+  }
+
+ private:
+  const TexelLinks& links_;
+  std::uint32_t width_;
+};
+
+}  // namespace
+
+FallbackBlend::FallbackBlend(std::uint32_t width, std::uint32_t height, std::uint32_t reach)
+    : width_(width),
+      height_(height),
+      reach_(reach),
+      triangle_(std::size_t{width} * height, KILN_NO_TRIANGLE),
+      decider_(triangle_.size()) {}
+
+void FallbackBlend::store(cl::Context& context, const TexelBand& band,
+                          std::span<const Decider> deciders) {
+  if (band.texel_count == 0) return;
+  std::vector<std::uint32_t> index(band.texel_count);
+  std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
+  std::vector<std::uint32_t> triangle(band.sample_count);
+  band.texel_index.read(context, index);
+  band.texel_first.read(context, first);
+  band.triangle.read(context, triangle);
+  const std::size_t offset = std::size_t{band.first_row} * width_;
+  for (std::size_t t = 0; t < index.size(); ++t) {
+    Decider decider = Decider::nothing;  // the values rise in this order
+    for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+      decider = std::max(decider, deciders[s]);
+    }
+    triangle_[offset + index[t]] = triangle[first[t]];
+    decider_[offset + index[t]] = static_cast<std::uint8_t>(decider);
+  }
+}
+
+void FallbackBlend::plan(const LowSurface& surface) {
+  const SurfaceTopology topology = SurfaceTopology::of(surface);
+  const TexelLinks links = TexelLinks::of(surface, topology, triangle_, width_, height_);
+  const Neighbours neighbours(links, width_);
+  const auto is = [this](std::uint32_t texel, Decider decider) {
+    return triangle_[texel] != KILN_NO_TRIANGLE &&
+           decider_[texel] == static_cast<std::uint8_t>(decider);
+  };
+  cost_.assign(decider_.size(), kFar);
+  // Half a texel of the way lies on the fallback's side of the border.
+  const std::uint32_t farthest = reach_ * kStraight + kStraight / 2;
+  using Step = std::pair<std::uint32_t, std::uint32_t>;  // the cost so far, the texel
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
+  const auto reach = [&](std::uint32_t texel, std::uint32_t cost) {
+    if (cost >= farthest || cost >= cost_[texel]) return;
+    cost_[texel] = cost;
+    steps.emplace(cost, texel);
+  };
+  // A step leads to a texel of the method, from the fallback's or from one of its own.
+  const auto spread = [&](std::uint32_t texel, std::uint32_t cost) {
+    const std::array<std::uint32_t, 8> around = neighbours.of(texel);
+    for (std::size_t k = 0; k < 8; ++k) {
+      if (around[k] == KILN_VISIBILITY_NO_LINK || !is(around[k], Decider::method)) continue;
+      reach(around[k], cost + (k < 4 ? kStraight : kDiagonal));
+    }
+  };
+  for (std::uint32_t texel = 0; texel < decider_.size(); ++texel) {
+    if (!is(texel, Decider::fallback)) continue;
+    cost_[texel] = 0;
+    spread(texel, 0);
+  }
+  while (!steps.empty()) {
+    const auto [cost, texel] = steps.top();
+    steps.pop();
+    if (cost == cost_[texel]) spread(texel, cost);
+  }
+  triangle_ = {};
+}
+
+float FallbackBlend::share(std::size_t texel) const {
+  const std::uint32_t cost = cost_[texel];
+  if (cost == kFar) return 1;
+  if (cost == 0) return 0;
+  const double way = (static_cast<double>(cost) / kStraight - 0.5) / reach_;
+  return static_cast<float>(way * way * (3 - 2 * way));
+}
+
+bool FallbackBlend::touches(const TexelBand& band) const {
+  const auto first = cost_.begin() + static_cast<std::ptrdiff_t>(band.first_row) * width_;
+  return std::any_of(first, first + static_cast<std::ptrdiff_t>(band.row_count) * width_,
+                     [](std::uint32_t cost) { return cost != kFar; });
+}
+
+std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Matcher& matcher,
+                                 const Correspondence& match, NormalDetail& detail,
+                                 const cl::Array<float>& image,
+                                 const cl::Array<std::uint8_t>& coverage) {
+  std::vector<std::uint32_t> index(band.texel_count);
+  std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
+  band.texel_index.read(context, index);
+  band.texel_first.read(context, first);
+  const std::span<const Decider> deciders = matcher.deciders();
+  std::vector<float> shares(band.sample_count, 1.0F);
+  std::vector<std::uint32_t> chosen;
+  const std::size_t offset = std::size_t{band.first_row} * width_;
+  for (std::size_t t = 0; t < index.size(); ++t) {
+    const float own = share(offset + index[t]);
+    if (own == 1) continue;
+    for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+      if (deciders[s] != Decider::method) continue;
+      shares[s] = own;
+      chosen.push_back(s);
+    }
+  }
+  if (chosen.empty()) return 0;
+  matcher.run_fallback(band, chosen, found_);
+  const auto count = static_cast<std::uint32_t>(chosen.size());
+  if (other_.capacity < band.capacity) {
+    other_ = Correspondence();
+    other_ = Correspondence(context, band.capacity);
+  }
+  context.fill(other_.triangle, std::uint32_t{KILN_NO_TRIANGLE});
+  const cl::Array<std::uint32_t> indices(context, std::span<const std::uint32_t>(chosen));
+  context.launch(context.kernel("match", "kiln_match_scatter"), count, kLocal, count,
+                 found_.capacity, other_.capacity, indices, found_.triangle, found_.barycentric,
+                 found_.distance, found_.status, other_.triangle, other_.barycentric,
+                 other_.distance, other_.status);
+  const cl::Array<float> device_shares(context, std::span<const float>(shares));
+  detail.run_blended(band, match, other_, device_shares, image, coverage);
+  context.finish();
+
+  std::vector<std::uint32_t> found(count);
+  found_.triangle.read(context, found);
+  std::uint64_t texels = 0;
+  std::size_t c = 0;
+  for (std::size_t t = 0; t < index.size(); ++t) {
+    bool blended = false;
+    for (; c < chosen.size() && chosen[c] < first[t + 1]; ++c) {
+      blended = blended || found[c] != KILN_NO_TRIANGLE;
+    }
+    texels += blended ? 1 : 0;
+  }
+  return texels;
+}
+
+}  // namespace kiln

@@ -1,0 +1,110 @@
+#include "detail/normal.h"
+
+#include "mesh/low_shading.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::size_t kWide = 8;
+
+}  // namespace
+
+NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
+                           const SourceAttributes& source, const BakeOptions& options,
+                           DetailPath path)
+    : context_(context),
+      wide_(path == DetailPath::automatic ? !context.info().is_gpu : path == DetailPath::wide),
+      source_(source),
+      shading_(context, std::span<const kiln_low_shading>(low_shading(surface))) {
+  switch (options.space) {
+    case NormalMapSpace::tangent:
+      detail_.space = KILN_SPACE_TANGENT;
+      break;
+    case NormalMapSpace::object:
+      detail_.space = KILN_SPACE_OBJECT;
+      break;
+    case NormalMapSpace::face:
+      detail_.space = KILN_SPACE_FACE;
+      break;
+  }
+  detail_.y_scale = options.flip_y ? -1.0F : 1.0F;
+  detail_.two_component = options.two_component ? 1 : 0;
+  detail_.two_sided = options.two_sided ? 1 : 0;
+  switch (options.miss) {
+    case MissPolicy::keep:
+      resolve_.miss = KILN_MISS_KEEP;
+      break;
+    case MissPolicy::fill:
+      resolve_.miss = KILN_MISS_FILL;
+      break;
+    case MissPolicy::mark:
+      resolve_.miss = KILN_MISS_MARK;
+      break;
+  }
+}
+
+void NormalDetail::describe(const TexelBand& band, const Correspondence& match) {
+  detail_.count = band.sample_count;
+  detail_.low_capacity = band.capacity;
+  detail_.hit_capacity = match.capacity;
+  detail_.out_capacity = band.capacity;
+}
+
+void NormalDetail::prepare(const TexelBand& band, const Correspondence& match) {
+  describe(band, match);
+  if (values_.size() < std::size_t{3} * band.capacity) {
+    values_ = cl::Array<float>();
+    values_ = cl::Array<float>(context_, std::size_t{3} * band.capacity);
+  }
+}
+
+void NormalDetail::resolve(const TexelBand& band, const Correspondence& match,
+                           const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
+  resolve_.texel_count = band.texel_count;
+  resolve_.capacity = band.capacity;
+  context_.launch(context_.kernel("detail", "kiln_detail_resolve"), band.texel_count, kLocal,
+                  resolve_, band.texel_index, band.texel_first, match.triangle, values_, image,
+                  coverage);
+}
+
+void NormalDetail::run(const TexelBand& band, const Correspondence& match,
+                       const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
+  if (band.sample_count == 0) return;
+  const std::size_t groups = (band.sample_count + kWide - 1) / kWide;
+  if (wide_ && band.sample_count == band.texel_count) {
+    describe(band, match);
+    resolve_.texel_count = band.texel_count;
+    context_.launch(context_.kernel("detail_wide", "kiln_detail_texel_wide"), groups, kLocal,
+                    detail_, resolve_, band.texel_index, band.triangle, band.barycentric, shading_,
+                    match.triangle, match.barycentric, source_.normal_indices, source_.normals,
+                    image, coverage);
+    return;
+  }
+  prepare(band, match);
+  if (wide_) {
+    context_.launch(context_.kernel("detail_wide", "kiln_detail_normal_wide"), groups, kLocal,
+                    detail_, band.triangle, band.barycentric, shading_, match.triangle,
+                    match.barycentric, source_.normal_indices, source_.normals, values_);
+  } else {
+    context_.launch(context_.kernel("detail", "kiln_detail_normal"), band.sample_count, kLocal,
+                    detail_, band.triangle, band.barycentric, shading_, match.triangle,
+                    match.barycentric, source_.normal_indices, source_.normals, values_);
+  }
+  resolve(band, match, image, coverage);
+}
+
+void NormalDetail::run_blended(const TexelBand& band, const Correspondence& match,
+                               const Correspondence& other, const cl::Array<float>& shares,
+                               const cl::Array<float>& image,
+                               const cl::Array<std::uint8_t>& coverage) {
+  if (band.sample_count == 0) return;
+  prepare(band, match);
+  context_.launch(context_.kernel("detail", "kiln_detail_blend"), band.sample_count, kLocal,
+                  detail_, other.capacity, band.triangle, band.barycentric, shading_,
+                  match.triangle, match.barycentric, other.triangle, other.barycentric, shares,
+                  source_.normal_indices, source_.normals, values_);
+  resolve(band, match, image, coverage);
+}
+
+}  // namespace kiln

@@ -1,0 +1,55 @@
+// Detail (D): what is read at the corresponding points.
+#pragma once
+
+#include "cl/context.h"
+#include "kiln/bake.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/low_surface.h"
+#include "source/dense_mesh.h"
+#include "texel/correspondence.h"
+#include "texel/texels.h"
+
+namespace kiln {
+
+/// Which kernels run. All give the same answer to the bit.
+enum class DetailPath {
+  automatic,  ///< By the device's type
+  plain,      ///< A work-item a sample
+  wide,       ///< Explicit vectors of eight samples
+};
+
+/// Reads normals at a band's correspondences and averages them to texels (kernels/detail.cl).
+class NormalDetail {
+ public:
+  NormalDetail(cl::Context& context, const LowSurface& surface, const SourceAttributes& source,
+               const BakeOptions& options, DetailPath path = DetailPath::automatic);
+
+  /// \param image     [rows * width * 3] of the band, interleaved; texels that are not covered keep
+  ///                  what is there
+  /// \param coverage  [rows * width]: 1 baked, 2 missed
+  void run(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
+           const cl::Array<std::uint8_t>& coverage);
+
+  /// The same with two correspondences: the normals of both are mixed, each as a direction in space.
+  /// \param other   with triangles for the samples that are mixed, and none for the rest
+  /// \param shares  [samples] how much of `match` a sample takes, 0 to 1
+  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
+                   const cl::Array<float>& shares, const cl::Array<float>& image,
+                   const cl::Array<std::uint8_t>& coverage);
+
+ private:
+  void describe(const TexelBand& band, const Correspondence& match);
+  void prepare(const TexelBand& band, const Correspondence& match);
+  void resolve(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
+               const cl::Array<std::uint8_t>& coverage);
+
+  cl::Context& context_;
+  bool wide_;
+  const SourceAttributes& source_;
+  cl::Array<kiln_low_shading> shading_;
+  cl::Array<float> values_;  // 3 planes, grown to the largest band
+  kiln_detail_params detail_{};
+  kiln_resolve_params resolve_{};
+};
+
+}  // namespace kiln

@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/normal_angle.h"
+#include "base/parallel.h"
+#include "kiln/image.h"
+
+namespace kiln {
+namespace {
+
+// Sums are taken over blocks of this many texels, then over blocks in order: the same for any number
+// of threads.
+constexpr std::size_t kBlock = 4096;
+
+double channel_error(float a, float b) {
+  if (std::isfinite(a) && std::isfinite(b)) {
+    return std::abs(static_cast<double>(a) - static_cast<double>(b));
+  }
+  return a == b || (std::isnan(a) && std::isnan(b)) ? 0.0 : 1.0;
+}
+
+struct Block {
+  std::uint64_t compared = 0;
+  double angle_sum = 0, error_sum = 0;
+  double max_angle = -1, max_error = -1;
+  std::size_t worst_angle = 0, worst_error = 0;
+};
+
+Block compare_block(const Image& a, const Image& b, const Image* mask, std::size_t first,
+                    std::size_t last, std::vector<double>& angles) {
+  Block block;
+  const std::size_t channels = a.channels;
+  for (std::size_t i = first; i < last; ++i) {
+    if (mask != nullptr && mask->pixels[i * mask->channels] == 0.0F) continue;
+    const float* texel_a = &a.pixels[i * channels];
+    const float* texel_b = &b.pixels[i * channels];
+    if (!angles.empty()) {
+      const double angle = normal_angle_degrees(texel_a, texel_b);
+      angles[first + block.compared] = angle;
+      block.angle_sum += angle;
+      if (angle > block.max_angle) block.max_angle = angle, block.worst_angle = i;
+    }
+    ++block.compared;
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double error = channel_error(texel_a[c], texel_b[c]);
+      block.error_sum += error;
+      if (error > block.max_error) block.max_error = error, block.worst_error = i;
+    }
+  }
+  return block;
+}
+
+std::string size_text(const Image& image) {
+  return std::to_string(image.width) + " x " + std::to_string(image.height) + " with " +
+         std::to_string(image.channels) + " channel" + (image.channels == 1 ? "" : "s");
+}
+
+void check_pixels(const Image& image, const char* what) {
+  if (image.channels == 0 ||
+      image.pixels.size() != std::size_t{image.width} * image.height * image.channels) {
+    throw Error(ErrorCode::input, std::string("The ") + what + " image says " + size_text(image) +
+                                      ", but holds " + std::to_string(image.pixels.size()) +
+                                      " values.");
+  }
+}
+
+}  // namespace
+
+ImageDifference compare_images(const Image& a, const Image& b, const Image* mask) {
+  check_pixels(a, "first");
+  check_pixels(b, "second");
+  if (a.width == b.width && a.height == b.height && a.channels != b.channels) {
+    throw Error(ErrorCode::input, "The images cannot be compared: one has " +
+                                      std::to_string(a.channels) + " channels, the other " +
+                                      std::to_string(b.channels) +
+                                      ". Compare two maps of one kind.");
+  }
+  if (a.width != b.width || a.height != b.height) {
+    throw Error(ErrorCode::input, "The images cannot be compared: one is " + size_text(a) +
+                                      ", the other " + size_text(b) +
+                                      ". Bake both at the same size.");
+  }
+  if (mask != nullptr) {
+    check_pixels(*mask, "mask");
+    if (mask->width != a.width || mask->height != a.height) {
+      throw Error(ErrorCode::input, "The mask is " + size_text(*mask) + ", but the images are " +
+                                        size_text(a) + ". Use a mask of their size.");
+    }
+  }
+  const std::size_t texels = std::size_t{a.width} * a.height;
+  const std::size_t block_count = (texels + kBlock - 1) / kBlock;
+  std::vector<double> angles(a.channels >= 3 ? texels : 0);
+  std::vector<Block> blocks(block_count);
+  parallel_for(block_count, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      blocks[i] = compare_block(a, b, mask, i * kBlock, std::min(texels, (i + 1) * kBlock), angles);
+    }
+  });
+
+  ImageDifference result;
+  Block total;
+  for (std::size_t i = 0; i < block_count; ++i) {
+    const Block& block = blocks[i];
+    if (!angles.empty()) {
+      const auto from = angles.begin() + static_cast<std::ptrdiff_t>(i * kBlock);
+      std::copy(from, from + static_cast<std::ptrdiff_t>(block.compared),
+                angles.begin() + static_cast<std::ptrdiff_t>(total.compared));
+    }
+    total.compared += block.compared;
+    total.angle_sum += block.angle_sum;
+    total.error_sum += block.error_sum;
+    if (block.max_angle > total.max_angle) {
+      total.max_angle = block.max_angle;
+      total.worst_angle = block.worst_angle;
+    }
+    if (block.max_error > total.max_error) {
+      total.max_error = block.max_error;
+      total.worst_error = block.worst_error;
+    }
+  }
+  result.compared = total.compared;
+  if (total.compared == 0) return result;
+  const auto count = static_cast<double>(total.compared);
+  result.mean_error = total.error_sum / (count * a.channels);
+  result.max_error = total.max_error;
+  std::size_t worst = total.worst_error;
+  if (!angles.empty()) {
+    angles.resize(total.compared);
+    result.mean_angle_degrees = total.angle_sum / count;
+    result.max_angle_degrees = total.max_angle;
+    result.p99_angle_degrees = percentile(angles, 99);
+    result.p95_angle_degrees = percentile(angles, 95);
+    worst = total.worst_angle;
+  }
+  result.worst_x = static_cast<std::uint32_t>(worst % a.width);
+  result.worst_y = static_cast<std::uint32_t>(worst / a.width);
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,176 @@
+#include "image/gutter.h"
+
+#include <algorithm>
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "base/parallel.h"
+#include "image/push_pull.h"
+#include "shared/image.h"
+
+namespace kiln {
+namespace {
+
+// Keys of a band: bounds the device's memory, keeps a launch short and the band in a cache.
+constexpr std::size_t kBandKeys = std::size_t{1} << 22;
+constexpr std::size_t kLocal = 64;
+
+// The mask on the device: 1 for a source, rows padded to a multiple of 8.
+std::vector<std::uint8_t> make_mask(const Image& image, const std::vector<std::uint8_t>& coverage,
+                                    std::uint32_t stride, bool missed_is_source) {
+  std::vector<std::uint8_t> mask(std::size_t{stride} * image.height);
+  parallel_for(image.height, 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y) {
+      const std::uint8_t* from = &coverage[y * image.width];
+      std::uint8_t* to = &mask[y * stride];
+      for (std::size_t x = 0; x < image.width; ++x) {
+        const bool source =
+            from[x] == kCoverageBaked || (missed_is_source && from[x] == kCoverageMissed);
+        to[x] = source ? 1 : 0;
+      }
+    }
+  });
+  return mask;
+}
+
+// Copies values along the offsets of a band into empty texels; counts them.
+template <typename Offset, int kShift>
+std::uint64_t apply(Image& image, std::vector<std::uint8_t>& coverage, const kiln_gutter_band& band,
+                    const std::vector<Offset>& offsets) {
+  constexpr std::int64_t kBias = std::int64_t{1} << (kShift - 1);
+  const std::size_t channels = image.channels;
+  std::atomic<std::uint64_t> total{0};
+  parallel_for(band.row_count, 16, [&](std::size_t begin, std::size_t end) {
+    std::uint64_t count = 0;
+    for (std::size_t row = begin; row < end; ++row) {
+      const std::size_t y = band.first_row + row;
+      const Offset* from = &offsets[row * band.stride];
+      for (std::size_t x = 0; x < image.width; ++x) {
+        std::uint8_t& state = coverage[y * image.width + x];
+        if (from[x] == 0 || state != kCoverageEmpty) continue;
+        const std::int64_t dy = static_cast<std::int64_t>(from[x] >> kShift) - kBias;
+        const std::int64_t dx =
+            static_cast<std::int64_t>(from[x] & ((Offset{1} << kShift) - 1)) - kBias;
+        const auto texel = static_cast<std::int64_t>(y * image.width + x);
+        const auto source =
+            static_cast<std::size_t>(texel + dy * static_cast<std::int64_t>(image.width) + dx);
+        std::copy_n(&image.pixels[source * channels], channels,
+                    &image.pixels[static_cast<std::size_t>(texel) * channels]);
+        state = kCoverageGutter;
+        ++count;
+      }
+    }
+    total += count;
+  });
+  return total;
+}
+
+template <typename Key, typename Offset, int kShift>
+std::uint64_t fill_nearest(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
+                           std::uint32_t radius, bool missed_is_source, const char* defines) {
+  kiln_gutter_band band{};
+  band.height = image.height;
+  band.stride = (image.width + 7) / 8 * 8;
+  band.pad = (radius + 7) / 8 * 8;
+  band.radius = radius;
+  const std::size_t key_stride = band.stride + 2 * std::size_t{band.pad};
+  const auto rows = static_cast<std::uint32_t>(std::clamp<std::size_t>(
+      kBandKeys / key_stride, std::min<std::size_t>(64, image.height), image.height));
+  // Each tile looks `radius` rows beyond itself: tiles smaller than that would mostly repeat work.
+  band.tile_rows = std::min(rows, std::max(64U, radius));
+
+  cl::Array<std::uint8_t> mask(context, make_mask(image, coverage, band.stride, missed_is_source));
+  cl::Array<Key> keys(context, key_stride * rows);
+  cl::Array<Offset> offsets(context, std::size_t{band.stride} * rows);
+  context.fill(keys, static_cast<Key>(0x7F7F7F7F7F7F7F7FULL));
+  const cl::Kernel columns = context.kernel("image", "kiln_image_gutter_columns", defines);
+  const cl::Kernel nearest = context.kernel("image", "kiln_image_gutter_rows", defines);
+
+  std::uint64_t count = 0;
+  std::vector<Offset> found(offsets.size());
+  for (band.first_row = 0; band.first_row < image.height; band.first_row += rows) {
+    band.row_count = std::min(rows, image.height - band.first_row);
+    const std::size_t groups = band.stride / 8;
+    const std::size_t tiles = (band.row_count + band.tile_rows - 1) / band.tile_rows;
+    context.launch(columns, groups * tiles, kLocal, band, mask, keys);
+    context.launch(nearest, groups * band.row_count, kLocal, band, mask, keys, offsets);
+    offsets.read(context, found);
+    count += apply<Offset, kShift>(image, coverage, band, found);
+  }
+  return count;
+}
+
+std::uint64_t fill_nearest(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
+                           std::uint32_t radius, bool missed_is_source) {
+  radius = std::min(radius, image.width + image.height);  // more than the diagonal
+  if (radius <= KILN_GUTTER_NARROW_RADIUS) {
+    return fill_nearest<std::uint32_t, std::uint16_t, KILN_GUTTER_NARROW_SHIFT>(
+        context, image, coverage, radius, missed_is_source, "");
+  }
+  radius = std::min<std::uint32_t>(radius, KILN_GUTTER_WIDE_RADIUS);
+  return fill_nearest<std::uint64_t, std::uint32_t, KILN_GUTTER_WIDE_SHIFT>(
+      context, image, coverage, radius, missed_is_source, "-DKILN_GUTTER_WIDE=1");
+}
+
+// Fills missed texels, and empty ones too where `everywhere`, from the others; returns how many empty
+// ones.
+std::uint64_t fill_smooth(Image& image, std::vector<std::uint8_t>& coverage,
+                          const GutterOptions& options, bool everywhere) {
+  const std::size_t texels = coverage.size();
+  std::vector<std::uint8_t> known(texels);
+  std::vector<std::uint8_t> wanted(texels);
+  std::atomic<std::uint64_t> empty{0};
+  std::atomic<bool> any{false};
+  parallel_for(texels, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
+    std::uint64_t empty_here = 0;
+    bool any_here = false;
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool missed = coverage[i] == kCoverageMissed && options.fill_missed;
+      // A gutter's values are copies of baked ones, which were copied where everything is filled only.
+      known[i] =
+          coverage[i] != kCoverageEmpty && !missed && (everywhere || coverage[i] != kCoverageGutter)
+              ? 1
+              : 0;
+      wanted[i] = missed || (everywhere && coverage[i] == kCoverageEmpty) ? 1 : 0;
+      any_here = any_here || wanted[i] != 0;
+      if (coverage[i] == kCoverageEmpty) ++empty_here;
+    }
+    empty += empty_here;
+    if (any_here) any = true;
+  });
+  if (!any || !push_pull(image, known, wanted, options.unit_vectors)) return 0;
+  if (!everywhere) return 0;
+  parallel_for(texels, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (coverage[i] == kCoverageEmpty) coverage[i] = kCoverageGutter;
+    }
+  });
+  return empty;
+}
+
+}  // namespace
+
+std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
+                          const GutterOptions& options) {
+  if (options.texels < -1) {
+    throw Error(ErrorCode::usage, "The gutter is " + std::to_string(options.texels) +
+                                      " texels; use 0 or more, or -1 to fill everything.");
+  }
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  if (texels == 0 || image.channels < 1 || image.channels > 4 || coverage.size() != texels ||
+      image.pixels.size() != texels * image.channels) {
+    throw Error(ErrorCode::internal,
+                "fill_gutter was given an image and a coverage of other sizes.");
+  }
+  const bool everywhere = options.texels == -1;
+  std::uint64_t count = 0;
+  if (options.texels != 0) {
+    const auto radius = everywhere ? 1U : static_cast<std::uint32_t>(options.texels);
+    count = fill_nearest(context, image, coverage, radius, !options.fill_missed);
+  }
+  if (everywhere || options.fill_missed) count += fill_smooth(image, coverage, options, everywhere);
+  return count;
+}
+
+}  // namespace kiln

@@ -1,0 +1,346 @@
+#include "image/mips.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "image/gutter.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kBlockRows = 16;
+// A mean shorter than this has no direction to speak of.
+constexpr double kVanishing = 1e-6;
+// How far a squared length may be from 1 for a vector to count as unit in single precision: making it
+// unit again would only stir the last bit, and constant maps are to stay constant.
+constexpr double kUnitSlack = 1e-6;
+// Areas that differ by less are equal: they went through roundings where sides are odd.
+constexpr double kEqualAreas = 1 - 1e-9;
+
+/// What one chart has of a texel.
+template <std::size_t kChannels>
+struct Part {
+  double area = 0;  // samples of level 0
+  std::uint32_t chart = 0;
+  std::array<float, kChannels> mean{};
+};
+
+/// The texels of level k - 1 under one of level k, along one axis.
+struct Taps {
+  std::size_t first = 0, count = 1;
+  std::array<double, 3> weight{1, 1, 1};
+
+  /// \param fine  texels of the finer level
+  static Taps of(std::size_t at, std::size_t fine) {
+    if (fine == 1) return {};
+    if (fine % 2 == 0) return {2 * at, 2, {1, 1, 0}};
+    // A texel is (2m + 1) / m finer ones wide and begins at / m into the first.
+    const auto m = static_cast<double>(fine / 2);
+    const auto i = static_cast<double>(at);
+    return {2 * at, 3, {(m - i) / m, 1, (i + 1) / m}};
+  }
+};
+
+/// Level 0, whose texels have one part at most.
+template <std::size_t kChannels>
+struct Base {
+  const Image& image;
+  std::span<const std::uint8_t> coverage;
+  const ChartMap& charts;
+  bool missed_have_values;
+
+  std::uint32_t width() const { return image.width; }
+  std::uint32_t height() const { return image.height; }
+  bool missed(std::size_t x, std::size_t y) const {
+    return !missed_have_values && coverage[y * image.width + x] == kCoverageMissed;
+  }
+  std::span<const Part<kChannels>> parts(std::size_t x, std::size_t y, Part<kChannels>& own) const {
+    const std::size_t texel = y * image.width + x;
+    const std::uint8_t state = coverage[texel];
+    if (state != kCoverageBaked && (state != kCoverageMissed || !missed_have_values)) return {};
+    own.area = charts.weight.empty() ? 1 : charts.weight[texel];
+    own.chart = charts.chart[texel];
+    std::copy_n(&image.pixels[texel * kChannels], kChannels, own.mean.begin());
+    return {&own, 1};
+  }
+};
+
+/// A level on the way down: for every texel its parts, by chart.
+template <std::size_t kChannels>
+struct Chain {
+  struct Block {
+    std::vector<std::uint32_t> first;  // [texels + 1] into parts
+    std::vector<Part<kChannels>> parts;
+  };
+  std::uint32_t level_width = 0, level_height = 0;
+  std::vector<Block> blocks;           // of kBlockRows rows
+  std::vector<std::uint8_t> coverage;  // where missed texels have no values; else empty
+
+  std::uint32_t width() const { return level_width; }
+  std::uint32_t height() const { return level_height; }
+  bool missed(std::size_t x, std::size_t y) const {
+    return !coverage.empty() && coverage[y * level_width + x] == kCoverageMissed;
+  }
+  std::span<const Part<kChannels>> parts(std::size_t x, std::size_t y, Part<kChannels>&) const {
+    const Block& block = blocks[y / kBlockRows];
+    const std::size_t texel = y % kBlockRows * level_width + x;
+    return {block.parts.data() + block.first[texel], block.first[texel + 1] - block.first[texel]};
+  }
+};
+
+template <std::size_t kChannels>
+constexpr std::size_t kVector = std::min<std::size_t>(3, kChannels);
+
+template <std::size_t kChannels>
+double squared_length(const std::array<float, kChannels>& v) {
+  double squared = 0;
+  for (std::size_t c = 0; c < kVector<kChannels>; ++c) squared += double{v[c]} * v[c];
+  return squared;
+}
+
+/// Adds up the parts of one chart.
+template <std::size_t kChannels>
+class Sum {
+ public:
+  void add(const Part<kChannels>& part, double weight) {
+    const double area = weight * part.area;
+    if (area_ == 0) first_ = part.mean;
+    area_ += area;
+    for (std::size_t c = 0; c < kChannels; ++c) sum_[c] += area * part.mean[c];
+  }
+  Part<kChannels> part(std::uint32_t chart, bool unit_vectors) const {
+    Part<kChannels> result;
+    result.area = area_;
+    result.chart = chart;
+    const double share = 1 / area_;
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      result.mean[c] = static_cast<float>(sum_[c] * share);
+    }
+    if (unit_vectors && squared_length(result.mean) < kVanishing * kVanishing) {
+      // Just long enough that every mean has a direction, and too short to turn others.
+      const double scale = 2 * kVanishing / std::sqrt(squared_length(first_));
+      for (std::size_t c = 0; c < kVector<kChannels>; ++c) {
+        result.mean[c] = static_cast<float>(scale * first_[c]);
+      }
+    }
+    return result;
+  }
+
+ private:
+  static std::array<double, kChannels> minus_zero() {
+    std::array<double, kChannels> sum;
+    sum.fill(-0.0);  // so that the sum of -0 is -0
+    return sum;
+  }
+
+  double area_ = 0;
+  std::array<double, kChannels> sum_ = minus_zero();
+  std::array<float, kChannels> first_{};
+};
+
+template <std::size_t kChannels>
+void write_value(const Part<kChannels>& part, bool unit_vectors, float* pixel) {
+  std::copy_n(part.mean.begin(), kChannels, pixel);
+  if (!unit_vectors) return;
+  const double squared = squared_length(part.mean);
+  if (std::abs(squared - 1) <= kUnitSlack) return;
+  const double scale = 1 / std::sqrt(squared);
+  for (std::size_t c = 0; c < kVector<kChannels>; ++c) {
+    pixel[c] = static_cast<float>(pixel[c] * scale);
+  }
+}
+
+/// One row of texels of the next level.
+template <std::size_t kChannels, typename Finer>
+class RowMaker {
+ public:
+  RowMaker(const Finer& finer, std::size_t y, bool unit_vectors)
+      : finer_(finer), down_(Taps::of(y, finer.height())), unit_vectors_(unit_vectors) {}
+
+  /// Appends a texel's parts, by chart. \returns whether a missed texel is among the finer ones
+  bool append(std::size_t x, std::vector<Part<kChannels>>& parts) {
+    const Taps across = Taps::of(x, finer_.width());
+    bool missed = false;
+    count_ = 0;
+    for (std::size_t j = 0; j < down_.count; ++j) {
+      for (std::size_t i = 0; i < across.count; ++i) {
+        const std::size_t fine_x = across.first + i;
+        const std::size_t fine_y = down_.first + j;
+        missed = missed || finer_.missed(fine_x, fine_y);
+        const auto list = finer_.parts(fine_x, fine_y, own_[count_]);
+        if (list.empty()) continue;
+        cursors_[count_++] = {list.data(), list.data() + list.size(),
+                              down_.weight[j] * across.weight[i]};
+      }
+    }
+    merge(parts);
+    return missed;
+  }
+
+ private:
+  struct Cursor {
+    const Part<kChannels>*at, *end;
+    double weight;
+  };
+
+  /// Merges the sorted lists; parts of one chart are added in the order of the texels.
+  void merge(std::vector<Part<kChannels>>& parts) {
+    if (count_ == 0) return;
+    const std::uint32_t own = cursors_[0].at->chart;
+    const bool alone = std::all_of(&cursors_[0], &cursors_[count_], [&](const Cursor& cursor) {
+      return cursor.at + 1 == cursor.end && cursor.at->chart == own;
+    });
+    if (alone) {  // as nearly everywhere
+      Sum<kChannels> sum;
+      for (std::size_t k = 0; k < count_; ++k) sum.add(*cursors_[k].at, cursors_[k].weight);
+      parts.push_back(sum.part(own, unit_vectors_));
+      return;
+    }
+    while (count_ != 0) {
+      std::uint32_t chart = cursors_[0].at->chart;
+      for (std::size_t k = 1; k < count_; ++k) chart = std::min(chart, cursors_[k].at->chart);
+      Sum<kChannels> sum;
+      std::size_t left = 0;
+      for (std::size_t k = 0; k < count_; ++k) {
+        Cursor cursor = cursors_[k];
+        if (cursor.at->chart == chart) sum.add(*cursor.at++, cursor.weight);
+        if (cursor.at != cursor.end) cursors_[left++] = cursor;
+      }
+      count_ = left;
+      parts.push_back(sum.part(chart, unit_vectors_));
+    }
+  }
+
+  const Finer& finer_;
+  const Taps down_;
+  const bool unit_vectors_;
+  std::array<Part<kChannels>, 9> own_;
+  std::array<Cursor, 9> cursors_{};
+  std::size_t count_ = 0;
+};
+
+template <std::size_t kChannels>
+const Part<kChannels>& widest(std::span<const Part<kChannels>> parts) {
+  double most = 0;
+  for (const auto& part : parts) most = std::max(most, part.area);
+  return *std::find_if(parts.begin(), parts.end(),
+                       [&](const auto& part) { return part.area >= most * kEqualAreas; });
+}
+
+template <std::size_t kChannels, typename Finer>
+Chain<kChannels> descend(const Finer& finer, const MipOptions& options, MipLevel& out) {
+  Chain<kChannels> chain;
+  const std::uint32_t width = std::max(1U, finer.width() / 2);
+  const std::uint32_t height = std::max(1U, finer.height() / 2);
+  chain.level_width = width;
+  chain.level_height = height;
+  chain.blocks.resize((height + kBlockRows - 1) / kBlockRows);
+  const std::size_t texels = std::size_t{width} * height;
+  out.coverage.assign(texels, kCoverageEmpty);
+  out.image = {width, height, kChannels, std::vector<float>(texels * kChannels)};
+  parallel_for(chain.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      auto& block = chain.blocks[b];
+      const std::size_t first_row = b * kBlockRows;
+      const std::size_t last_row = std::min<std::size_t>(first_row + kBlockRows, height);
+      block.first.reserve((last_row - first_row) * width + 1);
+      block.parts.reserve((last_row - first_row) * width);
+      for (std::size_t y = first_row; y < last_row; ++y) {
+        RowMaker<kChannels, Finer> row(finer, y, options.unit_vectors);
+        for (std::size_t x = 0; x < width; ++x) {
+          const std::size_t texel = y * width + x;
+          const std::size_t first_part = block.parts.size();
+          block.first.push_back(static_cast<std::uint32_t>(first_part));
+          const bool missed = row.append(x, block.parts);
+          float* pixel = &out.image.pixels[texel * kChannels];
+          if (first_part != block.parts.size()) {
+            out.coverage[texel] = kCoverageBaked;
+            const std::span<const Part<kChannels>> own(&block.parts[first_part],
+                                                       block.parts.size() - first_part);
+            write_value(widest(own), options.unit_vectors, pixel);
+          } else if (missed) {
+            out.coverage[texel] = kCoverageMissed;
+            std::copy_n(options.missed.begin(), kChannels, pixel);
+          }
+        }
+      }
+      block.first.push_back(static_cast<std::uint32_t>(block.parts.size()));
+    }
+  });
+  if (!options.missed_have_values) chain.coverage = out.coverage;
+  return chain;
+}
+
+template <std::size_t kChannels>
+std::vector<MipLevel> make(const Image& image, std::span<const std::uint8_t> coverage,
+                           const ChartMap& charts, const MipOptions& options) {
+  std::vector<MipLevel> levels;
+  if (image.width == 1 && image.height == 1) return levels;
+  const Base<kChannels> base{image, coverage, charts, options.missed_have_values};
+  levels.emplace_back();
+  Chain<kChannels> chain = descend<kChannels>(base, options, levels.back());
+  while (chain.level_width > 1 || chain.level_height > 1) {
+    levels.emplace_back();
+    chain = descend<kChannels>(chain, options, levels.back());
+  }
+  return levels;
+}
+
+}  // namespace
+
+ChartMap::ChartMap(std::size_t texels, std::uint32_t samples) : chart(texels) {
+  if (samples > 1) weight.resize(texels);
+}
+
+void ChartMap::store(cl::Context& context, const TexelBand& band, std::uint32_t width,
+                     const std::vector<std::uint32_t>& chart_of_triangle) {
+  std::vector<std::uint32_t> index(band.texel_count);
+  std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
+  std::vector<std::uint32_t> triangle(band.sample_count);
+  band.texel_index.read(context, index);
+  band.texel_first.read(context, first);
+  band.triangle.read(context, triangle);
+  const std::size_t offset = std::size_t{band.first_row} * width;
+  parallel_for(band.texel_count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> own;
+    for (std::size_t t = begin; t < end; ++t) {
+      if (weight.empty()) {
+        chart[offset + index[t]] = chart_of_triangle[triangle[first[t]]];
+        continue;
+      }
+      own.clear();
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+        own.push_back(chart_of_triangle[triangle[s]]);
+      }
+      std::sort(own.begin(), own.end());
+      std::size_t most = 0;
+      for (std::size_t i = 0; i < own.size();) {
+        std::size_t next = i;
+        while (next < own.size() && own[next] == own[i]) ++next;
+        if (next - i > most) {
+          most = next - i;
+          chart[offset + index[t]] = own[i];
+        }
+        i = next;
+      }
+      weight[offset + index[t]] = static_cast<std::uint16_t>(most);
+    }
+  });
+}
+
+std::vector<MipLevel> make_mips(const Image& image, std::span<const std::uint8_t> coverage,
+                                const ChartMap& charts, const MipOptions& options) {
+  switch (image.channels) {
+    case 1:
+      return make<1>(image, coverage, charts, options);
+    case 2:
+      return make<2>(image, coverage, charts, options);
+    case 3:
+      return make<3>(image, coverage, charts, options);
+    default:
+      return make<4>(image, coverage, charts, options);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,204 @@
+#include "io/file/byte_source.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+class FileSource final : public ByteSource {
+ public:
+  /// Opened before it is looked at, so that what is checked is what is read.
+  FileSource(const std::filesystem::path& path, FailWith fail) : fail_(std::move(fail)) {
+    file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file_ < 0) {
+      const int error = errno;
+      if (error == ENOENT) fail_("", "there is no such file", "Check the path.");
+      fail_("", std::string("it cannot be opened: ") + std::strerror(error),
+            "Check the path and its permissions.");
+    }
+    struct stat status {};
+    try {
+      if (::fstat(file_, &status) != 0) {
+        fail_("", std::string("it cannot be examined: ") + std::strerror(errno), "Check the disk.");
+      }
+      if (S_ISDIR(status.st_mode)) fail_("", "it is a directory", "Name a volume file in it.");
+      if (!S_ISREG(status.st_mode)) {
+        fail_("", "it is not a regular file", "Copy the volume to a file first.");
+      }
+    } catch (...) {
+      ::close(file_);
+      throw;
+    }
+    size_ = static_cast<std::uint64_t>(status.st_size);
+  }
+  ~FileSource() override { ::close(file_); }
+  FileSource(const FileSource&) = delete;
+  FileSource& operator=(const FileSource&) = delete;
+
+  std::uint64_t size() const override { return size_; }
+  std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
+    std::size_t have = 0;
+    while (have < count && offset + have < size_) {
+      const ssize_t got = ::pread(file_, static_cast<char*>(to) + have, count - have,
+                                  static_cast<off_t>(offset + have));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) {
+        fail_("byte " + std::to_string(offset + have),
+              std::string("it cannot be read: ") + std::strerror(errno), "Check the disk.");
+      }
+      if (got == 0) break;  // shortened meanwhile
+      have += static_cast<std::size_t>(got);
+    }
+    return have;
+  }
+
+ private:
+  FailWith fail_;
+  int file_ = -1;
+  std::uint64_t size_ = 0;
+};
+
+class MemorySource final : public ByteSource {
+ public:
+  explicit MemorySource(std::string_view bytes) : bytes_(bytes) {}
+  std::uint64_t size() const override { return bytes_.size(); }
+  std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
+    if (offset >= bytes_.size()) return 0;
+    count = std::min(count, bytes_.size() - static_cast<std::size_t>(offset));
+    if (count != 0) std::memcpy(to, bytes_.data() + offset, count);
+    return count;
+  }
+
+ private:
+  std::string_view bytes_;
+};
+
+class PlainStream final : public ByteStream {
+ public:
+  PlainStream(const ByteSource& source, std::uint64_t offset)
+      : source_(source), at_(std::min(offset, source.size())) {}
+  std::size_t read(void* to, std::size_t count) override {
+    const std::size_t got = source_.read_at(at_, to, count);
+    at_ += got;
+    return got;
+  }
+  std::uint64_t at_most() const override { return source_.size() - at_; }
+  bool exact() const override { return true; }
+
+ private:
+  const ByteSource& source_;
+  std::uint64_t at_;
+};
+
+class InflatingStream final : public ByteStream {
+ public:
+  InflatingStream(const ByteSource& source, std::uint64_t offset, FailWith fail)
+      : source_(source), at_(std::min(offset, source.size())), fail_(std::move(fail)) {
+    buffer_.resize(std::size_t{1} << 18);
+    // 32: told apart by the first bytes, gzip or zlib.
+    if (inflateInit2(&zlib_, MAX_WBITS + 32) != Z_OK) throw std::bad_alloc();
+  }
+  ~InflatingStream() override { inflateEnd(&zlib_); }
+  InflatingStream(const InflatingStream&) = delete;
+  InflatingStream& operator=(const InflatingStream&) = delete;
+
+  std::size_t read(void* to, std::size_t count) override {
+    std::size_t have = 0;
+    while (have < count && !ended_) {
+      if (zlib_.avail_in == 0) refill();
+      const std::size_t part = std::min<std::size_t>(count - have, std::size_t{1} << 30);
+      zlib_.next_out = static_cast<Bytef*>(to) + have;
+      zlib_.avail_out = static_cast<uInt>(part);
+      const int status = inflate(&zlib_, Z_NO_FLUSH);
+      have += part - zlib_.avail_out;
+      if (status == Z_STREAM_END) {
+        ended_ = !next_member();
+      } else if (status == Z_MEM_ERROR) {
+        throw std::bad_alloc();
+      } else if (status != Z_OK && !(status == Z_BUF_ERROR && zlib_.avail_in == 0)) {
+        fail_(place(),
+              std::string("the compressed data are damaged (") +
+                  (zlib_.msg != nullptr ? zlib_.msg : "zlib's error " + std::to_string(status)) +
+                  ")",
+              "Copy or export the file again.");
+      } else if (zlib_.avail_in == 0 && zlib_.avail_out != 0 && at_ == source_.size()) {
+        fail_(place(), "the compressed data stop before their end (truncated)",
+              "Copy or export the file again.");
+      }
+    }
+    return have;
+  }
+  /// Deflate packs at most 258 bytes into 2 bits.
+  std::uint64_t at_most() const override {
+    if (ended_) return 0;
+    const std::uint64_t left = source_.size() - at_ + zlib_.avail_in + 1;
+    constexpr std::uint64_t best = 1032;
+    return left > std::numeric_limits<std::uint64_t>::max() / (2 * best) ? left
+                                                                         : left * best + 65536;
+  }
+  bool exact() const override { return false; }
+
+ private:
+  void refill() {
+    const std::size_t got = source_.read_at(at_, buffer_.data(), buffer_.size());
+    at_ += got;
+    zlib_.next_in = buffer_.data();
+    zlib_.avail_in = static_cast<uInt>(got);
+  }
+  std::string place() const { return "byte " + std::to_string(at_ - zlib_.avail_in); }
+
+  /// gzip files may be several one after the other.
+  bool next_member() {
+    unsigned char magic[2] = {};
+    const std::uint64_t next = at_ - zlib_.avail_in;
+    if (source_.read_at(next, magic, 2) != 2 || magic[0] != 0x1f || magic[1] != 0x8b) return false;
+    if (inflateReset2(&zlib_, MAX_WBITS + 16) != Z_OK) throw std::bad_alloc();
+    return true;
+  }
+
+  const ByteSource& source_;
+  std::uint64_t at_;
+  FailWith fail_;
+  std::vector<Bytef> buffer_;
+  z_stream zlib_{};
+  bool ended_ = false;
+};
+
+}  // namespace
+
+std::string ByteSource::head(std::size_t limit) const {
+  std::string bytes(static_cast<std::size_t>(std::min<std::uint64_t>(limit, size())), '\0');
+  bytes.resize(read_at(0, bytes.data(), bytes.size()));
+  return bytes;
+}
+
+std::unique_ptr<ByteSource> open_file(const std::filesystem::path& path, FailWith fail) {
+  return std::make_unique<FileSource>(path, std::move(fail));
+}
+
+std::unique_ptr<ByteSource> bytes_in_memory(std::string_view bytes) {
+  return std::make_unique<MemorySource>(bytes);
+}
+
+std::unique_ptr<ByteStream> plain_stream(const ByteSource& source, std::uint64_t offset) {
+  return std::make_unique<PlainStream>(source, offset);
+}
+
+std::unique_ptr<ByteStream> inflating_stream(const ByteSource& source, std::uint64_t offset,
+                                             FailWith fail) {
+  return std::make_unique<InflatingStream>(source, offset, std::move(fail));
+}
+
+}  // namespace kiln

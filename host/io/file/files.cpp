@@ -1,0 +1,98 @@
+#include "kiln/files.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "io/file/atomic_file.h"
+#include "kiln/error.h"
+
+namespace kiln {
+
+namespace {
+
+std::mutex created_mutex;
+std::vector<std::filesystem::path> created_folders;
+
+/// Where a path names what the process has open already, or no regular file (a pipe, /dev/null): its bytes
+/// go there and replace nothing. -1: an ordinary path.
+int open_stream(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  if (name == "/dev/stdout") return dup(STDOUT_FILENO);
+  if (name == "/dev/stderr") return dup(STDERR_FILENO);
+  for (const std::string folder : {"/dev/fd/", "/proc/self/fd/"}) {
+    if (name.rfind(folder, 0) == 0) return dup(std::atoi(name.c_str() + folder.size()));
+  }
+  std::error_code error;
+  const auto kind = std::filesystem::status(path, error).type();
+  using Type = std::filesystem::file_type;
+  if (kind == Type::fifo || kind == Type::character || kind == Type::socket) {
+    return open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  }
+  return -1;
+}
+
+}  // namespace
+
+void save_text(const std::filesystem::path& path, std::string_view text) {
+  if (const int stream = open_stream(path); stream >= 0) {
+    bool good = true;
+    while (good && !text.empty()) {
+      const ssize_t written = write(stream, text.data(), text.size());
+      good = written > 0 || (written < 0 && errno == EINTR);
+      if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
+    }
+    const std::string reason = good ? "" : std::strerror(errno);
+    close(stream);
+    if (good) return;
+    throw Error(ErrorCode::output, "'" + path.string() + "' cannot be written (" + reason + ").");
+  }
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+void remove_empty_output_folders() noexcept {
+  const std::lock_guard lock(created_mutex);
+  for (const std::filesystem::path& folder : created_folders) {
+    // Fails where something is in it, as it should.
+    if (rmdir(folder.c_str()) != 0) continue;
+  }
+  created_folders.clear();
+}
+
+void prepare_output_folder(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  const fs::path target = folder.empty() ? fs::path(".") : folder;
+  std::error_code error;
+  if (!fs::exists(target, error)) {
+    fs::create_directory(target, error);
+    if (error) {
+      throw Error(ErrorCode::output, "The output folder '" + target.string() +
+                                         "' cannot be created (" + error.message() +
+                                         "): create its parent folder, or choose another place.");
+    }
+    const fs::path whole = fs::absolute(target, error);
+    const std::lock_guard lock(created_mutex);
+    created_folders.push_back(error ? target : whole);
+    return;
+  }
+  if (!fs::is_directory(target, error)) {
+    throw Error(ErrorCode::output,
+                "'" + target.string() + "' is not a folder: give a folder for the output.");
+  }
+  if (access(target.c_str(), W_OK | X_OK) != 0) {
+    throw Error(ErrorCode::output, "The output folder '" + target.string() +
+                                       "' cannot be written (" + std::strerror(errno) +
+                                       "): change its permissions, or choose another place.");
+  }
+}
+
+}  // namespace kiln

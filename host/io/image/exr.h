@@ -1,0 +1,82 @@
+// OpenEXR images, and what the project's other EXR files (io/match_io.cpp) share with them.
+#pragma once
+
+#include <ImfIO.h>
+
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <new>
+
+#include "io/file/atomic_file.h"
+#include "kiln/image.h"
+
+namespace kiln {
+
+/// Writes half or float, PIZ: channels Y, or R G, or R G B, or R G B A. Values pass as they are (half:
+/// rounded to nearest even, beyond 65504 to infinity).
+/// \param threads  for compression; 0: all
+/// \throws Error(output)
+void save_exr(const Image& image, const std::filesystem::path& path, bool half, int threads);
+
+/// The same for levels 0 and on of a mip-map, each half the size of the last, rounded down, the last 1 x
+/// 1: tiles.
+/// \throws Error(output)
+void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
+                   bool half, int threads);
+
+/// Reads the first part, scan lines or tiles: R G B A, R G B, R G, R, Y, or Y A, or X Y Z, bare or in
+/// the first layer that has such; half, float or unsigned int. The image is the display window where
+/// the data window lies inside (zero outside the data), else the data window.
+/// \throws Error(input) that names the file. A header that promises more than the file can hold is
+///         refused before memory is taken.
+Image load_exr(const std::filesystem::path& path);
+
+/// OpenEXR's output onto an AtomicFile. OpenEXR writes the end of a file in a destructor, which
+/// swallows errors: call check() after that.
+class ExrStream : public Imf::OStream {
+ public:
+  explicit ExrStream(AtomicFile& file);
+  void write(const char bytes[], int count) override;
+  std::uint64_t tellp() override { return position_; }
+  void seekp(std::uint64_t position) override;
+  /// \throws Error(output) where a write failed
+  void check() const;
+
+ private:
+  AtomicFile& file_;
+  std::uint64_t position_ = 0;
+  std::exception_ptr error_;
+};
+
+/// Opens a file, calls write(stream), and puts the file in its place, whole.
+/// \throws Error(output)
+template <typename Write>
+void write_exr(const std::filesystem::path& path, const Write& write) {
+  AtomicFile file(path);
+  ExrStream stream(file);
+  try {
+    write(stream);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    stream.check();
+    file.fail(error.what(), 0);
+  }
+  stream.check();
+  file.commit();
+}
+
+/// How many threads OpenEXR is to use: `threads`, or all where 0. Gives its global pool threads where
+/// it has none.
+int exr_threads(int threads);
+
+/// Refuses files that OpenEXR would take gigabytes of memory for: reads the headers' windows, channels
+/// and tiles itself and compares them with the file's size.
+/// \param largest  largest width and height in pixels
+/// \throws Error(input)
+void check_exr_headers(const std::filesystem::path& path, std::uint32_t largest);
+
+}  // namespace kiln

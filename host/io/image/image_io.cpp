@@ -1,0 +1,127 @@
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <system_error>
+
+#include "io/image/exr.h"
+#include "io/image/png.h"
+#include "kiln/image.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kLargestSide = 65536;
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
+  throw Error(ErrorCode::input, "Could not read the image '" + path.string() + "': " + what + ".");
+}
+
+void check_image(const Image& image) {
+  if (image.width == 0 || image.height == 0 || image.width > kLargestSide ||
+      image.height > kLargestSide) {
+    throw Error(ErrorCode::usage, "An image of " + std::to_string(image.width) + " x " +
+                                      std::to_string(image.height) +
+                                      " pixels cannot be saved; each side must be 1 to " +
+                                      std::to_string(kLargestSide) + ".");
+  }
+  if (image.channels < 1 || image.channels > 4) {
+    throw Error(ErrorCode::usage, "An image of " + std::to_string(image.channels) +
+                                      " channels cannot be saved; use 1 to 4.");
+  }
+  if (image.pixels.size() != std::size_t{image.width} * image.height * image.channels) {
+    throw Error(ErrorCode::usage,
+                "An image's pixels hold " + std::to_string(image.pixels.size()) +
+                    " values, not width x height x channels = " +
+                    std::to_string(std::size_t{image.width} * image.height * image.channels) + ".");
+  }
+}
+
+void check_threads(const SaveImageOptions& options) {
+  if (options.threads < 0) {
+    throw Error(ErrorCode::usage, "SaveImageOptions::threads is " +
+                                      std::to_string(options.threads) +
+                                      "; use 0 for all cores, or their number.");
+  }
+}
+
+void check_mips(const Image& image, const std::vector<Image>& mips) {
+  const Image* finer = &image;
+  const auto last = [&] { return finer->width == 1 && finer->height == 1; };
+  for (const Image& level : mips) {
+    check_image(level);
+    const std::uint32_t width = std::max(1U, finer->width / 2);
+    const std::uint32_t height = std::max(1U, finer->height / 2);
+    if (last() || level.width != width || level.height != height ||
+        level.channels != image.channels) {
+      throw Error(ErrorCode::usage,
+                  "Mip level " + std::to_string(&level - mips.data() + 1) + " is " +
+                      std::to_string(level.width) + " x " + std::to_string(level.height) +
+                      " with " + std::to_string(level.channels) +
+                      " channels; each level must have the image's channels and half the sides of "
+                      "the last, rounded down, until 1 x 1.");
+    }
+    finer = &level;
+  }
+  if (!last()) {
+    throw Error(ErrorCode::usage, "The last of " + std::to_string(mips.size()) + " mip levels is " +
+                                      std::to_string(finer->width) + " x " +
+                                      std::to_string(finer->height) +
+                                      "; give all levels down to 1 x 1.");
+  }
+}
+
+}  // namespace
+
+Image load_image(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) fail(path, "it is a folder; name a file");
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+    fail(path, "it is not a regular file; copy the image to a file first");
+  }
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
+                                                             &std::fclose);
+  if (file == nullptr) fail(path, std::generic_category().message(errno) + "; check the path");
+  unsigned char magic[8] = {};
+  const std::size_t count = std::fread(magic, 1, sizeof(magic), file.get());
+  if (count == 0) fail(path, "it is empty; export it again");
+  if (std::memcmp(magic, "\x89PNG\r\n\x1a\n", 8) == 0) return load_png(path);
+  if (std::memcmp(magic, "\x76\x2f\x31\x01", 4) == 0) return load_exr(path);
+  fail(path, "it is neither PNG nor OpenEXR; convert it to one of them");
+}
+
+void save_image(const Image& image, const std::filesystem::path& path,
+                const SaveImageOptions& options) {
+  check_image(image);
+  check_threads(options);
+  switch (options.format) {
+    case ImageFormat::exr_half:
+      return save_exr(image, path, true, options.threads);
+    case ImageFormat::exr_float:
+      return save_exr(image, path, false, options.threads);
+    case ImageFormat::png16:
+      return save_png(image, path, 16, false, options.threads);
+    case ImageFormat::png8:
+      return save_png(image, path, 8, options.dither, options.threads);
+  }
+  throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.");
+}
+
+void save_mipmapped(const Image& image, const std::vector<Image>& mips,
+                    const std::filesystem::path& path, const SaveImageOptions& options) {
+  check_image(image);
+  check_threads(options);
+  check_mips(image, mips);
+  if (options.format != ImageFormat::exr_half && options.format != ImageFormat::exr_float) {
+    throw Error(ErrorCode::usage,
+                "PNG holds one image, not mip-maps: save each level as a file of its own, or use "
+                "OpenEXR.");
+  }
+  std::vector<const Image*> levels = {&image};
+  for (const Image& level : mips) levels.push_back(&level);
+  save_exr_mips(levels, path, options.format == ImageFormat::exr_half, options.threads);
+}
+
+}  // namespace kiln

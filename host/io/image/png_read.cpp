@@ -1,0 +1,143 @@
+#include <png.h>
+
+#include <algorithm>
+#include <bit>
+#include <csetjmp>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "base/parallel.h"
+#include "io/image/png.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint64_t kLargestSide = 65536;
+// Deflate makes at most 258 bytes of 2 bits: about 1032 of one byte. A header that asks for more than
+// the whole file could hold is damaged, and is refused before memory is taken.
+constexpr std::uint64_t kLargestRatio = 1032;
+
+// libpng reports errors by longjmp, which must not cross a frame that owns anything: all that is owned
+// lives here, outside the functions that call setjmp.
+struct Reader {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  std::FILE* file = nullptr;
+  char message[256] = "damaged";
+  png_uint_32 width = 0, height = 0;
+  int channels = 0, bits = 0, passes = 0;
+  std::size_t row_bytes = 0;
+
+  Reader() = default;
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  ~Reader() {
+    png_destroy_read_struct(&png, &info, nullptr);
+    if (file != nullptr) std::fclose(file);
+  }
+};
+
+[[noreturn]] void on_error(png_structp png, png_const_charp text) {
+  auto* reader = static_cast<Reader*>(png_get_error_ptr(png));
+  std::snprintf(reader->message, sizeof(reader->message), "%s", text);
+  png_longjmp(png, 1);
+}
+
+void on_warning(png_structp, png_const_charp) {}  // About colour profiles and comments: not used.
+
+bool read_header(Reader& reader) {
+  if (setjmp(png_jmpbuf(reader.png))) return false;
+  png_init_io(reader.png, reader.file);
+  png_set_user_limits(reader.png, kLargestSide, kLargestSide);
+  png_set_chunk_malloc_max(reader.png, 8000000);
+  png_read_info(reader.png, reader.info);
+  png_set_expand(reader.png);  // Palette to RGB, below 8 bits to 8, transparency to alpha.
+  if (std::endian::native == std::endian::little) png_set_swap(reader.png);
+  reader.passes = png_set_interlace_handling(reader.png);
+  png_read_update_info(reader.png, reader.info);
+  reader.width = png_get_image_width(reader.png, reader.info);
+  reader.height = png_get_image_height(reader.png, reader.info);
+  reader.channels = png_get_channels(reader.png, reader.info);
+  reader.bits = png_get_bit_depth(reader.png, reader.info);
+  reader.row_bytes = png_get_rowbytes(reader.png, reader.info);
+  return true;
+}
+
+// Reads `count` rows from the present one into `rows`.
+bool read_rows(Reader& reader, std::uint8_t* rows, std::size_t count) {
+  if (setjmp(png_jmpbuf(reader.png))) return false;
+  for (std::size_t y = 0; y < count; ++y) {
+    png_read_row(reader.png, rows + y * reader.row_bytes, nullptr);
+  }
+  return true;
+}
+
+bool read_end(Reader& reader) {
+  if (setjmp(png_jmpbuf(reader.png))) return false;
+  png_read_end(reader.png, nullptr);
+  return true;
+}
+
+void to_floats(const Reader& reader, const std::uint8_t* row, float* to) {
+  const std::size_t count = std::size_t{reader.width} * static_cast<std::size_t>(reader.channels);
+  if (reader.bits == 16) {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint16_t value = 0;
+      std::memcpy(&value, row + 2 * i, sizeof(value));
+      to[i] = static_cast<float>(value) / 65535.0F;
+    }
+  } else {
+    for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<float>(row[i]) / 255.0F;
+  }
+}
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
+  throw Error(ErrorCode::input, "Could not read '" + path.string() + "' as PNG: " + what +
+                                    ". Export or copy the file again.");
+}
+
+}  // namespace
+
+Image load_png(const std::filesystem::path& path) {
+  Reader reader;
+  reader.file = std::fopen(path.c_str(), "rbe");
+  if (reader.file == nullptr) fail(path, "it cannot be opened");
+  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_error, on_warning);
+  if (reader.png != nullptr) reader.info = png_create_info_struct(reader.png);
+  if (reader.info == nullptr) throw std::bad_alloc();
+  if (!read_header(reader)) fail(path, reader.message);
+
+  const std::uint64_t file_bytes = std::filesystem::file_size(path);
+  // Expanding makes at most 32 bytes of one (1-bit palette with transparency).
+  const std::uint64_t raw_bytes = std::uint64_t{reader.row_bytes} * reader.height;
+  if (raw_bytes / 32 > file_bytes * kLargestRatio) {
+    fail(path, "its header says " + std::to_string(reader.width) + " x " +
+                   std::to_string(reader.height) + " pixels, more than the file can hold");
+  }
+  Image image;
+  image.width = reader.width;
+  image.height = reader.height;
+  image.channels = static_cast<std::uint32_t>(reader.channels);
+  image.pixels.resize(std::size_t{image.width} * image.height * image.channels);
+
+  // Interlaced images need all rows at once and several passes; others go in bands.
+  const std::size_t band = reader.passes > 1 ? image.height : std::min(image.height, 256U);
+  std::vector<std::uint8_t> rows(band * reader.row_bytes);
+  for (std::size_t first = 0; first < image.height; first += band) {
+    const std::size_t count = std::min<std::size_t>(band, image.height - first);
+    for (int pass = 0; pass < reader.passes; ++pass) {
+      if (!read_rows(reader, rows.data(), count)) fail(path, reader.message);
+    }
+    parallel_for(count, 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t y = begin; y < end; ++y) {
+        to_floats(reader, rows.data() + y * reader.row_bytes, image.at(0, first + y));
+      }
+    });
+  }
+  if (!read_end(reader)) fail(path, reader.message);
+  return image;
+}
+
+}  // namespace kiln

@@ -1,0 +1,326 @@
+#include "io/mesh/mesh_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/mesh/polygon.h"
+
+namespace kiln {
+namespace {
+
+/// Indices are 32 bits, and `none` and OpenCL's signed sizes need room.
+constexpr std::uint64_t largest_count = 0x7FFFFFFFu;
+
+bool finite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+std::string coordinates(const std::array<double, 3>& p) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", p[0], p[1], p[2]);
+  return text;
+}
+
+/// Twice the area, squared; exactly zero for corners on a line. Differences of floats and their
+/// products are exact enough in double for every float there is.
+bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double ux = double(b.x) - a.x, uy = double(b.y) - a.y, uz = double(b.z) - a.z;
+  const double vx = double(c.x) - a.x, vy = double(c.y) - a.y, vz = double(c.z) - a.z;
+  return uy * vz != uz * vy || uz * vx != ux * vz || ux * vy != uy * vx;
+}
+
+Vec3 unit_or_zero(const Vec3& n) {
+  const double x = n.x, y = n.y, z = n.z;
+  const double length = std::sqrt(x * x + y * y + z * z);
+  if (!(length > 0) || !std::isfinite(length)) return {};
+  // Already unit to float's precision: kept, so that reading and writing does not drift.
+  if (std::abs(length - 1) < 1.5e-7) return n;
+  return {static_cast<float>(x / length), static_cast<float>(y / length),
+          static_cast<float>(z / length)};
+}
+
+}  // namespace
+
+void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv,
+                           std::span<const std::uint32_t> normal) {
+  const std::size_t n = vertex.size();
+  const std::uint64_t face = faces_++;
+  if (n < 3) {
+    if (short_faces_++ == 0) first_short_face_ = face;
+    return;
+  }
+  if (triangles_.size() + n > largest_count) {
+    input_.fail("", "it has more than " + std::to_string(largest_count) + " triangles",
+                "Split or simplify the mesh.");
+  }
+  if (n > 3) {
+    polygons_.push_back({static_cast<std::uint32_t>(triangles_.size()),
+                         static_cast<std::uint32_t>(n), polygon_vertex_.size()});
+    // The three pools run in step, so one offset serves all.
+    const auto append = [n](std::vector<std::uint32_t>& pool,
+                            std::span<const std::uint32_t> values) {
+      if (values.empty()) {
+        pool.resize(pool.size() + n, none);
+      } else {
+        pool.insert(pool.end(), values.begin(), values.end());
+      }
+    };
+    append(polygon_vertex_, vertex);
+    append(polygon_uv_, uv);
+    append(polygon_normal_, normal);
+  }
+  const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
+    if (values.empty() && list.empty()) return;  // the attribute has not been met yet
+    list.resize(triangles_.size(), Triangle{none, none, none});
+    for (std::size_t i = 1; i + 1 < n; ++i) {
+      list.push_back(values.empty() ? Triangle{none, none, none}
+                                    : Triangle{values[0], values[i], values[i + 1]});
+    }
+  };
+  grow(uv_triangles_, uv);
+  grow(normal_triangles_, normal);
+  for (std::size_t i = 1; i + 1 < n; ++i)
+    triangles_.push_back({vertex[0], vertex[i], vertex[i + 1]});
+  if (!group_names_.empty()) groups_.resize(triangles_.size(), group_);
+}
+
+void MeshBuilder::set_group(std::string_view name) {
+  if (name.empty()) name = "default";
+  if (group_names_.empty() && !triangles_.empty()) {
+    // Faces came before the first name.
+    group_ids_.emplace("default", 0);
+    group_names_.emplace_back("default");
+    groups_.resize(triangles_.size(), 0);
+  }
+  const auto [entry, added] =
+      group_ids_.emplace(std::string(name), static_cast<std::uint32_t>(group_names_.size()));
+  if (added) group_names_.emplace_back(name);
+  group_ = entry->second;
+}
+
+void MeshBuilder::split_polygons() {
+  std::vector<Position> corners;
+  std::vector<Triangle> local;
+  std::uint64_t fans = 0;
+  std::uint32_t first_fan = 0;
+  for (const Polygon& polygon : polygons_) {
+    corners.clear();
+    for (std::uint32_t i = 0; i < polygon.corners; ++i) {
+      corners.push_back(positions[polygon_vertex_[polygon.offset + i]]);
+    }
+    if (!triangulate(corners, local) && fans++ == 0) first_fan = polygon.first_triangle;
+    for (std::size_t t = 0; t < local.size(); ++t) {
+      for (int k = 0; k < 3; ++k) {
+        const std::uint64_t corner = polygon.offset + local[t][k];
+        const std::size_t triangle = polygon.first_triangle + t;
+        triangles_[triangle][k] = polygon_vertex_[corner];
+        if (!uv_triangles_.empty()) uv_triangles_[triangle][k] = polygon_uv_[corner];
+        if (!normal_triangles_.empty()) normal_triangles_[triangle][k] = polygon_normal_[corner];
+      }
+    }
+  }
+  if (fans != 0) {
+    input_.warn("fan-split-polygons",
+                std::to_string(fans) +
+                    " polygons cross themselves, have no area or are too complex (" +
+                    describe_face(first_fan) + " for one) and were split as fans.",
+                fans);
+  }
+}
+
+void MeshBuilder::place(Mesh& mesh) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Position low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+  std::uint64_t bad = 0, first_bad = 0;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Position& p = positions[i];
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
+      if (bad++ == 0) first_bad = i;
+      continue;
+    }
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  }
+  if (bad == positions.size()) {
+    input_.fail("vertex 0", "all coordinates are NaN or infinite",
+                "Export the mesh again; the program that wrote it failed.");
+  }
+  if (bad != 0) {
+    input_.warn("non-finite-vertices",
+                std::to_string(bad) + " vertices have a NaN or infinite coordinate (vertex " +
+                    std::to_string(first_bad) + ": " + coordinates(positions[first_bad]) +
+                    "); they were kept, and triangles at them are skipped.",
+                bad);
+  }
+
+  Position centre{}, size{};
+  double distance = 0, extent = 0;
+  for (int k = 0; k < 3; ++k) {
+    size[k] = high[k] - low[k];
+    centre[k] = low[k] + size[k] / 2;
+    distance = std::max(distance, std::abs(centre[k]));
+    extent = std::max(extent, size[k]);
+  }
+  const double diagonal =
+      extent > 0 ? extent * std::hypot(size[0] / extent, size[1] / extent, size[2] / extent) : 0;
+  // Far from the world's origin: positions become relative to a point near the middle, rounded to a
+  // power of two above the diagonal. So nearly the same box gives the same origin, and position
+  // minus origin is exact in double.
+  if (diagonal > 0 && std::isfinite(diagonal) && distance > 16 * diagonal) {
+    const double step = std::exp2(std::ceil(std::log2(diagonal)));
+    for (int k = 0; k < 3; ++k) {
+      if (step > 0 && std::isfinite(step))
+        mesh.origin[k] = std::round(centre[k] / step) * step + 0.0;
+    }
+  }
+  constexpr double most = std::numeric_limits<float>::max();
+  // Below this diagonal floats are denormal and hold fewer than 24 bits of it.
+  constexpr double least = 0x1p-125;
+  double reach = 0;
+  for (int k = 0; k < 3; ++k) {
+    reach =
+        std::max({reach, std::abs(low[k] - mesh.origin[k]), std::abs(high[k] - mesh.origin[k])});
+  }
+  if (!(reach <= most)) {
+    input_.fail("",
+                "its coordinates reach " + coordinates(reach == std::abs(low[0]) ? low : high) +
+                    ", beyond the range of single precision (3.4e38)",
+                "Scale the mesh down.");
+  }
+  if (diagonal > 0 && diagonal < least) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", diagonal);
+    input_.fail("", std::string("its size (") + text + ") is below the range of single precision",
+                "Scale the mesh up.");
+  }
+  mesh.positions.resize(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Position& p = positions[i];
+    mesh.positions[i] = {narrow(p[0] - mesh.origin[0]), narrow(p[1] - mesh.origin[1]),
+                         narrow(p[2] - mesh.origin[2])};
+  }
+}
+
+void MeshBuilder::complete_attributes(Mesh& mesh) {
+  const auto fill = [this](std::vector<Triangle>& list, std::uint32_t stand_in) {
+    if (list.empty()) return std::uint64_t{0};
+    list.resize(triangles_.size(), Triangle{none, none, none});
+    std::uint64_t incomplete = 0;
+    for (Triangle& triangle : list) {
+      if (std::find(triangle.begin(), triangle.end(), none) == triangle.end()) continue;
+      ++incomplete;
+      std::replace(triangle.begin(), triangle.end(), none, stand_in);
+    }
+    return incomplete;
+  };
+  std::uint64_t missing = 0;  // the stand-in is no UV of the file's
+  if (const std::uint64_t bare = fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
+    // Any number would bake them over some chart.
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    uvs.push_back({kNowhere, kNowhere});
+    missing = 1;
+    input_.warn(
+        "missing-uvs",
+        std::to_string(bare) + " triangles have corners without a UV; nothing is baked for them.",
+        bare);
+  }
+  if (const std::uint64_t bare =
+          fill(normal_triangles_, static_cast<std::uint32_t>(normals.size()))) {
+    normals.push_back({});
+    input_.warn(
+        "missing-normals",
+        std::to_string(bare) + " triangles have corners without a normal; theirs will be computed.",
+        bare);
+  }
+  if (uv_triangles_.empty()) {
+    uvs.clear();
+    missing = 0;
+  }
+  if (normal_triangles_.empty()) normals.clear();
+  for (Vec3& normal : normals) normal = unit_or_zero(normal);
+  const auto bad =
+      static_cast<std::uint64_t>(std::count_if(
+          uvs.begin(), uvs.end(),
+          [](const Vec2& uv) { return !std::isfinite(uv.x) || !std::isfinite(uv.y); })) -
+      missing;
+  if (bad != 0) {
+    input_.warn(
+        "non-finite-uvs",
+        std::to_string(bad) +
+            " UVs are NaN or infinite; they were kept, and triangles with them are skipped.",
+        bad);
+  }
+  mesh.uvs = std::move(uvs);
+  mesh.uv_triangles = std::move(uv_triangles_);
+  mesh.normals = std::move(normals);
+  mesh.normal_triangles = std::move(normal_triangles_);
+  mesh.colors = std::move(colors);
+  if (!group_names_.empty()) groups_.resize(triangles_.size(), group_);
+  mesh.groups = std::move(groups_);
+  mesh.group_names = std::move(group_names_);
+}
+
+void MeshBuilder::count_degenerate(const Mesh& mesh) {
+  std::uint64_t degenerate = 0, first = 0, usable = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [a, b, c] = mesh.triangles[i];
+    const Vec3 &p = mesh.positions[a], &q = mesh.positions[b], &r = mesh.positions[c];
+    const bool repeated = a == b || b == c || c == a;
+    if (!repeated && !(finite(p) && finite(q) && finite(r))) continue;
+    if (repeated || !has_area(p, q, r)) {
+      if (degenerate++ == 0) first = i;
+    } else {
+      ++usable;
+    }
+  }
+  if (usable == 0) {
+    input_.fail(describe_face(0),
+                "every one of its " + std::to_string(mesh.triangles.size()) +
+                    " triangles is degenerate (repeated corners, no area, or a corner that is not "
+                    "finite)",
+                "Export the mesh again, and check its scale and number format.");
+  }
+  if (degenerate != 0) {
+    input_.warn("degenerate-triangles",
+                std::to_string(degenerate) + " triangles have no area (" +
+                    describe_face(static_cast<std::uint32_t>(first)) +
+                    " for one); they were kept and are skipped where they are used.",
+                degenerate);
+  }
+}
+
+Mesh MeshBuilder::finish() {
+  if (!describe_face) {
+    describe_face = [](std::uint32_t triangle) { return "triangle " + std::to_string(triangle); };
+  }
+  if (positions.size() > largest_count) {
+    input_.fail("", "it has more than " + std::to_string(largest_count) + " vertices",
+                "Split or simplify the mesh.");
+  }
+  if (triangles_.empty()) {
+    const std::string points = std::to_string(positions.size());
+    input_.fail("",
+                faces_ != 0 ? "none of its " + std::to_string(faces_) + " faces has three corners"
+                            : "it has no faces, only " + points + " points",
+                "Kiln needs a surface: export triangles, or reconstruct a surface from the points "
+                "first.");
+  }
+  if (short_faces_ != 0) {
+    input_.warn("short-faces",
+                std::to_string(short_faces_) + " faces have fewer than three corners (face " +
+                    std::to_string(first_short_face_) + " for one) and were left out.",
+                short_faces_);
+  }
+  Mesh mesh;
+  split_polygons();
+  place(mesh);
+  complete_attributes(mesh);
+  mesh.triangles = std::move(triangles_);
+  count_degenerate(mesh);
+  return mesh;
+}
+
+}  // namespace kiln

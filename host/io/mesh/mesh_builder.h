@@ -1,0 +1,84 @@
+// Where every mesh reader puts what it finds, and the rules that all formats share.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "io/mesh/mesh_reader.h"
+
+namespace kiln {
+
+/// To single precision; beyond its range to infinity, where a plain conversion is undefined.
+inline float narrow(double value) {
+  constexpr double most = std::numeric_limits<float>::max();
+  if (std::abs(value) > most) {
+    return std::copysign(std::numeric_limits<float>::infinity(),
+                         static_cast<float>(value > 0 ? 1 : -1));
+  }
+  return static_cast<float>(value);
+}
+
+/// Collects a mesh in double precision and ends in a kiln::Mesh.
+///
+/// Readers append to the pools directly and check the indices they hand to add_face themselves,
+/// since only they know the place in the file. `none` stands for a corner without UV or normal.
+class MeshBuilder {
+ public:
+  static constexpr std::uint32_t none = 0xFFFFFFFFu;
+  using Position = std::array<double, 3>;
+
+  explicit MeshBuilder(const MeshInput& input) : input_(input) {}
+
+  std::vector<Position> positions;
+  std::vector<Vec2> uvs;
+  std::vector<Vec3> normals;  ///< Any length; made unit by finish(), zero where that is impossible.
+  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position.
+
+  /// One polygon in the file's order. `uv` and `normal` are empty (no corner has any) or as long as
+  /// `vertex`. Fewer than three corners: counted, and reported as a warning.
+  void add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv = {},
+                std::span<const std::uint32_t> normal = {});
+
+  /// The group that the faces to come belong to. Never called: the mesh has no groups.
+  void set_group(std::string_view name);
+
+  std::uint64_t faces() const { return faces_; }
+
+  /// How the file is called to mind in "face 17": readers of line-based formats name the line.
+  std::function<std::string(std::uint32_t triangle)> describe_face;
+
+  /// Splits the polygons, chooses the origin, narrows to float, and checks the whole.
+  /// \throws Error(input): no faces, no usable face, no finite vertex, out of float's range
+  Mesh finish();
+
+ private:
+  struct Polygon {
+    std::uint32_t first_triangle, corners;
+    std::uint64_t offset;  ///< Into the polygon_ pools.
+  };
+
+  void split_polygons();
+  void place(Mesh& mesh);
+  void complete_attributes(Mesh& mesh);
+  void count_degenerate(const Mesh& mesh);
+
+  const MeshInput& input_;
+  std::vector<Triangle> triangles_, uv_triangles_, normal_triangles_;
+  std::vector<Polygon> polygons_;
+  std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
+  std::vector<std::uint32_t> groups_;
+  std::vector<std::string> group_names_;
+  std::unordered_map<std::string, std::uint32_t> group_ids_;
+  std::uint32_t group_ = 0;
+  std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
+};
+
+}  // namespace kiln

@@ -1,0 +1,181 @@
+// Reading a mesh: from a path to the right reader.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+#include <string>
+
+#include "io/file/text_scanner.h"
+#include "io/mesh/mesh_reader.h"
+#include "kiln/mesh.h"
+
+namespace kiln {
+namespace {
+
+constexpr const char* format_names[] = {"PLY", "OBJ", "STL", "OFF"};
+constexpr const char* format_extensions[] = {".ply", ".obj", ".stl", ".off"};
+constexpr const char* known_extensions = "Kiln reads .ply, .obj, .stl and .off.";
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
+  const std::string extension = lower(path.extension().string());
+  for (const MeshFormat format :
+       {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off}) {
+    if (extension == format_extensions[static_cast<int>(format)]) return format;
+  }
+  return std::nullopt;
+}
+
+/// What the content looks like by its first bytes.
+struct Guess {
+  std::optional<MeshFormat> format;
+  std::string name;  ///< Empty: nothing that we know.
+};
+
+Guess guess(std::string_view bytes) {
+  const auto starts = [bytes](std::string_view magic) { return bytes.starts_with(magic); };
+  const auto of = [](MeshFormat format) {
+    return Guess{format, format_names[static_cast<int>(format)]};
+  };
+  if (starts("ply\n") || starts("ply\r")) return of(MeshFormat::ply);
+  if (starts("glTF")) return {{}, "binary glTF"};
+  if (starts("Kaydara FBX")) return {{}, "FBX"};
+  if (starts("BLENDER")) return {{}, "a Blender scene"};
+  if (starts("\x89PNG")) return {{}, "a PNG image"};
+  if (starts("\x76\x2f\x31\x01")) return {{}, "an OpenEXR image"};
+  if (starts("PK\x03\x04")) return {{}, "a ZIP archive"};
+  if (starts("\x1f\x8b")) return {{}, "a gzip archive"};
+  std::uint32_t count = 0;
+  if (bytes.size() >= 84) {
+    std::memcpy(&count, bytes.data() + 80, 4);
+    if (bytes.size() == 84 + 50 * std::uint64_t{count}) return of(MeshFormat::stl);
+  }
+  const std::string_view head = bytes.substr(0, 4096);
+  if (head.find('\0') != head.npos) return {};
+  TextScanner scan(head, '#');
+  const std::string_view first = scan.token();
+  if (first == "solid" && head.find("facet") != head.npos) return of(MeshFormat::stl);
+  if (first.size() <= 7 && first.ends_with("OFF")) return of(MeshFormat::off);
+  if (first.starts_with("{")) return {{}, "JSON (glTF?)"};
+  if (first.starts_with("<")) return {{}, "XML or HTML"};
+  for (const char* word : {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"}) {
+    if (first == word) return of(MeshFormat::obj);
+  }
+  return {};
+}
+
+/// The whole file. Opened before it is looked at, so that what is checked is what is read.
+std::string read_file(const MeshInput& input, const std::filesystem::path& path) {
+  const auto because = [](int error) { return std::string(std::strerror(error)); };
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) {
+    const int error = errno;
+    if (error == ENOENT) input.fail("", "there is no such file", "Check the path.");
+    input.fail("", "it cannot be opened: " + because(error), "Check the path and its permissions.");
+  }
+  struct Closer {
+    int file;
+    ~Closer() { ::close(file); }
+  } const closer{file};
+  struct stat status {};
+  if (::fstat(file, &status) != 0) {
+    input.fail("", "it cannot be examined: " + because(errno), "Check the disk.");
+  }
+  if (S_ISDIR(status.st_mode)) input.fail("", "it is a directory", "Name a mesh file in it.");
+  if (!S_ISREG(status.st_mode)) {
+    input.fail("", "it is not a regular file", "Copy the mesh to a file first.");
+  }
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  std::size_t have = 0;
+  while (have < bytes.size()) {
+    const ssize_t got = ::read(file, bytes.data() + have, bytes.size() - have);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) {
+      input.fail("byte " + std::to_string(have), "it cannot be read: " + because(errno),
+                 "Check the disk.");
+    }
+    if (got == 0) break;
+    have += static_cast<std::size_t>(got);
+  }
+  bytes.resize(have);
+  return bytes;
+}
+
+}  // namespace
+
+void MeshInput::fail(const std::string& place, const std::string& problem,
+                     const std::string& remedy) const {
+  throw Error(ErrorCode::input,
+              file + ": " + (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
+}
+
+void MeshInput::warn(std::string code, const std::string& message, std::uint64_t count) const {
+  if (warnings != nullptr) warnings->push_back({std::move(code), file + ": " + message, count});
+}
+
+Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
+  MeshInput input = given;
+  if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);  // UTF-8's mark
+  if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
+  const Guess content = guess(input.bytes);
+  if (!content.name.empty() && content.format != format) {
+    const std::string remedy = content.format
+                                   ? std::string("Rename it to ") +
+                                         format_extensions[static_cast<int>(*content.format)] + "."
+                                   : "Export the mesh as PLY or OBJ.";
+    input.fail("",
+               std::string("it is named as ") + format_names[static_cast<int>(format)] +
+                   " but its content looks like " + content.name,
+               remedy);
+  }
+  if (format == MeshFormat::obj || format == MeshFormat::off) {
+    const std::size_t zero = input.bytes.substr(0, 4096).find('\0');
+    if (zero != std::string_view::npos) {
+      input.fail("byte " + std::to_string(zero),
+                 std::string("it has binary data where ") + format_names[static_cast<int>(format)] +
+                     " has text",
+                 "Check that it is a mesh; export it again.");
+    }
+  }
+  switch (format) {
+    case MeshFormat::ply:
+      return read_ply(input);
+    case MeshFormat::obj:
+      return read_obj(input);
+    case MeshFormat::stl:
+      return read_stl(input);
+    case MeshFormat::off:
+      return read_off(input);
+  }
+  throw Error(ErrorCode::internal, "parse_mesh: unknown format");
+}
+
+Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings) {
+  MeshInput input{path.string(), {}, warnings};
+  const auto format = format_of(path);
+  std::string bytes = read_file(input, path);
+  input.bytes = bytes;
+  if (!format) {
+    const Guess content = bytes.empty() ? Guess{} : guess(bytes);
+    const std::string extension = path.extension().string();
+    input.fail("",
+               (extension.empty() ? "it has no extension"
+                                  : "\"" + extension + "\" is not a mesh format that Kiln knows") +
+                   (content.name.empty() ? "" : "; its content looks like " + content.name),
+               known_extensions);
+  }
+  Mesh mesh = parse_mesh(input, *format);
+  mesh.name = path.stem().string();
+  return mesh;
+}
+
+}  // namespace kiln

@@ -1,0 +1,163 @@
+// Writing Wavefront OBJ.
+#include <array>
+#include <charconv>
+#include <string>
+#include <string_view>
+
+#include "io/file/atomic_file.h"
+#include "kiln/mesh.h"
+
+namespace kiln {
+namespace {
+
+/// Text gathered in memory and handed to the file in large pieces.
+class Writer {
+ public:
+  explicit Writer(AtomicFile& file) : file_(file) { buffer_.reserve(capacity); }
+
+  void text(std::string_view value) {
+    if (buffer_.size() + value.size() > capacity) flush();
+    buffer_ += value;
+  }
+  void single(float value) { number(value, std::chars_format::general, 9); }
+  void full(double value) { number(value, std::chars_format::general, 17); }
+  void index(std::uint32_t zero_based) {
+    char digits[16];
+    const auto end =
+        std::to_chars(digits, digits + sizeof digits, std::uint64_t{zero_based} + 1).ptr;
+    text({digits, static_cast<std::size_t>(end - digits)});
+  }
+  void finish() { flush(); }
+
+ private:
+  static constexpr std::size_t capacity = std::size_t{1} << 18;
+
+  template <typename T>
+  void number(T value, std::chars_format format, int digits) {
+    char characters[40];
+    characters[0] = ' ';
+    const auto end =
+        std::to_chars(characters + 1, characters + sizeof characters, value, format, digits).ptr;
+    text({characters, static_cast<std::size_t>(end - characters)});
+  }
+  void flush() {
+    file_.write(buffer_);
+    buffer_.clear();
+  }
+
+  AtomicFile& file_;
+  std::string buffer_;
+};
+
+/// Names end at the line's end: a control character would break the line, '#' start a comment, and
+/// a final backslash join the next line.
+std::string safe_name(const std::string& name) {
+  std::string safe = name.empty() ? "default" : name;
+  for (char& c : safe) {
+    if (static_cast<unsigned char>(c) < 32 || c == 127 || c == '#' || c == '\\') c = '_';
+  }
+  return safe;
+}
+
+void check(const Mesh& mesh) {
+  const auto wrong = [&mesh](const char* what) {
+    throw Error(ErrorCode::usage, "save_obj: mesh \"" + mesh.name + "\" has " + what +
+                                      "; build it so that every attribute is empty or complete.");
+  };
+  const auto check_indices = [&](const std::vector<Triangle>& list, std::size_t pool,
+                                 const char* what) {
+    for (const Triangle& triangle : list) {
+      for (const std::uint32_t index : triangle) {
+        if (index >= pool) wrong(what);
+      }
+    }
+  };
+  const std::size_t n = mesh.triangles.size();
+  if (!mesh.uv_triangles.empty() && mesh.uv_triangles.size() != n)
+    wrong("uv_triangles not parallel to triangles");
+  if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
+    wrong("normal_triangles not parallel to triangles");
+  if (!mesh.groups.empty() && mesh.groups.size() != n) wrong("groups not parallel to triangles");
+  if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
+    wrong("colors not parallel to positions");
+  check_indices(mesh.triangles, mesh.positions.size(), "a vertex index out of range");
+  check_indices(mesh.uv_triangles, mesh.uvs.size(), "a UV index out of range");
+  check_indices(mesh.normal_triangles, mesh.normals.size(), "a normal index out of range");
+  for (const std::uint32_t group : mesh.groups) {
+    if (group >= mesh.group_names.size()) wrong("a group index out of range");
+  }
+}
+
+}  // namespace
+
+void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
+  check(mesh);
+  AtomicFile file(path);
+  Writer out(file);
+  out.text("# Kiln\n");
+  const bool placed = mesh.origin != std::array<double, 3>{};
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec3& p = mesh.positions[i];
+    out.text("v");
+    if (placed) {
+      out.full(mesh.origin[0] + double{p.x});
+      out.full(mesh.origin[1] + double{p.y});
+      out.full(mesh.origin[2] + double{p.z});
+    } else {
+      out.single(p.x);
+      out.single(p.y);
+      out.single(p.z);
+    }
+    if (!mesh.colors.empty()) {
+      for (int k = 0; k < 3; ++k) out.single(static_cast<float>(mesh.colors[i][k]) / 255.0f);
+    }
+    out.text("\n");
+  }
+  const bool uvs = !mesh.uv_triangles.empty(), normals = !mesh.normal_triangles.empty();
+  if (uvs) {
+    for (const Vec2& uv : mesh.uvs) {
+      out.text("vt");
+      out.single(uv.x);
+      out.single(uv.y);
+      out.text("\n");
+    }
+  }
+  if (normals) {
+    for (const Vec3& n : mesh.normals) {
+      out.text("vn");
+      out.single(n.x);
+      out.single(n.y);
+      out.single(n.z);
+      out.text("\n");
+    }
+  }
+  // All names first, so that a reader numbers the groups as we do.
+  std::uint32_t group = 0xFFFFFFFFu;
+  if (!mesh.groups.empty()) {
+    for (const std::string& name : mesh.group_names) out.text("g " + safe_name(name) + "\n");
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!mesh.groups.empty() && mesh.groups[t] != group) {
+      group = mesh.groups[t];
+      out.text("g " + safe_name(mesh.group_names[group]) + "\n");
+    }
+    out.text("f");
+    for (int k = 0; k < 3; ++k) {
+      out.text(" ");
+      out.index(mesh.triangles[t][k]);
+      if (uvs) {
+        out.text("/");
+        out.index(mesh.uv_triangles[t][k]);
+      }
+      if (normals) {
+        out.text(uvs ? "/" : "//");
+        out.index(mesh.normal_triangles[t][k]);
+      }
+    }
+    out.text("\n");
+  }
+  out.finish();
+  file.commit();
+}
+
+}  // namespace kiln

@@ -1,0 +1,91 @@
+// The lines of a volume's header as text, and numbers in them.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/file/text_scanner.h"
+
+namespace kiln {
+
+/// One statement of a header: where it stands, its name and what it says.
+struct HeaderField {
+  std::uint64_t line = 0;
+  std::string key;    ///< As the format compares names
+  std::string shown;  ///< As the file has it
+  std::string value;  ///< Without blanks at its ends
+
+  std::string place() const { return "line " + std::to_string(line) + " (" + shown + ")"; }
+};
+
+struct HeaderFields {
+  std::vector<HeaderField> all;
+  const HeaderField* find(std::string_view key) const {
+    for (const HeaderField& field : all) {
+      if (field.key == key) return &field;
+    }
+    return nullptr;
+  }
+};
+
+/// Lines ended by LF or CR LF.
+class HeaderLines {
+ public:
+  explicit HeaderLines(std::string_view text) : text_(text) {}
+  /// Nothing at the end of the text.
+  std::optional<std::string_view> next() {
+    if (at_ >= text_.size()) return std::nullopt;
+    const std::size_t end = text_.find('\n', at_);
+    std::string_view line = text_.substr(at_, end == text_.npos ? text_.npos : end - at_);
+    at_ = end == text_.npos ? text_.size() : end + 1;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    ++number_;
+    return line;
+  }
+  /// Where the next line begins.
+  std::size_t offset() const { return at_; }
+  std::uint64_t number() const { return number_; }
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::uint64_t number_ = 0;
+};
+
+inline std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r");
+  if (begin == text.npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+inline std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return result;
+}
+
+inline std::vector<std::string_view> words(std::string_view text) {
+  std::vector<std::string_view> result;
+  TextScanner scan(text);
+  for (auto word = scan.token_in_line(); !word.empty(); word = scan.token_in_line()) {
+    result.push_back(word);
+  }
+  return result;
+}
+
+/// All words as numbers, or nothing where one is none.
+inline std::optional<std::vector<double>> to_doubles(std::string_view text) {
+  std::vector<double> result;
+  for (const std::string_view word : words(text)) {
+    const auto number = to_double(word);
+    if (!number) return std::nullopt;
+    result.push_back(*number);
+  }
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,211 @@
+// Reading a volume: from a path to the right reader.
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "io/volume/volume_reader.h"
+#include "kiln/volume.h"
+
+namespace kiln {
+namespace {
+
+constexpr const char* format_names[] = {"NRRD", "MetaImage", "NIfTI"};
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// The file's name without folder and the extensions that say its format.
+struct Name {
+  std::string stem, extension;
+};
+
+Name split(const std::filesystem::path& path) {
+  Name name{path.stem().string(), lower(path.extension().string())};
+  if (name.extension == ".gz" &&
+      lower(std::filesystem::path(name.stem).extension().string()) == ".nii") {
+    name = {std::filesystem::path(name.stem).stem().string(), ".nii.gz"};
+  }
+  return name;
+}
+
+std::optional<VolumeFormat> format_of(const std::string& extension) {
+  if (extension == ".nrrd" || extension == ".nhdr") return VolumeFormat::nrrd;
+  if (extension == ".mha" || extension == ".mhd") return VolumeFormat::meta_image;
+  if (extension == ".nii" || extension == ".nii.gz") return VolumeFormat::nifti;
+  return std::nullopt;
+}
+
+/// What the content looks like by its first bytes; empty: nothing that we know.
+std::string looks_like(std::string_view head) {
+  const auto at = [head](std::size_t offset, std::string_view magic) {
+    return head.size() >= offset && head.substr(offset).starts_with(magic);
+  };
+  if (at(0, "NRRD")) return "NRRD";
+  if (at(344, "n+1") || at(344, "ni1") || at(4, "n+2") || at(4, "ni2")) return "NIfTI";
+  if (at(0, "\x20\x42\x44\x56")) return "OpenVDB";
+  if (at(128, "DICM")) return "DICOM";
+  if (at(0, "\x89HDF")) return "HDF5";
+  if (at(0, "II*") || at(0, "MM\0*")) return "a TIFF image";
+  if (at(0, "\x89PNG")) return "a PNG image";
+  if (at(0, "PK\x03\x04")) return "a ZIP archive";
+  if (at(0, "\x1f\x8b")) return "a gzip archive";
+  if (head.substr(0, 4096).find("ElementDataFile") != head.npos ||
+      head.substr(0, 4096).find("DimSize") != head.npos) {
+    return "MetaImage";
+  }
+  if (at(0, "# vtk DataFile")) return "legacy VTK";
+  if (at(0, "<")) return "XML or HTML";
+  return {};
+}
+
+VolumeInput input_for(const std::filesystem::path& path, std::vector<Warning>* warnings) {
+  VolumeInput input;
+  input.file = path.string();
+  input.warnings = warnings;
+  const FailWith fail = input.fail_with();
+  input.open_beside = [path, fail](const std::string& name) {
+    const std::filesystem::path beside = path.parent_path() / name;
+    return open_file(beside, [fail, name, beside](const std::string& place,
+                                                  const std::string& problem,
+                                                  const std::string& remedy) {
+      const std::string file = beside.string();
+      fail("data file " + file + (place.empty() ? "" : ", " + place), problem,
+           place.empty() ? "Put the file beside the header, or correct its name there." : remedy);
+    });
+  };
+  return input;
+}
+
+}  // namespace
+
+void VolumeInput::fail(const std::string& place, const std::string& problem,
+                       const std::string& remedy) const {
+  throw Error(ErrorCode::input,
+              file + ": " + (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
+}
+
+FailWith VolumeInput::fail_with() const {
+  return [name = file](const std::string& place, const std::string& problem,
+                       const std::string& remedy) {
+    VolumeInput named;
+    named.file = name;
+    named.fail(place, problem, remedy);
+  };
+}
+
+void VolumeInput::warn(std::string code, const std::string& message, std::uint64_t count) const {
+  if (warnings != nullptr) warnings->push_back({std::move(code), file + ": " + message, count});
+}
+
+Volume parse_volume(const VolumeInput& input, VolumeFormat format) {
+  if (input.source->size() == 0) input.fail("", "the file is empty", "Export the volume again.");
+  const std::string content = looks_like(input.source->head(4096));
+  const std::string wanted = format_names[static_cast<int>(format)];
+  const bool packed_nifti = format == VolumeFormat::nifti && content == "a gzip archive";
+  if (!content.empty() && content != wanted && !packed_nifti) {
+    input.fail("", "it is named as " + wanted + " but its content looks like " + content,
+               "Give it the extension of its format, or export the volume as " + wanted + ".");
+  }
+  switch (format) {
+    case VolumeFormat::nrrd:
+      return read_nrrd(input);
+    case VolumeFormat::meta_image:
+      return read_meta_image(input);
+    case VolumeFormat::nifti:
+      return read_nifti(input);
+  }
+  throw Error(ErrorCode::internal, "parse_volume: unknown format");
+}
+
+bool is_volume_name(const std::filesystem::path& path) {
+  const Name name = split(path);
+  return format_of(name.extension).has_value() || name.extension == ".vdb";
+}
+
+Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings) {
+  VolumeInput input = input_for(path, warnings);
+  const auto source = open_file(path, input.fail_with());
+  input.source = source.get();
+  const Name name = split(path);
+  const auto format = format_of(name.extension);
+  Volume volume;
+  if (format) {
+    volume = parse_volume(input, *format);
+  } else if (name.extension == ".vdb") {
+    if (!reads_openvdb()) {
+      input.fail(
+          "", "this build of Kiln does not read OpenVDB",
+          "Install OpenVDB's library and headers and build Kiln again, or export the grid as "
+          "NRRD.");
+    }
+    volume = read_openvdb(input, path);
+  } else {
+    const std::string content = looks_like(source->head(4096));
+    input.fail("",
+               (name.extension.empty()
+                    ? "it has no extension"
+                    : "\"" + name.extension + "\" is not a volume format that Kiln knows") +
+                   (content.empty() ? "" : "; its content looks like " + content),
+               std::string("Kiln reads .nrrd, .nhdr, .mhd, .mha, .nii and .nii.gz") +
+                   (reads_openvdb() ? ", .vdb" : "") +
+                   "; a file without header needs its dimensions and type.");
+  }
+  volume.name = name.stem;
+  return volume;
+}
+
+Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout& layout,
+                       std::vector<Warning>* warnings) {
+  const auto usage = [&path](const std::string& message) {
+    throw Error(ErrorCode::usage, path.string() + ": " + message);
+  };
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (layout.size[a] == 0 || layout.size[a] > 0xffffffffu) {
+      usage("the dimensions are " + std::to_string(layout.size[0]) + " x " +
+            std::to_string(layout.size[1]) + " x " + std::to_string(layout.size[2]) +
+            "; give three from 1 to 4294967295.");
+    }
+    if (!(layout.spacing[a] >= 1e-30 && layout.spacing[a] <= 1e30)) {
+      usage("the spacing along axis " + std::to_string(a) + " is " +
+            std::to_string(layout.spacing[a]) + "; give a length from 1e-30 to 1e30.");
+    }
+  }
+  if (layout.header_bytes < -1) {
+    usage("the header to skip has " + std::to_string(layout.header_bytes) +
+          " bytes; give 0 or more, or -1 for all that precedes the last voxels.");
+  }
+  VolumeInput input = input_for(path, warnings);
+  const auto source = open_file(path, input.fail_with());
+  input.source = source.get();
+  const std::uint64_t voxels = check_size(input, "dimensions", layout.size, layout.type);
+  const std::uint64_t header = layout.header_bytes >= 0
+                                   ? static_cast<std::uint64_t>(layout.header_bytes)
+                               : source->size() >= voxels ? source->size() - voxels
+                                                          : 0;
+  if (source->size() < header || source->size() - header != voxels) {
+    const std::string sizes = std::to_string(layout.size[0]) + " x " +
+                              std::to_string(layout.size[1]) + " x " +
+                              std::to_string(layout.size[2]);
+    input.fail("",
+               "the dimensions " + sizes + " of " + name_of(layout.type) + " ask for " +
+                   std::to_string(voxels) + " bytes" +
+                   (header != 0 ? " after a header of " + std::to_string(header) : "") +
+                   ", but the file has " + std::to_string(source->size()),
+               "Correct the dimensions or the type, or say how many bytes of header to skip.");
+  }
+  Volume volume;
+  volume.name = path.stem().string();
+  volume.type = layout.type;
+  for (std::size_t a = 0; a < 3; ++a) {
+    volume.size[a] = static_cast<std::uint32_t>(layout.size[a]);
+    volume.axes[a][a] = layout.spacing[a];
+  }
+  read_voxels(input, *source, {.order = layout.byte_order, .offset = header}, volume);
+  return volume;
+}
+
+}  // namespace kiln

@@ -1,0 +1,296 @@
+// NIfTI 1 and 2 in one file. libnifti makes sense of the header; the voxels are read here, since it
+// trusts a header's sizes. https://nifti.nimh.nih.gov/nifti-1, https://nifti.nimh.nih.gov/nifti-2
+#include <nifti2_io.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <type_traits>
+
+#include "io/volume/volume_reader.h"
+
+namespace kiln {
+namespace {
+
+constexpr const char* export_again = "Export the volume again as one NIfTI file (.nii or .nii.gz).";
+
+constexpr std::size_t size_1 = 348, size_2 = 540;  // of the headers of the two versions, bytes
+static_assert(sizeof(nifti_1_header) == size_1 && sizeof(nifti_2_header) == size_2);
+
+/// The fields that are checked before libnifti sees the header, in the machine's byte order.
+struct Fields {
+  bool second = false;  ///< NIfTI-2
+  ByteOrder order = ByteOrder::little;
+  std::array<std::int64_t, 8> dim{};
+  std::int64_t type = 0;
+  double offset = 0, slope = 0, intercept = 0;
+};
+
+class HeaderBytes {
+ public:
+  explicit HeaderBytes(const std::array<std::byte, size_2>& bytes) : bytes_(bytes) {}
+  void set_order(ByteOrder order) {
+    swap_ = (order == ByteOrder::little) != (std::endian::native == std::endian::little);
+  }
+  template <typename T>
+  T get(std::size_t offset) const {
+    std::array<std::byte, sizeof(T)> raw{};
+    std::memcpy(raw.data(), bytes_.data() + offset, sizeof(T));
+    if (swap_) std::reverse(raw.begin(), raw.end());
+    return std::bit_cast<T>(raw);
+  }
+
+ private:
+  const std::array<std::byte, size_2>& bytes_;
+  bool swap_ = false;
+};
+
+Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2>& raw,
+                    std::size_t have) {
+  Fields fields;
+  HeaderBytes header(raw);
+  bool known = false;
+  for (const ByteOrder order : {ByteOrder::little, ByteOrder::big}) {
+    header.set_order(order);
+    const auto size = header.get<std::int32_t>(0);
+    if (size != std::int32_t{size_1} && size != std::int32_t{size_2}) continue;
+    fields.order = order;
+    fields.second = size == std::int32_t{size_2};
+    known = true;
+    break;
+  }
+  if (!known) {
+    input.fail("byte 0", "the header's size is neither 348 nor 540, so this is not NIfTI",
+               export_again);
+  }
+  header.set_order(fields.order);
+  const std::size_t size = fields.second ? size_2 : size_1;
+  if (have < size) {
+    input.fail("header",
+               "it should have " + std::to_string(size) + " bytes, but the file has " +
+                   std::to_string(have) + " (truncated)",
+               "Copy or export the file again.");
+  }
+  char magic[4] = {};
+  std::memcpy(magic, raw.data() + (fields.second ? 4 : 344), 3);
+  const std::string found = magic;
+  if (found == "ni1" || found == "ni2") {
+    input.fail("magic", "the header and the voxels are in two files (.hdr and .img)", export_again);
+  }
+  if (found != (fields.second ? "n+2" : "n+1")) {
+    input.fail("magic", "it is not \"n+1\" or \"n+2\"; the file may be of Analyze 7.5",
+               export_again);
+  }
+  for (std::size_t i = 0; i < 8; ++i) {
+    fields.dim[i] = fields.second ? header.get<std::int64_t>(16 + 8 * i)
+                                  : std::int64_t{header.get<std::int16_t>(40 + 2 * i)};
+  }
+  fields.type = header.get<std::int16_t>(fields.second ? 12 : 70);
+  if (fields.second) {
+    fields.offset = static_cast<double>(header.get<std::int64_t>(168));
+    fields.slope = header.get<double>(176);
+    fields.intercept = header.get<double>(184);
+  } else {
+    fields.offset = header.get<float>(108);
+    fields.slope = header.get<float>(112);
+    fields.intercept = header.get<float>(116);
+  }
+  return fields;
+}
+
+VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
+  switch (type) {
+    case NIFTI_TYPE_UINT8:
+      return VoxelType::u8;
+    case NIFTI_TYPE_INT8:
+      return VoxelType::i8;
+    case NIFTI_TYPE_UINT16:
+      return VoxelType::u16;
+    case NIFTI_TYPE_INT16:
+      return VoxelType::i16;
+    case NIFTI_TYPE_UINT32:
+      return VoxelType::u32;
+    case NIFTI_TYPE_INT32:
+      return VoxelType::i32;
+    case NIFTI_TYPE_FLOAT32:
+      return VoxelType::f32;
+    case NIFTI_TYPE_FLOAT64:
+      return VoxelType::f64;
+    case NIFTI_TYPE_RGB24:
+    case NIFTI_TYPE_RGBA32:
+    case NIFTI_TYPE_COMPLEX64:
+    case NIFTI_TYPE_COMPLEX128:
+    case NIFTI_TYPE_COMPLEX256:
+      input.fail("datatype", "code " + std::to_string(type) + " has several values a voxel",
+                 "Save one component as a volume of its own.");
+    default:
+      break;
+  }
+  input.fail("datatype", "Kiln does not read voxels of code " + std::to_string(type),
+             "Save the volume with 8, 16 or 32-bit integers, float or double.");
+}
+
+/// What libnifti would turn into something else, or take on trust.
+void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume) {
+  if (fields.dim[0] < 3 || fields.dim[0] > 7) {
+    input.fail("dim[0]", "it has " + std::to_string(fields.dim[0]) + " dimensions",
+               "Kiln takes volumes of three dimensions, and others where they have size 1.");
+  }
+  std::array<std::uint64_t, 3> size{};
+  for (std::size_t i = 1; i <= static_cast<std::size_t>(fields.dim[0]); ++i) {
+    const std::string place = "dim[" + std::to_string(i) + "]";
+    if (fields.dim[i] < 0) {
+      input.fail(place, "a size is " + std::to_string(fields.dim[i]), export_again);
+    }
+    if (i <= 3) {
+      size[i - 1] = static_cast<std::uint64_t>(fields.dim[i]);
+    } else if (fields.dim[i] > 1) {
+      input.fail(place,
+                 std::to_string(fields.dim[i]) + (i == 4 ? " time steps" : " values a voxel"),
+                 i == 4 ? "Save one time step as a volume of three dimensions."
+                        : "Save one component as a volume of its own.");
+    }
+  }
+  check_size(input, "dim", size, volume.type);
+  for (std::size_t a = 0; a < 3; ++a) volume.size[a] = static_cast<std::uint32_t>(size[a]);
+  if (!(fields.offset >= 0 && fields.offset <= 2147483520.0)) {
+    input.fail("vox_offset",
+               "the voxels are said to begin at byte " + std::to_string(fields.offset),
+               export_again);
+  }
+}
+
+using Image = std::unique_ptr<nifti_image, decltype(&nifti_image_free)>;
+
+/// The header as libnifti understands it, without data.
+Image interpret(const VolumeInput& input, const Fields& fields,
+                const std::array<std::byte, size_2>& raw) {
+  static std::once_flag quiet;
+  std::call_once(quiet, [] { nifti_set_debug_level(0); });
+  nifti_image* image = nullptr;
+  if (fields.second) {
+    nifti_2_header header;
+    std::memcpy(&header, raw.data(), size_2);
+    image = nifti_convert_n2hdr2nim(header, nullptr);
+  } else {
+    nifti_1_header header;
+    std::memcpy(&header, raw.data(), size_1);
+    image = nifti_convert_n1hdr2nim(header, nullptr);
+  }
+  if (image == nullptr) input.fail("header", "libnifti cannot use it", export_again);
+  return {image, &nifti_image_free};
+}
+
+void place_in_space(const VolumeInput& input, const nifti_image& image, Volume& volume) {
+  const auto set = [&volume](const nifti_dmat44& m) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t a = 0; a < 3; ++a) volume.axes[a][c] = m.m[c][a];
+      volume.origin[c] = m.m[c][3];
+    }
+    return geometry_fault(volume).empty();
+  };
+  const auto unusable = [&input](const char* form) {
+    input.warn(
+        "bad-transform",
+        std::string("the ") + form + " has no three independent, finite axes; it was ignored", 1);
+  };
+  if (image.sform_code > 0) {
+    if (set(image.sto_xyz)) return;
+    unusable("sform");
+  }
+  if (image.qform_code > 0) {
+    if (set(image.qto_xyz)) return;
+    unusable("qform");
+  }
+  volume.origin = {};
+  volume.axes = {};
+  const double spacing[] = {image.dx, image.dy, image.dz};
+  for (std::size_t a = 0; a < 3; ++a) volume.axes[a][a] = std::abs(spacing[a]);
+  check_geometry(input, "pixdim", volume);
+}
+
+template <typename T>
+void rescale(const Fields& fields, Volume& volume) {
+  const std::size_t count = volume.voxels.size() / sizeof(T);
+  std::vector<std::byte> scaled(count * sizeof(float));
+  for (std::size_t i = 0; i < count; ++i) {
+    T value;
+    std::memcpy(&value, volume.voxels.data() + i * sizeof(T), sizeof(T));
+    const auto result =
+        static_cast<float>(static_cast<double>(value) * fields.slope + fields.intercept);
+    std::memcpy(scaled.data() + i * sizeof(float), &result, sizeof(float));
+  }
+  volume.voxels = std::move(scaled);
+  volume.type = VoxelType::f32;
+}
+
+void apply_scale(const VolumeInput& input, const Fields& fields, Volume& volume) {
+  if (fields.slope == 0 || (fields.slope == 1 && fields.intercept == 0)) return;
+  if (!std::isfinite(fields.slope) || !std::isfinite(fields.intercept)) {
+    input.warn("ignored-scale",
+               "scl_slope or scl_inter is not finite; values are as they are stored", 1);
+    return;
+  }
+  switch (volume.type) {
+    case VoxelType::u8:
+      return rescale<std::uint8_t>(fields, volume);
+    case VoxelType::i8:
+      return rescale<std::int8_t>(fields, volume);
+    case VoxelType::u16:
+      return rescale<std::uint16_t>(fields, volume);
+    case VoxelType::i16:
+      return rescale<std::int16_t>(fields, volume);
+    case VoxelType::u32:
+      return rescale<std::uint32_t>(fields, volume);
+    case VoxelType::i32:
+      return rescale<std::int32_t>(fields, volume);
+    case VoxelType::f32:
+      return rescale<float>(fields, volume);
+    case VoxelType::f64:
+      return rescale<double>(fields, volume);
+  }
+}
+
+}  // namespace
+
+Volume read_nifti(const VolumeInput& input) {
+  const bool packed = input.source->head(2) == "\x1f\x8b";
+  const auto stream = packed ? inflating_stream(*input.source, 0, input.fail_with())
+                             : plain_stream(*input.source, 0);
+  std::array<std::byte, size_2> raw{};
+  std::size_t have = stream->read(raw.data(), size_1);
+  if (have < 4) {
+    input.fail("header", "the file has only " + std::to_string(have) + " bytes (truncated)",
+               "Copy or export the file again.");
+  }
+  // The second version's header is longer; the first's must not be read beyond, as voxels may follow.
+  const bool longer = static_cast<int>(raw[0]) == 0x1c || static_cast<int>(raw[3]) == 0x1c;
+  if (longer && have == size_1) have += stream->read(raw.data() + size_1, size_2 - size_1);
+  const Fields fields = parse_fields(input, raw, have);
+
+  Volume volume;
+  volume.type = voxel_type(input, fields.type);
+  check_fields(input, fields, volume);
+  const Image image = interpret(input, fields, raw);
+  place_in_space(input, *image, volume);
+
+  std::array<std::byte, 4096> skipped{};
+  const auto begin = static_cast<std::uint64_t>(std::max<std::int64_t>(image->iname_offset, 0));
+  for (std::uint64_t at = have; at < begin;) {
+    const std::size_t got = stream->read(
+        skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
+    if (got == 0) break;  // too few voxels then
+    at += got;
+  }
+  read_voxels(input, *stream, fields.order, "Copy or export the file again.", volume);
+  apply_scale(input, fields, volume);
+  count_non_finite(input, volume);
+  return volume;
+}
+
+}  // namespace kiln

@@ -1,0 +1,183 @@
+// An OpenVDB file's frame: what the library would take at its word, before it does.
+#include <array>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "io/volume/volume_reader.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kOldest = 213;     // root nodes as they are now
+constexpr std::uint32_t kInstances = 216;  // descriptors name a parent; transforms come first
+constexpr std::uint32_t kTextUuid = 218;   // before: 16 bytes
+constexpr std::uint32_t kFlagOfCompression = 220;  // a byte in the header, until ...
+constexpr std::uint32_t kNodeMasks = 222;          // ... flags at each grid
+
+/// Reads little-endian values one after the other; none beyond the file's end.
+class Frame {
+ public:
+  explicit Frame(const VolumeInput& input) : input_(input), size_(input.source->size()) {}
+
+  std::uint64_t place() const { return place_; }
+  std::uint64_t left() const { return size_ - place_; }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    input_.fail("byte " + std::to_string(place_), "the file is damaged: " + what,
+                "Copy or export the file again.");
+  }
+  void skip(std::uint64_t bytes, const std::string& what) {
+    if (bytes > left()) {
+      fail(what + " of " + std::to_string(bytes) +
+           " bytes reaches beyond the file's end, which is " + std::to_string(left()) +
+           " bytes on");
+    }
+    place_ += bytes;
+  }
+  void go(std::uint64_t place) { place_ = place; }
+  template <typename T>
+  T value(const char* what) {
+    std::array<unsigned char, sizeof(T)> bytes{};
+    const std::uint64_t at = place_;
+    skip(sizeof(T), what);
+    if (input_.source->read_at(at, bytes.data(), sizeof(T)) != sizeof(T)) fail("it cannot be read");
+    std::uint64_t number = 0;
+    for (std::size_t k = 0; k < sizeof(T); ++k) number |= std::uint64_t{bytes[k]} << (8 * k);
+    return static_cast<T>(static_cast<std::make_unsigned_t<T>>(number));
+  }
+  std::string text(const std::string& what) {
+    const std::uint64_t at = place_;
+    const auto length = value<std::uint32_t>("a length");
+    if (length > left()) {
+      place_ = at;
+      fail(what + " is said to have " + std::to_string(length) + " bytes, but the file has " +
+           std::to_string(left() - sizeof length) + " more");
+    }
+    std::string result(length, '\0');
+    if (input_.source->read_at(place_, result.data(), length) != length) fail("it cannot be read");
+    place_ += length;
+    return result;
+  }
+  /// A number of things, of which each takes at least so many bytes.
+  void check_count(std::uint64_t count, std::uint64_t least, const char* what) const {
+    if (count > left() / least) {
+      fail(std::to_string(count) + " " + what + " need more than the " + std::to_string(left()) +
+           " bytes that follow");
+    }
+  }
+
+ private:
+  const VolumeInput& input_;
+  std::uint64_t size_, place_ = 0;
+};
+
+/// Bytes of values whose type says so; 0: any number.
+std::uint32_t bytes_of(std::string_view type) {
+  constexpr std::pair<std::string_view, std::uint32_t> kSizes[] = {
+      {"bool", 1},   {"int32", 4},  {"int64", 8},  {"float", 4},  {"double", 8}, {"vec2i", 8},
+      {"vec2s", 8},  {"vec2d", 16}, {"vec3i", 12}, {"vec3s", 12}, {"vec3d", 24}, {"vec4i", 16},
+      {"vec4s", 16}, {"vec4d", 32}, {"mat4s", 64}, {"mat4d", 128}};
+  for (const auto& [name, size] : kSizes) {
+    if (name == type) return size;
+  }
+  return 0;
+}
+
+void check_metadata(Frame& frame) {
+  const auto count = frame.value<std::uint32_t>("the number of metadata");
+  frame.check_count(count, 12, "metadata");
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::string name = frame.text("the name of metadata " + std::to_string(i));
+    const std::string type = frame.text("the type of metadata " + std::to_string(i));
+    const auto size = frame.value<std::uint32_t>("a length");
+    const std::uint32_t wanted = bytes_of(type);
+    if (wanted != 0 && size != wanted) {
+      frame.fail("metadata " + std::to_string(i) + ", a " + type + ", is said to have " +
+                 std::to_string(size) + " bytes instead of " + std::to_string(wanted));
+    }
+    frame.skip(size, "metadata " + std::to_string(i));
+  }
+}
+
+/// Bytes of a transform's map; 0: not known.
+std::uint64_t bytes_of_map(std::string_view type) {
+  if (type == "AffineMap" || type == "UnitaryMap") return 128;
+  if (type == "ScaleMap" || type == "UniformScaleMap") return 120;
+  if (type == "ScaleTranslateMap" || type == "UniformScaleTranslateMap") return 144;
+  if (type == "TranslationMap") return 24;
+  return 0;
+}
+
+/// From a grid's start to its root node's table.
+void check_grid(Frame& frame, std::uint32_t version, std::string_view tree, bool instance) {
+  if (version >= kNodeMasks) frame.skip(4, "compression flags");
+  check_metadata(frame);
+  if (version < kInstances) return;
+  const std::uint64_t map = bytes_of_map(frame.text("the type of the transform"));
+  // Trees of numbers alone are read.
+  const std::uint64_t number = tree.starts_with("Tree_float_5_4_3")    ? 4
+                               : tree.starts_with("Tree_double_5_4_3") ? 8
+                                                                       : 0;
+  if (map == 0 || number == 0 || instance) return;
+  frame.skip(map, "the transform");
+  frame.skip(4 + number, "the root node");
+  const auto tiles = frame.value<std::uint32_t>("the number of tiles");
+  const auto children = frame.value<std::uint32_t>("the number of nodes");
+  // A tile: its origin, a value, whether it is active. A node below: its origin and two masks of 32^3 bits.
+  frame.check_count(tiles, 12 + number + 1, "tiles");
+  frame.check_count(children, 12 + 2 * 4096, "nodes");
+}
+
+}  // namespace
+
+void check_openvdb_frame(const VolumeInput& input) {
+  Frame frame(input);
+  constexpr std::uint64_t kMagic = 0x56444220;
+  if (frame.left() < 8 || frame.value<std::uint64_t>("the magic number") != kMagic) {
+    input.fail("", "it does not begin as an OpenVDB file does",
+               "Give it the extension of its format, or export the grid again.");
+  }
+  const auto version = frame.value<std::uint32_t>("the version");
+  if (version < kOldest || version > 1000) {
+    frame.fail("its version is " + std::to_string(version) +
+               "; OpenVDB's files have versions from " + std::to_string(kOldest));
+  }
+  frame.skip(8, "the library's version");
+  const bool has_offsets = frame.value<std::uint8_t>("a flag") != 0;
+  if (version >= kFlagOfCompression && version < kNodeMasks) frame.skip(1, "the compression flag");
+  frame.skip(version >= kTextUuid ? 36 : 16, "the identifier");
+  check_metadata(frame);
+  const auto grids = frame.value<std::int32_t>("the number of grids");
+  if (grids < 0) frame.fail("it is said to have " + std::to_string(grids) + " grids");
+  // Two names and three offsets each.
+  frame.check_count(static_cast<std::uint64_t>(grids), 32, "grids");
+  for (std::int32_t i = 0; i < grids; ++i) {
+    const std::string grid = "grid " + std::to_string(i);
+    frame.text("the name of " + grid);
+    const std::string tree = frame.text("the type of " + grid);
+    const bool instance =
+        version >= kInstances && !frame.text("the parent's name of " + grid).empty();
+    const auto begin = frame.value<std::uint64_t>("an offset");
+    const auto blocks = frame.value<std::uint64_t>("an offset");
+    const auto end = frame.value<std::uint64_t>("an offset");
+    // Without offsets a grid follows its descriptor, and the next begins where its tree ends.
+    if (!has_offsets) {
+      check_grid(frame, version, tree, instance);
+      return;
+    }
+    if (begin < frame.place() || begin > blocks || blocks > end ||
+        end > frame.place() + frame.left()) {
+      frame.fail(grid + " is said to lie from byte " + std::to_string(begin) + " over " +
+                 std::to_string(blocks) + " to " + std::to_string(end) + " of " +
+                 std::to_string(frame.place() + frame.left()));
+    }
+    frame.go(begin);
+    check_grid(frame, version, tree, instance);
+    frame.go(end);
+  }
+}
+
+}  // namespace kiln

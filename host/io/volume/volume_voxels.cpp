@@ -1,0 +1,275 @@
+// From a file's bytes to voxels: sizes checked before memory is taken, byte order, text.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "io/file/text_scanner.h"
+#include "io/volume/volume_reader.h"
+
+namespace kiln {
+namespace {
+
+/// `visit` gets a value of the type.
+template <typename Visit>
+auto with_type(VoxelType type, Visit visit) {
+  switch (type) {
+    case VoxelType::u8:
+      return visit(std::uint8_t{});
+    case VoxelType::i8:
+      return visit(std::int8_t{});
+    case VoxelType::u16:
+      return visit(std::uint16_t{});
+    case VoxelType::i16:
+      return visit(std::int16_t{});
+    case VoxelType::u32:
+      return visit(std::uint32_t{});
+    case VoxelType::i32:
+      return visit(std::int32_t{});
+    case VoxelType::f32:
+      return visit(float{});
+    case VoxelType::f64:
+      break;
+  }
+  return visit(double{});
+}
+
+void swap_bytes(std::vector<std::byte>& voxels, std::size_t each) {
+  for (std::size_t at = 0; at + each <= voxels.size(); at += each) {
+    std::reverse(voxels.begin() + static_cast<std::ptrdiff_t>(at),
+                 voxels.begin() + static_cast<std::ptrdiff_t>(at + each));
+  }
+}
+
+std::string sizes_text(const Volume& volume) {
+  return std::to_string(volume.size[0]) + " x " + std::to_string(volume.size[1]) + " x " +
+         std::to_string(volume.size[2]) + " " + name_of(volume.type);
+}
+
+std::uint64_t voxel_count(const Volume& volume) {
+  return std::uint64_t{volume.size[0]} * volume.size[1] * volume.size[2];
+}
+
+[[noreturn]] void too_few(const VolumeInput& input, const Volume& volume, std::uint64_t expected,
+                          const std::string& found, const std::string& remedy) {
+  input.fail("voxels",
+             "the header asks for " + sizes_text(volume) + " = " + std::to_string(expected) +
+                 " bytes, but the file has " + found + " (truncated, or wrong dimensions)",
+             remedy);
+}
+
+/// One value of the type from a token; false where it is none.
+template <typename T>
+bool parse_value(std::string_view token, T& value) {
+  if constexpr (std::is_floating_point_v<T>) {
+    const auto number = to_double(token);
+    if (!number) return false;
+    value = static_cast<T>(*number);  // beyond a float's range: infinite, and counted as such
+    return true;
+  } else {
+    const auto number = to_integer(token);
+    if (!number || *number < std::int64_t{std::numeric_limits<T>::min()} ||
+        *number > std::int64_t{std::numeric_limits<T>::max()}) {
+      return false;
+    }
+    value = static_cast<T>(*number);
+    return true;
+  }
+}
+
+void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPlace& place,
+               Volume& volume) {
+  const std::uint64_t count = voxel_count(volume);
+  const std::uint64_t begin = std::min(place.offset, source.size());
+  const std::uint64_t length = source.size() - begin;
+  // A digit and a blank each, but for the last.
+  if (length < 2 * count - 1) {
+    too_few(input, volume, 2 * count - 1, std::to_string(length) + " bytes of text", place.remedy);
+  }
+  std::string text(static_cast<std::size_t>(length), '\0');
+  text.resize(source.read_at(begin, text.data(), text.size()));
+  std::replace(text.begin(), text.end(), ',', ' ');
+  volume.voxels.resize(static_cast<std::size_t>(count) * size_of(volume.type));
+  TextScanner scan(text);
+  with_type(volume.type, [&](auto value) {
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const std::string_view token = scan.token();
+      if (token.empty()) {
+        input.fail("voxels",
+                   "the header asks for " + std::to_string(count) +
+                       " values as text, but there are " + std::to_string(i) +
+                       " (truncated, or wrong dimensions)",
+                   place.remedy);
+      }
+      if (!parse_value(token, value)) {
+        input.fail("voxel " + std::to_string(i),
+                   "\"" + printable(token) + "\" is not a value of type " + name_of(volume.type),
+                   "Correct it, or export the volume with raw encoding.");
+      }
+      std::memcpy(volume.voxels.data() + i * sizeof value, &value, sizeof value);
+    }
+  });
+  std::uint64_t left = 0;
+  while (!scan.token().empty()) ++left;
+  if (left != 0) {
+    input.warn("trailing-bytes", std::to_string(left) + " values after the last voxel were ignored",
+               left);
+  }
+  count_non_finite(input, volume);
+}
+
+}  // namespace
+
+const char* name_of(VoxelType type) {
+  static constexpr const char* names[] = {"u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64"};
+  return names[static_cast<int>(type)];
+}
+
+std::optional<VoxelType> voxel_type_of(std::string_view name) {
+  for (const VoxelType type : {VoxelType::u8, VoxelType::i8, VoxelType::u16, VoxelType::i16,
+                               VoxelType::u32, VoxelType::i32, VoxelType::f32, VoxelType::f64}) {
+    if (name == name_of(type)) return type;
+  }
+  return std::nullopt;
+}
+
+std::uint64_t check_size(const VolumeInput& input, const std::string& place,
+                         const std::array<std::uint64_t, 3>& size, VoxelType type) {
+  constexpr std::uint64_t most = std::numeric_limits<std::ptrdiff_t>::max();
+  std::uint64_t bytes = size_of(type);
+  bool fits = true;
+  for (const std::uint64_t n : size) {
+    if (n == 0) {
+      input.fail(place, "a size is 0", "A volume needs at least one voxel along each axis.");
+    }
+    fits = fits && n <= std::numeric_limits<std::uint32_t>::max() && bytes <= most / n;
+    if (fits) bytes *= n;
+  }
+  if (!fits) {
+    input.fail(place,
+               std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
+                   std::to_string(size[2]) + " voxels are more than can be addressed",
+               "Check the header; Kiln takes sizes up to 4294967295.");
+  }
+  return bytes;
+}
+
+std::string geometry_fault(const Volume& volume) {
+  constexpr double shortest = 1e-30, longest = 1e30;
+  std::array<std::array<double, 3>, 3> unit{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!(std::abs(volume.origin[a]) <= longest)) {
+      return "the origin is not finite, or beyond 1e30";
+    }
+    const auto& axis = volume.axes[a];
+    const double length = std::hypot(axis[0], axis[1], axis[2]);
+    if (!(length >= shortest && length <= longest)) {
+      return "axis " + std::to_string(a) + " has a spacing that is zero, not finite, or not from " +
+             "1e-30 to 1e30";
+    }
+    for (std::size_t c = 0; c < 3; ++c) unit[a][c] = axis[c] / length;
+  }
+  const auto& [u, v, w] = unit;
+  const double volume_of_cell = u[0] * (v[1] * w[2] - v[2] * w[1]) +
+                                u[1] * (v[2] * w[0] - v[0] * w[2]) +
+                                u[2] * (v[0] * w[1] - v[1] * w[0]);
+  if (!(std::abs(volume_of_cell) >= 1e-4)) return "the three axes lie in a plane, or nearly";
+  return {};
+}
+
+void check_geometry(const VolumeInput& input, const std::string& place, const Volume& volume) {
+  const std::string fault = geometry_fault(volume);
+  if (!fault.empty()) input.fail(place, fault, "Correct the header, or export the volume again.");
+}
+
+void count_non_finite(const VolumeInput& input, const Volume& volume) {
+  if (volume.type != VoxelType::f32 && volume.type != VoxelType::f64) return;
+  with_type(volume.type, [&](auto value) {
+    if constexpr (std::is_floating_point_v<decltype(value)>) {
+      std::uint64_t count = 0, first = 0;
+      const std::size_t n = volume.voxels.size() / sizeof value;
+      for (std::size_t i = 0; i < n; ++i) {
+        std::memcpy(&value, volume.voxels.data() + i * sizeof value, sizeof value);
+        if (std::isfinite(value)) continue;
+        if (count++ == 0) first = i;
+      }
+      if (count == 0) return;
+      const std::uint64_t nx = volume.size[0], ny = volume.size[1];
+      input.warn("non-finite-voxels",
+                 std::to_string(count) + " voxels are NaN or infinite (the first: " +
+                     std::to_string(first % nx) + ", " + std::to_string(first / nx % ny) + ", " +
+                     std::to_string(first / nx / ny) + "); they were kept",
+                 count);
+    }
+  });
+}
+
+void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
+                 const std::string& remedy, Volume& volume) {
+  const std::uint64_t expected = voxel_count(volume) * size_of(volume.type);
+  if (stream.at_most() < expected) {
+    too_few(input, volume, expected,
+            (stream.exact() ? "" : "at most ") + std::to_string(stream.at_most()), remedy);
+  }
+  // What is packed may still unpack to less: memory follows what has come.
+  std::vector<std::byte>& voxels = volume.voxels;
+  std::size_t have = 0;
+  while (have < expected) {
+    const std::uint64_t likely = std::max<std::uint64_t>(1 << 22, stream.at_most() / 128);
+    const std::uint64_t step = stream.exact() ? expected : std::max<std::uint64_t>(have, likely);
+    const auto next = static_cast<std::size_t>(std::min<std::uint64_t>(expected, have + step));
+    voxels.reserve(next);
+    voxels.resize(next);
+    const std::size_t got = stream.read(voxels.data() + have, next - have);
+    have += got;
+    if (have < next) too_few(input, volume, expected, std::to_string(have), remedy);
+  }
+  std::uint64_t trailing = stream.exact() ? stream.at_most() : 0;
+  if (!stream.exact()) {
+    std::vector<std::byte> rest(1 << 16);
+    while (const std::size_t got = stream.read(rest.data(), rest.size())) trailing += got;
+  }
+  if (trailing != 0) {
+    input.warn("trailing-bytes",
+               std::to_string(trailing) + " bytes after the last voxel were ignored (" +
+                   sizes_text(volume) + " were read)",
+               trailing);
+  }
+  const bool little = std::endian::native == std::endian::little;
+  if (little != (order == ByteOrder::little) && size_of(volume.type) > 1) {
+    swap_bytes(voxels, size_of(volume.type));
+  }
+}
+
+void read_voxels(const VolumeInput& input, const ByteSource& source, const VoxelPlace& place,
+                 Volume& volume) {
+  if (place.encoding == VoxelEncoding::text) {
+    read_text(input, source, place, volume);
+    return;
+  }
+  if (place.encoding == VoxelEncoding::packed) {
+    const auto stream = inflating_stream(source, place.offset, input.fail_with());
+    std::vector<std::byte> skipped(1 << 16);
+    for (std::uint64_t left = place.skip_unpacked; left != 0;) {
+      const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(left, skipped.size()));
+      const std::size_t got = stream->read(skipped.data(), part);
+      if (got == 0) break;  // too few voxels then
+      left -= got;
+    }
+    read_voxels(input, *stream, place.order, place.remedy, volume);
+    count_non_finite(input, volume);
+    return;
+  }
+  std::uint64_t offset = place.offset;
+  if (place.at_end) {
+    const std::uint64_t expected = voxel_count(volume) * size_of(volume.type);
+    if (source.size() >= expected) offset = std::max(offset, source.size() - expected);
+  }
+  const auto stream = plain_stream(source, offset);
+  read_voxels(input, *stream, place.order, place.remedy, volume);
+  count_non_finite(input, volume);
+}
+
+}  // namespace kiln

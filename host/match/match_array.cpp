@@ -1,0 +1,186 @@
+#include "match/match_array.h"
+
+#include <cstring>
+
+#include "base/parallel.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+/// Calls body(sample of the band, element of the match) for every sample, in parallel.
+template <typename Body>
+void for_each_sample(cl::Context& context, const TexelBand& band, const Match& match,
+                     const Body& body) {
+  const std::vector<std::size_t> elements = sample_elements(context, band, match);
+  parallel_for(elements.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) body(s, elements[s]);
+  });
+}
+
+/// 64 bits of a mesh's bytes: blocks by FNV-1a over words, in parallel, then over the blocks' hashes.
+class Hash {
+ public:
+  void add(std::span<const std::byte> bytes) {
+    constexpr std::size_t kBlock = std::size_t{1} << 20;
+    std::vector<std::uint64_t> blocks((bytes.size() + kBlock - 1) / kBlock);
+    parallel_for(bytes.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t hash = kStart;
+      std::size_t i = begin;
+      for (; i + 4 <= end; i += 4) {
+        std::uint32_t word = 0;
+        std::memcpy(&word, &bytes[i], 4);
+        hash = (hash ^ word) * kPrime;
+      }
+      for (; i < end; ++i) hash = (hash ^ static_cast<std::uint64_t>(bytes[i])) * kPrime;
+      blocks[begin / kBlock] = hash;
+    });
+    value_ = (value_ ^ bytes.size()) * kPrime;
+    for (const std::uint64_t block : blocks) value_ = (value_ ^ block) * kPrime;
+  }
+  /// Never 0, which means "not known".
+  std::uint64_t value() const { return value_ != 0 ? value_ : 1; }
+
+ private:
+  static constexpr std::uint64_t kStart = 0xCBF29CE484222325;
+  static constexpr std::uint64_t kPrime = 0x100000001B3;
+  std::uint64_t value_ = kStart;
+};
+
+struct HostBand {
+  explicit HostBand(std::size_t count)
+      : triangle(count), u(count), v(count), distance(count), status(count) {}
+  std::vector<std::uint32_t> triangle;
+  std::vector<float> u, v, distance;
+  std::vector<std::uint8_t> status;
+};
+
+}  // namespace
+
+std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& band,
+                                         const Match& match) {
+  std::vector<std::uint32_t> index(band.texel_count);
+  std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
+  std::vector<std::uint32_t> slot(band.sample_count);
+  band.texel_index.read(context, index);
+  band.texel_first.read(context, first);
+  band.sample_slot.read(context, slot);
+  const std::uint32_t n = match.samples;
+  const std::uint32_t width = match.width / n;
+  std::vector<std::size_t> elements(band.sample_count);
+  parallel_for(band.texel_count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const std::size_t x = index[t] % width;
+      const std::size_t y = band.first_row + index[t] / width;
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+        elements[s] = (y * n + slot[s] / n) * match.width + x * n + slot[s] % n;
+      }
+    }
+  });
+  return elements;
+}
+
+Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
+                 std::uint64_t source_triangles) {
+  Match match;
+  match.width = width * samples;
+  match.height = height * samples;
+  match.samples = samples;
+  match.source_triangles = source_triangles;
+  const std::size_t count = std::size_t{match.width} * match.height;
+  match.triangle.assign(count, KILN_NO_TRIANGLE);
+  match.u.assign(count, 0);
+  match.v.assign(count, 0);
+  match.distance.assign(count, 0);
+  match.status.assign(count, KILN_STATUS_NONE);
+  return match;
+}
+
+void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles) {
+  const auto fail = [](const std::string& text) {
+    throw Error(ErrorCode::input, "The saved match does not fit: " + text);
+  };
+  if (match.samples != options.samples || match.width != options.width * options.samples ||
+      match.height != options.height * options.samples) {
+    fail("it was made for a map of " + std::to_string(match.width / match.samples) + "x" +
+         std::to_string(match.height / match.samples) + " with " + std::to_string(match.samples) +
+         "x" + std::to_string(match.samples) + " samples a texel. Use that size, or match again.");
+  }
+  if (match.source_triangles != source_triangles) {
+    fail("it refers to a dense mesh of " + std::to_string(match.source_triangles) +
+         " triangles, this one has " + std::to_string(source_triangles) +
+         ". Give the same mesh, or match again.");
+  }
+  for (std::uint32_t triangle : match.triangle) {
+    if (triangle != KILN_NO_TRIANGLE && triangle >= source_triangles) {
+      fail("it names triangle " + std::to_string(triangle) + " of " +
+           std::to_string(source_triangles) + ". The file is damaged; match again.");
+    }
+  }
+}
+
+std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+  Hash hash;
+  hash.add(std::as_bytes(positions));
+  hash.add(std::as_bytes(triangles));
+  return hash.value();
+}
+
+std::uint64_t hash_low(const Mesh& low) {
+  Hash hash;
+  hash.add(std::as_bytes(std::span(low.origin)));
+  hash.add(std::as_bytes(std::span(low.positions)));
+  hash.add(std::as_bytes(std::span(low.triangles)));
+  hash.add(std::as_bytes(std::span(low.uvs)));
+  hash.add(std::as_bytes(std::span(low.uv_triangles)));
+  return hash.value();
+}
+
+void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t low_hash) {
+  const auto check = [](std::uint64_t saved, std::uint64_t given, const char* which) {
+    if (saved == 0 || saved == given) return;
+    throw Error(ErrorCode::input, std::string("The saved match was made for another ") + which +
+                                      " mesh. Give the same one, or match again.");
+  };
+  check(match.source_hash, source_hash, "dense");
+  check(match.low_hash, low_hash, "light");
+}
+
+void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,
+                double unit, Match& match) {
+  HostBand host(band.sample_count);
+  from.triangle.read(context, host.triangle);
+  from.barycentric.read(context, host.u);
+  from.barycentric.read(context, host.v, from.capacity);
+  from.distance.read(context, host.distance);
+  from.status.read(context, host.status);
+  for_each_sample(context, band, match, [&](std::size_t sample, std::size_t element) {
+    match.triangle[element] = host.triangle[sample];
+    match.status[element] = host.status[sample];
+    if (host.triangle[sample] == KILN_NO_TRIANGLE) return;
+    match.u[element] = host.u[sample];
+    match.v[element] = host.v[sample];
+    match.distance[element] = static_cast<float>(host.distance[sample] * unit);
+  });
+}
+
+void load_band(cl::Context& context, const TexelBand& band, const Match& from, double unit,
+               Correspondence& match) {
+  HostBand host(band.sample_count);
+  for_each_sample(context, band, from, [&](std::size_t sample, std::size_t element) {
+    const bool covered = from.status[element] != KILN_STATUS_NONE;
+    host.triangle[sample] = from.triangle[element];
+    host.u[sample] = from.u[element];
+    host.v[sample] = from.v[element];
+    host.distance[sample] = static_cast<float>(from.distance[element] / unit);
+    host.status[sample] = covered ? from.status[element] : std::uint8_t{KILN_STATUS_MISS};
+  });
+  match.count = band.sample_count;
+  match.triangle.write(context, host.triangle);
+  match.barycentric.write(context, host.u);
+  match.barycentric.write(context, host.v, match.capacity);
+  match.distance.write(context, host.distance);
+  match.status.write(context, host.status);
+}
+
+}  // namespace kiln

@@ -1,0 +1,43 @@
+// Moving correspondences between a band on the device and a whole map on the host.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "cl/context.h"
+#include "kiln/bake.h"
+#include "texel/correspondence.h"
+#include "texel/texels.h"
+
+namespace kiln {
+
+/// Empty arrays for a map of this size.
+Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
+                 std::uint64_t source_triangles);
+
+/// Checks that a match fits this map and source. \throws Error(input)
+void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles);
+
+/// What a match belongs to. The same on every machine and number of threads.
+std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+std::uint64_t hash_low(const Mesh& low);
+
+/// Checks that a match was made for these meshes, where it says for which. \throws Error(input)
+void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t low_hash);
+
+/// The element of the map's match that each of a band's samples is.
+std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& band,
+                                         const Match& match);
+
+/// Scatters a band's correspondences into the map's match. \param unit world length of a frame unit
+void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,
+                double unit, Match& match);
+
+/// The inverse: fills a band's correspondences from the map's match. Samples that the match does not
+/// cover become misses.
+void load_band(cl::Context& context, const TexelBand& band, const Match& from, double unit,
+               Correspondence& match);
+
+}  // namespace kiln

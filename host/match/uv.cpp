@@ -1,0 +1,459 @@
+#include "match/uv.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "accel/device_bvh.h"
+#include "base/parallel.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/uv_grid.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::uint32_t kTile = KILN_UV_TILE;
+
+/// Distances are told apart by their exponent and this many bits of the fraction.
+constexpr std::uint32_t kFractionBits = 9;
+constexpr std::uint32_t kDropped = 23 - kFractionBits;
+
+void check_uvs(const Source::Impl& source) {
+  if (source.uvs.empty() || source.uv_triangles.empty()) {
+    throw Error(
+        ErrorCode::input,
+        "The dense mesh has no UVs, which --match uv finds its points by: give it the light "
+        "mesh's layout, or use another match, such as ray.");
+  }
+  if (source.uv_triangles.size() != source.triangles.size()) {
+    throw Error(ErrorCode::input,
+                "The dense mesh has " + std::to_string(source.triangles.size()) +
+                    " triangles but " + std::to_string(source.uv_triangles.size()) +
+                    " triples of UV indices: give one to each triangle, or none at all.");
+  }
+  for (std::size_t t = 0; t < source.uv_triangles.size(); ++t) {
+    for (const std::uint32_t index : source.uv_triangles[t]) {
+      if (index < source.uvs.size()) continue;
+      throw Error(ErrorCode::input, "Triangle " + std::to_string(t) +
+                                        " of the dense mesh uses UV " + std::to_string(index) +
+                                        ", but there are only " +
+                                        std::to_string(source.uvs.size()) +
+                                        ": the mesh is corrupt, export it again.");
+    }
+  }
+}
+
+/// The pieces of a run of triangles.
+struct Builder {
+  const Source::Impl& source;
+  UvGrid grid;
+  std::vector<kiln_uv_piece> pieces;
+  std::vector<kiln_uv_clip> clips;
+  std::uint64_t outside = 0, without_area = 0;
+
+  void add(std::uint32_t t) {
+    std::array<Vec2, 3> uvs;
+    bool usable = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      uvs[k] = source.uvs[source.uv_triangles[t][k]];
+      usable = usable && is_finite(uvs[k]) && is_finite(source.positions[source.triangles[t][k]]);
+    }
+    if (!usable) {
+      ++without_area;
+      return;
+    }
+    if (in_guard(uvs[0]) && in_guard(uvs[1]) && in_guard(uvs[2])) {
+      FixedTriangle fixed;
+      for (std::size_t k = 0; k < 3; ++k) {
+        fixed.x[k] = grid.fixed_x(uvs[k].x);
+        fixed.y[k] = grid.fixed_y(uvs[k].y);
+      }
+      if (doubled_area(fixed) == 0) {
+        ++without_area;
+        return;
+      }
+      if (grid.beyond_square(fixed)) ++outside;
+      add_piece(fixed, t, 0);
+      return;
+    }
+    ++outside;
+    const std::vector<ClipVertex> polygon = clip_to_guard(uvs);
+    for (std::size_t i = 2; i < polygon.size(); ++i) {
+      const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
+      FixedTriangle fixed;
+      kiln_uv_clip clip{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        fixed.x[k] = grid.fixed_x(fan[k].u);
+        fixed.y[k] = grid.fixed_y(fan[k].v);
+        clip.weight1[k] = static_cast<float>(fan[k].weight[1]);
+        clip.weight2[k] = static_cast<float>(fan[k].weight[2]);
+      }
+      if (doubled_area(fixed) == 0 || grid.misses_square(fixed)) continue;
+      clips.push_back(clip);
+      add_piece(fixed, t, static_cast<std::uint32_t>(clips.size()));
+    }
+  }
+
+  void add_piece(const FixedTriangle& fixed, std::uint32_t t, std::uint32_t clip) {
+    if (grid.misses_square(fixed)) return;
+    kiln_uv_piece piece{};
+    std::copy(fixed.x.begin(), fixed.x.end(), piece.x);
+    std::copy(fixed.y.begin(), fixed.y.end(), piece.y);
+    piece.triangle = t;
+    piece.clip = clip;
+    pieces.push_back(piece);
+  }
+};
+
+/// The samples [first, last] whose centres may lie within [low, high], in fixed-point units.
+std::pair<std::int32_t, std::int32_t> samples_within(std::int32_t low, std::int32_t high,
+                                                     std::uint32_t shift, std::uint32_t count) {
+  const std::int64_t half = std::int64_t{1} << (shift - 1);
+  const std::int64_t unit = std::int64_t{1} << shift;
+  const std::int64_t first = (low - half + unit - 1) >> shift;
+  const std::int64_t last = (high - half) >> shift;
+  return {static_cast<std::int32_t>(std::max<std::int64_t>(first, 0)),
+          static_cast<std::int32_t>(std::min<std::int64_t>(last, std::int64_t{count} - 1))};
+}
+
+/// Calls add(task) for the tiles of a piece, row by row.
+template <typename Add>
+void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid& grid,
+                   const Add& add) {
+  const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
+  const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
+  const auto [x_first, x_last] = samples_within(*x_low, *x_high, grid.shift, grid.sample_width);
+  const auto [y_first, y_last] = samples_within(*y_low, *y_high, grid.shift, grid.sample_height);
+  constexpr auto tile = static_cast<std::int32_t>(kTile);
+  for (std::int32_t y = y_first; y <= y_last;) {
+    const std::int32_t y_end = std::min((y / tile + 1) * tile, y_last + 1);
+    for (std::int32_t x = x_first; x <= x_last; x += tile) {
+      const std::int32_t x_end = std::min(x + tile, x_last + 1);
+      add(kiln_uv_task{index, x, y,
+                       static_cast<std::uint32_t>(x_end - x) | static_cast<std::uint32_t>(y_end - y)
+                                                                   << 16});
+    }
+    y = y_end;
+  }
+}
+
+/// Whether a float does not hold the sides of a piece's box.
+bool is_large(const kiln_uv_piece& piece) {
+  constexpr std::int32_t kHeld = 1 << 24;
+  const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
+  const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
+  return *x_high - *x_low > kHeld || *y_high - *y_low > kHeld;
+}
+
+std::string percent(double share) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g%%", 100 * share);
+  return text.data();
+}
+
+std::string triangles(std::uint64_t count) {
+  return std::to_string(count) + " triangle" + (count == 1 ? "" : "s") + " of the dense mesh";
+}
+
+}  // namespace
+
+UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
+                      std::uint32_t sample_height) {
+  check_uvs(source);
+  const Builder all{source, UvGrid::of(sample_width, sample_height), {}, {}};
+  constexpr std::size_t kRun = 1 << 14;
+  const std::size_t count = source.triangles.size();
+  std::vector<Builder> runs((count + kRun - 1) / kRun, all);
+  parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      const std::size_t last = std::min(count, (r + 1) * kRun);
+      for (std::size_t t = r * kRun; t < last; ++t) runs[r].add(static_cast<std::uint32_t>(t));
+    }
+  });
+
+  UvLayout layout;
+  layout.shift = all.grid.shift;
+  for (Builder& run : runs) {
+    const auto offset = static_cast<std::uint32_t>(layout.clips.size());
+    for (kiln_uv_piece& piece : run.pieces) {
+      if (piece.clip != 0) piece.clip += offset;
+    }
+    layout.pieces.insert(layout.pieces.end(), run.pieces.begin(), run.pieces.end());
+    layout.clips.insert(layout.clips.end(), run.clips.begin(), run.clips.end());
+    layout.outside += run.outside;
+    layout.without_area += run.without_area;
+    run.pieces = {};
+    run.clips = {};
+  }
+
+  // Counted, then sorted by runs of rows.
+  const std::size_t row_runs = (sample_height + kTile - 1) / kTile;
+  layout.first_task.assign(row_runs + 1, 0);
+  const auto for_all = [&](const auto& add) {
+    for (std::size_t i = 0; i < layout.pieces.size(); ++i) {
+      for_each_task(layout.pieces[i], static_cast<std::uint32_t>(i), all.grid, add);
+    }
+  };
+  for_all([&](const kiln_uv_task& task) {
+    ++layout.first_task[static_cast<std::uint32_t>(task.y) / kTile + 1];
+  });
+  for (std::size_t i = 0; i < row_runs; ++i) layout.first_task[i + 1] += layout.first_task[i];
+  layout.tasks.resize(layout.first_task[row_runs]);
+  std::vector<std::uint32_t> cursor(layout.first_task.begin(), layout.first_task.end() - 1);
+  for_all([&](const kiln_uv_task& task) {
+    layout.tasks[cursor[static_cast<std::uint32_t>(task.y) / kTile]++] = task;
+  });
+  return layout;
+}
+
+UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
+                   std::uint32_t samples, UvPath path)
+    : context_(source.device.context()),
+      // A run of rows takes millions of steps: Mesa's llvmpipe breaks a work-item's loops off after 65,535.
+      runs_(path == UvPath::automatic
+                ? choose_traversal(context_, Traversal::automatic) == Traversal::cpu
+                : path == UvPath::runs),
+      frame_(source.frame),
+      width_(width),
+      height_(height),
+      samples_(samples) {
+  UvLayout layout = UvLayout::of(source, width * samples, height * samples);
+  shift_ = layout.shift;
+  large_ = std::any_of(layout.pieces.begin(), layout.pieces.end(), is_large);
+  counted_.outside = layout.outside;
+  counted_.without_area = layout.without_area;
+  pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(layout.pieces));
+  clips_ = cl::Array<kiln_uv_clip>(context_, std::span<const kiln_uv_clip>(layout.clips));
+  tasks_ = cl::Array<kiln_uv_task>(context_, std::span<const kiln_uv_task>(layout.tasks));
+  if (pieces_.empty()) {  // the kernel reads one in any case
+    kiln_uv_piece none{};
+    none.x[1] = none.y[2] = 1;
+    pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(&none, 1));
+  }
+  first_task_ = std::move(layout.first_task);
+  first_tasks_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(first_task_));
+  triangle_of_piece_.reserve(layout.pieces.size());
+  for (const kiln_uv_piece& piece : layout.pieces) triangle_of_piece_.push_back(piece.triangle);
+  triangles_ = cl::Array<std::uint32_t>(
+      context_,
+      std::span<const std::uint32_t>(source.triangles[0].data(), source.triangles.size() * 3));
+  positions_ = cl::Array<float>(
+      context_, std::span<const float>(&source.positions[0].x, source.positions.size() * 3));
+  histogram_.resize(std::size_t{1} << (31 - kDropped));
+}
+
+void UvRaster::set_positions(std::uint32_t first, std::span<const Vec3> positions) {
+  if (positions.empty()) return;
+  positions_.write(context_, std::span<const float>(&positions[0].x, positions.size() * 3),
+                   std::size_t{3} * first);
+}
+
+void UvRaster::cover(const kiln_uv_params& params) {
+  if (runs_) {
+    context_.launch(context_.kernel("uv", "kiln_uv_cover_run"), params.run_count, 1, params,
+                    first_tasks_, tasks_, pieces_, lowest_, highest_);
+    return;
+  }
+  context_.fill(lowest_, std::uint32_t{KILN_UV_EMPTY});
+  context_.fill(highest_, std::uint32_t{0});
+  context_.launch(context_.kernel("uv", "kiln_uv_cover"), params.task_count, kLocal, params, tasks_,
+                  pieces_, lowest_, highest_);
+}
+
+void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_time) {
+  const std::uint32_t first_row = band.first_row * samples_;
+  const std::uint32_t end_row = first_row + band.row_count * samples_;
+  const std::size_t grid_samples = std::size_t{end_row - first_row} * width_ * samples_;
+  if (lowest_.size() != grid_samples) {
+    lowest_ = {};
+    highest_ = {};
+    rows_ = {};
+    lowest_ = cl::Array<std::uint32_t>(context_, grid_samples);
+    highest_ = cl::Array<std::uint32_t>(context_, grid_samples);
+    rows_ = cl::Array<kiln_uv_row>(context_, end_row - first_row);
+  }
+  kiln_uv_params params{};
+  params.first_run = first_row / kTile;
+  params.run_count = (end_row + kTile - 1) / kTile - params.first_run;
+  params.first_task = first_task_[params.first_run];
+  params.task_count = first_task_[params.first_run + params.run_count] - params.first_task;
+  params.count_overlap = first_time ? 1 : 0;
+  params.row_begin = static_cast<std::int32_t>(first_row);
+  params.row_end = static_cast<std::int32_t>(end_row);
+  params.sample_width = width_ * samples_;
+  params.shift = shift_;
+  params.samples = samples_;
+  params.width = width_;
+  params.texel_count = band.texel_count;
+  params.sample_count = band.sample_count;
+  params.band_capacity = band.capacity;
+  params.hit_capacity = match.capacity;
+  cover(params);
+  if (first_time) {
+    context_.launch(context_.kernel("uv", "kiln_uv_count"), end_row - first_row, kLocal, params,
+                    lowest_, highest_, rows_);
+    const std::vector<kiln_uv_row> rows = rows_.download(context_);
+    for (const kiln_uv_row& row : rows) {
+      counted_.covered += row.covered;
+      counted_.overlapping += row.overlapping;
+    }
+    if (!counted_.overlap && counted_.overlapping != 0) {
+      const auto found = std::find_if(rows.begin(), rows.end(),
+                                      [](const kiln_uv_row& row) { return row.overlapping != 0; });
+      const auto row = first_row + static_cast<std::uint32_t>(found - rows.begin());
+      counted_.overlap = {triangle_of_piece_[found->lower], triangle_of_piece_[found->upper],
+                          found->column / samples_, row / samples_};
+    }
+  }
+  if (runs_ && samples_ == 1 && clips_.empty() && !large_) {
+    context_.launch(context_.kernel("uv", "kiln_uv_match_wide"), (band.texel_count + 7) / 8, kLocal,
+                    params, band.texel_index, lowest_, pieces_, match.triangle, match.barycentric,
+                    match.distance, match.status);
+    return;
+  }
+  const std::string defines = std::string(samples_ == 1 ? "-DKILN_UV_SINGLE=1" : "") +
+                              (clips_.empty() ? "" : " -DKILN_UV_CLIPPED=1") +
+                              (large_ ? " -DKILN_UV_LARGE=1" : "");
+  context_.launch(context_.kernel("uv", "kiln_uv_match", defines), band.texel_count, kLocal, params,
+                  band.texel_index, band.texel_first, band.sample_slot, lowest_, pieces_, clips_,
+                  match.triangle, match.barycentric, match.distance, match.status);
+}
+
+void UvRaster::distance(const TexelBand& band, Correspondence& match) const {
+  kiln_uv_params params{};
+  params.sample_count = band.sample_count;
+  params.band_capacity = band.capacity;
+  params.hit_capacity = match.capacity;
+  context_.launch(context_.kernel("uv", "kiln_uv_distance"), band.sample_count, kLocal, params,
+                  band.points, triangles_, positions_, match.triangle, match.barycentric,
+                  match.distance);
+}
+
+void UvRaster::measure(const Correspondence& match) {
+  std::vector<std::uint8_t> status(match.count);
+  std::vector<float> distance(match.count);
+  match.status.read(context_, status);
+  match.distance.read(context_, distance);
+  for (std::size_t i = 0; i < status.size(); ++i) {
+    if (status[i] != KILN_STATUS_UV) continue;
+    const float size = std::abs(distance[i]);
+    distance_sum_ += size;
+    ++histogram_[std::bit_cast<std::uint32_t>(size) >> kDropped];
+  }
+}
+
+void UvRaster::report(const UvOptions& options, BakeReport& report) const {
+  UvReport found = counted_;
+  const double unit = 1 / frame_.scale;
+  std::uint64_t count = 0;
+  for (const std::uint64_t in_bin : histogram_) count += in_bin;
+  if (count != 0) {
+    found.mean_distance = distance_sum_ / static_cast<double>(count) * unit;
+    const std::uint64_t rank = count - count / 20;
+    std::uint64_t below = 0;
+    std::uint32_t bin = 0;
+    while (below + histogram_[bin] < rank) below += histogram_[bin++];
+    const std::uint32_t bits = bin == 0 ? 0 : (bin + 1) << kDropped;
+    found.p95_distance = double{std::bit_cast<float>(bits)} * unit;
+  }
+  report.uv = found;
+  if (report.samples == 0) return;
+
+  const auto warn = [&](const char* code, const std::string& text, std::uint64_t times) {
+    report.warnings.push_back({code, text, times});
+  };
+  const double overlap = found.covered == 0 ? 0
+                                            : static_cast<double>(found.overlapping) /
+                                                  static_cast<double>(found.covered);
+  if (overlap > options.warn_overlap || overlap > options.max_overlap) {
+    const std::string text = "UV triangles of the dense mesh overlap on " + percent(overlap) +
+                             " of the samples they "
+                             "cover, for example triangles " +
+                             std::to_string(found.overlap->lower) + " and " +
+                             std::to_string(found.overlap->upper) + " at texel column " +
+                             std::to_string(found.overlap->column) + ", row " +
+                             std::to_string(found.overlap->row);
+    if (overlap > options.max_overlap) {
+      throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_overlap) +
+                                        ": a UV there does not say which point is meant. Use "
+                                        "another match, such as ray, or --force-uv to take the "
+                                        "triangle with the lowest index.");
+    }
+    warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
+         found.overlapping);
+  }
+  const double apart = found.p95_distance / frame_.diagonal;
+  if (apart > options.warn_distance || apart > options.max_distance) {
+    const std::string text = "The two layouts may not agree: at the same UV the surfaces are " +
+                             percent(found.mean_distance / frame_.diagonal) +
+                             " of the diagonal apart on average, and "
+                             "on 5% of the samples " +
+                             percent(apart) + " or more";
+    if (apart > options.max_distance) {
+      throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
+                                        ": the UVs do not lie over each other. Check that both "
+                                        "meshes were unwrapped together, use another match, such "
+                                        "as ray, or --force-uv to bake all the same.");
+    }
+    warn("uv-disagreement", text + ".", 1);
+  }
+  if (found.outside != 0) {
+    warn("uv-source-outside",
+         triangles(found.outside) + (found.outside == 1 ? " reaches" : " reach") +
+             " out of the unit square of UV space: nothing was taken from what lies outside.",
+         found.outside);
+  }
+  if (found.without_area != 0) {
+    warn("uv-source-degenerate",
+         triangles(found.without_area) + (found.without_area == 1 ? " has" : " have") +
+             " no area in UV space or a corner that is not finite: nothing was taken from there.",
+         found.without_area);
+  }
+}
+
+void check_uv(const UvOptions& options) {
+  const auto check = [](const char* name, double value) {
+    if (value >= 0) return;  // not NaN either
+    throw Error(ErrorCode::usage,
+                std::string("uv.") + name + " is " + std::to_string(value) +
+                    ": it must be a share of 0 or more, or infinity for no bound.");
+  };
+  check("warn_overlap", options.warn_overlap);
+  check("max_overlap", options.max_overlap);
+  check("warn_distance", options.warn_distance);
+  check("max_distance", options.max_distance);
+}
+
+namespace {
+
+class UvMatcher : public Matcher {
+ public:
+  UvMatcher(const Source::Impl& source, const BakeOptions& options)
+      : raster_(source, options.width, options.height, options.samples), options_(options.uv) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    // Also where the band has no samples: the dense mesh may overlap there.
+    raster_.match(band, match, true);
+    if (band.sample_count == 0) return;
+    raster_.distance(band, match);
+    raster_.measure(match);
+  }
+
+  void finish(BakeReport& report) override { raster_.report(options_, report); }
+
+ private:
+  UvRaster raster_;
+  UvOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Matcher> make_uv_matcher(const Source::Impl& source, const BakeOptions& options) {
+  return std::make_unique<UvMatcher>(source, options);
+}
+
+}  // namespace kiln

@@ -1,0 +1,86 @@
+// Matching by UVs: where the dense mesh's layout lies over the light one's.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "match/matcher.h"
+#include "shared/uv.h"
+
+namespace kiln {
+
+/// The dense mesh's UV triangles, laid out over a map's samples: tasks of a triangle each (a tile of a
+/// large one), in order of their rows.
+struct UvLayout {
+  std::uint32_t shift = 0;
+  std::vector<kiln_uv_piece> pieces;  ///< In ascending order of triangles
+  std::vector<kiln_uv_clip> clips;    ///< Of pieces that were clipped
+  std::vector<kiln_uv_task> tasks;  ///< None crosses from one run of KILN_UV_TILE rows to the next
+  std::vector<std::uint32_t> first_task;  ///< [runs + 1]
+  std::uint64_t outside = 0;              ///< Triangles that reach out of the unit square
+  std::uint64_t without_area = 0;         ///< In UV space, or not finite
+
+  /// What lies outside the unit square has no samples. Triangles without area in UV space, or with a
+  /// corner or UV that is not finite, cover nothing.
+  /// \throws Error(input) where the mesh has no UVs, or an index of them lies beyond the pool
+  static UvLayout of(const Source::Impl& source, std::uint32_t sample_width,
+                     std::uint32_t sample_height);
+};
+
+/// Which kernel draws them. Both give the same answer to the bit.
+enum class UvPath {
+  automatic,  ///< By the device's type
+  atomics,    ///< A work-item a triangle
+  runs,       ///< A work-item a run of rows
+};
+
+/// Draws the dense mesh's UV triangles and looks up who covers each sample.
+class UvRaster {
+ public:
+  UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
+           std::uint32_t samples, UvPath path = UvPath::automatic);
+
+  /// Writes triangle, barycentric and status of a band's samples, enqueued; distances are 0.
+  /// \param first_time  count what is drawn for the report
+  void match(const TexelBand& band, Correspondence& match, bool first_time);
+  /// Writes the distances of a band's samples from the source's positions.
+  void distance(const TexelBand& band, Correspondence& match) const;
+  /// Takes over positions of vertices [first, first + count). In the source's frame.
+  void set_positions(std::uint32_t first, std::span<const Vec3> positions);
+
+  /// Adds a band's distances to the sums.
+  void measure(const Correspondence& match);
+
+  /// What was counted, and what of it calls for a warning.
+  /// \throws Error(input) where a bound is exceeded
+  void report(const UvOptions& options, BakeReport& report) const;
+
+ private:
+  void cover(const kiln_uv_params& params);
+
+  cl::Context& context_;
+  bool runs_, large_ = false;
+  Frame frame_;
+  std::uint32_t width_, height_, samples_;
+  std::uint32_t shift_ = 0;
+  UvReport counted_;
+  std::vector<std::uint32_t> first_task_, triangle_of_piece_;
+  cl::Array<kiln_uv_piece> pieces_;
+  cl::Array<kiln_uv_clip> clips_;
+  cl::Array<kiln_uv_task> tasks_;
+  cl::Array<std::uint32_t> first_tasks_;  // first_task_
+  cl::Array<std::uint32_t> triangles_;
+  cl::Array<float> positions_;
+  cl::Array<std::uint32_t> lowest_, highest_;  // of a band's samples
+  cl::Array<kiln_uv_row> rows_;
+  double distance_sum_ = 0;
+  std::vector<std::uint64_t> histogram_;  // of distances, by their leading bits
+};
+
+/// \throws Error(usage)
+void check_uv(const UvOptions& options);
+
+std::unique_ptr<Matcher> make_uv_matcher(const Source::Impl& source, const BakeOptions& options);
+
+}  // namespace kiln

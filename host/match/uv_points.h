@@ -1,0 +1,23 @@
+// The points of the dense mesh with given UVs, wherever those lie.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "source/dense_mesh.h"
+
+namespace kiln {
+
+struct UvPoints {
+  std::vector<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE where none covers the UV
+  std::vector<float> barycentric;       ///< 2 planes: weights of corners 1 and 2
+};
+
+/// What a map of endless size would find by UVs: of the dense triangles that cover a UV the one with the
+/// lowest index. Triangles without area in UV space, or not finite, cover nothing. UVs are sorted into a
+/// grid of cells, and each triangle is held against those in the cells under its box.
+/// \pre the source has UVs, with indices that are good
+UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs);
+
+}  // namespace kiln

@@ -1,0 +1,221 @@
+#include "match/view_plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "base/parallel.h"
+
+namespace kiln {
+namespace {
+
+// Of the typical triangle's area. At 4 the triangle under a sample is nearly always among the four that
+// the pixels around it show.
+constexpr double kPixelsATriangle = 4;
+// Candidates of a plan: enough that some direction is within 15 degrees of any.
+constexpr std::uint32_t kCandidates = 96;
+constexpr std::uint32_t kProbeSize = 512;
+
+double area_of(std::span<const Vec3> positions, const Triangle& triangle) {
+  const Vec3d a(positions[triangle[0]]);
+  const Vec3d n = cross(Vec3d(positions[triangle[1]]) - a, Vec3d(positions[triangle[2]]) - a);
+  const double area = length(n) / 2;
+  return std::isfinite(area) ? area : 0;
+}
+
+/// Area by the power of two of the triangle's own area: a histogram that is exact enough, and cheap.
+struct Areas {
+  static constexpr int kBins = 256;
+  std::array<double, kBins> sum{};
+  double total = 0;
+
+  static int bin_of(double area) {
+    return std::clamp(static_cast<int>(std::floor(2 * std::log2(area))) + 200, 0, kBins - 1);
+  }
+  /// Least area of the bin.
+  static double area_at(int bin) { return std::exp2((bin - 200) / 2.0); }
+
+  Areas(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+    constexpr std::size_t kBlock = 1 << 16;
+    std::vector<std::array<double, kBins>> blocks((triangles.size() + kBlock - 1) / kBlock);
+    parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+      auto& block = blocks[begin / kBlock];
+      for (std::size_t i = begin; i < end; ++i) {
+        const double area = area_of(positions, triangles[i]);
+        if (area > 0) block[static_cast<std::size_t>(bin_of(area))] += area;
+      }
+    });
+    for (const auto& block : blocks) {
+      for (std::size_t i = 0; i < kBins; ++i) sum[i] += block[i];
+    }
+    total = std::accumulate(sum.begin(), sum.end(), 0.0);
+  }
+
+  /// Share of the surface whose triangles are smaller than a pixel of this side.
+  double share_below(double pixel) const {
+    double small = 0;
+    for (int i = 0; i < kBins; ++i) {
+      if (area_at(i) < pixel * pixel) small += sum[static_cast<std::size_t>(i)];
+    }
+    return total > 0 ? small / total : 0;
+  }
+};
+
+}  // namespace
+
+double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          double radius, std::uint32_t size) {
+  return Areas(positions, triangles).share_below(2 * radius / size);
+}
+
+ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          double radius, std::uint32_t limit) {
+  const Areas areas(positions, triangles);
+  // The area-weighted median triangle.
+  double below = 0;
+  int median = 0;
+  for (; median < Areas::kBins - 1; ++median) {
+    below += areas.sum[static_cast<std::size_t>(median)];
+    if (below * 2 >= areas.total) break;
+  }
+  const double wanted = 2 * radius * std::sqrt(kPixelsATriangle / Areas::area_at(median));
+  const double rounded = std::ceil(std::min(wanted, 65536.0) / 256) * 256;
+  ViewSize result;
+  result.size = std::min(limit, static_cast<std::uint32_t>(std::max(1024.0, rounded)));
+  result.undersampled = areas.share_below(2 * radius / result.size);
+  return result;
+}
+
+ViewArea view_area(const LowSurface& surface, double reach, double dense_radius) {
+  Vec3d low{1e300, 1e300, 1e300};
+  Vec3d high{-1e300, -1e300, -1e300};
+  const auto for_each_corner = [&](const auto& body) {
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+      if (surface.usable[i] == 0) continue;
+      for (const LowSurface::Corner& corner : surface.triangles[i]) body(Vec3d(corner.position));
+    }
+  };
+  for_each_corner([&](const Vec3d& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  });
+  ViewArea area{(low + high) * 0.5, 0};
+  for_each_corner(
+      [&](const Vec3d& p) { area.radius = std::max(area.radius, length(p - area.center)); });
+  area.radius += reach;
+  // Most pairs: both meshes have the same extent, and share one picture whatever the reach.
+  if (area.radius > 0.8 * dense_radius) return {{}, dense_radius};
+  return area;
+}
+
+void widen(ViewArea& area, double dense_radius, std::uint32_t size) {
+  const double least = dense_radius * size / 60000;
+  area.radius = std::max(area.radius, least);
+}
+
+std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
+                                            std::span<const Triangle> triangles,
+                                            const LowSurface& surface) {
+  const auto normal_of = [&](const Triangle& t) {
+    const Vec3d a(positions[t[0]]);
+    const Vec3d n = cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
+    return std::isfinite(dot(n, n)) ? n : Vec3d{};
+  };
+  // Sums in blocks, so that they do not depend on the threads.
+  constexpr std::size_t kBlock = 1 << 16;
+  std::vector<Vec3d> sums((triangles.size() + kBlock - 1) / kBlock);
+  parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) sums[begin / kBlock] += normal_of(triangles[i]);
+  });
+  Vec3d mean;
+  for (const Vec3d& sum : sums) mean += sum;
+  if (!(length(mean) > 0)) return std::nullopt;
+  mean = mean * (1 / length(mean));
+  // Exactly along an axis, where it is meant to be.
+  for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
+    if (std::abs(dot(axis, mean)) > 0.99) mean = axis * std::copysign(1.0, dot(axis, mean));
+  }
+  std::vector<std::uint8_t> turned((triangles.size() + kBlock - 1) / kBlock, 0);
+  parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && turned[begin / kBlock] == 0; ++i) {
+      if (dot(normal_of(triangles[i]), mean) < 0) turned[begin / kBlock] = 1;
+    }
+  });
+  if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    if (surface.usable[i] == 0) continue;
+    const auto& [a, b, c] = surface.triangles[i];
+    const Vec3d face =
+        cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+    if (dot(face, mean) < 0.1 * length(face)) return std::nullopt;
+    for (const LowSurface::Corner& corner : surface.triangles[i]) {
+      if (dot(Vec3d(corner.normal), mean) < 0.1) return std::nullopt;
+    }
+  }
+  return mean;
+}
+
+ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
+                    std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,
+                    double least_gain, std::uint32_t limit) {
+  cl::Context& context = source.device.context();
+  std::vector<Vec3d> candidates = given;
+  const std::vector<Vec3d> spread = spread_directions(kCandidates);
+  candidates.insert(candidates.end(), spread.begin(), spread.end());
+
+  // quality[k * count + i]: how much along sample i's direction candidate k sees it; 0: not at all.
+  std::vector<float> quality(candidates.size() * count);
+  const std::uint32_t batch = std::min(32U, DepthViews::batch_size(context, kProbeSize));
+  const cl::Array<float> found(context, std::size_t{batch} * count);
+  for (std::size_t first = 0; first < candidates.size(); first += batch) {
+    const std::size_t last = std::min(candidates.size(), first + batch);
+    const DepthViews views(context, source.raster(),
+                           {candidates.begin() + static_cast<std::ptrdiff_t>(first),
+                            candidates.begin() + static_cast<std::ptrdiff_t>(last)},
+                           kProbeSize, query.two_sided, query.area);
+    views.probe(points, count, capacity, query, found);
+    found.read(context, std::span(quality).subspan(first * count, (last - first) * count));
+  }
+
+  std::vector<float> best(count, 0.0F);
+  std::vector<bool> used(candidates.size(), false);
+  std::vector<double> gains(candidates.size());
+  double ideal = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    float most = 0;
+    for (std::size_t k = 0; k < candidates.size(); ++k)
+      most = std::max(most, quality[k * count + i]);
+    ideal += most;
+  }
+  ViewPlan plan;
+  while (plan.directions.size() < limit && ideal > 0) {
+    parallel_for(candidates.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        double gain = 0;
+        for (std::uint32_t i = 0; i < count; ++i) {
+          gain += std::max(0.0F, quality[k * count + i] - best[i]);
+        }
+        gains[k] = used[k] ? 0 : gain;
+      }
+    });
+    // The caller's own views come first, whatever they add.
+    const std::size_t next =
+        plan.directions.size() < given.size()
+            ? plan.directions.size()
+            : static_cast<std::size_t>(std::max_element(gains.begin(), gains.end()) -
+                                       gains.begin());
+    if (plan.directions.size() >= given.size() && gains[next] < least_gain * ideal) break;
+    used[next] = true;
+    plan.directions.push_back(candidates[next]);
+    std::uint32_t seen = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      best[i] = std::max(best[i], quality[next * count + i]);
+      seen += best[i] > 0 ? 1 : 0;
+    }
+    plan.coverage.push_back(static_cast<double>(seen) / count);
+  }
+  return plan;
+}
+
+}  // namespace kiln

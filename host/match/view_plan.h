@@ -1,0 +1,52 @@
+// Which views, and how many pixels each: no more than the scene needs.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "accel/depth_views.h"
+#include "source/dense_mesh.h"
+#include "texel/texels.h"
+
+namespace kiln {
+
+/// Pixels a side at which most of the surface has triangles of at least `pixels_a_triangle` pixels, seen
+/// face on; a multiple of 256 in [512, limit].
+struct ViewSize {
+  std::uint32_t size = 0;
+  double undersampled = 0;  ///< Share of the surface whose triangles are smaller than a pixel there
+};
+ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          double radius, std::uint32_t limit);
+double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          double radius, std::uint32_t size);
+
+/// What views must show: everything within reach of the light mesh, and no more, so that a floor or a stray
+/// face of the dense mesh far away does not take the pixels; all of the dense mesh where that is not much
+/// more. The dense mesh stays within what can be drawn: 60,000 pixels.
+/// \param reach  frame units  \param dense_radius  of the dense mesh around the frame's origin
+ViewArea view_area(const LowSurface& surface, double reach, double dense_radius);
+void widen(ViewArea& area, double dense_radius, std::uint32_t size);
+
+/// The direction from which all faces of both meshes are seen from the front, where there is one: the
+/// dense mesh may be a height field, which one view shows. \param least  cosine for every face
+std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
+                                            std::span<const Triangle> triangles,
+                                            const LowSurface& surface);
+
+/// What a plan came to.
+struct ViewPlan {
+  std::vector<Vec3d> directions;
+  std::vector<double> coverage;  ///< Share of the probed samples seen after each
+};
+
+/// Chooses views greedily by what they newly see, or see more along the normal (after Stuerzlinger 1999,
+/// "Imaging all visible surfaces", who covers surfaces by as few views as possible), from candidates spread
+/// over the sphere. Stops where one more would add less than `least_gain`, or at `limit` views.
+/// \param points  probed samples: 6 planes of `capacity`
+ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
+                    std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,
+                    double least_gain, std::uint32_t limit);
+
+}  // namespace kiln

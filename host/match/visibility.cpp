@@ -1,0 +1,373 @@
+#include "match/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "accel/depth_views.h"
+#include "accel/raster.h"
+#include "accel/ray.h"
+#include "base/parallel.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/surface_links.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::uint32_t kViewsAtATime = 32;  // a few tenths of a second on two cores
+constexpr std::uint32_t kMostDirections = 4096;
+// Where a ray begins, in frame units: a face seen at the least cosine is left behind by then by more than
+// its points are rounded.
+constexpr float kRayStart = 1.0F / 65536;
+// What may lie this much nearer than a place, in pixels of a picture, without hiding it: what the pixel
+// of a neighbouring face shows there.
+constexpr float kBiasPixels = 0.5F;
+constexpr const char* kNoteSeen = "-DKILN_VISIBILITY_SEEN=1";
+
+[[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
+
+Vec3d unit(const Vec3d& v) {
+  const double size = length(v);
+  return size > 0 ? v * (1 / size) : Vec3d{0, 0, 0};
+}
+
+Vec3d face_normal(const std::array<LowSurface::Corner, 3>& corners) {
+  const Vec3d a(corners[0].position);
+  return unit(cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a));
+}
+
+}  // namespace
+
+void check_visibility(const VisibilityOptions& options) {
+  if (options.directions < 1 || options.directions > kMostDirections) {
+    usage("The number of probing directions is " + std::to_string(options.directions) +
+          ": it must be 1 to " + std::to_string(kMostDirections) + ".");
+  }
+  if (options.view_size < 16 || options.view_size > 2048) {
+    usage("The probing pictures' size is " + std::to_string(options.view_size) +
+          ": it must be 16 to 2048 pixels.");
+  }
+  if (options.smoothing > 256) {
+    usage("The rounds of smoothing are " + std::to_string(options.smoothing) +
+          ": they must be 0 to 256.");
+  }
+  if (options.clusters < 1 || options.clusters > 4) {
+    usage("The number of clusters is " + std::to_string(options.clusters) + ": it must be 1 to 4.");
+  }
+  if (options.clusters > 1 && options.at != VisibilityAt::texel) {
+    usage("Clusters of directions are for visibility at texels: choose that, or one cluster.");
+  }
+  if (!(options.cluster_deviation >= 0 && options.cluster_deviation <= 1)) {
+    usage("The standard deviation from which directions are parted must be 0 to 1.");
+  }
+  if (options.likelihood != ViewLikelihood::list) return;
+  if (options.likelihoods.empty()) {
+    usage("A list of likely views was asked for, but it is empty: give at least one direction.");
+  }
+  for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
+    const double size = length(Vec3d(entry.direction));
+    if (!(size > 0) || !std::isfinite(size) || !(entry.weight >= 0) ||
+        !std::isfinite(entry.weight)) {
+      usage(
+          "A likely view needs a direction of finite length above 0, and a finite weight of 0 or "
+          "more.");
+    }
+  }
+}
+
+std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
+  std::vector<ProbeDirection> result;
+  double largest = 0;  // of the list's weights, to which they are related: sums must stay in range
+  for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
+    largest = std::max(largest, entry.weight);
+  }
+  for (const Vec3d& toward : spread_directions(options.directions)) {
+    double weight = 1;
+    if (options.likelihood == ViewLikelihood::horizon) weight = 1 - toward.y * toward.y;
+    if (options.likelihood == ViewLikelihood::up) weight = 0.5 + 0.5 * toward.y;
+    if (options.likelihood == ViewLikelihood::list) {
+      double best = -2;
+      for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
+        const double cosine = dot(unit(Vec3d(entry.direction)), toward);
+        if (cosine > best) {
+          best = cosine;
+          weight = largest > 0 ? entry.weight / largest : 0;
+        }
+      }
+    }
+    if (weight > 1e-9) result.push_back({toward, static_cast<float>(weight)});
+  }
+  if (result.empty()) {
+    usage(
+        "No view is likely: the weights leave none of the probing directions. Each takes the "
+        "weight "
+        "of the listed direction that is nearest to it; give one of them more than 0.");
+  }
+  return result;
+}
+
+struct VisibilityProbe::Impl {
+  cl::Context& context;
+  std::vector<ProbeDirection> directions;
+  std::uint32_t view_size;
+  Traversal traversal;
+  float scale = 1;  // of the surface's frame, to within 0.5 of the origin
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  cl::Array<float> normals;
+  std::unique_ptr<Rasterizer> raster;
+  std::unique_ptr<RayCaster> rays;
+  // A batch of views.
+  std::vector<kiln_view> views;
+  cl::Array<kiln_view> device_views;
+  cl::Array<float> weights;
+  DepthKeys keys;
+  KeepOn keep_on;
+
+  /// Before the direction with this number.
+  void poll(std::size_t next) const {
+    if (!keep_on) return;
+    context.finish();
+    const double done = static_cast<double>(next) / static_cast<double>(directions.size());
+    if (!keep_on(done)) throw Cancelled{};
+  }
+
+  Impl(cl::Context& opened, std::vector<ProbeDirection> probed, std::uint32_t size,
+       Traversal wanted)
+      : context(opened),
+        directions(std::move(probed)),
+        view_size(size),
+        traversal(choose_traversal(opened, wanted)) {}
+
+  kiln_visibility_params params(const Places& places) const {
+    kiln_visibility_params params{};
+    params.count = places.count;
+    params.capacity = places.capacity;
+    params.view_size = view_size;
+    return params;
+  }
+
+  Rasterizer& rasterizer() {
+    if (raster == nullptr) raster = std::make_unique<Rasterizer>(context, positions, triangles);
+    return *raster;
+  }
+
+  /// The views of a batch, beginning with one direction, on the device.
+  void choose_views(std::size_t first, std::size_t count) {
+    poll(first);
+    const auto pixels = static_cast<std::uint32_t>(DepthKeys::count(view_size, view_size));
+    views.clear();
+    std::vector<float> likely;
+    for (std::size_t k = first; k < std::min(directions.size(), first + count); ++k) {
+      kiln_view view = make_view(directions[k].toward, rasterizer().radius(), view_size);
+      view.first = pixels * static_cast<std::uint32_t>(k - first);
+      view.flags = KILN_RASTER_TWO_SIDED;  // the back of an open mesh hides what is behind it
+      views.push_back(view);
+      likely.push_back(directions[k].weight);
+    }
+    context.finish();  // the last batch is still using the arrays
+    if (device_views.size() < views.size()) {
+      device_views = cl::Array<kiln_view>(context, views.size());
+      weights = cl::Array<float>(context, views.size());
+    }
+    device_views.write(context, views);
+    weights.write(context, likely);
+  }
+
+  void draw() {
+    const std::uint64_t count = DepthKeys::count(view_size, view_size) * views.size();
+    if (keys.keys.size() < count) keys = DepthKeys(context, count);
+    rasterizer().draw(views, keys);
+  }
+
+  std::size_t batch() const {
+    return std::min(DepthViews::batch_size(context, view_size), kViewsAtATime);
+  }
+};
+
+VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface,
+                                 std::vector<ProbeDirection> directions, std::uint32_t view_size,
+                                 Traversal traversal)
+    : impl_(std::make_unique<Impl>(context, std::move(directions), view_size, traversal)) {
+  const SurfaceTopology topology = SurfaceTopology::of(surface);
+  impl_->positions.resize(topology.vertex_count);
+  double radius = 0;
+  std::vector<Vec3> normals(surface.triangles.size());
+  impl_->triangles.resize(surface.triangles.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    if (surface.usable[t] == 0) continue;  // three times vertex 0: has no area
+    normals[t] = to_float(face_normal(surface.triangles[t]));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& position = surface.triangles[t][k].position;
+      impl_->triangles[t][k] = topology.vertices[t][k];
+      impl_->positions[topology.vertices[t][k]] = position;
+      radius = std::max(radius, length(Vec3d(position)));
+    }
+  }
+  // A power of two: exact.
+  if (radius > 0) {
+    int exponent = 0;
+    std::frexp(radius, &exponent);
+    impl_->scale = static_cast<float>(std::ldexp(0.5, -exponent));
+  }
+  for (Vec3& p : impl_->positions) {
+    p = {p.x * impl_->scale, p.y * impl_->scale, p.z * impl_->scale};
+  }
+  impl_->normals =
+      cl::Array<float>(context, std::span<const float>(&normals[0].x, normals.size() * 3));
+}
+
+VisibilityProbe::~VisibilityProbe() = default;
+VisibilityProbe::VisibilityProbe(VisibilityProbe&&) noexcept = default;
+
+void VisibilityProbe::ask(KeepOn keep_on) { impl_->keep_on = std::move(keep_on); }
+
+const std::vector<ProbeDirection>& VisibilityProbe::directions() const { return impl_->directions; }
+
+void VisibilityProbe::note_seen(Places& places) const {
+  if (places.count == 0) return;
+  const std::size_t words = (impl_->directions.size() + 31) / 32;
+  places.seen = cl::Array<std::int32_t>(impl_->context, words * places.capacity);
+  impl_->context.fill(places.seen, std::int32_t{0});
+}
+
+const cl::Array<float>& VisibilityProbe::normals() const { return impl_->normals; }
+
+VisibilityProbe::Places VisibilityProbe::places(const TexelBand& band) const {
+  cl::Context& context = impl_->context;
+  Places places;
+  places.count = band.sample_count;
+  places.capacity = (band.sample_count + KILN_VISIBILITY_SAMPLES - 1) / KILN_VISIBILITY_SAMPLES *
+                    KILN_VISIBILITY_SAMPLES;
+  if (places.count == 0) return places;
+  places.points = cl::Array<float>(context, std::size_t{6} * places.capacity);
+  places.sums = cl::Array<float>(context, std::size_t{4} * places.capacity);
+  context.fill(places.points, 0.0F);
+  context.fill(places.sums, 0.0F);
+  kiln_visibility_params params = impl_->params(places);
+  params.capacity = band.capacity;
+  params.out_capacity = places.capacity;
+  params.scale = impl_->scale;
+  context.launch(context.kernel("visibility", "kiln_visibility_prepare"), places.count, kLocal,
+                 params, band.triangle, impl_->normals, band.points, places.points);
+  return places;
+}
+
+VisibilityProbe::Places VisibilityProbe::places(std::span<const Vec3> positions,
+                                                std::span<const Vec3> normals) const {
+  cl::Context& context = impl_->context;
+  Places places;
+  places.count = static_cast<std::uint32_t>(positions.size());
+  places.capacity = (places.count + KILN_VISIBILITY_SAMPLES - 1) / KILN_VISIBILITY_SAMPLES *
+                    KILN_VISIBILITY_SAMPLES;
+  if (places.count == 0) return places;
+  std::vector<float> planes(std::size_t{6} * places.capacity, 0.0F);
+  const std::size_t plane = places.capacity;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    planes[i] = positions[i].x * impl_->scale;
+    planes[i + plane] = positions[i].y * impl_->scale;
+    planes[i + 2 * plane] = positions[i].z * impl_->scale;
+    planes[i + 3 * plane] = normals[i].x;
+    planes[i + 4 * plane] = normals[i].y;
+    planes[i + 5 * plane] = normals[i].z;
+  }
+  places.points = cl::Array<float>(context, std::span<const float>(planes));
+  places.sums = cl::Array<float>(context, std::size_t{4} * places.capacity);
+  context.fill(places.sums, 0.0F);
+  return places;
+}
+
+void VisibilityProbe::add_by_views(Places& places) {
+  if (places.count == 0) return;
+  cl::Context& context = impl_->context;
+  const bool scalar = impl_->traversal == Traversal::gpu;
+  std::string defines = scalar ? "-DKILN_VISIBILITY_SCALAR=1" : "";
+  if (!places.seen.empty()) defines += (scalar ? " " : "") + std::string(kNoteSeen);
+  const std::uint32_t pixels = impl_->view_size * impl_->view_size;
+  cl::Array<float> depths;
+  for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
+    impl_->choose_views(first, impl_->batch());
+    impl_->draw();
+    const auto count = static_cast<std::uint32_t>(impl_->views.size());
+    if (depths.empty()) depths = cl::Array<float>(context, std::size_t{pixels} * count);
+    kiln_visibility_params params = impl_->params(places);
+    params.count = pixels * count;
+    context.launch(context.kernel("visibility", "kiln_visibility_depths"), params.count, kLocal,
+                   params, impl_->device_views, impl_->keys.keys, impl_->keys.drawn, depths);
+    params.count = places.count;
+    params.view_count = count;
+    params.bias = kBiasPixels / impl_->views[0].scale;
+    params.first_direction = static_cast<std::uint32_t>(first);
+    const cl::Kernel add = context.kernel("visibility", "kiln_visibility_texels", defines);
+    const std::size_t items = scalar ? places.count : places.capacity / KILN_VISIBILITY_SAMPLES;
+    if (places.seen.empty()) {
+      context.launch(add, items, kLocal, params, impl_->device_views, impl_->weights, depths,
+                     places.points, places.sums);
+    } else {
+      context.launch(add, items, kLocal, params, impl_->device_views, impl_->weights, depths,
+                     places.points, places.sums, places.seen);
+    }
+  }
+  context.finish();
+}
+
+void VisibilityProbe::add_by_rays(Places& places) {
+  if (places.count == 0) return;
+  cl::Context& context = impl_->context;
+  if (impl_->rays == nullptr) {
+    impl_->rays =
+        std::make_unique<RayCaster>(context, impl_->positions, impl_->triangles, impl_->traversal);
+  }
+  RayQuery query;
+  query.t_min = kRayStart;
+  query.t_max = 4;
+  query.two_sided = true;
+  // Positions and directions, as the ray caster wants them.
+  cl::Array<float> rays(context, std::size_t{7} * places.capacity);
+  const std::vector<float> points = places.points.download(context);
+  rays.write(context, points);
+  cl::Array<std::uint8_t> hidden(context, places.capacity);
+  kiln_visibility_params params = impl_->params(places);
+  const cl::Kernel aim = context.kernel("visibility", "kiln_visibility_aim");
+  const cl::Kernel add =
+      context.kernel("visibility", "kiln_visibility_add", places.seen.empty() ? "" : kNoteSeen);
+  for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
+    impl_->choose_views(first, impl_->batch());
+    for (std::uint32_t k = 0; k < impl_->views.size(); ++k) {
+      if (k % 4 == 0) impl_->poll(first + k);
+      context.launch(aim, places.count, kLocal, params, impl_->device_views, k, places.points,
+                     rays);
+      impl_->rays->occluded(rays, places.count, places.capacity, query, hidden);
+      params.first_direction = static_cast<std::uint32_t>(first);
+      const float weight = impl_->directions[first + k].weight;
+      if (places.seen.empty()) {
+        context.launch(add, places.count, kLocal, params, impl_->device_views, k, weight,
+                       places.points, hidden, places.sums);
+      } else {
+        context.launch(add, places.count, kLocal, params, impl_->device_views, k, weight,
+                       places.points, hidden, places.sums, places.seen);
+      }
+    }
+  }
+  context.finish();
+}
+
+std::vector<float> VisibilityProbe::corners() {
+  cl::Context& context = impl_->context;
+  cl::Array<float> sums(context, 12 * impl_->triangles.size());
+  context.fill(sums, 0.0F);
+  kiln_visibility_params params{};
+  params.count = static_cast<std::uint32_t>(impl_->triangles.size());
+  params.view_size = impl_->view_size;
+  for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
+    impl_->choose_views(first, impl_->batch());
+    impl_->draw();
+    params.view_count = static_cast<std::uint32_t>(impl_->views.size());
+    context.launch(context.kernel("visibility", "kiln_visibility_corners"), params.count, kLocal,
+                   params, impl_->device_views, impl_->weights, impl_->keys.keys, impl_->keys.drawn,
+                   impl_->rasterizer().triangles(), impl_->rasterizer().positions(), sums);
+  }
+  return sums.download(context);
+}
+
+}  // namespace kiln

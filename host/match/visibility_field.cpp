@@ -1,0 +1,462 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "match/visibility.h"
+#include "match/visibility_clusters.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/surface_links.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::uint32_t kLargestField = 2048;
+constexpr std::size_t kGrain = 1 << 14;
+
+/// Weighted sum of directions, and the sum of weights.
+struct DirectionSum {
+  Vec3d sum;
+  double weight = 0;
+  void add(const Vec3d& directions, double weights) {
+    sum += directions;
+    weight += weights;
+  }
+};
+
+/// The mean of the directions, whose length is what they have in common; zero weight: none.
+std::array<float, 4> mean_of(const DirectionSum& s) {
+  if (!(s.weight > 0)) return {0, 0, 0, 0};
+  const Vec3 mean = to_float(s.sum * (1 / s.weight));
+  return {mean.x, mean.y, mean.z, 1};
+}
+
+double deviation_of(const std::array<float, 4>& mean) {
+  const Vec3d m{mean[0], mean[1], mean[2]};
+  return std::sqrt(std::max(0.0, 1 - dot(m, m)));
+}
+
+/// Gives places without directions the mean of their neighbours', ring by ring from those that have some.
+/// \param neighbours  calls what it is given with every neighbour of a place
+template <typename Neighbours>
+void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint32_t> unseen,
+                 const Neighbours& neighbours, VisibilityReport& report) {
+  report.unseen = unseen.size();
+  std::vector<std::pair<std::uint32_t, std::array<float, 4>>> ring;
+  while (!unseen.empty()) {
+    ring.clear();
+    std::vector<std::uint32_t> rest;
+    for (const std::uint32_t place : unseen) {
+      DirectionSum around;
+      neighbours(place, [&](std::uint32_t other) {
+        const std::array<float, 4>& mean = means[other];
+        if (mean[3] > 0) around.add(Vec3d{mean[0], mean[1], mean[2]}, 1);
+      });
+      if (around.weight > 0) {
+        ring.emplace_back(place, mean_of(around));
+      } else {
+        rest.push_back(place);
+      }
+    }
+    if (ring.empty()) break;
+    for (const auto& [place, mean] : ring) means[place] = mean;
+    unseen = std::move(rest);
+  }
+  report.without = unseen.size();
+}
+
+double corner_angle(const std::array<LowSurface::Corner, 3>& corners, std::size_t k) {
+  const Vec3d at(corners[k].position);
+  const Vec3d a = Vec3d(corners[(k + 1) % 3].position) - at;
+  const Vec3d b = Vec3d(corners[(k + 2) % 3].position) - at;
+  return std::atan2(length(cross(a, b)), dot(a, b));
+}
+
+Vec3d area_normal(const std::array<LowSurface::Corner, 3>& corners) {
+  const Vec3d a(corners[0].position);
+  return cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a);
+}
+
+/// By vertices' own rays.
+std::vector<DirectionSum> vertices_by_rays(cl::Context& context, const LowSurface& surface,
+                                           const SurfaceTopology& topology,
+                                           VisibilityProbe& probe) {
+  std::vector<Vec3d> sums(topology.vertex_count);
+  std::vector<Vec3> positions(topology.vertex_count);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    if (surface.usable[t] == 0) continue;
+    const Vec3d normal = area_normal(surface.triangles[t]);
+    const double size = length(normal);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = topology.vertices[t][k];
+      sums[vertex] += normal * (corner_angle(surface.triangles[t], k) / size);
+      positions[vertex] = surface.triangles[t][k].position;
+    }
+  }
+  std::vector<Vec3> normals(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const double size = length(sums[i]);
+    if (size > 0) normals[i] = to_float(sums[i] * (1 / size));
+  }
+  VisibilityProbe::Places places = probe.places(positions, normals);
+  probe.add_by_rays(places);
+  const std::vector<float> seen = places.sums.download(context);
+  const std::size_t plane = places.capacity;
+  std::vector<DirectionSum> result(sums.size());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].add({seen[i], seen[i + plane], seen[i + 2 * plane]}, seen[i + 3 * plane]);
+  }
+  return result;
+}
+
+/// Faces by rays from four places each: the middle, and the middles of what is left at the corners.
+std::vector<DirectionSum> faces_by_rays(cl::Context& context, const LowSurface& surface,
+                                        VisibilityProbe& probe) {
+  const std::size_t count = surface.triangles.size();
+  std::vector<Vec3> positions(4 * count);
+  std::vector<Vec3> normals(4 * count);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    const auto& corners = surface.triangles[t];
+    const Vec3d normal = area_normal(corners);
+    for (std::size_t i = 0; i < 4; ++i) {
+      Vec3d point;
+      for (std::size_t k = 0; k < 3; ++k) {
+        point += Vec3d(corners[k].position) * (i == 3 ? 1.0 / 3 : i == k ? 2.0 / 3 : 1.0 / 6);
+      }
+      positions[4 * t + i] = to_float(point);
+      normals[4 * t + i] = to_float(normal * (1 / length(normal)));
+    }
+  }
+  VisibilityProbe::Places places = probe.places(positions, normals);
+  probe.add_by_rays(places);
+  const std::vector<float> seen = places.sums.download(context);
+  const std::size_t plane = places.capacity;
+  std::vector<DirectionSum> result(count);
+  for (std::size_t i = 0; i < 4 * count; ++i) {
+    result[i / 4].add({seen[i], seen[i + plane], seen[i + 2 * plane]}, seen[i + 3 * plane]);
+  }
+  return result;
+}
+
+void add_deviation(const std::vector<std::array<float, 4>>& means, VisibilityReport& report) {
+  constexpr std::size_t kBlock = 1 << 16;
+  std::vector<double> sums((means.size() + kBlock - 1) / kBlock);
+  std::vector<std::uint64_t> counts(sums.size());
+  parallel_for(means.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!(means[i][3] > 0)) continue;
+      sums[i / kBlock] += deviation_of(means[i]);
+      ++counts[i / kBlock];
+    }
+  });
+  double sum = 0;
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    sum += sums[i];
+    count += counts[i];
+  }
+  report.mean_deviation = count != 0 ? sum / static_cast<double>(count) : 0;
+}
+
+/// Samples a band, so that which directions see them takes 64 MiB.
+std::uint32_t samples_a_band(const VisibilityOptions& options, std::size_t directions) {
+  if (options.clusters == 1) return 1U << 22;
+  const std::size_t words = (directions + 31) / 32;
+  return static_cast<std::uint32_t>(std::size_t{1} << 24) / static_cast<std::uint32_t>(words);
+}
+
+/// The clusters of a band's places whose directions scatter, in the order of the places.
+void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBand& band,
+               const VisibilityProbe::Places& places, const VisibilityOptions& options,
+               std::uint32_t field_width, std::vector<PartedTexel>& parted) {
+  const std::vector<ProbeDirection>& directions = probe.directions();
+  const std::size_t plane = places.capacity;
+  const std::vector<float> sums = places.sums.download(context);
+  const std::vector<float> points = places.points.download(context);
+  const std::vector<std::int32_t> seen = places.seen.download(context);
+  std::vector<std::uint32_t> index(places.count);
+  band.texel_index.read(context, index);
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    const std::array<float, 4> mean =
+        mean_of({Vec3d{sums[i], sums[i + plane], sums[i + 2 * plane]}, sums[i + 3 * plane]});
+    if (mean[3] > 0 && deviation_of(mean) > options.cluster_deviation) chosen.push_back(i);
+  }
+  std::vector<PartedTexel> found(chosen.size());
+  parallel_for(chosen.size(), 256, [&](std::size_t begin, std::size_t end) {
+    std::vector<SeeingDirection> seeing;
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::size_t i = chosen[c];
+      const Vec3d normal{points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]};
+      seeing.clear();
+      for (std::size_t d = 0; d < directions.size(); ++d) {
+        const auto bits = static_cast<std::uint32_t>(seen[(d / 32) * plane + i]);
+        if ((bits >> (d % 32) & 1U) == 0) continue;
+        seeing.push_back(
+            {directions[d].toward, directions[d].weight * dot(normal, directions[d].toward)});
+      }
+      found[c] = {band.first_row * field_width + index[i],
+                  part_directions(seeing, options.clusters)};
+    }
+  });
+  for (PartedTexel& texel : found) {
+    if (texel.directions.size() > 1) parted.push_back(std::move(texel));
+  }
+}
+
+}  // namespace
+
+VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface,
+                                 std::uint32_t width, std::uint32_t height,
+                                 const VisibilityOptions& options, Traversal traversal,
+                                 VisibilityReport& report, KeepOn keep_on)
+    : context_(context), width_(width), height_(height) {
+  const auto start = std::chrono::steady_clock::now();
+  check_visibility(options);
+  std::vector<ProbeDirection> directions = probe_directions(options);
+  report.directions = static_cast<std::uint32_t>(directions.size());
+  report.by_rays = options.test == VisibilityTest::automatic ? options.at == VisibilityAt::vertex
+                                                             : options.test == VisibilityTest::rays;
+  VisibilityProbe probe(context, surface, std::move(directions), options.view_size, traversal);
+  probe.ask(std::move(keep_on));
+  if (options.at == VisibilityAt::texel) {
+    make_texels(surface, probe, options, report);
+  } else {
+    make_corners(surface, probe, options, report);
+  }
+  normals_ = cl::Array<float>(context, std::span<const float>(probe.normals().download(context)));
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& probe,
+                                  const VisibilityOptions& options, VisibilityReport& report) {
+  const std::uint32_t shrink = (std::max(width_, height_) + kLargestField - 1) / kLargestField;
+  field_width_ = report.width = (width_ + shrink - 1) / shrink;
+  field_height_ = report.height = (height_ + shrink - 1) / shrink;
+  const std::size_t pixels = std::size_t{field_width_} * field_height_;
+  cl::Array<float> from(context_, 4 * pixels);
+  field_triangle_ = cl::Array<std::uint32_t>(context_, pixels);
+  std::vector<PartedTexel> parted;
+  context_.fill(from, 0.0F);
+  context_.fill(field_triangle_, std::uint32_t{KILN_NO_TRIANGLE});
+  {
+    TexelSampler sampler(
+        context_, surface,
+        {field_width_, field_height_, 1, samples_a_band(options, probe.directions().size())});
+    for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
+      const TexelBand band = sampler.sample(b);
+      if (band.sample_count == 0) continue;
+      VisibilityProbe::Places places = probe.places(band);
+      if (options.clusters > 1) probe.note_seen(places);
+      if (report.by_rays) {
+        probe.add_by_rays(places);
+      } else {
+        probe.add_by_views(places);
+      }
+      kiln_visibility_params params{};
+      params.count = places.count;
+      params.capacity = places.capacity;
+      context_.launch(context_.kernel("visibility", "kiln_visibility_scatter"), places.count,
+                      kLocal, params, band.first_row * field_width_, band.texel_index,
+                      band.triangle, places.sums, from, field_triangle_);
+      context_.finish();
+      if (options.clusters > 1) {
+        part_band(context_, probe, band, places, options, field_width_, parted);
+      }
+      report.places += places.count;
+    }
+  }
+
+  const SurfaceTopology topology = SurfaceTopology::of(surface);
+  const std::vector<std::uint32_t> texel_triangle = field_triangle_.download(context_);
+  const TexelLinks links =
+      TexelLinks::of(surface, topology, texel_triangle, field_width_, field_height_);
+  const auto border = static_cast<std::uint32_t>(links.links.size() / 9);
+  const cl::Array<std::uint8_t> kind(context_, std::span<const std::uint8_t>(links.kind));
+  links_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(links.links));
+  std::vector<std::uint32_t> border_of(pixels, KILN_VISIBILITY_NO_LINK);
+  for (std::uint32_t i = 0; i < border; ++i) border_of[links.links[9 * std::size_t{i}]] = i;
+  border_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(border_of));
+  cl::Array<float> to;
+  if (options.smoothing > 0) {
+    to = cl::Array<float>(context_, 4 * pixels);
+    context_.fill(to, 0.0F);
+  }
+  for (std::uint32_t round = 0; round < options.smoothing; ++round) {
+    context_.launch(context_.kernel("visibility", "kiln_visibility_smooth"), pixels, kLocal,
+                    static_cast<std::uint32_t>(pixels), field_width_, kind, from, to);
+    if (border != 0) {
+      context_.launch(context_.kernel("visibility", "kiln_visibility_link"), border, kLocal, border,
+                      links_, from, to);
+    }
+    std::swap(from, to);
+  }
+  context_.finish();
+  to = cl::Array<float>();
+
+  std::vector<std::array<float, 4>> means(pixels);
+  from.read(context_, std::span<float>(means[0].data(), 4 * pixels));
+  std::vector<std::uint32_t> unseen;
+  parallel_for(pixels, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      std::array<float, 4>& m = means[i];
+      const double weight = m[3];
+      m = mean_of({Vec3d{m[0], m[1], m[2]}, weight});
+    }
+  });
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (links.kind[i] != KILN_VISIBILITY_EMPTY && means[i][3] == 0) {
+      unseen.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  fill_unseen(
+      means, std::move(unseen),
+      [&](std::uint32_t texel, const auto& visit) {
+        if (links.kind[texel] == KILN_VISIBILITY_INNER) {
+          for (const std::uint32_t row : {texel - field_width_, texel, texel + field_width_}) {
+            for (const std::uint32_t other : {row - 1, row, row + 1}) visit(other);
+          }
+          return;
+        }
+        const std::size_t at = 9 * std::size_t{border_of[texel]};
+        for (std::size_t k = 1; k < 9; ++k) {
+          if (links.links[at + k] != KILN_VISIBILITY_NO_LINK) visit(links.links[at + k]);
+        }
+      },
+      report);
+  add_deviation(means, report);
+  if (options.clusters > 1) {
+    report.clustered = parted.size();
+    store_clusters(parted, options.clusters, means);
+  } else {
+    from.write(context_, std::span<const float>(means[0].data(), 4 * pixels));
+    field_ = std::move(from);
+  }
+  chart_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(topology.chart));
+}
+
+void VisibilityField::store_clusters(const std::vector<PartedTexel>& parted, std::uint32_t count,
+                                     std::vector<std::array<float, 4>>& means) {
+  clusters_.emplace();
+  clusters_->width = field_width_;
+  clusters_->height = field_height_;
+  clusters_->count = count;
+  clusters_->number.assign(means.size(), 0);
+  clusters_->directions.resize(means.size() * count);
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const Vec3d mean{means[i][0], means[i][1], means[i][2]};
+    const double size = length(mean);
+    if (!(means[i][3] > 0)) continue;
+    clusters_->number[i] = 1;
+    if (!(size > 0)) continue;
+    std::fill_n(&clusters_->directions[i * count], count, to_float(mean * (1 / size)));
+  }
+  further_.clear();
+  for (std::uint32_t k = 0; k < count; ++k) {
+    for (const PartedTexel& texel : parted) {
+      const std::size_t number = texel.directions.size();
+      const Vec3 direction = to_float(texel.directions[k < number ? k : 0]);
+      clusters_->number[texel.pixel] = static_cast<std::uint8_t>(number);
+      clusters_->directions[std::size_t{texel.pixel} * count + k] = direction;
+      means[texel.pixel] = {direction.x, direction.y, direction.z, 1};
+    }
+    cl::Array<float> field(context_, std::span<const float>(means[0].data(), 4 * means.size()));
+    if (k == 0) {
+      field_ = std::move(field);
+    } else {
+      further_.push_back(std::move(field));
+    }
+  }
+}
+
+void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& probe,
+                                   const VisibilityOptions& options, VisibilityReport& report) {
+  const SurfaceTopology topology = SurfaceTopology::of(surface);
+  const std::size_t count = surface.triangles.size();
+  const bool faces = options.at == VisibilityAt::face;
+  std::vector<DirectionSum> vertices(topology.vertex_count);
+  std::vector<DirectionSum> of_face;
+  if (report.by_rays) {
+    if (faces) {
+      of_face = faces_by_rays(context_, surface, probe);
+    } else {
+      vertices = vertices_by_rays(context_, surface, topology, probe);
+    }
+  } else {
+    const std::vector<float> corners = probe.corners();
+    if (faces) of_face.resize(count);
+    for (std::size_t t = 0; t < count; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float* c = &corners[12 * t + 4 * k];
+        (faces ? of_face[t] : vertices[topology.vertices[t][k]]).add({c[0], c[1], c[2]}, c[3]);
+      }
+    }
+  }
+  std::vector<std::uint8_t> used(topology.vertex_count, 0);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      used[topology.vertices[t][k]] = 1;
+      if (!faces || !(of_face[t].weight > 0)) continue;
+      const double angle = corner_angle(surface.triangles[t], k);
+      vertices[topology.vertices[t][k]].add(of_face[t].sum * (angle / of_face[t].weight), angle);
+    }
+  }
+
+  std::vector<std::array<float, 4>> means(topology.vertex_count);
+  std::vector<std::uint32_t> unseen;
+  for (std::uint32_t v = 0; v < topology.vertex_count; ++v) {
+    if (used[v] == 0) continue;
+    ++report.places;
+    means[v] = mean_of(vertices[v]);
+    if (means[v][3] == 0) unseen.push_back(v);
+  }
+  std::vector<std::vector<std::uint32_t>> around(unseen.empty() ? 0 : topology.vertex_count);
+  for (std::size_t t = 0; t < count && !unseen.empty(); ++t) {
+    if (surface.usable[t] == 0) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      around[topology.vertices[t][k]].push_back(topology.vertices[t][(k + 1) % 3]);
+      around[topology.vertices[t][k]].push_back(topology.vertices[t][(k + 2) % 3]);
+    }
+  }
+  fill_unseen(
+      means, std::move(unseen),
+      [&](std::uint32_t v, const auto& visit) {
+        for (const std::uint32_t other : around[v]) visit(other);
+      },
+      report);
+  add_deviation(means, report);
+  std::vector<float> field(12 * count, 0.0F);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::copy_n(means[topology.vertices[t][k]].data(), 4, &field[12 * t + 4 * k]);
+    }
+  }
+  field_ = cl::Array<float>(context_, std::span<const float>(field));
+}
+
+void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
+                             const cl::Array<float>& directed, std::uint32_t capacity,
+                             std::uint32_t cluster) const {
+  kiln_visibility_band params{};
+  params.texel_count = band.texel_count;
+  params.capacity = band.capacity;
+  params.out_capacity = capacity;
+  params.first_row = band.first_row;
+  params.width = width_;
+  params.height = height_;
+  params.samples = samples;
+  params.field_width = field_width_;
+  params.field_height = field_height_;
+  params.hybrid = hybrid ? 1 : 0;
+  context_.launch(context_.kernel("visibility", "kiln_visibility_direct"), band.texel_count, kLocal,
+                  params, band.texel_index, band.texel_first, band.sample_slot, band.triangle,
+                  band.barycentric, band.points, normals_,
+                  cluster == 0 ? field_ : further_[cluster - 1], field_triangle_, chart_, border_,
+                  links_, directed);
+}
+
+}  // namespace kiln

@@ -1,0 +1,29 @@
+// The samples of a match, on the host: where each lies on the light surface and on the dense one.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kiln/bake.h"
+#include "mesh/vector.h"
+#include "source/dense_mesh.h"
+
+namespace kiln {
+
+struct AssessedSamples {
+  std::vector<std::size_t> element;     ///< Of the match's grid
+  std::vector<std::uint32_t> triangle;  ///< Of the light mesh
+  std::vector<Vec3> position;           ///< p, frame units
+  std::vector<Vec3> normal;             ///< Unit, of the light triangle
+  std::vector<double> area;  ///< Of the light surface that the sample stands for, frame units
+  std::vector<std::uint8_t> found;  ///< 0: missed
+  std::vector<Vec3d> match;         ///< F(p), frame units; 0 where missed
+  std::vector<Vec3> match_normal;   ///< Unit, of the dense triangle; 0 where it has no area
+
+  std::size_t size() const { return element.size(); }
+};
+
+/// \throws Error(input) where the match does not fit
+AssessedSamples assessed_samples(const Source::Impl& source, const Mesh& low, const Match& match);
+
+}  // namespace kiln

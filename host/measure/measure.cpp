@@ -1,0 +1,240 @@
+#include "kiln/measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "accel/depth_views.h"
+#include "base/normal_angle.h"
+#include "base/parallel.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr std::size_t kBlock = 4096;
+constexpr float kUncovered = -1, kOneSided = -2;
+
+void check_pictures(const Image& a, const Image& b) {
+  const auto text = [](const Image& image) {
+    return std::to_string(image.width) + " x " + std::to_string(image.height) + " with " +
+           std::to_string(image.channels) + " channels";
+  };
+  for (const Image* image : {&a, &b}) {
+    if (image->channels < 3 ||
+        image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
+      throw Error(ErrorCode::input, "A picture of normals says " + text(*image) + ", but holds " +
+                                        std::to_string(image->pixels.size()) +
+                                        " values: it needs 3 channels or more, and all of them.");
+    }
+  }
+  if (a.width != b.width || a.height != b.height) {
+    throw Error(ErrorCode::input, "The pictures of normals cannot be compared: one is " + text(a) +
+                                      ", the other " + text(b) + ". Draw both at the same size.");
+  }
+}
+
+bool is_covered(const float* p) { return p[0] != 0 || p[1] != 0 || p[2] != 0; }
+
+double difference_8bit(const float* a, const float* b) {
+  const auto quantise = [](float value) {
+    // Also for what is not a number, which counts as 0.
+    const double kept = value > 0 ? std::min(static_cast<double>(value), 1.0) : 0.0;
+    return std::floor(255 * kept + 0.5);
+  };
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double d = quantise(a[c]) - quantise(b[c]);
+    sum += d * d;
+  }
+  return std::sqrt(sum);
+}
+
+/// Calls body(pixel, reference's texel, other's texel) for every pixel, in parallel.
+template <typename Body>
+void for_each_pixel(const Image& reference, const Image& other, const Body& body) {
+  const std::size_t pixels = std::size_t{reference.width} * reference.height;
+  parallel_for(pixels, kBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      body(i, &reference.pixels[i * reference.channels], &other.pixels[i * other.channels]);
+    }
+  });
+}
+
+/// Turns about +Y, then about an axis oblique to all of the world's.
+Vec3d turned(const Vec3d& v, double first, double second) {
+  const Vec3d a(v.x * std::cos(first) + v.z * std::sin(first), v.y,
+                v.z * std::cos(first) - v.x * std::sin(first));
+  const Vec3d axis(2.0 / 7, 3.0 / 7, 6.0 / 7);
+  // Rodrigues' formula.
+  return a * std::cos(second) + cross(axis, a) * std::sin(second) +
+         axis * (dot(axis, a) * (1 - std::cos(second)));
+}
+
+double angle_degrees(const Vec3d& a, const Vec3d& b) {
+  return std::atan2(length(cross(a, b)), dot(a, b)) * kDegrees;
+}
+
+}  // namespace
+
+void NormalComparison::add(const Image& reference, const Image& other) {
+  check_pictures(reference, other);
+  const std::size_t pixels = std::size_t{reference.width} * reference.height;
+  std::vector<double> angles(pixels);
+  std::vector<double> differences(pixels);
+  for_each_pixel(reference, other, [&](std::size_t i, const float* a, const float* b) {
+    const bool covered = is_covered(a);
+    if (covered != is_covered(b)) {
+      angles[i] = kOneSided;
+    } else if (!covered) {
+      angles[i] = kUncovered;
+    } else {
+      angles[i] = normal_angle_degrees(a, b);
+      differences[i] = difference_8bit(a, b);
+    }
+  });
+  // In the pixels' order, so that sums are the same for any number of threads.
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (angles[i] == kOneSided) ++one_sided_;
+    if (angles[i] < 0) continue;
+    angles_.push_back(angles[i]);
+    sum_degrees_ += angles[i];
+    sum_squares_ += angles[i] * angles[i];
+    sum_8bit_ += differences[i];
+    for (std::size_t k = 0; k < above_.size(); ++k) {
+      above_[k] += differences[i] > NormalError::kThresholds8Bit[k] ? 1 : 0;
+    }
+  }
+}
+
+NormalError NormalComparison::error() const {
+  NormalError error;
+  error.pixels = angles_.size();
+  error.one_sided = one_sided_;
+  if (angles_.empty()) return error;
+  const auto count = static_cast<double>(angles_.size());
+  error.mean_degrees = sum_degrees_ / count;
+  error.rms_degrees = std::sqrt(sum_squares_ / count);
+  error.mean_8bit = sum_8bit_ / count;
+  for (std::size_t k = 0; k < above_.size(); ++k) {
+    error.above_8bit[k] = static_cast<double>(above_[k]) / count;
+  }
+  std::vector<double> angles = angles_;
+  error.max_degrees = *std::max_element(angles.begin(), angles.end());
+  error.p99_degrees = percentile(angles, 99);
+  error.p95_degrees = percentile(angles, 95);
+  error.median_degrees = percentile(angles, 50);
+  return error;
+}
+
+NormalError compare_normals(const Image& reference, const Image& other) {
+  NormalComparison comparison;
+  comparison.add(reference, other);
+  return comparison.error();
+}
+
+Image normal_angles(const Image& reference, const Image& other) {
+  check_pictures(reference, other);
+  Image result{reference.width, reference.height, 1, {}};
+  result.pixels.resize(std::size_t{reference.width} * reference.height);
+  for_each_pixel(reference, other, [&](std::size_t i, const float* a, const float* b) {
+    const bool covered = is_covered(a);
+    result.pixels[i] = covered != is_covered(b) ? kOneSided
+                       : !covered               ? kUncovered
+                                                : static_cast<float>(normal_angle_degrees(a, b));
+  });
+  return result;
+}
+
+DistanceError match_distance(const Match& match) {
+  DistanceError error;
+  std::vector<double> distances;
+  double sum = 0;
+  for (std::size_t i = 0; i < match.status.size(); ++i) {
+    if (match.status[i] == KILN_STATUS_NONE) continue;
+    if (match.status[i] == KILN_STATUS_MISS) {
+      ++error.missed;
+      continue;
+    }
+    distances.push_back(std::abs(static_cast<double>(match.distance[i])));
+    sum += distances.back();
+  }
+  error.samples = distances.size();
+  if (distances.empty()) return error;
+  error.mean = sum / static_cast<double>(distances.size());
+  error.max = *std::max_element(distances.begin(), distances.end());
+  error.p95 = percentile(distances, 95);
+  return error;
+}
+
+ViewAngles view_angles(const Vec3& toward) {
+  const Vec3d v(toward);
+  return {std::atan2(v.x, v.z) * kDegrees, std::atan2(v.y, std::hypot(v.x, v.z)) * kDegrees};
+}
+
+std::vector<Vec3> spread_views(std::uint32_t count) {
+  std::vector<Vec3> result;
+  for (const Vec3d& direction : spread_directions(count)) result.push_back(to_float(direction));
+  return result;
+}
+
+double least_angle_degrees(std::span<const Vec3> a, std::span<const Vec3> b) {
+  double least = 180;
+  for (const Vec3& one : a) {
+    for (const Vec3& other : b) least = std::min(least, angle_degrees(Vec3d(one), Vec3d(other)));
+  }
+  return least;
+}
+
+std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used,
+                                 double least_degrees) {
+  constexpr int kRotations = 4096;
+  const std::vector<Vec3d> spread = spread_directions(count);
+  std::vector<Vec3> result(count);
+  for (int k = 1; k <= kRotations; ++k) {
+    // Two angles that never come back together: multiples of two irrational shares of a turn.
+    const double first = 2 * std::numbers::pi * std::fmod(k * std::numbers::phi, 1.0);
+    const double second = 2 * std::numbers::pi * std::fmod(k * std::numbers::sqrt2, 1.0);
+    for (std::size_t i = 0; i < spread.size(); ++i) {
+      result[i] = to_float(turned(spread[i], first, second));
+    }
+    if (least_angle_degrees(result, used) >= least_degrees) return result;
+  }
+  throw Error(ErrorCode::usage, "No " + std::to_string(count) + " directions to measure from lie " +
+                                    std::to_string(least_degrees) + " degrees or more from all " +
+                                    std::to_string(used.size()) +
+                                    " that are matched from: match from fewer views.");
+}
+
+NormalReference::NormalReference(const Scene& reference, const Mesh& frame,
+                                 std::vector<ViewAngles> views, std::uint32_t size, bool z_up)
+    : frame_(&frame), views_(std::move(views)), size_(size), z_up_(z_up) {
+  for (const ViewAngles& view : views_) pictures_.push_back(draw(reference, view, true));
+}
+
+Image NormalReference::draw(const Scene& scene, const ViewAngles& view, bool ignore_map) const {
+  RenderOptions options;
+  options.size = size_;
+  options.azimuth_degrees = view.azimuth_degrees;
+  options.elevation_degrees = view.elevation_degrees;
+  options.z_up = z_up_;
+  options.samples = 1;
+  options.show_normals = true;
+  options.ignore_map = ignore_map;
+  options.frame = frame_;
+  return scene.draw(options);
+}
+
+NormalError NormalReference::compare(const Scene& other, bool ignore_map) const {
+  NormalComparison comparison;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    comparison.add(pictures_[i], draw(other, views_[i], ignore_map));
+  }
+  return comparison.error();
+}
+
+}  // namespace kiln

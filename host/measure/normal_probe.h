@@ -1,0 +1,83 @@
+// Rendered normals of a light mesh against the dense one's, again and again: what does not depend on the
+// map is found once.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "kiln/image.h"
+#include "kiln/measure.h"
+#include "match/matcher.h"
+#include "source/dense_mesh.h"
+
+namespace kiln {
+
+/// Places that pictures from many sides show on both meshes: points of the light mesh with their texture
+/// coordinates, and the dense mesh's normal in the same pixel. What a picture of the light mesh would show
+/// is looked up there (bilinear, as kernels/render.cl does it), so that measuring one more map casts no
+/// ray. Pixels are point samples, so fewer of them estimate the same mean.
+///
+/// The same pixels tell how good a way to match can get without baking any map: its matches of these very
+/// points are what a map of endless size would show.
+class NormalProbe {
+ public:
+  /// \param views   where pictures are taken from; the dense mesh fills them
+  /// \param pixels  a side of each, a multiple of 8
+  /// \param raster  find the dense mesh's pixels by drawing it, and not by rays: where there is no hierarchy.
+  ///                Then what is seen from behind does not count
+  /// \throws Error(input) as LowSurface::of
+  NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
+              const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster);
+
+  /// Of the light mesh's own normals.
+  NormalError without_map() const;
+
+  /// \param map  n/2 + 1/2, as Scene takes it
+  NormalError with_map(const Image& map, NormalMapSpace space, bool flip_y) const;
+
+  /// Of normals in the mesh's space at each place, for example those that are matched there.
+  NormalError with_normals(const std::vector<float>& normals) const;
+
+  struct Limit {
+    NormalError error;
+    double missed = 0;           ///< Share of the places
+    std::vector<float> normals;  ///< What it finds there, in the mesh's space
+  };
+  /// What a map of endless size would reach with a way to match. By UVs nothing is checked of the layouts.
+  /// \param field  of visibility: made where it is null, and taken where it is not
+  /// \throws as make_matcher
+  Limit limit(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const;
+
+  /// The share of a way's error that no map whatever can get below, however it is matched: a place of the
+  /// light mesh shows one normal to all directions, but the dense mesh has another behind it from each. Of
+  /// some places and the pictures' directions that see them, the mean error of each place's best normal,
+  /// over that of the normals that the way found. A little too low where few directions see a place.
+  double least_share(const Limit& limit) const;
+
+  std::uint32_t places() const { return band_.sample_count; }
+
+ private:
+  struct Place {
+    std::uint32_t triangle = 0;
+    float u = 0, v = 0;  ///< Weights of corners 1 and 2
+    bool back = false;   ///< Seen from behind: its normal is turned round
+  };
+  void store(const std::vector<Place>& places);
+  void match_by_uv(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
+                   Correspondence& match) const;
+  NormalError compare(const Image& shown) const;
+
+  const Source::Impl& source_;
+  RayCaster light_;
+  std::vector<Vec3d> toward_;  ///< Of the pictures
+  double start_ = 0;           ///< How far from the middle their rays start
+  LowSurface surface_;
+  std::vector<kiln_low_shading> shading_;
+  std::vector<Place> places_;
+  Image reference_;  ///< The dense mesh's normals, one row
+  std::uint64_t one_sided_ = 0;
+  TexelBand band_;  ///< The places as samples of a map of one row
+};
+
+}  // namespace kiln

@@ -1,0 +1,419 @@
+#include "kiln/plan.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "measure/normal_probe.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kFirstSize = 128;
+// Another way to match must get nearer by this to be worth what it costs.
+constexpr double kGain = 0.97;
+// A share of places that rays may miss without there being something wrong.
+constexpr double kFewMissed = 0.01;
+// Of the map that a way to match is told to prepare for where it has yet to be tried.
+constexpr std::uint32_t kLimitSize = 1024;
+constexpr std::uint32_t kLimitDirections = 128;
+constexpr std::uint32_t kLimitView = 512;
+// Triangles from which on building a hierarchy takes longer than all else.
+constexpr std::size_t kMany = 2000000;
+// An error this close to what the shape allows is as good as it.
+constexpr double kLevel = 1.05;
+// What is expected to miss the error by less may reach it.
+constexpr double kNear = 1.04;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The map as Scene reads it, whatever it is encoded as.
+Image decoded(const Image& map, const BakeOptions& options) {
+  Image result = map;
+  for (std::size_t i = 0; i < result.pixels.size(); i += 3) {
+    float* p = &result.pixels[i];
+    if (options.raw) {
+      for (int c = 0; c < 3; ++c) p[c] = p[c] * 0.5F + 0.5F;
+    }
+    if (options.two_component) {
+      const float x = 2 * p[0] - 1, y = 2 * p[1] - 1;
+      p[2] = 0.5F + 0.5F * std::sqrt(std::max(0.0F, 1 - x * x - y * y));
+    }
+  }
+  return result;
+}
+
+/// How errors fall with the size of the map: e(s) = limit + 1 / (1 / range + rate s^2). A tiny map is as bad
+/// as can be, a large one is off by the square of its texels' size.
+class Outlook {
+ public:
+  /// \param plain  the error without any map: what a tiny one comes to, as long as nothing else is known
+  Outlook(double limit, double plain) : limit_(limit), range_(std::max(plain - limit, kLeast)) {}
+
+  /// Takes what a map of a size turned out to reach.
+  void measured(std::uint32_t size, double error) {
+    const double above = std::max({error - limit_, 1e-3 * limit_, kLeast});
+    const double texels = 1.0 * size * size;
+    // Where charts have few texels, a tiny map is worse than none, and how much worse is not known.
+    range_ = std::max(range_, 2 * above);
+    rate_ = (1 / above - 1 / range_) / texels;
+    if (texels_ > 0) {
+      // Two sizes tell both.
+      const double rate = (1 / above - 1 / above_) / (texels - texels_);
+      const double start = 1 / above - rate * texels;
+      if (rate > 0 && start > 0) {
+        rate_ = rate;
+        range_ = 1 / start;
+      }
+    }
+    texels_ = texels;
+    above_ = above;
+  }
+
+  /// The same rate, with another limit: of another way to match.
+  Outlook with_limit(double limit) const {
+    Outlook other = *this;
+    other.limit_ = limit;
+    return other;
+  }
+
+  double limit() const { return limit_; }
+  double error(std::uint32_t size) const { return limit_ + 1 / (1 / range_ + rate_ * size * size); }
+
+ private:
+  static constexpr double kLeast = 1e-6;
+  double limit_, range_;
+  double rate_ = 0;
+  double texels_ = 0, above_ = 0;  // of the last map
+};
+
+/// The two layouts turned out not to agree, at one size or another.
+struct Unfit {};
+
+class Planner {
+ public:
+  Planner(const Source& source, const Mesh& low, const PlanOptions& options)
+      : source_(source), low_(low), options_(options), methods_(methods()) {
+    const bool cage = options.bake.cage || options.bake.cage_mesh != nullptr;
+    try_uv_ = !cage && !source.impl().uvs.empty();
+  }
+
+  PlannedBake run() {
+    try {
+      try {
+        return planned();
+      } catch (const Unfit&) {
+        try_uv_ = false;
+        forget();
+        return planned();
+      }
+    } catch (const Cancelled&) {
+      PlannedBake none;
+      none.result.cancelled = true;
+      return none;
+    }
+  }
+
+ private:
+  /// One bake, yet to be measured.
+  struct Baked {
+    PlanTrial trial;
+    BakeOptions options;
+    BakeResult result;
+  };
+
+  PlannedBake planned() {
+    const double wanted = options_.max_error;
+    const MatchMethod first = methods_.front();
+    const std::uint32_t size = std::min(kFirstSize, largest());
+    // Whether the layouts agree is known once they were baked with.
+    std::optional<Baked> by_uv;
+    if (try_uv_) by_uv = baked(MatchMethod::uv, size);
+    take_pictures(first == MatchMethod::views || (by_uv && wanted > 0));
+    const double plain = planned_.without_map.mean_degrees;
+    std::optional<Outlook> uv;
+    if (by_uv) {
+      uv.emplace(limit(MatchMethod::uv), plain);
+      if (measured(std::move(*by_uv), *uv) <= wanted) return finished(wanted);
+      // Where not even an endless map is expected to reach it, another way may do at less cost.
+      const bool within = wanted > 0 && uv->limit() <= wanted;
+      if (within && climb(MatchMethod::uv, *uv, wanted)) return finished(wanted);
+    }
+    const double first_limit = limit(first);
+    Outlook outlook = uv ? uv->with_limit(first_limit) : Outlook(first_limit, plain);
+    const bool stay = uv && !gains(first, first_limit, MatchMethod::uv, uv->limit());
+    if (wanted == 0) {
+      if (!stay && trial(first, size, outlook) <= wanted) return finished(wanted);
+      stay ? level(MatchMethod::uv, *uv) : level(first, outlook);
+      return finished(best_error_);
+    }
+    if (!uv && trial(first, size, outlook) <= wanted) return finished(wanted);
+    // The first way that is expected to reach it; and where none is, the one that gets nearest.
+    MatchMethod nearest = uv ? MatchMethod::uv : first;
+    Outlook nearest_outlook = uv ? *uv : outlook;
+    for (std::size_t i = 0; i < methods_.size(); ++i) {
+      const MatchMethod method = methods_[i];
+      if (i == 1 && hopeless(nearest_outlook, wanted)) break;
+      if (method == MatchMethod::views && !may_help(method)) continue;
+      Outlook own = method == first ? outlook : outlook.with_limit(limit(method));
+      if (uv && limit_of(method).missed == 1) continue;
+      if (climb(method, own, wanted)) return finished(wanted);
+      if (method == first) outlook = own;
+      if (method == nearest || gains(method, own.limit(), nearest, nearest_outlook.limit())) {
+        nearest = method;
+        nearest_outlook = own;
+      }
+    }
+    level(nearest, nearest_outlook);
+    return finished(wanted);
+  }
+
+  void take_pictures(bool raster) {
+    const auto start = std::chrono::steady_clock::now();
+    if (!probe_) {
+      std::vector<ViewAngles> views;
+      for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {
+        views.push_back(view_angles(toward));
+      }
+      probe_.emplace(source_.impl(), low_, options_.bake.cage_mesh, views, kPlanPixels, raster);
+    }
+    planned_.without_map = probe_->without_map();
+    planned_.seconds_measure += seconds_since(start);
+  }
+
+  /// Of a way that was looked at.
+  const PlanLimit& limit_of(MatchMethod method) const {
+    return *std::find_if(planned_.limits.begin(), planned_.limits.end(),
+                         [&](const PlanLimit& limit) { return limit.method == method; });
+  }
+
+  /// Whether one way gets nearer than another with a lower limit. Seen from aslant, heights far off the
+  /// light mesh may look worse than none; what then finds less than UVs do is no better for it.
+  bool gains(MatchMethod method, double limit, MatchMethod other, double other_limit) const {
+    const bool finds_less =
+        other == MatchMethod::uv && limit_of(method).missed > limit_of(other).missed + kFewMissed;
+    return !finds_less && limit < kGain * other_limit;
+  }
+
+  /// All that was found, but for the pictures and the seconds that they took.
+  void forget() {
+    const double seconds = planned_.seconds_measure;
+    planned_ = {};
+    planned_.seconds_measure = seconds;
+    best_error_ = 0;
+    nearest_limit_.reset();
+  }
+
+  /// Whether no match is good enough, so that there is no need to look at others.
+  bool hopeless(const Outlook& outlook, double wanted) {
+    if (methods_.front() == MatchMethod::views) return false;  // it takes a hierarchy to tell
+    const auto start = std::chrono::steady_clock::now();
+    planned_.least = outlook.limit() * probe_->least_share(*nearest_limit_);
+    planned_.seconds_measure += seconds_since(start);
+    return outlook.with_limit(planned_.least).error(largest()) > wanted;
+  }
+
+  /// Preparing depth views takes longer than all else where a hierarchy is there already. Where rays miss
+  /// nothing and no other way gets nearer than they do, it is not the match that is wrong, but what a light
+  /// mesh of this shape can show.
+  bool may_help(MatchMethod method) const {
+    if (methods_.front() == method) return true;
+    const PlanLimit& first =
+        *std::find_if(planned_.limits.begin(), planned_.limits.end(),
+                      [&](const PlanLimit& limit) { return limit.method == methods_.front(); });
+    if (first.missed > kFewMissed) return true;
+    return std::any_of(planned_.limits.begin(), planned_.limits.end(), [&](const PlanLimit& limit) {
+      return limit.error.mean_degrees < first.error.mean_degrees * kGain;
+    });
+  }
+
+  /// Bakes from the smallest size that is expected to reach the error on. \returns whether one did
+  bool climb(MatchMethod method, Outlook& outlook, double wanted) {
+    for (std::uint32_t size = tried(method);;) {
+      do {
+        if (size == largest()) return false;
+        size = next(size);
+      } while (outlook.error(size) > wanted * kNear);
+      const double error = trial(method, size, outlook);
+      if (error <= wanted) return true;
+      if (error <= outlook.limit()) return false;  // larger maps gain nothing
+    }
+  }
+
+  /// Bakes at the smallest size that larger ones would not improve on much.
+  void level(MatchMethod method, Outlook& outlook) {
+    for (std::uint32_t size = tried(method); size < largest();) {
+      std::uint32_t enough = size;
+      while (enough < largest() && outlook.error(enough) > outlook.limit() * kLevel) {
+        enough = next(enough);
+      }
+      if (enough == size) return;
+      trial(method, size = enough, outlook);
+    }
+  }
+
+  std::uint32_t largest() const { return std::min(options_.bake.width, options_.bake.height); }
+
+  /// 0: none yet.
+  std::uint32_t next(std::uint32_t size) const {
+    return std::min(size == 0 ? kFirstSize : 2 * size, largest());
+  }
+
+  /// The largest size that was tried, 0 where none was.
+  std::uint32_t tried(MatchMethod method) const {
+    std::uint32_t size = 0;
+    for (const PlanTrial& trial : planned_.trials) {
+      if (trial.method == method) size = std::max(size, std::min(trial.width, trial.height));
+    }
+    return size;
+  }
+
+  std::vector<MatchMethod> methods() const {
+    if (options_.bake.cage || options_.bake.cage_mesh != nullptr) return {MatchMethod::ray};
+    if (source_.impl().triangles.size() > kMany) {
+      return {MatchMethod::views, MatchMethod::ray, MatchMethod::hybrid, MatchMethod::visibility,
+              MatchMethod::closest};
+    }
+    return {MatchMethod::ray, MatchMethod::hybrid, MatchMethod::visibility, MatchMethod::closest,
+            MatchMethod::views};
+  }
+
+  BakeOptions bake_options(MatchMethod method, std::uint32_t size, const std::string& doing) const {
+    BakeOptions bake = options_.bake;
+    const double share = static_cast<double>(size) / largest();
+    bake.width = static_cast<std::uint32_t>(std::lround(bake.width * share));
+    bake.height = static_cast<std::uint32_t>(std::lround(bake.height * share));
+    bake.method = method;
+    bake.visibility.at = VisibilityAt::vertex;
+    const bool same = (method == MatchMethod::ray && bake.fallback == Fallback::ray) ||
+                      (method == MatchMethod::closest && bake.fallback == Fallback::closest) ||
+                      (method == MatchMethod::views && bake.fallback == Fallback::views);
+    if (same) bake.fallback = Fallback::low;
+    // How many trials there will be is not known: progress says what is going on.
+    if (options_.bake.progress) {
+      bake.progress = [this, doing](double, std::string_view) {
+        return options_.bake.progress(0, doing);
+      };
+    }
+    return bake;
+  }
+
+  /// \returns the mean error that an endless map would reach
+  double limit(MatchMethod method) {
+    const std::string doing = "looking at both meshes";
+    BakeOptions options = bake_options(method, std::min(largest(), kLimitSize), doing);
+    // What is unlikely to be chosen is looked at coarsely.
+    options.visibility.directions = std::min(options.visibility.directions, kLimitDirections);
+    if (options.views.size == 0 && method != methods_.front()) options.views.size = kLimitView;
+    if (options.progress && !options.progress(0, doing)) throw Cancelled();
+    const auto start = std::chrono::steady_clock::now();
+    NormalProbe::Limit limit = probe_->limit(options, field_);
+    planned_.limits.push_back({method, limit.error, limit.missed, seconds_since(start)});
+    const double mean = limit.error.mean_degrees;
+    const bool candidate = method == MatchMethod::uv || method == methods_.front();
+    if (candidate && (!nearest_limit_ || mean < kGain * nearest_limit_->error.mean_degrees)) {
+      nearest_limit_ = std::move(limit);
+    }
+    return mean;
+  }
+
+  /// \throws Unfit
+  Baked baked(MatchMethod method, std::uint32_t size) const {
+    Baked baked;
+    PlanTrial& trial = baked.trial;
+    BakeOptions& options = baked.options;
+    trial.method = method;
+    options = bake_options(method, size, {});
+    trial.width = options.width;
+    trial.height = options.height;
+    options = bake_options(
+        method, size,
+        "trying " + std::to_string(options.width) + " x " + std::to_string(options.height));
+    const auto start = std::chrono::steady_clock::now();
+    try {
+      baked.result = bake(source_, low_, options);
+    } catch (const Error& error) {
+      if (method == MatchMethod::uv && error.code() == ErrorCode::input) throw Unfit();
+      throw;
+    }
+    if (baked.result.cancelled) throw Cancelled();
+    trial.seconds = seconds_since(start);
+    return baked;
+  }
+
+  /// Bakes and measures. \returns the mean error
+  double trial(MatchMethod method, std::uint32_t size, Outlook& outlook) {
+    return measured(baked(method, size), outlook);
+  }
+
+  double measured(Baked baked, Outlook& outlook) {
+    const BakeOptions& options = baked.options;
+    BakeResult& result = baked.result;
+    PlanTrial& trial = baked.trial;
+    const auto measuring = std::chrono::steady_clock::now();
+    const BakeReport& report = result.report;
+    trial.missed = report.samples != 0
+                       ? static_cast<double>(report.missed) / static_cast<double>(report.samples)
+                       : 1;
+    const auto normal = std::find_if(result.maps.begin(), result.maps.end(),
+                                     [](const BakedMap& m) { return m.kind == MapKind::normal; });
+    const bool plain = !options.raw && !options.two_component;
+    trial.error = probe_->with_map(plain ? normal->image : decoded(normal->image, options),
+                                   options.space, options.flip_y);
+    planned_.seconds_measure += seconds_since(measuring);
+    planned_.trials.push_back(trial);
+    const double error = trial.error.mean_degrees;
+    outlook.measured(std::min(trial.width, trial.height), error);
+    const bool reached = options_.max_error > 0 && error <= options_.max_error;
+    // A larger map must be worth it.
+    if (reached || best_error_ == 0 || error <= best_error_ * 0.98) {
+      best_error_ = error;
+      planned_.chosen = trial;
+      planned_.result = std::move(result);
+    }
+    return error;
+  }
+
+  PlannedBake finished(double wanted) {
+    planned_.wanted = wanted;
+    planned_.reached = planned_.chosen.error.mean_degrees <= wanted;
+    return std::move(planned_);
+  }
+
+  const Source& source_;
+  const Mesh& low_;
+  const PlanOptions& options_;
+  const std::vector<MatchMethod> methods_;  // that search
+  bool try_uv_ = false;                     // before them
+  std::optional<NormalProbe> probe_;
+  std::shared_ptr<const VisibilityField> field_;
+  std::optional<NormalProbe::Limit> nearest_limit_;  // of UVs and the first way
+  PlannedBake planned_;
+  double best_error_ = 0;
+};
+
+}  // namespace
+
+PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOptions& options) {
+  if (!std::isfinite(options.max_error) || options.max_error < 0) {
+    throw Error(ErrorCode::usage, "The error to reach is " + std::to_string(options.max_error) +
+                                      " degrees: it must be finite, and 0 or more.");
+  }
+  if (options.bake.match != nullptr) {
+    throw Error(ErrorCode::usage, "A plan chooses how to match, but a saved match was given.");
+  }
+  const auto& maps = options.bake.maps;
+  if (std::find(maps.begin(), maps.end(), MapKind::normal) == maps.end()) {
+    throw Error(ErrorCode::usage,
+                "A plan measures normal maps, but none is among the maps: add it.");
+  }
+  return Planner(source, low, options).run();
+}
+
+}  // namespace kiln

@@ -1,0 +1,83 @@
+#include "mesh/charts.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// Remembers the first value given for each key: open addressing, at most half full.
+class FirstValues {
+ public:
+  explicit FirstValues(std::size_t largest_count)
+      : mask_(std::bit_ceil(largest_count * 2 + 2) - 1), keys_(mask_ + 1), values_(mask_ + 1) {}
+
+  std::uint32_t get_or_put(std::uint64_t key, std::uint32_t value) {
+    std::uint64_t hash = key * 0x9E3779B97F4A7C15U;
+    hash = (hash ^ (hash >> 32)) * 0xBF58476D1CE4E5B9U;
+    std::size_t slot = (hash ^ (hash >> 29)) & mask_;
+    while (values_[slot] != 0 && keys_[slot] != key) slot = (slot + 1) & mask_;
+    if (values_[slot] == 0) {
+      keys_[slot] = key;
+      values_[slot] = value + 1;
+    }
+    return values_[slot] - 1;
+  }
+
+ private:
+  std::size_t mask_;
+  std::vector<std::uint64_t> keys_;
+  std::vector<std::uint32_t> values_;  // + 1; 0: free
+};
+
+/// The lowest triangle that a triangle is known to be connected with.
+std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
+  while (parent[triangle] != triangle) {
+    parent[triangle] = parent[parent[triangle]];
+    triangle = parent[triangle];
+  }
+  return triangle;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> uv_charts(const Mesh& mesh) {
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  const std::vector<std::uint32_t> position = weld_vertices(mesh.positions);
+  std::vector<Vec3> flat(mesh.uvs.size());
+  std::transform(mesh.uvs.begin(), mesh.uvs.end(), flat.begin(), [](const Vec2& uv) {
+    return Vec3{uv.x, uv.y, 0};
+  });
+  const std::vector<std::uint32_t> uv = weld_vertices(flat);
+
+  std::vector<std::uint32_t> parent(count);
+  for (std::uint32_t t = 0; t < count; ++t) parent[t] = t;
+  FirstValues corners(std::size_t{3} * count);
+  FirstValues edges(std::size_t{3} * count);
+  for (std::uint32_t t = 0; t < count; ++t) {
+    Triangle corner{};
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint64_t key = std::uint64_t{position[mesh.triangles[t][k]]} << 32;
+      corner[k] = corners.get_or_put(key | uv[mesh.uv_triangles[t][k]], 3 * t + k);
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(corner[k], corner[(k + 1) % 3]);
+      const std::uint32_t other = edges.get_or_put((std::uint64_t{low} << 32) | high, t);
+      const auto [first, second] = std::minmax({root(parent, t), root(parent, other)});
+      parent[second] = first;
+    }
+  }
+
+  std::uint32_t charts = 0;
+  std::vector<std::uint32_t> chart(count);
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const std::uint32_t first = root(parent, t);
+    chart[t] = first == t ? charts++ : chart[first];
+  }
+  return chart;
+}
+
+}  // namespace kiln

@@ -1,0 +1,182 @@
+#include "mesh/fans.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <utility>
+
+namespace kiln {
+namespace {
+
+/// A forest of sets; the representative is the lowest member, so order does not matter.
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  std::uint32_t find(std::uint32_t item) {
+    while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
+    return item;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+struct Side {
+  std::uint64_t key;  ///< Lower vertex, higher vertex.
+  std::uint32_t triangle;
+  std::uint8_t corner, forward;  ///< The side starts at this corner; forward: at the lower vertex.
+};
+
+std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
+  std::vector<Side> sides;
+  sides.reserve(triangles.size() * 3);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    for (std::uint8_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+      sides.push_back({a < b ? a << 32 | b : b << 32 | a, t, k, a < b});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    if (a.key != b.key) return a.key < b.key;
+    if (a.forward != b.forward) return a.forward > b.forward;
+    return a.triangle != b.triangle ? a.triangle < b.triangle : a.corner < b.corner;
+  });
+  return sides;
+}
+
+}  // namespace
+
+bool has_repeated_sides(std::span<const Triangle> triangles) {
+  const std::vector<Side> sides = sorted_sides(triangles);
+  return std::adjacent_find(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+           return a.key == b.key && a.forward == b.forward;
+         }) != sides.end();
+}
+
+void remove_back_to_back(std::vector<Triangle>& triangles) {
+  struct Item {
+    Triangle sorted;
+    std::uint32_t index;
+    std::uint8_t odd;  ///< Sense: parity of the sorting.
+  };
+  std::vector<Item> items;
+  items.reserve(triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    Triangle v = triangles[t];
+    bool odd = false;
+    for (const auto& [i, j] : {std::pair{0, 1}, std::pair{1, 2}, std::pair{0, 1}}) {
+      const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+      if (v[a] > v[b]) {
+        std::swap(v[a], v[b]);
+        odd = !odd;
+      }
+    }
+    items.push_back({v, t, odd});
+  }
+  std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
+    return a.sorted != b.sorted ? a.sorted < b.sorted
+           : a.odd != b.odd     ? a.odd < b.odd
+                                : a.index < b.index;
+  });
+  std::vector<std::uint8_t> removed(triangles.size(), 0);
+  for (std::size_t begin = 0, end = 0; begin < items.size(); begin = end) {
+    std::size_t odd = begin;
+    while (end < items.size() && items[end].sorted == items[begin].sorted) {
+      if (!items[end++].odd) odd = end;
+    }
+    for (std::size_t i = begin, j = odd; i < odd && j < end; ++i, ++j) {
+      removed[items[i].index] = removed[items[j].index] = 1;
+    }
+  }
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (!removed[t]) triangles[kept++] = triangles[t];
+  }
+  triangles.resize(kept);
+}
+
+std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::size_t vertices) {
+  constexpr auto none = static_cast<std::uint32_t>(-1);
+  constexpr int attempts = 4;
+  const std::vector<Triangle> given(triangles.begin(), triangles.end());
+  const std::vector<Side> sides = sorted_sides(given);
+  const auto corner = [](const Side& side, std::uint32_t offset) {
+    return side.triangle * 3 + (side.corner + offset) % 3;
+  };
+  std::vector<std::uint64_t> shifted;  // Edges whose sides are joined out of step, once an entry.
+  std::vector<std::uint32_t> copies;
+  for (int attempt = 0; attempt < attempts; ++attempt) {
+    // Corners are items: two belong together where their triangles are joined along a side there.
+    Sets fans(given.size() * 3);
+    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+      std::size_t backward = begin;
+      while (end < sides.size() && sides[end].key == sides[begin].key) {
+        if (sides[end++].forward) backward = end;
+      }
+      const std::size_t pairs = std::min(backward - begin, end - backward);
+      if (pairs == 0) continue;
+      const auto again = std::equal_range(shifted.begin(), shifted.end(), sides[begin].key);
+      const auto shift = static_cast<std::size_t>(again.second - again.first);
+      for (std::size_t i = 0; i < pairs; ++i) {
+        const Side& ahead = sides[begin + i];
+        const Side& back = sides[backward + (i + shift) % (end - backward)];
+        fans.join(corner(ahead, 0), corner(back, 1));
+        fans.join(corner(ahead, 1), corner(back, 0));
+      }
+    }
+    // The first fan met keeps the vertex.
+    std::vector<std::uint32_t> owner(vertices, none), number(given.size() * 3, none);
+    copies.clear();
+    for (std::uint32_t c = 0; c < given.size() * 3; ++c) {
+      const std::uint32_t vertex = given[c / 3][c % 3];
+      const std::uint32_t fan = fans.find(c);
+      if (number[fan] == none) {
+        if (owner[vertex] == none) {
+          owner[vertex] = fan;
+          number[fan] = vertex;
+        } else {
+          number[fan] = static_cast<std::uint32_t>(vertices + copies.size());
+          copies.push_back(vertex);
+        }
+      }
+      triangles[c / 3][c % 3] = number[fan];
+    }
+    // One fan may come back to an edge it has passed already: join the edge's sides the other way.
+    const std::vector<Side> check = sorted_sides(triangles);
+    const std::size_t before = shifted.size();
+    const auto original = [&](std::uint64_t v) { return v < vertices ? v : copies[v - vertices]; };
+    for (std::size_t i = 1; i < check.size(); ++i) {
+      if (check[i].key != check[i - 1].key || check[i].forward != check[i - 1].forward) continue;
+      const std::uint64_t a = original(check[i].key >> 32), b = original(check[i].key & none);
+      shifted.push_back(a < b ? a << 32 | b : b << 32 | a);
+    }
+    if (shifted.size() == before) break;
+    std::sort(shifted.begin() + static_cast<std::ptrdiff_t>(before), shifted.end());
+    shifted.erase(std::unique(shifted.begin() + static_cast<std::ptrdiff_t>(before), shifted.end()),
+                  shifted.end());
+    std::sort(shifted.begin(), shifted.end());
+  }
+  return copies;
+}
+
+std::uint64_t count_components(std::span<const Triangle> triangles, std::size_t vertices) {
+  Sets sets(vertices);
+  std::vector<std::uint8_t> used(vertices, 0);
+  for (const Triangle& t : triangles) {
+    sets.join(t[0], t[1]);
+    sets.join(t[1], t[2]);
+    for (const std::uint32_t vertex : t) used[vertex] = 1;
+  }
+  std::uint64_t count = 0;
+  for (std::uint32_t v = 0; v < vertices; ++v) count += used[v] && sets.find(v) == v;
+  return count;
+}
+
+}  // namespace kiln

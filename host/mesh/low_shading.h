@@ -1,0 +1,14 @@
+// Shading frames of the light mesh, as the kernels that write and read normal maps take them.
+#pragma once
+
+#include <vector>
+
+#include "mesh/kernels_shared.h"
+#include "mesh/low_surface.h"
+
+namespace kiln {
+
+/// Corner normals, tangents and face frames of every triangle, in the surface's order.
+std::vector<kiln_low_shading> low_shading(const LowSurface& surface);
+
+}  // namespace kiln

@@ -1,0 +1,34 @@
+// The light mesh made ready for sampling.
+#pragma once
+
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "kiln/types.h"
+#include "mesh/frame.h"
+
+namespace kiln {
+
+/// Per-corner data of the light mesh, in the frame of the dense one. All vectors have one entry a
+/// triangle, three corners each, in the mesh's triangle order.
+struct LowSurface {
+  struct Corner {
+    Vec3 position;
+    Vec3 direction;  ///< Unit: the continuous field along which rays leave; or, with a cage mesh,
+                     ///< the (unnormalised) offset from the surface to the cage.
+    Vec3 normal;     ///< Unit shading normal of this corner (split at hard edges).
+    Vec3 tangent;    ///< Unit, MikkTSpace
+    float sign = 1;  ///< Bitangent = sign * cross(normal, tangent)
+    Vec2 uv;
+  };
+  std::vector<std::array<Corner, 3>> triangles;
+  std::vector<std::uint8_t> usable;  ///< 0 for triangles with a non-finite or degenerate position.
+  bool has_cage_mesh = false;
+
+  /// Prepares a mesh: continuous directions, corner normals, tangents, everything in `frame`.
+  /// \param cage  null, or a mesh with the same triangles: directions are then cage - position
+  /// \throws Error(input) where the mesh has no UVs, no usable triangle, or a cage of another topology
+  static LowSurface of(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr);
+};
+
+}  // namespace kiln

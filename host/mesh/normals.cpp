@@ -1,0 +1,203 @@
+#include "mesh/normals.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+/// What is left of a sum where its parts cancel out (two faces back to back) is rounding, no direction.
+constexpr double kCancelled = 1e-3;
+
+}  // namespace
+
+CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& triangle) {
+  CornerWeights result;
+  for (std::uint32_t index : triangle) {
+    if (!is_finite(positions[index])) return result;
+  }
+  const Vec3d p[3] = {Vec3d(positions[triangle[0]]), Vec3d(positions[triangle[1]]),
+                      Vec3d(positions[triangle[2]])};
+  const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+  const double double_area = length(normal);
+  if (!(double_area > 0) || !std::isfinite(double_area)) return result;
+  result.normal = normal * (1 / double_area);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double cosine = dot(p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+    result.angles[k] = std::atan2(double_area, cosine);
+  }
+  return result;
+}
+
+Vec3 normalized_sum(const Vec3d& sum, double total) {
+  const double size = length(sum);
+  return size > kCancelled * total ? to_float(sum * (1 / size)) : Vec3{};
+}
+
+namespace {
+
+/// Calls add(triangle index, weights) in triangle order; the weights are computed in parallel.
+template <typename Add>
+void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                      const Add& add) {
+  constexpr std::size_t kChunk = 1 << 19;
+  std::vector<CornerWeights> weights(std::min(kChunk, triangles.size()));
+  for (std::size_t first = 0; first < triangles.size(); first += kChunk) {
+    const std::size_t count = std::min(kChunk, triangles.size() - first);
+    parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        weights[i] = corner_weights(positions, triangles[first + i]);
+      }
+    });
+    for (std::size_t i = 0; i < count; ++i) add(first + i, weights[i]);
+  }
+}
+
+/// Unit sums; zero where the parts cancel out. \param totals  the parts' lengths added up
+std::vector<Vec3> normalized(const std::vector<Vec3d>& sums, const std::vector<double>& totals) {
+  std::vector<Vec3> result(sums.size());
+  parallel_for(sums.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      result[i] = normalized_sum(sums[i], totals[i]);
+    }
+  });
+  return result;
+}
+
+/// Angle-weighted face normals added up at each vertex; zero where they cancel out.
+std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
+                                 std::span<const Triangle> triangles) {
+  std::vector<Vec3d> sums(positions.size());
+  std::vector<double> totals(positions.size());
+  for_each_weights(positions, triangles, [&](std::size_t i, const CornerWeights& weights) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums[triangles[i][k]] += weights.normal * weights.angles[k];
+      totals[triangles[i][k]] += weights.angles[k];
+    }
+  });
+  return normalized(sums, totals);
+}
+
+/// Gives corners with a zero normal their face's own.
+void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          CornerNormals& corners) {
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto is_zero = [&](std::uint32_t index) { return corners.normals[index] == Vec3{}; };
+    if (std::none_of(corners.triangles[i].begin(), corners.triangles[i].end(), is_zero)) continue;
+    const Vec3d face = corner_weights(positions, triangles[i]).normal;
+    const auto added = static_cast<std::uint32_t>(corners.normals.size());
+    // A triangle without area is never hit: any unit vector will do.
+    corners.normals.push_back(length(face) > 0 ? to_float(face) : Vec3{0, 0, 1});
+    for (std::uint32_t& index : corners.triangles[i]) {
+      if (is_zero(index)) index = added;
+    }
+  }
+}
+
+}  // namespace
+
+bool is_usable_normal(const Vec3& n) {
+  const double squared = dot(Vec3d(n), Vec3d(n));
+  return std::isfinite(squared) && squared > 1e-12;
+}
+
+std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
+                                 std::span<const Triangle> triangles) {
+  std::vector<Vec3> result = summed_normals(positions, triangles);
+  // Where all cancels out, the first face's; without faces, up.
+  for (const Triangle& triangle : triangles) {
+    for (const std::uint32_t vertex : triangle) {
+      if (result[vertex] != Vec3{}) continue;
+      result[vertex] = to_float(corner_weights(positions, triangle).normal);
+    }
+  }
+  for (Vec3& normal : result) {
+    if (normal == Vec3{}) normal = {0, 0, 1};
+  }
+  return result;
+}
+
+std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions) {
+  // Open addressing over the bit patterns; -0 becomes 0 so that equal means equal.
+  const auto bits = [&](std::size_t i) {
+    const Vec3& p = positions[i];
+    return std::array<std::uint32_t, 3>{std::bit_cast<std::uint32_t>(p.x + 0.0F),
+                                        std::bit_cast<std::uint32_t>(p.y + 0.0F),
+                                        std::bit_cast<std::uint32_t>(p.z + 0.0F)};
+  };
+  const std::size_t mask = std::bit_ceil(positions.size() * 2 + 1) - 1;
+  constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> table(mask + 1, kEmpty);
+  std::vector<std::uint32_t> first(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const auto key = bits(i);
+    std::uint64_t hash = key[0] * 0x9E3779B97F4A7C15ULL;
+    hash = (hash ^ (hash >> 29) ^ key[1]) * 0xBF58476D1CE4E5B9ULL;
+    hash = (hash ^ (hash >> 32) ^ key[2]) * 0x94D049BB133111EBULL;
+    std::size_t slot = (hash ^ (hash >> 31)) & mask;
+    while (table[slot] != kEmpty && bits(table[slot]) != key) slot = (slot + 1) & mask;
+    if (table[slot] == kEmpty) table[slot] = static_cast<std::uint32_t>(i);
+    first[i] = table[slot];
+  }
+  return first;
+}
+
+CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_positions) {
+  CornerNormals result;
+  if (mesh.normal_triangles.empty()) {
+    const std::vector<std::uint32_t> first = weld_positions(frame_positions);
+    result.triangles = mesh.triangles;
+    for (Triangle& triangle : result.triangles) {
+      for (std::uint32_t& index : triangle) index = first[index];
+    }
+    result.normals = summed_normals(frame_positions, result.triangles);
+    use_faces_where_zero(frame_positions, mesh.triangles, result);
+    return result;
+  }
+  result.normals = mesh.normals;
+  result.triangles = mesh.normal_triangles;
+  std::vector<Vec3> computed;  // only where some normal cannot be used
+  for (Vec3& n : result.normals) {
+    if (is_usable_normal(n)) n = to_float(Vec3d(n) * (1 / length(Vec3d(n))));
+  }
+  for (std::size_t i = 0; i < result.triangles.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (is_usable_normal(result.normals[result.triangles[i][k]])) continue;
+      if (computed.empty()) computed = vertex_normals(frame_positions, mesh.triangles);
+      result.triangles[i][k] = static_cast<std::uint32_t>(result.normals.size());
+      result.normals.push_back(computed[mesh.triangles[i][k]]);
+    }
+  }
+  return result;
+}
+
+std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
+                                        std::span<const Triangle> triangles,
+                                        const CornerNormals& corners) {
+  const std::vector<std::uint32_t> first = weld_positions(positions);
+  std::vector<Vec3d> sums(positions.size());
+  std::vector<Vec3d> face_sums(positions.size());
+  std::vector<double> totals(positions.size());
+  for_each_weights(positions, triangles, [&](std::size_t i, const CornerWeights& weights) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = first[triangles[i][k]];
+      sums[vertex] += Vec3d(corners.normals[corners.triangles[i][k]]) * weights.angles[k];
+      face_sums[vertex] += weights.normal * weights.angles[k];
+      totals[vertex] += weights.angles[k];
+    }
+  });
+  // Corner normals that cancel out say nothing of a direction; the faces may.
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    if (length(sums[i]) <= kCancelled * totals[i]) sums[i] = face_sums[i];
+  }
+  std::vector<Vec3> result = normalized(sums, totals);
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = result[first[i]];
+  return result;
+}
+
+}  // namespace kiln

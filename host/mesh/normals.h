@@ -1,0 +1,54 @@
+// Vertex normals in the field's way: corner normals weighted by the corner's angle.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// A triangle's unit normal and its corners' angles; all zero where it is degenerate or non-finite.
+struct CornerWeights {
+  Vec3d normal;
+  std::array<double, 3> angles{};
+};
+CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& triangle);
+
+/// A sum of weighted normals made unit; zero where they cancel out. \param total  the weights' sum
+Vec3 normalized_sum(const Vec3d& sum, double total);
+
+/// Whether a normal has a direction.
+bool is_usable_normal(const Vec3& normal);
+
+/// Angle-weighted unit normals, one per vertex (Thürmer and Wüthrich 1998), summed in double
+/// precision in triangle order, so that the result does not depend on threads. Degenerate and
+/// non-finite triangles add nothing; a vertex without any gets (0, 0, 1).
+std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
+                                 std::span<const Triangle> triangles);
+
+/// Index of the first vertex with exactly the same position, for each vertex (-0 equals 0).
+std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions);
+
+/// Normals per corner, as a pool and indices into it.
+struct CornerNormals {
+  std::vector<Vec3> normals;
+  std::vector<Triangle> triangles;
+};
+
+/// The mesh's own corner normals where it has them (zero or non-finite ones replaced by computed
+/// ones), else computed angle-weighted vertex normals, shared by vertices of equal position.
+/// \param frame_positions  the mesh's positions in the working frame
+CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_positions);
+
+/// One unit direction per vertex, equal for all vertices of exactly equal position: the
+/// angle-weighted average of all corner normals there. Rays that leave along it leave no gaps at hard
+/// edges or where the file has split vertices.
+std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
+                                        std::span<const Triangle> triangles,
+                                        const CornerNormals& corners);
+
+}  // namespace kiln

@@ -1,0 +1,287 @@
+#include "mesh/surface_links.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/vector.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// Triangles that a straight way may cross.
+constexpr int kLongestWalk = 64;
+
+struct Side {
+  std::uint32_t low, high;  // vertices
+  std::uint32_t triangle;
+  std::uint8_t edge;  // opposite this corner
+  bool rising;        // runs from the lower vertex to the higher
+};
+
+std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
+  while (parent[triangle] != triangle) {
+    parent[triangle] = parent[parent[triangle]];
+    triangle = parent[triangle];
+  }
+  return triangle;
+}
+
+bool same_uv(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
+
+using Weights = std::array<double, 3>;
+
+/// Of a place in a triangle's UVs. False where these have no area.
+bool uv_weights(const std::array<LowSurface::Corner, 3>& corners, const std::array<double, 2>& at,
+                Weights& weights) {
+  const Vec2& a = corners[0].uv;
+  const double ux = double{corners[1].uv.x} - a.x;
+  const double uy = double{corners[1].uv.y} - a.y;
+  const double vx = double{corners[2].uv.x} - a.x;
+  const double vy = double{corners[2].uv.y} - a.y;
+  const double area = ux * vy - uy * vx;
+  if (!std::isfinite(area) || area == 0) return false;
+  const double x = at[0] - a.x;
+  const double y = at[1] - a.y;
+  weights[1] = (x * vy - y * vx) / area;
+  weights[2] = (ux * y - uy * x) / area;
+  weights[0] = 1 - weights[1] - weights[2];
+  return true;
+}
+
+Vec3d point_at(const std::array<LowSurface::Corner, 3>& corners, const Weights& weights) {
+  return Vec3d(corners[0].position) * weights[0] + Vec3d(corners[1].position) * weights[1] +
+         Vec3d(corners[2].position) * weights[2];
+}
+
+/// Of a point in a triangle's plane.
+Weights plane_weights(const std::array<LowSurface::Corner, 3>& corners, const Vec3d& point) {
+  const Vec3d a(corners[0].position);
+  const Vec3d b = Vec3d(corners[1].position) - a;
+  const Vec3d c = Vec3d(corners[2].position) - a;
+  const Vec3d normal = cross(b, c);
+  const double scale = 1 / dot(normal, normal);
+  const Vec3d p = point - a;
+  Weights weights{};
+  weights[1] = dot(cross(p, c), normal) * scale;
+  weights[2] = dot(cross(b, p), normal) * scale;
+  weights[0] = 1 - weights[1] - weights[2];
+  return weights;
+}
+
+/// Unit, along an edge; and within the triangle's plane, across it, to the outside.
+struct EdgeFrame {
+  Vec3d along, outward;
+  EdgeFrame(const std::array<LowSurface::Corner, 3>& corners, std::size_t edge) {
+    const Vec3d from(corners[(edge + 1) % 3].position);
+    const Vec3d to(corners[(edge + 2) % 3].position);
+    const Vec3d apex(corners[edge].position);
+    const Vec3d side = to - from;
+    along = side * (1 / length(side));
+    const Vec3d inward = (apex - from) - along * dot(apex - from, along);
+    outward = inward * (-1 / length(inward));
+  }
+};
+
+}  // namespace
+
+SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
+  const std::size_t count = surface.triangles.size();
+  std::vector<Vec3> soup(3 * count);
+  for (std::size_t t = 0; t < count; ++t) {
+    for (std::size_t k = 0; k < 3; ++k) soup[3 * t + k] = surface.triangles[t][k].position;
+  }
+  const std::vector<std::uint32_t> weld = weld_vertices(soup);
+  SurfaceTopology topology;
+  topology.vertices.resize(count);
+  topology.neighbour.assign(count, {KILN_NO_TRIANGLE, KILN_NO_TRIANGLE, KILN_NO_TRIANGLE});
+  std::vector<std::uint32_t> number(soup.size(), 0);
+  for (std::size_t i = 0; i < soup.size(); ++i) {
+    number[i] = weld[i] == i ? topology.vertex_count++ : number[weld[i]];
+    topology.vertices[i / 3][i % 3] = number[i];
+  }
+
+  std::vector<Side> sides;
+  sides.reserve(3 * count);
+  for (std::uint32_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    for (std::uint8_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = topology.vertices[t][(k + 1U) % 3];
+      const std::uint32_t to = topology.vertices[t][(k + 2U) % 3];
+      sides.push_back({std::min(from, to), std::max(from, to), t, k, from < to});
+    }
+  }
+  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.low != b.low ? a.low < b.low : a.high < b.high;
+  });
+  std::vector<std::uint32_t> parent(count);
+  for (std::uint32_t t = 0; t < count; ++t) parent[t] = t;
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t end = i + 1;
+    while (end < sides.size() && sides[end].low == sides[i].low &&
+           sides[end].high == sides[i].high) {
+      ++end;
+    }
+    if (end - i == 2 && sides[i].rising != sides[i + 1].rising) {
+      const Side& a = sides[i];
+      const Side& b = sides[i + 1];
+      topology.neighbour[a.triangle][a.edge] = b.triangle;
+      topology.neighbour[b.triangle][b.edge] = a.triangle;
+      const auto& x = surface.triangles[a.triangle];
+      const auto& y = surface.triangles[b.triangle];
+      if (same_uv(x[(a.edge + 1U) % 3].uv, y[(b.edge + 2U) % 3].uv) &&
+          same_uv(x[(a.edge + 2U) % 3].uv, y[(b.edge + 1U) % 3].uv)) {
+        const auto [low, high] = std::minmax({root(parent, a.triangle), root(parent, b.triangle)});
+        parent[high] = low;
+      }
+    }
+    i = end;
+  }
+  std::uint32_t charts = 0;
+  topology.chart.resize(count);
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const std::uint32_t first = root(parent, t);
+    topology.chart[t] = first == t ? charts++ : topology.chart[first];
+  }
+  return topology;
+}
+
+SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topology,
+                          std::uint32_t triangle, const std::array<double, 2>& from,
+                          const std::array<double, 2>& to) {
+  const auto* corners = &surface.triangles[triangle];
+  Weights at{};
+  Weights goal{};
+  if (!uv_weights(*corners, from, at) || !uv_weights(*corners, to, goal)) return {};
+  std::size_t entered = 3;  // the edge that the way came in by
+  for (int step = 0; step < kLongestWalk; ++step) {
+    std::size_t exit = 3;
+    double share = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (k == entered || !(goal[k] < 0)) continue;
+      const double inside = std::max(0.0, at[k]);
+      const double cut = inside / (inside - goal[k]);
+      if (cut < share) {
+        share = cut;
+        exit = k;
+      }
+    }
+    if (exit == 3) {
+      double u = 0;
+      double v = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        u += goal[k] * (*corners)[k].uv.x;
+        v += goal[k] * (*corners)[k].uv.y;
+      }
+      return {triangle, u, v};
+    }
+    const std::uint32_t next = topology.neighbour[triangle][exit];
+    if (next == KILN_NO_TRIANGLE) return {};
+    std::size_t back = 0;
+    while (back < 3 && (topology.neighbour[next][back] != triangle ||
+                        topology.vertices[next][(back + 1) % 3] !=
+                            topology.vertices[triangle][(exit + 2) % 3])) {
+      ++back;
+    }
+    if (back == 3) return {};
+    const Vec3d start = point_at(*corners, at);
+    const Vec3d rest = point_at(*corners, goal) - start;
+    const Vec3d crossing = start + rest * share;
+    const Vec3d beyond = rest * (1 - share);
+    const EdgeFrame here(*corners, exit);
+    corners = &surface.triangles[next];
+    // Along the edge the same way, whichever way the other triangle runs; its inside is our outside.
+    const EdgeFrame there(*corners, back);
+    const double across = dot(beyond, here.outward);
+    const Vec3d goal_point =
+        crossing + here.along * dot(beyond, here.along) - there.outward * across;
+    at = plane_weights(*corners, crossing);
+    goal = plane_weights(*corners, goal_point);
+    triangle = next;
+    entered = back;
+  }
+  return {};
+}
+
+TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topology,
+                          std::span<const std::uint32_t> texel_triangle, std::uint32_t width,
+                          std::uint32_t height) {
+  constexpr int kSteps[8][2] = {{-1, 0},  {1, 0},  {0, -1}, {0, 1},
+                                {-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
+  const auto w = static_cast<std::int64_t>(width);
+  const auto h = static_cast<std::int64_t>(height);
+  constexpr std::uint32_t kNoChart = 0xFFFFFFFFU;
+  const auto chart_at = [&](std::int64_t x, std::int64_t y) {
+    if (x < 0 || y < 0 || x >= w || y >= h) return kNoChart;
+    const std::uint32_t triangle = texel_triangle[static_cast<std::size_t>(y * w + x)];
+    return triangle == KILN_NO_TRIANGLE ? kNoChart : topology.chart[triangle];
+  };
+  /// The texel of a chart that a place lies in, or the nearest one beside it.
+  const auto texel_at = [&](const SurfacePlace& place) {
+    if (place.triangle == KILN_NO_TRIANGLE) return KILN_VISIBILITY_NO_LINK;
+    const double px = place.u * static_cast<double>(width);
+    const double py = (1 - place.v) * static_cast<double>(height);
+    if (!(px > -2 && py > -2 && px < static_cast<double>(w + 2) && py < static_cast<double>(h + 2)))
+      return KILN_VISIBILITY_NO_LINK;
+    const auto x = static_cast<std::int64_t>(std::floor(px));
+    const auto y = static_cast<std::int64_t>(std::floor(py));
+    const std::uint32_t chart = topology.chart[place.triangle];
+    if (chart_at(x, y) == chart) return static_cast<std::uint32_t>(y * w + x);
+    double nearest = std::numeric_limits<double>::infinity();
+    std::uint32_t found = KILN_VISIBILITY_NO_LINK;
+    for (std::int64_t j = y - 1; j <= y + 1; ++j) {
+      for (std::int64_t i = x - 1; i <= x + 1; ++i) {
+        if (chart_at(i, j) != chart) continue;
+        const double dx = static_cast<double>(i) + 0.5 - px;
+        const double dy = static_cast<double>(j) + 0.5 - py;
+        if (dx * dx + dy * dy < nearest) {
+          nearest = dx * dx + dy * dy;
+          found = static_cast<std::uint32_t>(j * w + i);
+        }
+      }
+    }
+    return found;
+  };
+
+  TexelLinks result;
+  result.kind.assign(texel_triangle.size(), KILN_VISIBILITY_EMPTY);
+  constexpr std::size_t kRows = 16;
+  std::vector<std::vector<std::uint32_t>> parts((height + kRows - 1) / kRows);
+  parallel_for(height, kRows, [&](std::size_t begin, std::size_t end) {
+    // One thread may get all rows at once.
+    std::vector<std::uint32_t>& links = parts[begin / kRows];
+    for (auto y = static_cast<std::int64_t>(begin); y < static_cast<std::int64_t>(end); ++y) {
+      for (std::int64_t x = 0; x < w; ++x) {
+        const std::uint32_t chart = chart_at(x, y);
+        if (chart == kNoChart) continue;
+        const auto texel = static_cast<std::size_t>(y * w + x);
+        bool inner = true;
+        for (const auto& [dx, dy] : kSteps) inner = inner && chart_at(x + dx, y + dy) == chart;
+        result.kind[texel] = inner ? KILN_VISIBILITY_INNER : KILN_VISIBILITY_BORDER;
+        if (inner) continue;
+        const auto place = [&](std::int64_t i, std::int64_t j) -> std::array<double, 2> {
+          return {(static_cast<double>(i) + 0.5) / static_cast<double>(width),
+                  1 - (static_cast<double>(j) + 0.5) / static_cast<double>(height)};
+        };
+        links.push_back(static_cast<std::uint32_t>(texel));
+        for (const auto& [dx, dy] : kSteps) {
+          if (chart_at(x + dx, y + dy) == chart) {
+            links.push_back(static_cast<std::uint32_t>((y + dy) * w + x + dx));
+          } else {
+            links.push_back(texel_at(walk_surface(surface, topology, texel_triangle[texel],
+                                                  place(x, y), place(x + dx, y + dy))));
+          }
+        }
+      }
+    }
+  });
+  for (const std::vector<std::uint32_t>& part : parts) {
+    result.links.insert(result.links.end(), part.begin(), part.end());
+  }
+  return result;
+}
+
+}  // namespace kiln

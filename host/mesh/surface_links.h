@@ -1,0 +1,51 @@
+// Which texels are neighbours on the surface, across the seams of the UV layout.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/low_surface.h"
+
+namespace kiln {
+
+/// How a light mesh's triangles hang together.
+struct SurfaceTopology {
+  std::vector<std::array<std::uint32_t, 3>>
+      vertices;  ///< Of each triangle; those at one place are one
+  std::vector<std::array<std::uint32_t, 3>> neighbour;  ///< Across the edge opposite corner k, or
+                                                        ///< KILN_NO_TRIANGLE
+  std::vector<std::uint32_t> chart;                     ///< Of each triangle
+  std::uint32_t vertex_count = 0;
+
+  /// Triangles are neighbours where exactly two share an edge, running along it in opposite senses.
+  /// Unusable ones have no neighbours. Charts join neighbours that share the edge in the UVs, too.
+  static SurfaceTopology of(const LowSurface& surface);
+};
+
+/// A texel's place after going straight on over the surface.
+struct SurfacePlace {
+  std::uint32_t triangle = 0xFFFFFFFFU;  ///< KILN_NO_TRIANGLE: the way ends at the mesh's border
+  double u = 0, v = 0;                   ///< In the UV layout there
+};
+
+/// Goes from a place of a triangle the way that its UVs show, and over edges straight on as if the
+/// triangles beyond lay in the same plane.
+/// \param from,to  UVs; `from` inside the triangle
+SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topology,
+                          std::uint32_t triangle, const std::array<double, 2>& from,
+                          const std::array<double, 2>& to);
+
+/// What smoothing a field of texels needs to know.
+struct TexelLinks {
+  std::vector<std::uint8_t> kind;    ///< Of each pixel: KILN_VISIBILITY_EMPTY, _INNER, _BORDER
+  std::vector<std::uint32_t> links;  ///< 9 a border texel, see kiln_visibility_link
+
+  /// \param texel_triangle  of each pixel, row by row from the top (v = 1), or KILN_NO_TRIANGLE
+  static TexelLinks of(const LowSurface& surface, const SurfaceTopology& topology,
+                       std::span<const std::uint32_t> texel_triangle, std::uint32_t width,
+                       std::uint32_t height);
+};
+
+}  // namespace kiln

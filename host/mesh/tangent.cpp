@@ -1,0 +1,289 @@
+#include "mesh/tangent.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr std::uint32_t kNoGroup = kNone;
+
+/// What a triangle says about the tangent field before neighbours are asked.
+struct Face {
+  Vec3d tangent;            ///< Unit dP/du, zero where the UVs do not define one
+  bool preserving = false;  ///< The UVs run the same way round as the surface
+  bool flexible = false;    ///< No UV direction: takes the orientation of the first group it meets
+  bool degenerate = false;  ///< Two corners coincide, or a value is not finite: takes no part
+  std::array<std::uint32_t, 3> neighbor{kNone, kNone, kNone};  ///< Across the edge k -> k + 1
+  std::array<std::uint32_t, 3> group{kNoGroup, kNoGroup, kNoGroup};
+};
+
+struct Corners {
+  std::span<const Vec3> positions;
+  std::span<const Vec3> normals;
+  std::span<const Vec2> uvs;
+};
+
+using Key = std::array<std::uint32_t, 8>;
+
+Key key_of(const Corners& corners, std::size_t i) {
+  // Adding zero turns -0 into 0, so that equal values have equal bits.
+  const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value + 0.0F); };
+  const Vec3& p = corners.positions[i];
+  const Vec3& n = corners.normals[i];
+  const Vec2& uv = corners.uvs[i];
+  return {bits(p.x), bits(p.y), bits(p.z), bits(n.x), bits(n.y), bits(n.z), bits(uv.x), bits(uv.y)};
+}
+
+/// For each corner the first one with equal position, normal and UV.
+std::vector<std::uint32_t> weld_corners(const Corners& corners) {
+  const std::size_t count = corners.positions.size();
+  const std::size_t mask = std::bit_ceil(count * 2 + 1) - 1;
+  std::vector<std::uint32_t> table(mask + 1, kNone);
+  std::vector<std::uint32_t> hashes(count);
+  parallel_for(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      std::uint64_t hash = 0;
+      for (std::uint32_t word : key_of(corners, i)) {
+        hash = (hash ^ word) * 0x9E3779B97F4A7C15ULL;
+        hash ^= hash >> 32;
+      }
+      hashes[i] = static_cast<std::uint32_t>(hash);
+    }
+  });
+  std::vector<std::uint32_t> first(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::size_t slot = hashes[i] & mask;
+    while (table[slot] != kNone && (hashes[table[slot]] != hashes[i] ||
+                                    key_of(corners, table[slot]) != key_of(corners, i))) {
+      slot = (slot + 1) & mask;
+    }
+    if (table[slot] == kNone) table[slot] = static_cast<std::uint32_t>(i);
+    first[i] = table[slot];
+  }
+  return first;
+}
+
+Vec3d unit_or_zero(const Vec3d& v) {
+  const double size = length(v);
+  return size > 0 && std::isfinite(size) ? v * (1 / size) : Vec3d();
+}
+
+/// The first-order tangent of each triangle (Mikkelsen 2008, section 2.1): P is linear in u and v.
+std::vector<Face> first_order(const Corners& corners, std::span<const std::uint32_t> vertex) {
+  std::vector<Face> faces(vertex.size() / 3);
+  parallel_for(faces.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      Face& face = faces[f];
+      const Vec3* p = &corners.positions[3 * f];
+      const Vec2* uv = &corners.uvs[3 * f];
+      bool finite = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        finite = finite && is_finite(p[k]) && is_finite(corners.normals[3 * f + k]) &&
+                 std::isfinite(uv[k].x) && std::isfinite(uv[k].y);
+      }
+      if (!finite || p[0] == p[1] || p[1] == p[2] || p[2] == p[0]) {
+        face.degenerate = true;
+        continue;
+      }
+      const Vec3d edge1 = Vec3d(p[1]) - Vec3d(p[0]);
+      const Vec3d edge2 = Vec3d(p[2]) - Vec3d(p[0]);
+      const double u1 = double{uv[1].x} - uv[0].x;
+      const double v1 = double{uv[1].y} - uv[0].y;
+      const double u2 = double{uv[2].x} - uv[0].x;
+      const double v2 = double{uv[2].y} - uv[0].y;
+      // Each product is exact in double, so the sign is the true one but for tiny differences of
+      // products, which carry no direction anyway.
+      const double area = u1 * v2 - v1 * u2;
+      const Vec3d along_u = edge1 * v2 - edge2 * v1;
+      const Vec3d along_v = edge2 * u1 - edge1 * u2;
+      face.flexible = !(std::abs(area) > 0) || !(length(along_u) > 0) || !(length(along_v) > 0);
+      face.preserving = area > 0;
+      if (!face.flexible) face.tangent = unit_or_zero(along_u) * (area > 0 ? 1.0 : -1.0);
+    }
+  });
+  return faces;
+}
+
+/// Pairs triangles that run along the same welded edge in opposite directions.
+void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& faces) {
+  // Edges sorted by their smaller vertex (by counting), then within each small bucket.
+  struct Edge {
+    std::uint32_t other;   // larger vertex
+    std::uint32_t corner;  // 3 * face + k
+  };
+  std::vector<std::uint32_t> start(vertex.size() + 1, 0);
+  const auto for_each_edge = [&](const auto& body) {
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      if (faces[f].degenerate) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = vertex[3 * f + k];
+        const std::uint32_t b = vertex[3 * f + (k + 1) % 3];
+        body(std::min(a, b), Edge{std::max(a, b), static_cast<std::uint32_t>(3 * f + k)});
+      }
+    }
+  };
+  for_each_edge([&](std::uint32_t low, const Edge&) { ++start[low + 1]; });
+  for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
+  std::vector<Edge> edges(start.back());
+  std::vector<std::uint32_t> cursor(start.begin(), start.end() - 1);
+  for_each_edge([&](std::uint32_t low, const Edge& edge) { edges[cursor[low]++] = edge; });
+
+  for (std::size_t low = 0; low + 1 < start.size(); ++low) {
+    const auto begin = edges.begin() + start[low];
+    const auto end = edges.begin() + start[low + 1];
+    std::sort(begin, end, [](const Edge& a, const Edge& b) {
+      return a.other != b.other ? a.other < b.other : a.corner < b.corner;
+    });
+    for (auto i = begin; i != end; ++i) {
+      Face& face = faces[i->corner / 3];
+      if (face.neighbor[i->corner % 3] != kNone) continue;
+      // The first later triangle that runs the other way and is still free.
+      for (auto j = i + 1; j != end && j->other == i->other; ++j) {
+        Face& candidate = faces[j->corner / 3];
+        if (candidate.neighbor[j->corner % 3] != kNone) continue;
+        if (vertex[i->corner] == vertex[j->corner]) continue;
+        face.neighbor[i->corner % 3] = j->corner / 3;
+        candidate.neighbor[j->corner % 3] = i->corner / 3;
+        break;
+      }
+    }
+  }
+}
+
+/// Triangles around one vertex that share a tangent: connected by edges, with one UV orientation.
+struct Groups {
+  std::vector<std::uint32_t> members;   ///< Corners (3 * face + k), group after group
+  std::vector<std::uint32_t> first{0};  ///< [groups + 1]
+};
+
+Groups grow_groups(std::span<const std::uint32_t> vertex, std::vector<Face>& faces) {
+  Groups groups;
+  groups.members.reserve(vertex.size());
+  std::vector<std::uint32_t> stack;
+  for (std::size_t seed = 0; seed < vertex.size(); ++seed) {
+    const Face& start = faces[seed / 3];
+    if (start.degenerate || start.flexible || start.group[seed % 3] != kNoGroup) continue;
+    const auto group = static_cast<std::uint32_t>(groups.first.size() - 1);
+    const bool preserving = start.preserving;
+    const std::uint32_t center = vertex[seed];
+    stack.assign(1, static_cast<std::uint32_t>(seed / 3));
+    while (!stack.empty()) {
+      const std::size_t f = stack.back();
+      stack.pop_back();
+      Face& face = faces[f];
+      std::size_t k = 0;
+      while (k < 3 && vertex[3 * f + k] != center) ++k;
+      if (k == 3 || face.group[k] != kNoGroup) continue;
+      if (face.flexible && face.group == std::array{kNoGroup, kNoGroup, kNoGroup}) {
+        face.preserving = preserving;
+      }
+      if (face.preserving != preserving) continue;
+      face.group[k] = group;
+      groups.members.push_back(static_cast<std::uint32_t>(3 * f + k));
+      // The edge before the corner is pushed first: the one after it is followed first.
+      if (face.neighbor[(k + 2) % 3] != kNone) stack.push_back(face.neighbor[(k + 2) % 3]);
+      if (face.neighbor[k] != kNone) stack.push_back(face.neighbor[k]);
+    }
+    groups.first.push_back(static_cast<std::uint32_t>(groups.members.size()));
+  }
+  return groups;
+}
+
+Vec3d projected(const Vec3d& v, const Vec3d& normal) {
+  return unit_or_zero(v - normal * dot(normal, v));
+}
+
+/// A corner's share of its group's tangent: projected, and weighted by the projected angle.
+Vec3d contribution(const Corners& corners, const Face& face, std::size_t corner) {
+  const std::size_t f = corner / 3;
+  const std::size_t k = corner % 3;
+  const Vec3d normal(corners.normals[corner]);
+  const Vec3d here(corners.positions[corner]);
+  const Vec3d to_next = projected(Vec3d(corners.positions[3 * f + (k + 1) % 3]) - here, normal);
+  const Vec3d to_previous = projected(Vec3d(corners.positions[3 * f + (k + 2) % 3]) - here, normal);
+  const double angle = std::acos(std::clamp(dot(to_next, to_previous), -1.0, 1.0));
+  return projected(face.tangent, normal) * angle;
+}
+
+/// Any unit vector perpendicular to a normal.
+Vec3d perpendicular(const Vec3& normal) {
+  const Vec3d n = is_finite(normal) ? Vec3d(normal) : Vec3d(0, 0, 1);
+  const Vec3d axis = std::abs(n.x) < 0.9 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
+  const Vec3d result = projected(axis, unit_or_zero(n));
+  return length(result) > 0 ? result : Vec3d(1, 0, 0);
+}
+
+}  // namespace
+
+std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
+                                         std::span<const Vec3> normals, std::span<const Vec2> uvs) {
+  const Corners corners{positions, normals, uvs};
+  const std::vector<std::uint32_t> vertex = weld_corners(corners);
+  std::vector<Face> faces = first_order(corners, vertex);
+  find_neighbors(vertex, faces);
+  const Groups groups = grow_groups(vertex, faces);
+
+  std::vector<CornerTangent> result(positions.size());
+  std::vector<std::uint8_t> known(positions.size(), 0);
+  parallel_for(groups.first.size() - 1, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t g = begin; g < end; ++g) {
+      Vec3d sum;
+      for (std::size_t m = groups.first[g]; m < groups.first[g + 1]; ++m) {
+        const std::uint32_t corner = groups.members[m];
+        const Face& face = faces[corner / 3];
+        if (!face.flexible) sum += contribution(corners, face, corner);
+      }
+      const std::uint32_t seed = groups.members[groups.first[g]];
+      Vec3d tangent = unit_or_zero(sum);
+      if (length(tangent) == 0) tangent = perpendicular(normals[seed]);
+      const CornerTangent value{to_float(tangent), faces[seed / 3].preserving ? 1.0F : -1.0F};
+      for (std::size_t m = groups.first[g]; m < groups.first[g + 1]; ++m) {
+        result[groups.members[m]] = value;
+        known[groups.members[m]] = 1;
+      }
+    }
+  });
+
+  // What is left: degenerate triangles, and flexible ones that no group reached. They borrow from the
+  // first good corner of the same welded vertex, else from any at the same position.
+  std::vector<std::uint32_t> lender(positions.size(), kNone);
+  bool complete = true;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (known[i] == 0) {
+      complete = false;
+    } else if (lender[vertex[i]] == kNone) {
+      lender[vertex[i]] = static_cast<std::uint32_t>(i);
+    }
+  }
+  if (complete) return result;
+  const std::vector<Vec3> zero_normals(positions.size());
+  const std::vector<Vec2> zero_uvs(positions.size());
+  const std::vector<std::uint32_t> place = weld_corners({positions, zero_normals, zero_uvs});
+  std::vector<std::uint32_t> lender_at(positions.size(), kNone);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (known[i] != 0 && lender_at[place[i]] == kNone) {
+      lender_at[place[i]] = static_cast<std::uint32_t>(i);
+    }
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (known[i] != 0) continue;
+    std::uint32_t from = lender[vertex[i]];
+    if (from == kNone) from = lender_at[place[i]];
+    Vec3d tangent;
+    if (from != kNone) {
+      result[i].sign = result[from].sign;
+      tangent = Vec3d(result[from].tangent);
+      if (is_finite(normals[i])) tangent = projected(tangent, Vec3d(normals[i]));
+    }
+    result[i].tangent = to_float(length(tangent) > 0 ? tangent : perpendicular(normals[i]));
+  }
+  return result;
+}
+
+}  // namespace kiln

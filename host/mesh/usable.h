@@ -1,0 +1,29 @@
+// Which triangles count.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "kiln/types.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// Whether a triangle is finite and has an area. A product of two differences of floats is exact or
+/// nearly so in double precision, so parallel edges are found out.
+inline bool has_area(std::span<const Vec3> positions, const Triangle& triangle) {
+  for (const std::uint32_t corner : triangle) {
+    if (!is_finite(positions[corner])) return false;
+  }
+  const Vec3d first(positions[triangle[0]]);
+  const Vec3d a = Vec3d(positions[triangle[1]]) - first;
+  const Vec3d b = Vec3d(positions[triangle[2]]) - first;
+  return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
+}
+
+/// Triangles that do not count.
+std::uint64_t count_without_area(std::span<const Vec3> positions,
+                                 std::span<const Triangle> triangles);
+
+}  // namespace kiln

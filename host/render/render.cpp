@@ -1,0 +1,309 @@
+#include "render/render.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/parallel.h"
+#include "mesh/low_shading.h"
+#include "mesh/low_surface.h"
+#include "mesh/normals.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kLocal = 64;
+constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
+constexpr std::uint32_t kMaxSamplesPerPart = 1 << 20;
+/// How far occluders count, as a share of the framed extent.
+constexpr double kAmbientReach = 0.4;
+
+void check(const RenderOptions& options) {
+  const auto require = [](bool fits, const std::string& message) {
+    if (!fits) throw Error(ErrorCode::usage, message);
+  };
+  require(options.size >= 1 && options.size <= 8192,
+          "The picture's size is " + std::to_string(options.size) + ": use 1 to 8192 pixels.");
+  require(options.samples >= 1 && options.samples <= 16, "The samples a pixel are " +
+                                                             std::to_string(options.samples) +
+                                                             " squared: use 1 to 16 a side.");
+  require(options.ambient_rays <= 255, "The rays for ambient occlusion are " +
+                                           std::to_string(options.ambient_rays) +
+                                           " a pixel: use 0 (none) to 255.");
+  require(std::isfinite(options.azimuth_degrees) && std::abs(options.azimuth_degrees) <= 1e6,
+          "The view's azimuth is " + std::to_string(options.azimuth_degrees) +
+              ": use a finite number of degrees, such as 30.");
+  require(options.elevation_degrees >= -90 && options.elevation_degrees <= 90,
+          "The view's elevation is " + std::to_string(options.elevation_degrees) +
+              ": use -90 (from below) to 90 (from above) degrees.");
+}
+
+template <typename T>
+cl::Array<T> upload(cl::Context& context, const T* data, std::size_t size) {
+  return {context, std::span<const T>(data, size)};
+}
+
+cl::Array<std::uint32_t> upload(cl::Context& context, const std::vector<Triangle>& triangles) {
+  return upload(context, triangles.data()->data(), triangles.size() * 3);
+}
+
+cl::Array<float> upload(cl::Context& context, const std::vector<Vec3>& vectors) {
+  return upload(context, &vectors.data()->x, vectors.size() * 3);
+}
+
+/// Points of the unit disc, evenly spread (Vogel 1979): projected up to the hemisphere they are
+/// distributed by the cosine.
+std::vector<float> vogel_disc(std::size_t count) {
+  constexpr double kGoldenAngle = 2.39996322972865332;
+  std::vector<float> result(2 * count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double k = static_cast<double>(i);
+    const double radius = std::sqrt((k + 0.5) / static_cast<double>(count));
+    result[2 * i] = static_cast<float>(radius * std::cos(k * kGoldenAngle));
+    result[2 * i + 1] = static_cast<float>(radius * std::sin(k * kGoldenAngle));
+  }
+  return result;
+}
+
+void set(kiln_float (&to)[3], const Vec3d& from) {
+  to[0] = static_cast<float>(from.x);
+  to[1] = static_cast<float>(from.y);
+  to[2] = static_cast<float>(from.z);
+}
+
+/// The camera as a mesh's frame sees it, where the mesh lies around the origin.
+kiln_render_params camera_params(const Camera& camera, const Frame& frame,
+                                 const RenderOptions& options) {
+  kiln_render_params params{};
+  const Vec3d middle = Vec3d(camera.center[0] - frame.center[0], camera.center[1] - frame.center[1],
+                             camera.center[2] - frame.center[2]) *
+                       frame.scale;
+  const double half_side = camera.half_side * frame.scale;
+  set(params.right, camera.right);
+  set(params.up, camera.up);
+  set(params.toward, camera.toward);
+  params.left_edge = static_cast<float>(dot(middle, camera.right) - half_side);
+  params.top_edge = static_cast<float>(dot(middle, camera.up) + half_side);
+  params.pixel = static_cast<float>(2 * half_side / options.size);
+  params.size = options.size;
+  params.samples = options.samples;
+  params.tile_columns = (options.size + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
+  params.flat = options.flat ? 1 : 0;
+  params.show_normals = options.show_normals ? 1 : 0;
+  params.show_colors = options.show_colors ? 1 : 0;
+  return params;
+}
+
+/// The samples of one part of the picture, on the device.
+struct Part {
+  cl::Array<float> points;   ///< 7 planes; see RayCaster
+  cl::Array<float> surface;  ///< KILN_SURFACE_PLANES planes
+  cl::Array<std::uint8_t> hit, open;
+  cl::Array<float> colors;  ///< [3 * pixels]
+  Correspondence match;
+
+  Part(cl::Context& context, std::uint32_t samples, std::uint32_t pixels)
+      : points(context, std::size_t{7} * samples),
+        surface(context, std::size_t{KILN_SURFACE_PLANES} * samples),
+        hit(context, samples),
+        open(context, samples),
+        colors(context, std::size_t{3} * pixels),
+        match(context, samples) {}
+};
+
+/// Puts a part's pixels, which are ordered by tiles, at their places.
+void place(const std::vector<float>& colors, const kiln_render_params& params, Image& image) {
+  for (std::uint32_t i = 0; i < params.pixel_count; ++i) {
+    const std::uint32_t tile = params.first_tile + i / kTilePixels;
+    const std::uint32_t within = i % kTilePixels;
+    const std::uint32_t x =
+        tile % params.tile_columns * KILN_RENDER_TILE + within % KILN_RENDER_TILE;
+    const std::uint32_t y =
+        tile / params.tile_columns * KILN_RENDER_TILE + within / KILN_RENDER_TILE;
+    if (x < params.size && y < params.size) {
+      std::copy_n(&colors[std::size_t{3} * i], 3, image.at(x, y));
+    }
+  }
+}
+
+}  // namespace
+
+Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& normal_map)
+    : device(opened) {
+  if (mesh.triangles.empty()) {
+    throw Error(ErrorCode::input,
+                "'" + mesh.name +
+                    "' has no triangles, so there is nothing to draw. Check that the file holds "
+                    "faces and not points alone.");
+  }
+  target = CameraTarget::of(mesh);
+  cl::Context& context = device.context();
+  const std::vector<Vec3> frame_positions = target.frame.to_frame(mesh);
+  rays = std::make_unique<RayCaster>(context, frame_positions, mesh.triangles);
+  const std::uint64_t skipped = rays->stats().skipped;
+  if (skipped == mesh.triangles.size()) {
+    throw Error(ErrorCode::input, "All " + std::to_string(skipped) + " triangles of '" + mesh.name +
+                                      "' have no area or are not finite, so there is nothing to "
+                                      "draw. Check the file's coordinates.");
+  }
+  if (skipped != 0) {
+    warnings.push_back({"mesh-skipped",
+                        std::to_string(skipped) + " of " + std::to_string(mesh.triangles.size()) +
+                            " triangles of '" + mesh.name +
+                            "' have no area or are not finite; they are not drawn.",
+                        skipped});
+  }
+  positions = upload(context, frame_positions);
+  position_indices = upload(context, mesh.triangles);
+  const CornerNormals corners = corner_normals(mesh, frame_positions);
+  normals = upload(context, corners.normals);
+  normal_indices = upload(context, corners.triangles);
+  if (normal_map.image != nullptr) upload_map(mesh, normal_map);
+}
+
+void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
+  const Image& image = *normal_map.image;
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  if (texels == 0 || image.channels < 3 || image.pixels.size() != texels * image.channels) {
+    throw Error(ErrorCode::input, "The normal map is " + std::to_string(image.width) + "x" +
+                                      std::to_string(image.height) + " with " +
+                                      std::to_string(image.channels) +
+                                      " channels: give an image with red, green and blue.");
+  }
+  if (mesh.uv_triangles.empty()) {
+    throw Error(ErrorCode::input,
+                "'" + mesh.name +
+                    "' has no texture coordinates, so a normal map cannot be applied to it. Unwrap "
+                    "it first, or leave the map out.");
+  }
+  cl::Context& context = device.context();
+  const LowSurface surface = LowSurface::of(mesh, target.frame);
+  shading =
+      cl::Array<kiln_low_shading>(context, std::span<const kiln_low_shading>(low_shading(surface)));
+  std::vector<float> corner_uvs;
+  corner_uvs.reserve(surface.triangles.size() * 6);
+  for (const auto& corners : surface.triangles) {
+    for (const LowSurface::Corner& corner : corners) {
+      corner_uvs.push_back(corner.uv.x);
+      corner_uvs.push_back(corner.uv.y);
+    }
+  }
+  uvs = upload(context, corner_uvs.data(), corner_uvs.size());
+
+  std::vector<std::uint16_t> quantised(texels * 3);
+  parallel_for(texels, 1 << 16, [&](std::size_t begin, std::size_t end) {
+    constexpr float kFlat[3] = {0.5F, 0.5F, 1};
+    for (std::size_t i = begin; i < end; ++i) {
+      const float* texel = &image.pixels[i * image.channels];
+      const bool finite =
+          std::isfinite(texel[0]) && std::isfinite(texel[1]) && std::isfinite(texel[2]);
+      const float* from = finite ? texel : kFlat;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float value = std::clamp(from[c], 0.0F, 1.0F) * KILN_RENDER_MAP_ONE;
+        quantised[i * 3 + c] = static_cast<std::uint16_t>(value + 0.5F);
+      }
+    }
+  });
+  map = upload(context, quantised.data(), quantised.size());
+  map_params.width = image.width;
+  map_params.height = image.height;
+  map_params.y_scale = normal_map.flip_y ? -1.0F : 1.0F;
+  switch (normal_map.space) {
+    case NormalMapSpace::tangent:
+      map_params.space = KILN_SPACE_TANGENT;
+      break;
+    case NormalMapSpace::object:
+      map_params.space = KILN_SPACE_OBJECT;
+      break;
+    case NormalMapSpace::face:
+      map_params.space = KILN_SPACE_FACE;
+      break;
+  }
+  has_map = true;
+}
+
+Image Scene::Impl::draw(const RenderOptions& options) const {
+  check(options);
+  if (options.show_colors && (!has_map || options.ignore_map || options.flat)) {
+    throw Error(
+        ErrorCode::usage,
+        "A map's colours are to be shown, but there is no map, or it is left out: give one.");
+  }
+  const Camera camera =
+      Camera::fit(options.frame == nullptr ? target : CameraTarget::of(*options.frame), options);
+  kiln_render_params params = camera_params(camera, target.frame, options);
+  const std::uint32_t per_pixel = options.samples * options.samples;
+  if (!options.show_normals && !options.show_colors) {
+    params.ambient_passes = (options.ambient_rays + per_pixel - 1) / per_pixel;
+  }
+
+  const std::uint32_t samples_per_tile = kTilePixels * per_pixel;
+  const std::uint32_t tiles = params.tile_columns * params.tile_columns;
+  const std::uint32_t tiles_per_part = std::min(tiles, kMaxSamplesPerPart / samples_per_tile);
+  params.capacity = tiles_per_part * samples_per_tile;
+
+  cl::Context& context = device.context();
+  Part part(context, params.capacity, tiles_per_part * kTilePixels);
+  const std::vector<float> disc =
+      vogel_disc(std::max(1U, params.ambient_passes) * std::size_t{per_pixel});
+  const cl::Array<float> device_disc = upload(context, disc.data(), disc.size());
+
+  RayQuery to_surface;
+  to_surface.t_max = 1.5F;  // through the bounding sphere, from the kernel's 0.75
+  to_surface.two_sided = true;
+  RayQuery to_sky;
+  to_sky.t_min = 5e-5F;
+  to_sky.t_max =
+      static_cast<float>(std::min(2.0, kAmbientReach * 2 * camera.half_side * target.frame.scale));
+  to_sky.two_sided = true;
+
+  Image image{options.size, options.size, 3, {}};
+  image.pixels.resize(std::size_t{options.size} * options.size * 3);
+  std::vector<float> colors(part.colors.size());
+  for (params.first_tile = 0; params.first_tile < tiles; params.first_tile += tiles_per_part) {
+    params.pixel_count = std::min(tiles_per_part, tiles - params.first_tile) * kTilePixels;
+    params.sample_count = params.pixel_count * per_pixel;
+    const std::uint32_t count = params.sample_count;
+    context.launch(context.kernel("render", "kiln_render_camera"), count, kLocal, params,
+                   part.points);
+    rays->intersect(part.points, count, params.capacity, to_surface, part.match);
+    context.launch(context.kernel("render", "kiln_render_surface"), count, kLocal, params,
+                   part.match.triangle, part.match.barycentric, position_indices, positions,
+                   normal_indices, normals, part.surface);
+    // Before the map: occlusion is the geometry's.
+    for (kiln_uint pass = 0; pass < params.ambient_passes; ++pass) {
+      context.launch(context.kernel("render", "kiln_render_ambient_rays"), count, kLocal, params,
+                     pass, part.match.triangle, part.surface, device_disc, part.points);
+      rays->occluded(part.points, count, params.capacity, to_sky, part.hit);
+      context.launch(context.kernel("render", "kiln_render_ambient_add"), count, kLocal, params,
+                     pass, part.hit, part.open);
+    }
+    if (has_map && !options.ignore_map && !options.flat) {
+      kiln_render_map_params with_map = map_params;
+      with_map.count = count;
+      with_map.capacity = params.capacity;
+      if (options.show_colors) with_map.space = KILN_RENDER_COLORS;
+      context.launch(context.kernel("render", "kiln_render_map"), count, kLocal, with_map,
+                     part.match.triangle, part.match.barycentric, shading, uvs, map, part.surface);
+    }
+    context.launch(context.kernel("render", "kiln_render_shade"), params.pixel_count, kLocal,
+                   params, part.match.triangle, part.surface, part.open, part.colors);
+    part.colors.read(context, std::span(colors).first(std::size_t{3} * params.pixel_count));
+    place(colors, params, image);
+  }
+  return image;
+}
+
+Scene::Scene(const Device& device, const Mesh& mesh, const NormalMap& map)
+    : impl_(std::make_shared<const Impl>(device, mesh, map)) {}
+
+Image Scene::draw(const RenderOptions& options) const { return impl_->draw(options); }
+
+const std::vector<Warning>& Scene::warnings() const { return impl_->warnings; }
+
+Image render(const Device& device, const Mesh& mesh, const RenderOptions& options,
+             const NormalMap& map) {
+  return Scene(device, mesh, map).draw(options);
+}
+
+}  // namespace kiln

@@ -1,0 +1,146 @@
+#include "source/dense_mesh.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "mesh/usable.h"
+
+namespace kiln {
+namespace {
+
+/// Makes `slot` at first use, and accounts for its time and its memory on the device.
+template <typename Pointer, typename Make>
+Pointer& made(Pointer& slot, cl::Context& context, Source::Stats& stats, const Make& make) {
+  if (slot == nullptr) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::uint64_t before = context.device_bytes();
+    slot = make();
+    stats.device_bytes += context.device_bytes() - before;
+    stats.build_seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  return slot;
+}
+
+// Numbers that kernels read beyond the last one.
+constexpr std::size_t kPadding = 1;
+
+}  // namespace
+
+SourceAttributes::SourceAttributes(cl::Context& context, const CornerNormals& corners)
+    : normal_indices(context, corners.triangles.size() * 3 + kPadding),
+      normals(context, corners.normals.size() * 3 + kPadding) {
+  if (!corners.triangles.empty()) {
+    normal_indices.write(context, std::span<const std::uint32_t>(corners.triangles[0].data(),
+                                                                 corners.triangles.size() * 3));
+  }
+  if (!corners.normals.empty()) {
+    normals.write(context,
+                  std::span<const float>(&corners.normals[0].x, corners.normals.size() * 3));
+  }
+}
+
+Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
+                   const std::optional<Bounds>& bounds)
+    : device(opened),
+      frame(bounds ? Frame::of(high, *bounds) : Frame::of(high)),
+      traversal(wanted),
+      positions(frame.to_frame(high)),
+      triangles(high.triangles),
+      uvs(high.uvs),
+      uv_triangles(high.uv_triangles) {
+  cl::Context& context = device.context();
+  const std::uint64_t before = context.device_bytes();
+  attributes = SourceAttributes(context, corner_normals(high, positions));
+  stats_.triangles = triangles.size();
+  stats_.skipped_triangles = count_without_area(positions, triangles);
+  stats_.device_bytes = context.device_bytes() - before;
+  stats_.diagonal = frame.diagonal;
+  const std::uint64_t skipped = stats_.skipped_triangles;
+  if (skipped == triangles.size()) {
+    throw Error(ErrorCode::input, "All " + std::to_string(skipped) + " triangles of '" + high.name +
+                                      "' have no area or are not finite: nothing can be baked from "
+                                      "it.");
+  }
+  if (skipped != 0) {
+    warnings.push_back({"source-skipped",
+                        std::to_string(skipped) + " of " + std::to_string(triangles.size()) +
+                            " triangles of '" + high.name +
+                            "' have no area or are not finite; rays pass through them.",
+                        skipped});
+  }
+}
+
+const std::shared_ptr<Tree>& Source::Impl::tree() const {
+  return made(tree_, device.context(), stats_, [&] {
+    return std::make_shared<Tree>(device.context(), positions, triangles, will_move);
+  });
+}
+
+void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
+                        std::span<const std::uint32_t> triangles_moved) {
+  const std::lock_guard lock(mutex_);
+  const auto count_usable = [&] {
+    std::vector<bool> usable;
+    if (tree_ == nullptr) return usable;
+    for (const std::uint32_t t : triangles_moved)
+      usable.push_back(has_area(positions, triangles[t]));
+    return usable;
+  };
+  const std::vector<bool> before = count_usable();
+  std::copy(moved.begin(), moved.end(), positions.begin() + first);
+  raster_.reset();
+  if (tree_ == nullptr) return;
+  if (count_usable() == before) {
+    tree_->refit(device.context(), positions, triangles);
+  } else {
+    // Other triangles count now: in place, since those who walk it hold it.
+    *tree_ = Tree(device.context(), positions, triangles, will_move);
+  }
+}
+
+RayCaster& Source::Impl::rays() const {
+  const std::lock_guard lock(mutex_);
+  if (rays_ == nullptr) rays_ = std::make_unique<RayCaster>(device.context(), tree(), traversal);
+  return *rays_;
+}
+
+ClosestFinder& Source::Impl::closest() const {
+  const std::lock_guard lock(mutex_);
+  if (closest_ == nullptr) {
+    closest_ = std::make_unique<ClosestFinder>(device.context(), tree(), traversal);
+  }
+  return *closest_;
+}
+
+Rasterizer& Source::Impl::raster() const {
+  const std::lock_guard lock(mutex_);
+  return *made(raster_, device.context(), stats_, [&] {
+    return std::make_unique<Rasterizer>(device.context(), positions, triangles);
+  });
+}
+
+Source::Stats Source::Impl::stats() const {
+  const std::lock_guard lock(mutex_);
+  return stats_;
+}
+
+Traversal traversal_of(RayTraversal wanted) {
+  return wanted == RayTraversal::cpu   ? Traversal::cpu
+         : wanted == RayTraversal::gpu ? Traversal::gpu
+                                       : Traversal::automatic;
+}
+
+Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
+               const std::optional<Bounds>& bounds) {
+  if (high.triangles.empty()) {
+    throw Error(ErrorCode::input,
+                "'" + high.name + "' has no triangles: there is nothing to bake from.");
+  }
+  impl_ = std::make_shared<Impl>(device, high, traversal_of(traversal), bounds);
+}
+
+Source::Stats Source::stats() const { return impl_->stats(); }
+const std::vector<Warning>& Source::warnings() const { return impl_->warnings; }
+
+}  // namespace kiln

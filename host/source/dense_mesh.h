@@ -1,0 +1,69 @@
+// The dense mesh: on the host in the working frame, and on the device as its users need it.
+#pragma once
+
+#include <mutex>
+#include <vector>
+
+#include "accel/closest.h"
+#include "accel/raster.h"
+#include "accel/ray.h"
+#include "cl/context.h"
+#include "kiln/bake.h"
+#include "mesh/frame.h"
+#include "mesh/normals.h"
+
+namespace kiln {
+
+/// The dense mesh's attributes on the device. Both arrays end in one number more, for kernels that read four
+/// at a time.
+struct SourceAttributes {
+  cl::Array<std::uint32_t> normal_indices;  ///< [3 * triangles + 1]
+  cl::Array<float> normals;                 ///< [3 * pool + 1]
+
+  SourceAttributes() = default;
+  SourceAttributes(cl::Context& context, const CornerNormals& normals);
+};
+
+/// The internal name of what the caller wants.
+Traversal traversal_of(RayTraversal wanted);
+
+struct Source::Impl {
+  Impl(const Device& opened, const Mesh& high, Traversal wanted,
+       const std::optional<Bounds>& bounds = std::nullopt);
+
+  Device device;
+  Frame frame;
+  Traversal traversal;
+  std::vector<Vec3> positions;  ///< In the frame
+  std::vector<Triangle> triangles;
+  std::vector<Vec2> uvs;  ///< Of corners, where the mesh has any
+  std::vector<Triangle> uv_triangles;
+  SourceAttributes attributes;
+  std::vector<Warning> warnings;
+
+  /// Made when first asked for: what is not used costs nothing.
+  RayCaster& rays() const;
+  ClosestFinder& closest() const;
+  Rasterizer& raster() const;
+
+  /// For whoever owns this one alone: takes over positions of vertices [first, first + count), and fits
+  /// the hierarchy, where there is one, to them. The triangles with a moved corner are given.
+  void move(std::uint32_t first, std::span<const Vec3> moved,
+            std::span<const std::uint32_t> triangles_moved);
+  /// Before anything is made: keep on the host what move() needs.
+  bool will_move = false;
+
+  Stats stats() const;
+
+ private:
+  const std::shared_ptr<Tree>& tree() const;  ///< The mutex is held
+
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<Tree> tree_;
+  mutable std::unique_ptr<RayCaster> rays_;
+  mutable std::unique_ptr<ClosestFinder> closest_;
+  mutable std::unique_ptr<Rasterizer> raster_;
+  mutable Stats stats_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,60 @@
+// Which pieces may touch which block of texels.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "texel/texel_pieces.h"
+
+namespace kiln {
+
+/// How a map is cut into blocks (squares of texels, about 8x8 samples, one work-item each), tiles
+/// (squares of blocks, in which blocks follow a Morton curve) and bands (rows of tiles).
+struct TexelGrid {
+  std::uint32_t width = 0, height = 0;  ///< Texels
+  std::uint32_t samples = 1;            ///< N
+  std::uint32_t block_texels = 8;       ///< Side of a block, texels: a power of two
+  std::uint32_t block_samples = 8;      ///< Side of a block, samples
+  std::uint32_t tile_blocks = 8;        ///< Side of a tile, blocks: a power of two
+  std::uint32_t band_tiles = 1;         ///< Rows of tiles in a band
+  std::uint32_t slot_groups = 8;        ///< Groups of 8 slots that hold a block's samples
+
+  /// Bands hold at most max_samples samples, but at least one row of blocks.
+  static TexelGrid of(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
+                      std::uint32_t max_samples);
+
+  std::uint32_t band_rows() const { return band_tiles * tile_blocks * block_texels; }
+  std::uint32_t band_count() const { return (height + band_rows() - 1) / band_rows(); }
+  /// The table that kernels read: planes x, y, place, texel (see texel.cl).
+  std::vector<std::int32_t> slot_table() const;
+};
+
+/// Lists the pieces of each band once, and those of each block of a band on demand.
+class TexelBins {
+ public:
+  TexelBins(const TexelGrid& grid, const TexelPieces& pieces);
+
+  struct Bins {
+    std::vector<kiln_texel_block> blocks;  ///< Those with a list, tile by tile
+    std::vector<std::uint32_t> lists;      ///< Piece indices, ascending in each list
+  };
+  /// The lists are conservative: at most a unit in the last place too wide in each row of blocks.
+  void fill(std::uint32_t band, Bins& bins);
+
+ private:
+  struct Span {
+    std::uint32_t piece, row, begin, end;  // blocks [begin, end) of a row of blocks
+  };
+  void add_spans(std::uint32_t piece, std::uint32_t first_row, std::uint32_t last_row);
+  std::uint32_t key(std::uint32_t column, std::uint32_t row) const;
+
+  TexelGrid grid_;
+  const TexelPieces& pieces_;
+  std::vector<std::uint32_t> band_first_;  // [bands + 1] into band_pieces_
+  std::vector<std::uint32_t> band_pieces_;
+  std::vector<Span> spans_;
+  std::vector<std::uint32_t> cursor_;  // per block of the band
+};
+
+}  // namespace kiln

@@ -1,0 +1,217 @@
+#include "texel/texel_pieces.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "base/parallel.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+/// Count and first example of something imperfect.
+struct Finding {
+  std::uint64_t count = 0;
+  std::size_t example = 0;
+  void add(std::size_t triangle) {
+    if (count++ == 0) example = triangle;
+  }
+  void add(const Finding& later) {
+    if (count == 0) example = later.example;
+    count += later.count;
+  }
+};
+
+/// The pieces of a run of triangles.
+struct Builder {
+  UvGrid grid;
+  std::vector<kiln_texel_piece> pieces;
+  std::vector<kiln_texel_corners> corners;
+  std::vector<FixedTriangle> fixed;
+  Finding outside, degenerate_uv, degenerate_low;
+
+  void add_triangle(const LowSurface& surface, std::size_t t) {
+    if (surface.usable[t] == 0) {
+      degenerate_low.add(t);
+      return;
+    }
+    const auto& triangle = surface.triangles[t];
+    for (const LowSurface::Corner& corner : triangle) {
+      if (std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y)) continue;
+      degenerate_uv.add(t);
+      return;
+    }
+    const auto first = static_cast<std::uint32_t>(pieces.size());
+    if (in_guard(triangle[0].uv) && in_guard(triangle[1].uv) && in_guard(triangle[2].uv)) {
+      FixedTriangle f;
+      for (std::size_t k = 0; k < 3; ++k) {
+        f.x[k] = grid.fixed_x(triangle[k].uv.x);
+        f.y[k] = grid.fixed_y(triangle[k].uv.y);
+      }
+      if (doubled_area(f) == 0) {
+        degenerate_uv.add(t);
+        return;
+      }
+      if (grid.beyond_square(f)) outside.add(t);
+      if (grid.misses_square(f)) return;
+      std::array<ClipVertex, 3> whole;
+      for (std::size_t k = 0; k < 3; ++k) whole[k].weight[k] = 1;
+      add_piece(f, triangle, whole, t, first);
+      return;
+    }
+    outside.add(t);
+    const std::vector<ClipVertex> polygon =
+        clip_to_guard({triangle[0].uv, triangle[1].uv, triangle[2].uv});
+    for (std::size_t i = 2; i < polygon.size(); ++i) {
+      const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
+      FixedTriangle f;
+      for (std::size_t k = 0; k < 3; ++k) {
+        f.x[k] = grid.fixed_x(fan[k].u);
+        f.y[k] = grid.fixed_y(fan[k].v);
+      }
+      if (doubled_area(f) != 0 && !grid.misses_square(f)) add_piece(f, triangle, fan, t, first);
+    }
+  }
+
+  void add_piece(const FixedTriangle& f, const std::array<LowSurface::Corner, 3>& triangle,
+                 const std::array<ClipVertex, 3>& weights, std::size_t t, std::uint32_t first) {
+    const std::int64_t area = doubled_area(f);
+    const std::int32_t sign = area < 0 ? -1 : 1;
+    const std::int64_t half = std::int64_t{1} << (grid.shift - 1);
+    kiln_texel_piece piece{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      // The edge opposite corner k, run so that the inside has E > 0.
+      const std::size_t p = (k + 1) % 3;
+      const std::size_t q = (k + 2) % 3;
+      const std::int32_t dx = sign * (f.x[q] - f.x[p]);
+      const std::int32_t dy = sign * (f.y[q] - f.y[p]);
+      piece.a[k] = -dy;
+      piece.b[k] = dx;
+      piece.c[k] = dx * (half - f.y[p]) - dy * (half - f.x[p]);
+      // Rows run down: inside lies to the right of an edge that runs up, and below one that runs
+      // right. These are the left edges and the top edges; samples on them belong to the triangle.
+      if (dy < 0 || (dy == 0 && dx > 0)) piece.closed |= 1U << k;
+    }
+    const auto magnitude = static_cast<std::uint64_t>(area < 0 ? -area : area);
+    piece.drop =
+        static_cast<std::uint32_t>(std::max(0, static_cast<int>(std::bit_width(magnitude)) - 31));
+    piece.triangle = static_cast<std::uint32_t>(t);
+    piece.first = first;
+
+    kiln_texel_corners data{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3d position;
+      Vec3d direction;
+      for (std::size_t m = 0; m < 3; ++m) {
+        position += Vec3d(triangle[m].position) * weights[k].weight[m];
+        direction += Vec3d(triangle[m].direction) * weights[k].weight[m];
+      }
+      const Vec3 p = to_float(position);
+      const Vec3 d = to_float(direction);
+      const std::array<float, 6> values{p.x, p.y, p.z, d.x, d.y, d.z};
+      std::copy_n(values.begin(), 3, &data.position[3 * k]);
+      std::copy_n(values.begin() + 3, 3, &data.direction[3 * k]);
+      data.weight1[k] = static_cast<float>(weights[k].weight[1]);
+      data.weight2[k] = static_cast<float>(weights[k].weight[2]);
+    }
+    data.reciprocal = static_cast<float>(std::ldexp(1.0, static_cast<int>(piece.drop)) /
+                                         static_cast<double>(magnitude));
+    pieces.push_back(piece);
+    corners.push_back(data);
+    fixed.push_back(f);
+  }
+};
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g", value);
+  return text.data();
+}
+
+std::string triangles_are(std::uint64_t count) {
+  return std::to_string(count) +
+         (count == 1 ? " triangle of the light mesh " : " triangles of the light mesh ");
+}
+
+std::string uv_of_triangle(const LowSurface& surface, std::size_t t) {
+  std::string text = "triangle " + std::to_string(t) + " with UVs ";
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec2& uv = surface.triangles[t][k].uv;
+    text += (k == 0 ? "(" : ", (") + number(uv.x) + ", " + number(uv.y) + ")";
+  }
+  return text;
+}
+
+std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
+  std::vector<Warning> warnings;
+  if (const Finding& found = all.outside; found.count != 0) {
+    warnings.push_back(
+        {"uv-outside",
+         triangles_are(found.count) + (found.count == 1 ? "reaches" : "reach") +
+             " out of the unit square of UV space, for example " +
+             uv_of_triangle(surface, found.example) +
+             ": what lies outside has no texel and was not baked. Move the charts into the unit "
+             "square.",
+         found.count});
+  }
+  if (const Finding& found = all.degenerate_uv; found.count != 0) {
+    warnings.push_back(
+        {"uv-degenerate",
+         triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
+             " no area in UV space, for example " + uv_of_triangle(surface, found.example) +
+             ": they cover no texel and were not baked. Unwrap them if they are seen.",
+         found.count});
+  }
+  if (const Finding& found = all.degenerate_low; found.count != 0) {
+    warnings.push_back({"low-degenerate",
+                        triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
+                            " no area or a non-finite corner, for example triangle " +
+                            std::to_string(found.example) +
+                            ": they were not baked. Clean up the mesh if they should be.",
+                        found.count});
+  }
+  return warnings;
+}
+
+}  // namespace
+
+TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_width,
+                            std::uint32_t sample_height) {
+  Builder all;
+  all.grid = UvGrid::of(sample_width, sample_height);
+
+  constexpr std::size_t kRun = 1 << 14;
+  const std::size_t count = surface.triangles.size();
+  std::vector<Builder> runs((count + kRun - 1) / kRun, all);
+  parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      const std::size_t last = std::min(count, (r + 1) * kRun);
+      for (std::size_t t = r * kRun; t < last; ++t) runs[r].add_triangle(surface, t);
+    }
+  });
+
+  for (Builder& run : runs) {
+    const auto offset = static_cast<std::uint32_t>(all.pieces.size());
+    for (kiln_texel_piece& piece : run.pieces) piece.first += offset;
+    all.pieces.insert(all.pieces.end(), run.pieces.begin(), run.pieces.end());
+    all.corners.insert(all.corners.end(), run.corners.begin(), run.corners.end());
+    all.fixed.insert(all.fixed.end(), run.fixed.begin(), run.fixed.end());
+    all.outside.add(run.outside);
+    all.degenerate_uv.add(run.degenerate_uv);
+    all.degenerate_low.add(run.degenerate_low);
+    run = Builder{};
+  }
+  TexelPieces result;
+  result.shift = all.grid.shift;
+  result.warnings = describe(surface, all);
+  result.pieces = std::move(all.pieces);
+  result.corners = std::move(all.corners);
+  result.fixed = std::move(all.fixed);
+  return result;
+}
+
+}  // namespace kiln

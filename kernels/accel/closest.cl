@@ -1,0 +1,89 @@
+// The nearest point of the dense mesh for each sample of the light one.
+//
+// Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods and Assessment for Detail-Recovery", section
+// 3.1. Faces turned away from the sample's direction (their normal's product with it is below 0) are left
+// out, so that a sample does not take the wrong side of a thin sheet.
+//
+// Algorithm: the hierarchy of the rays (see shared/bvh.h) walked nearest child first with a shrinking
+// radius, and one point-triangle distance that all variants share (see lib/nearest.clh). Ties go to the
+// lowest triangle. Culling is strict and its arithmetic is monotone, so the result is a function of the
+// sample and the triangles alone. On CPUs neighbouring samples walk together (see
+// lib/closest_group.clh), starting with the leaf that their predecessors ended at.
+//
+// | kernel              | global size      | local | reads, writes a sample  |
+// | kiln_closest_run    | samples / 256, up | 16   | 24 B + tree, 17 B       |
+// | kiln_closest_scalar | samples          | 64    | the same                |
+//
+// Defines: KILN_CLOSEST_SCALAR  build the scalar kernel instead
+//          KILN_LANES           8 or 16, samples a vector; default by the device (lib/vector.clh)
+//          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
+//
+// Strengths: needs no direction to be right, finds something wherever the mesh is near. Limits: a miss
+// costs a walk through everything within the distance. Samples beyond 2^20 frame units, or with a
+// direction longer than 2 or none, miss.
+#include "accel/closest_group.clh"
+#include "accel/closest_scalar.clh"
+
+#ifdef KILN_CLOSEST_SCALAR
+
+kernel void kiln_closest_scalar(
+    const kiln_closest_params params,
+    global const kiln_bvh_node* restrict nodes,
+    global const kiln_bvh_block* restrict blocks,
+    global const float* restrict points,
+    global uint* restrict triangle,
+    global float* restrict barycentric,
+    global float* restrict distance,
+    global uchar* restrict status) {
+  const uint index = params.first + (uint)get_global_id(0);
+  if (index >= params.end) return;
+  closest_sample sample;
+  closest_best best;
+  closest_start(params, &best);
+  if (closest_load(points, index, params, &sample)) {
+    closest_scalar(nodes, blocks, &sample, &best);
+  }
+  closest_store(index, params, &best, triangle, barycentric, distance, status);
+}
+
+#else
+
+kernel void kiln_closest_run(
+    const kiln_closest_params params,
+    global const kiln_bvh_node* restrict nodes,
+    global const kiln_bvh_block* restrict blocks,
+    global const float* restrict points,
+    global uint* restrict triangle,
+    global float* restrict barycentric,
+    global float* restrict distance,
+    global uchar* restrict status) {
+  const uint first = params.first + (uint)get_global_id(0) * KILN_CLOSEST_RUN;
+  if (first >= params.end) return;
+  const uint end = min(params.end, first + KILN_CLOSEST_RUN);
+  closest_group group;
+  group.seed = KILN_NO_TRIANGLE;
+  for (uint at = first; at < end; at += KILN_CLOSEST_GROUP) {
+    const uint count = min(end - at, KILN_CLOSEST_GROUP);
+    const bool together =
+        count == KILN_CLOSEST_GROUP && closest_group_load(points, at, params, &group);
+    if (together && closest_group_walk(nodes, blocks, &group)) {
+      closest_group_store(at, params, &group, triangle, barycentric, distance, status);
+      continue;
+    }
+    for (uint i = 0; i < count; ++i) {
+      closest_sample sample;
+      closest_best best;
+      closest_start(params, &best);
+      if (closest_load(points, at + i, params, &sample)) {
+        if (together) closest_extract(&group, i, &best);
+        const uint seed = group.seed;
+        if (seed != KILN_NO_TRIANGLE) closest_wide_leaf(blocks, seed, &sample, &best);
+        closest_wide(nodes, blocks, &sample, seed, &best);
+        if (best.block != KILN_NO_TRIANGLE) group.seed = best.block;
+      }
+      closest_store(at + i, params, &best, triangle, barycentric, distance, status);
+    }
+  }
+}
+
+#endif

@@ -1,0 +1,219 @@
+// Raster: software z-buffer of depth and triangle id, orthographic, for matching by views. The way for
+// GPUs; tiles.cl draws the same pictures on CPUs.
+//
+// Pineda 1988, "A parallel algorithm for polygon rasterization": edge functions, here in fixed point, so
+// that coverage is exact. Vertices are snapped once, to 1/256 of a pixel, and shared; by the top-left
+// rule a pixel centre on an edge belongs to one of the two triangles: no cracks, nothing drawn twice.
+// The depth at a pixel is interpolated by one expression whatever the path, and the least key
+// (depth, then triangle) wins, so the picture is a function of the mesh and the view alone.
+//
+// kernel               global             local  memory traffic
+// kiln_raster_clear    pixels / 8, up     64     writes 8 B a pixel
+// kiln_raster_project  vertices           64     reads 12 B, writes 16 B a vertex
+// kiln_raster_small    triangles          64     reads 12 B + 48 B (gathered); 8 B a pixel
+// kiln_raster_large    64 * 64            64     reads the list once a band; 8 B a pixel
+//
+// Defines: KILN_RASTER_ATOMIC64  the device has 64-bit atomics. Else `pass` 0 takes the least depth
+//                                and pass 1, over the same triangles, the lowest of those that have it.
+//
+// Strengths: a triangle that no pixel centre meets costs three vertex reads. Limits: triangles larger
+// than 32 pixels are queued for a second kernel; views up to 16384 pixels a side; ids below 2^32 - 1.
+#include "accel/keys.clh"
+#include "lib/mask.clh"
+#include "accel/raster.clh"
+#include "shared/raster.h"
+
+#ifdef KILN_RASTER_ATOMIC64
+#pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
+#pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : enable
+typedef ulong raster_key;
+#else
+typedef uint2 raster_key;  // x: triangle, y: depth
+#endif
+
+/// Sets 8 keys an item to nothing, and marks the tiles. `count`: a multiple of a tile's pixels.
+kernel void kiln_raster_clear(const uint first, const uint count, global ulong* restrict keys,
+                              global uchar* restrict drawn) {
+  const uint i = (uint)get_global_id(0) * 8u;
+  if (i >= count) return;
+  vstore8((ulong8)(KILN_RASTER_EMPTY), 0, keys + first + i);
+  if (i % KILN_RASTER_TILE_PIXELS == 0) drawn[(first + i) / KILN_RASTER_TILE_PIXELS] = 1;
+}
+
+/// Vertices in fixed point; w is 1 for those that are not finite.
+kernel void kiln_raster_project(const kiln_view view, const uint count,
+                                global const float* restrict positions,
+                                global int4* restrict projected) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= count) return;
+  const float3 p = vload3(i, positions);
+  const float along_x = (view.right[0] * p.x + view.right[1] * p.y) + view.right[2] * p.z;
+  const float along_y = (view.up[0] * p.x + view.up[1] * p.y) + view.up[2] * p.z;
+  const float near = (view.toward[0] * p.x + view.toward[1] * p.y) + view.toward[2] * p.z;
+  const float x = along_x * view.scale + view.left;
+  const float y = view.top - along_y * view.scale;
+  // Not-a-number fails the comparison, too.
+  const bool good = fabs(x) <= 32768.0f && fabs(y) <= 32768.0f && fabs(near) <= 0.75f;
+  const int fixed_x = good ? (int)rint(x * (float)KILN_RASTER_UNIT) : 0;
+  const int fixed_y = good ? (int)rint(y * (float)KILN_RASTER_UNIT) : 0;
+  projected[i] = (int4)(fixed_x, fixed_y, as_int(KILN_RASTER_FAR - near), good ? 0 : 1);
+}
+
+/// A triangle with its corners in the order that makes the area positive (rows grow downwards).
+typedef struct {
+  int4 a, b, c;
+  int x0, y0, x1, y1;  // pixels whose centres its box holds
+} raster_triangle;
+
+/// Fetches a triangle and its pixels. False where there is nothing to draw.
+static inline bool raster_fetch(const kiln_view* view, uint triangle,
+                                global const uint* restrict triangles,
+                                global const int4* restrict projected, raster_triangle* out) {
+  const uint3 index = vload3(triangle, triangles);
+  const int4 a = projected[index.x];
+  const int4 b = projected[index.y];
+  const int4 c = projected[index.z];
+  const int4 lo = min(a, min(b, c));
+  const int4 hi = max(a, max(b, c));
+  // Centres lie at 256 i + 128.
+  out->x0 = max((lo.x + 127) >> KILN_RASTER_SHIFT, 0);
+  out->y0 = max((lo.y + 127) >> KILN_RASTER_SHIFT, 0);
+  out->x1 = min((hi.x - 128) >> KILN_RASTER_SHIFT, (int)view->width - 1);
+  out->y1 = min((hi.y - 128) >> KILN_RASTER_SHIFT, (int)view->height - 1);
+  if (out->x0 > out->x1 || out->y0 > out->y1 || hi.w != 0) return false;
+  const long area = (long)(b.x - a.x) * (c.y - a.y) - (long)(b.y - a.y) * (c.x - a.x);
+  // Counter-clockwise from outside is clockwise where rows grow downwards: negative.
+  const bool front = area < 0;
+  if (area == 0 || (!front && (view->flags & KILN_RASTER_TWO_SIDED) == 0)) return false;
+  out->a = a;
+  out->b = front ? c : b;
+  out->c = front ? b : c;
+  return true;
+}
+
+static inline bool raster_is_small(const raster_triangle* t) {
+  const int4 lo = min(t->a, min(t->b, t->c));
+  const int4 hi = max(t->a, max(t->b, t->c));
+  return hi.x - lo.x <= KILN_RASTER_SMALL && hi.y - lo.y <= KILN_RASTER_SMALL;
+}
+
+/// Puts a triangle at a pixel, if nothing nearer is there.
+static inline void raster_put(global raster_key* keys, uint pixel, float depth, uint triangle,
+                              uint pass) {
+#ifdef KILN_RASTER_ATOMIC64
+  const ulong key = (ulong)as_uint(depth) << 32 | triangle;
+  // Most triangles lose: reading is cheaper than an atomic operation, and what it misses is decided there.
+  if (key < keys[pixel]) atom_min((volatile global ulong*)(keys + pixel), key);
+  (void)pass;
+#else
+  volatile global uint* words = (volatile global uint*)(keys + pixel);
+  const uint bits = as_uint(depth);
+  if (pass == 0) {
+    if (bits < words[1]) atomic_min(words + 1, bits);
+  } else if (bits == words[1]) {
+    atomic_min(words, triangle);
+  }
+#endif
+}
+
+/// Draws what is at most 32 pixels wide and high; queues the rest: {triangle, first row, last row}.
+kernel void kiln_raster_small(const kiln_view view, const uint first, const uint count,
+                              const uint pass, global const uint* restrict triangles,
+                              global const int4* restrict projected,
+                              global raster_key* restrict keys, global uint* restrict queue_size,
+                              global uint4* restrict queue) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint i = (uint)get_global_id(0);
+  if (i >= count) return;
+  const uint triangle = first + i;
+  raster_triangle t;
+  if (!raster_fetch(&view, triangle, triangles, projected, &t)) return;
+  if (!raster_is_small(&t)) {
+    if (pass == 0) {
+      queue[atomic_inc(queue_size)] = (uint4)(triangle, (uint)t.y0, (uint)t.y1, 0u);
+    }
+    return;
+  }
+  const int2 ab = t.b.xy - t.a.xy;
+  const int2 bc = t.c.xy - t.b.xy;
+  const int2 ca = t.a.xy - t.c.xy;
+  const int area = ab.x * -ca.y + ab.y * ca.x;
+  const float reciprocal = 1.0f / (float)area;
+  const float za = as_float(t.a.z);
+  const float zb = as_float(t.b.z) - za;
+  const float zc = as_float(t.c.z) - za;
+  // Edge functions at the first pixel's centre: weights of c, a, b times the doubled area.
+  const int2 centre = (int2)(t.x0, t.y0) * KILN_RASTER_UNIT + KILN_RASTER_UNIT / 2;
+  const int2 from_a = centre - t.a.xy;
+  const int2 from_b = centre - t.b.xy;
+  const int2 from_c = centre - t.c.xy;
+  int row_c = ab.x * from_a.y - ab.y * from_a.x;
+  int row_a = bc.x * from_b.y - bc.y * from_b.x;
+  int row_b = ca.x * from_c.y - ca.y * from_c.x;
+  const int8 lane = (int8)(0, 1, 2, 3, 4, 5, 6, 7) * KILN_RASTER_UNIT;
+  const int8 lane_c = lane * -ab.y;
+  const int8 lane_a = lane * -bc.y;
+  const int8 lane_b = lane * -ca.y;
+  const int bias_c = raster_bias(ab.x, ab.y);
+  const int bias_a = raster_bias(bc.x, bc.y);
+  const int bias_b = raster_bias(ca.x, ca.y);
+  for (int y = t.y0; y <= t.y1; ++y) {
+    for (int x = t.x0; x <= t.x1; x += 8) {
+      const int skip = (x - t.x0) * KILN_RASTER_UNIT;
+      const int8 weight_c = lane_c + (row_c - skip * ab.y);
+      const int8 weight_a = lane_a + (row_a - skip * bc.y);
+      const int8 weight_b = lane_b + (row_b - skip * ca.y);
+      const int8 outside = ((weight_c + bias_c) | (weight_a + bias_a) | (weight_b + bias_b)) >> 31;
+      uint bits = ~mask_bits8(outside) & 0xFFu;
+      const int left = t.x1 - x + 1;
+      if (left < 8) bits &= (1u << left) - 1u;
+      if (bits == 0) continue;
+      const float8 depth =
+          za + (convert_float8(weight_b) * zb + convert_float8(weight_c) * zc) * reciprocal;
+      float depths[8];
+      vstore8(depth, 0, depths);
+      for (; bits != 0; bits &= bits - 1) {
+        const uint k = mask_lowest(bits);
+        const uint pixel = keys_index(view.first, view.width, (uint)x + k, (uint)y);
+        raster_put(keys, pixel, depths[k], triangle, pass);
+      }
+    }
+    row_c += ab.x * KILN_RASTER_UNIT;
+    row_a += bc.x * KILN_RASTER_UNIT;
+    row_b += ca.x * KILN_RASTER_UNIT;
+  }
+}
+
+/// Draws the queued triangles: each work-group draws the rows of one band, row by row between exact ends.
+kernel void kiln_raster_large(const kiln_view view, const uint pass,
+                              global const uint* restrict triangles,
+                              global const int4* restrict projected,
+                              global raster_key* restrict keys,
+                              global const uint* restrict queue_size,
+                              global const uint4* restrict queue) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint band_rows = (view.height + KILN_RASTER_BANDS - 1) / KILN_RASTER_BANDS;
+  const int first_row = (int)((uint)get_group_id(0) * band_rows);
+  const int last_row = first_row + (int)band_rows - 1;
+  const uint queued = queue_size[0];
+  for (uint q = (uint)get_local_id(0); q < queued; q += 64u) {
+    const uint4 entry = queue[q];
+    const int y0 = max((int)entry.y, first_row);
+    const int y1 = min((int)entry.z, last_row);
+    raster_triangle t;
+    if (y0 > y1 || !raster_fetch(&view, entry.x, triangles, projected, &t)) continue;
+    const raster_large large = raster_large_of(t.a, t.b, t.c);
+    for (int y = y0; y <= y1; ++y) {
+      const raster_row row = raster_row_of(&large, y, t.x0, t.x1);
+      for (long x = row.first; x <= row.last; ++x) {
+        const float weight_b = (float)(row.weight_b + row.step_b * x);
+        const float weight_c = (float)(row.weight_c + row.step_c * x);
+        const float depth =
+            large.za + (weight_b * large.zb + weight_c * large.zc) * large.reciprocal;
+        const uint pixel = keys_index(view.first, view.width, (uint)x, (uint)y);
+        raster_put(keys, pixel, depth, entry.x, pass);
+      }
+    }
+  }
+}

@@ -1,0 +1,81 @@
+// Nearest hits of rays that leave samples of the light mesh, on the dense mesh.
+//
+// Algorithm: a hierarchy of 8-wide nodes (see shared/bvh.h) walked nearest child first, and a
+// watertight triangle test (see lib/triangle.clh) that all variants share. Ties in t go to the smaller
+// triangle. Culling is strict and its arithmetic is monotone, so the result is a function of the ray
+// and the triangles alone.
+//
+// | kernel                  | global size         | local | reads, writes a sample            |
+// | kiln_ray_closest_beam   | samples / 64, up    | 64    | 24 B (28 with reach) + tree, 17 B |
+// | kiln_ray_closest_scalar | samples             | 64    | the same                          |
+//
+// Defines: KILN_RAY_SCALAR      build the scalar kernel instead of the beam
+//          KILN_LANES           8 or 16, rays a vector; default by the device (lib/vector.clh)
+//          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
+//
+// Strengths: neighbouring samples (blocks of 8 x 8) share one walk. Limits: rays that have little in
+// common are walked one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.
+#include "accel/beam.clh"
+#include "accel/traverse_scalar.clh"
+
+#ifdef KILN_RAY_SCALAR
+
+kernel void kiln_ray_closest_scalar(
+    const kiln_ray_params params,
+    global const kiln_bvh_node* restrict nodes,
+    global const kiln_bvh_block* restrict blocks,
+    global const float* restrict points,
+    global uint* restrict triangle,
+    global float* restrict barycentric,
+    global float* restrict distance,
+    global uchar* restrict status) {
+  const uint index = params.first + (uint)get_global_id(0);
+  if (index >= params.end) return;
+  const int two_way = (params.flags & KILN_RAY_OUTWARD_FIRST) != 0 ? -1 : 0;
+  ray_state ray;
+  ray_hit hit;
+  ray_start(params, &hit);
+  if (ray_load(points, index, params, &ray)) {
+    scalar_trace(nodes, blocks, &ray, two_way, false, &hit);
+  }
+  ray_store(index, params, &ray, &hit, triangle, barycentric, distance, status);
+}
+
+#else
+
+kernel void kiln_ray_closest_beam(
+    const kiln_ray_params params,
+    global const kiln_bvh_node* restrict nodes,
+    global const kiln_bvh_block* restrict blocks,
+    global const float* restrict points,
+    global uint* restrict triangle,
+    global float* restrict barycentric,
+    global float* restrict distance,
+    global uchar* restrict status) {
+  const uint first = params.first + (uint)get_global_id(0) * KILN_BEAM_RAYS;
+  if (first >= params.end) return;
+  const int two_way = (params.flags & KILN_RAY_OUTWARD_FIRST) != 0 ? -1 : 0;
+  beam_rays rays;
+  beam_bounds bounds;
+  const uint count = min(params.end - first, (uint)KILN_BEAM_RAYS);
+  vfloat segment_lo[3][KILN_BEAM_VECTORS], segment_hi[3][KILN_BEAM_VECTORS];
+  const bool beam = count == KILN_BEAM_RAYS &&
+                    beam_load(points, first, params, &rays, segment_lo, segment_hi) &&
+                    beam_bound(params, &rays, segment_lo, segment_hi, &bounds);
+  if (beam && beam_trace(nodes, blocks, two_way, &rays, &bounds)) {
+    beam_store(first, params, &rays, points, triangle, barycentric, distance, status);
+    return;
+  }
+  for (uint i = 0; i < count; ++i) {
+    ray_state ray;
+    ray_hit hit;
+    ray_start(params, &hit);
+    if (ray_load(points, first + i, params, &ray)) {
+      if (beam) beam_extract(&rays, i, &hit);
+      wide_trace(nodes, blocks, &ray, two_way, false, &hit);
+    }
+    ray_store(first + i, params, &ray, &hit, triangle, barycentric, distance, status);
+  }
+}
+
+#endif

@@ -1,0 +1,470 @@
+// Visibility directions: from where each place of the light mesh is seen, past the mesh itself.
+//
+// After Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for Detail-Recovery" (2003),
+// section 3.3: the mesh is drawn from many directions all around, and each place adds up the directions
+// that see it. A direction counts in proportion to the cosine at which it sees the face, which is what
+// counting pixels comes to.
+//
+// kernel                    global        local  memory traffic an item
+// kiln_visibility_depths    pixels        64     reads 8 B, writes 4 B
+// kiln_visibility_prepare   samples       64     reads 16 B + 12 B (gathered), writes 24 B
+// kiln_visibility_texels    samples / 64  64     a sample: reads 24 B + 16 B + 4 B a view (gathered),
+//                                                writes 16 B
+// kiln_visibility_aim       samples       64     reads 12 B, writes 12 B
+// kiln_visibility_add       samples       64     reads 29 B, writes 16 B
+// kiln_visibility_corners   triangles     64     8 B a pixel of its box in each view; writes 48 B
+// kiln_visibility_scatter   samples       64     reads 24 B, writes 20 B
+// kiln_visibility_smooth    pixels        64     reads 144 B (mostly shared), writes 16 B
+// kiln_visibility_link      border pixels 64     reads 36 B + 144 B (gathered), writes 16 B
+// kiln_visibility_direct    texels        64     a sample: reads 36 B + field, writes 28 B
+//
+// Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_texels takes one sample an item: for GPUs
+//          KILN_VISIBILITY_SEEN  kiln_visibility_texels and _add also note which directions see a
+//                                sample, 32 of them in each plane of a last argument
+//          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
+//
+// Strengths: a sample costs a projection and a look at one pixel a view. Limits: what is narrower than a
+// pixel of a view may be missed, as in any depth map.
+#include "accel/keys.clh"
+#include "lib/vector3.clh"
+#include "shared/common.h"
+#include "shared/visibility.h"
+
+#ifdef KILN_VISIBILITY_SCALAR
+typedef float vfloat;
+typedef int vint;
+#define VISIBILITY_LANES 1
+#define visibility_any(mask) ((mask) != 0)
+#define visibility_load(p) (*(p))
+#define visibility_store(v, p) (*(p) = (v))
+#define visibility_to_int(v) convert_int(v)
+#define visibility_to_float(v) convert_float(v)
+#else
+#include "lib/vector.clh"
+#define VISIBILITY_LANES KILN_LANES
+#define visibility_any(mask) vector_any(mask)
+#define visibility_load(p) vector_load(0, p)
+#define visibility_store(v, p) vector_store(v, 0, p)
+#if KILN_LANES == 16
+#define visibility_to_int(v) convert_int16(v)
+#define visibility_to_float(v) convert_float16(v)
+#else
+#define visibility_to_int(v) convert_int8(v)
+#define visibility_to_float(v) convert_float8(v)
+#endif
+#endif
+
+/// What the vectors of pixels show.
+static inline vfloat visibility_gather(global const float* depths, vint index) {
+#if VISIBILITY_LANES == 1
+  return depths[index];
+#elif VISIBILITY_LANES == 8
+  return (float8)(depths[index.s0], depths[index.s1], depths[index.s2], depths[index.s3],
+                  depths[index.s4], depths[index.s5], depths[index.s6], depths[index.s7]);
+#else
+  return (float16)(depths[index.s0], depths[index.s1], depths[index.s2], depths[index.s3],
+                   depths[index.s4], depths[index.s5], depths[index.s6], depths[index.s7],
+                   depths[index.s8], depths[index.s9], depths[index.sa], depths[index.sb],
+                   depths[index.sc], depths[index.sd], depths[index.se], depths[index.sf]);
+#endif
+}
+
+/// Depths of a batch of views, row by row.
+kernel void kiln_visibility_depths(const kiln_visibility_params params,
+                                   global const kiln_view* restrict views,
+                                   global const ulong* restrict keys,
+                                   global const uchar* restrict drawn,
+                                   global float* restrict depths) {
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const uint size = params.view_size;
+  const uint pixel = (uint)i % (size * size);
+  const uint first = views[(uint)i / (size * size)].first;
+  const ulong key = keys_at(keys, drawn, keys_index(first, size, pixel % size, pixel / size));
+  depths[i] = key == KILN_RASTER_EMPTY ? KILN_VISIBILITY_FAR : as_float((uint)(key >> 32));
+}
+
+/// Copies samples' places, and the normals of their faces as directions.
+kernel void kiln_visibility_prepare(const kiln_visibility_params params,
+                                    global const uint* restrict triangle,
+                                    global const float* restrict normals,
+                                    global const float* restrict points,
+                                    global float* restrict prepared) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t plane = params.capacity;
+  const size_t out = params.out_capacity;
+  const float3 normal = vload3(triangle[i], normals);
+  prepared[i] = points[i] * params.scale;
+  prepared[i + out] = points[i + plane] * params.scale;
+  prepared[i + 2 * out] = points[i + 2 * plane] * params.scale;
+  prepared[i + 3 * out] = normal.x;
+  prepared[i + 4 * out] = normal.y;
+  prepared[i + 5 * out] = normal.z;
+}
+
+/// Adds the directions of a batch of views that see each sample: the pixel that the sample is in shows
+/// nothing that lies nearer, at the pixel's centre, than the plane of the sample's face does there. So no
+/// face hides itself, however much aslant it is seen.
+/// \param prepared  6 planes: position, unit normal of the face
+/// \param weights   of the views
+/// \param sums      4 planes: sum of directions x y z, sum of weights
+kernel void kiln_visibility_texels(const kiln_visibility_params params,
+                                   global const kiln_view* restrict views,
+                                   global const float* restrict weights,
+                                   global const float* restrict depths,
+                                   global const float* restrict prepared,
+                                   global float* restrict sums
+#ifdef KILN_VISIBILITY_SEEN
+                                   ,
+                                   global int* restrict seen_bits
+#endif
+) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t plane = params.capacity;
+#if VISIBILITY_LANES == 1
+  const size_t base = get_global_id(0);
+  if (base >= params.count) return;
+#else
+  const size_t base = get_global_id(0) * KILN_VISIBILITY_SAMPLES;
+  if (base >= params.count) return;
+#endif
+  // Planes are padded to whole items, so that none needs a check.
+  const int vectors = VISIBILITY_LANES == 1 ? 1 : KILN_VISIBILITY_SAMPLES / VISIBILITY_LANES;
+  const int last = (int)params.view_size - 1;
+  for (uint k = 0; k < params.view_count; ++k) {
+    global const kiln_view* view = views + k;
+    const float weight = weights[k];
+    if (!(weight > 0.0f)) continue;
+    const float rx = view->right[0], ry = view->right[1], rz = view->right[2];
+    const float ux = view->up[0], uy = view->up[1], uz = view->up[2];
+    const float tx = view->toward[0], ty = view->toward[1], tz = view->toward[2];
+    global const float* picture = depths + (size_t)k * params.view_size * params.view_size;
+    for (int j = 0; j < vectors; ++j) {
+      global const float* sample = prepared + base + j * VISIBILITY_LANES;
+      const vfloat nx = visibility_load(sample + 3 * plane);
+      const vfloat ny = visibility_load(sample + 4 * plane);
+      const vfloat nz = visibility_load(sample + 5 * plane);
+      const vfloat cosine = (nx * tx + ny * ty) + nz * tz;
+      const vint facing = cosine > (vfloat)(KILN_VISIBILITY_LEAST_COSINE);
+      if (!visibility_any(facing)) continue;
+      const vfloat px = visibility_load(sample);
+      const vfloat py = visibility_load(sample + plane);
+      const vfloat pz = visibility_load(sample + 2 * plane);
+      const vfloat x = ((px * rx + py * ry) + pz * rz) * view->scale + view->left;
+      const vfloat y = view->top - ((px * ux + py * uy) + pz * uz) * view->scale;
+      const vfloat depth = KILN_RASTER_FAR - ((px * tx + py * ty) + pz * tz);
+      const vint column = clamp(visibility_to_int(x), (vint)(0), (vint)(last));
+      const vint row = clamp(visibility_to_int(y), (vint)(0), (vint)(last));
+      const vfloat beside = (visibility_to_float(column) + 0.5f) - x;
+      const vfloat below = (visibility_to_float(row) + 0.5f) - y;
+      const vfloat slope_x = (nx * rx + ny * ry) + nz * rz;
+      const vfloat slope_y = (nx * ux + ny * uy) + nz * uz;
+      const vfloat shown = visibility_gather(picture, row * (last + 1) + column);
+      const vint seen = facing & (slope_x * beside - slope_y * below <=
+                                  ((shown + params.bias) - depth) * (cosine * view->scale));
+      if (!visibility_any(seen)) continue;
+#ifdef KILN_VISIBILITY_SEEN
+      const uint direction = params.first_direction + k;
+      global int* bits = seen_bits + (direction / 32) * plane + base + j * VISIBILITY_LANES;
+      visibility_store(
+          visibility_load(bits) | (seen ? (vint)(1 << (direction % 32)) : (vint)(0)), bits);
+#endif
+      const vfloat share = seen ? cosine * weight : (vfloat)(0.0f);
+      global float* sum = sums + base + j * VISIBILITY_LANES;
+      visibility_store(visibility_load(sum) + share * tx, sum);
+      visibility_store(visibility_load(sum + plane) + share * ty, sum + plane);
+      visibility_store(visibility_load(sum + 2 * plane) + share * tz, sum + 2 * plane);
+      visibility_store(visibility_load(sum + 3 * plane) + share, sum + 3 * plane);
+    }
+  }
+}
+
+/// Turns samples to a view, for rays; samples whose faces look away get no direction, and so no ray.
+kernel void kiln_visibility_aim(const kiln_visibility_params params,
+                                global const kiln_view* restrict views, const uint view,
+                                global const float* restrict prepared,
+                                global float* restrict rays) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t plane = params.capacity;
+  const float3 normal =
+      (float3)(prepared[i + 3 * plane], prepared[i + 4 * plane], prepared[i + 5 * plane]);
+  const float3 toward = vload3(0, views[view].toward);
+  const bool facing = dot3(normal, toward) > KILN_VISIBILITY_LEAST_COSINE;
+  rays[i + 3 * plane] = facing ? toward.x : 0.0f;
+  rays[i + 4 * plane] = facing ? toward.y : 0.0f;
+  rays[i + 5 * plane] = facing ? toward.z : 0.0f;
+}
+
+/// Adds a view's direction to the samples whose rays to it meet nothing.
+kernel void kiln_visibility_add(const kiln_visibility_params params,
+                                global const kiln_view* restrict views, const uint view,
+                                const float weight, global const float* restrict prepared,
+                                global const uchar* restrict hidden, global float* restrict sums
+#ifdef KILN_VISIBILITY_SEEN
+                                ,
+                                global int* restrict seen_bits
+#endif
+) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t plane = params.capacity;
+  const float3 normal =
+      (float3)(prepared[i + 3 * plane], prepared[i + 4 * plane], prepared[i + 5 * plane]);
+  const float3 toward = vload3(0, views[view].toward);
+  const float cosine = dot3(normal, toward);
+  if (hidden[i] != 0 || !(cosine > KILN_VISIBILITY_LEAST_COSINE)) return;
+#ifdef KILN_VISIBILITY_SEEN
+  const uint direction = params.first_direction + view;
+  seen_bits[(direction / 32) * plane + i] |= 1 << (direction % 32);
+#endif
+  const float share = cosine * weight;
+  sums[i] += share * toward.x;
+  sums[i + plane] += share * toward.y;
+  sums[i + 2 * plane] += share * toward.z;
+  sums[i + 3 * plane] += share;
+}
+
+/// Adds the directions of a batch of views to the corners of each triangle: in each view its visible
+/// pixels, shared out by their barycentric weights.
+/// \param corners  [triangle][corner][sum of directions x y z, sum of weights]
+kernel void kiln_visibility_corners(
+    const kiln_visibility_params params, global const kiln_view* restrict views,
+    global const float* restrict weights, global const ulong* restrict keys,
+    global const uchar* restrict drawn, global const uint* restrict triangles,
+    global const float* restrict positions, global float* restrict corners) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint t = (uint)get_global_id(0);
+  if (t >= params.count) return;
+  const uint3 index = vload3(t, triangles);
+  if (index.x == index.y || index.y == index.z || index.z == index.x) return;
+  const float3 a = vload3(index.x, positions);
+  const float3 b = vload3(index.y, positions);
+  const float3 c = vload3(index.z, positions);
+  float4 sum[3];
+  for (int i = 0; i < 3; ++i) sum[i] = vload4(3 * t + i, corners);
+  for (uint k = 0; k < params.view_count; ++k) {
+    global const kiln_view* view = views + k;
+    const float3 right = vload3(0, view->right);
+    const float3 up = vload3(0, view->up);
+    const float3 toward = vload3(0, view->toward);
+    const float ax = dot3(right, a) * view->scale + view->left;
+    const float bx = dot3(right, b) * view->scale + view->left;
+    const float cx = dot3(right, c) * view->scale + view->left;
+    const float ay = view->top - dot3(up, a) * view->scale;
+    const float by = view->top - dot3(up, b) * view->scale;
+    const float cy = view->top - dot3(up, c) * view->scale;
+    // Rows run downwards: faces turned to the viewer are clockwise here.
+    const float area = (cx - ax) * (by - ay) - (bx - ax) * (cy - ay);
+    if (!(area > 0.0f)) continue;
+    const int size = (int)params.view_size;
+    const int first_x = max(0, (int)min(ax, min(bx, cx)) - 1);
+    const int first_y = max(0, (int)min(ay, min(by, cy)) - 1);
+    const int last_x = min(size - 1, (int)max(ax, max(bx, cx)) + 1);
+    const int last_y = min(size - 1, (int)max(ay, max(by, cy)) + 1);
+    float share_b = 0.0f;
+    float share_c = 0.0f;
+    uint count = 0;
+    for (int y = first_y; y <= last_y; ++y) {
+      for (int x = first_x; x <= last_x; ++x) {
+        const ulong key =
+            keys_at(keys, drawn, keys_index(view->first, (uint)size, (uint)x, (uint)y));
+        if (key == KILN_RASTER_EMPTY || (uint)key != t) continue;
+        const float px = (float)x + 0.5f;
+        const float py = (float)y + 0.5f;
+        ++count;
+        share_b += clamp(((cx - ax) * (py - ay) - (px - ax) * (cy - ay)) / area, 0.0f, 1.0f);
+        share_c += clamp(((px - ax) * (by - ay) - (bx - ax) * (py - ay)) / area, 0.0f, 1.0f);
+      }
+    }
+    if (count == 0) continue;
+    const float total = (float)count;
+    const float share_a = max(0.0f, (total - share_b) - share_c);
+    const float4 direction = (float4)(toward, 1.0f) * weights[k];
+    sum[0] += direction * share_a;
+    sum[1] += direction * share_b;
+    sum[2] += direction * share_c;
+  }
+  for (int i = 0; i < 3; ++i) vstore4(sum[i], 3 * t + i, corners);
+}
+
+/// Puts a band's sums where their texels lie in the field.
+/// \param first  pixels of the field before the band
+kernel void kiln_visibility_scatter(const kiln_visibility_params params, const uint first,
+                                    global const uint* restrict texel_index,
+                                    global const uint* restrict triangle,
+                                    global const float* restrict sums, global float* restrict field,
+                                    global uint* restrict field_triangle) {
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t plane = params.capacity;
+  const size_t pixel = (size_t)first + texel_index[i];
+  vstore4((float4)(sums[i], sums[i + plane], sums[i + 2 * plane], sums[i + 3 * plane]), pixel,
+          field);
+  field_triangle[pixel] = triangle[i];
+}
+
+/// One round of smoothing with weights 4, 2, 1, of sums and weights alike: well-sampled texels weigh more.
+/// \param width  of the field
+kernel void kiln_visibility_smooth(const uint count, const uint width,
+                                   global const uchar* restrict kind,
+                                   global const float* restrict from, global float* restrict to) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= count || kind[i] != KILN_VISIBILITY_INNER) return;
+  const size_t above = i - width;
+  const size_t below = i + width;
+  const float4 near4 =
+      (vload4(above, from) + vload4(below, from)) + (vload4(i - 1, from) + vload4(i + 1, from));
+  const float4 far = (vload4(above - 1, from) + vload4(above + 1, from)) +
+                     (vload4(below - 1, from) + vload4(below + 1, from));
+  vstore4((vload4(i, from) * 4.0f + near4 * 2.0f + far) * 0.0625f, i, to);
+}
+
+/// The same for texels with neighbours across a seam.
+/// \param links  [9 * count] the texel, then its neighbours: left, right, above, below, and the diagonal
+///               ones; KILN_VISIBILITY_NO_LINK where there is none, and the texel itself stands in
+kernel void kiln_visibility_link(const uint count, global const uint* restrict links,
+                                 global const float* restrict from, global float* restrict to) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= count) return;
+  global const uint* link = links + 9 * i;
+  const size_t texel = link[0];
+  float4 sum = vload4(texel, from) * 4.0f;
+  for (int k = 1; k < 9; ++k) {
+    const size_t other = link[k] == KILN_VISIBILITY_NO_LINK ? texel : (size_t)link[k];
+    sum += vload4(other, from) * (k < 5 ? 2.0f : 1.0f);
+  }
+  vstore4(sum * 0.0625f, texel, to);
+}
+
+/// Where a texel's neighbour lies in the links of kiln_visibility_link.
+static inline uint visibility_slot(int dx, int dy) {
+  return dy == 0   ? (dx < 0 ? 1u : 2u)
+         : dx == 0 ? (dy < 0 ? 3u : 4u)
+                   : (dy < 0 ? 5u : 7u) + (dx < 0 ? 0u : 1u);
+}
+
+/// The field at a place of the map: bilinear among texels of one chart, and beyond its border among their
+/// neighbours on the surface.
+/// \param border  of each texel its place among the links, or KILN_VISIBILITY_NO_LINK
+static inline float3 visibility_at(global const float* field, global const uint* field_triangle,
+                                   global const uint* chart, global const uint* border,
+                                   global const uint* links, uint own, float x, float y, int width,
+                                   int height) {
+#pragma OPENCL FP_CONTRACT OFF
+  const int left = (int)floor(x);
+  const int top = (int)floor(y);
+  const float part_x = x - floor(x);
+  const float part_y = y - floor(y);
+  float weight[4];
+  uint texel[4];
+  int nearest = -1;
+  for (int k = 0; k < 4; ++k) {
+    const int column = left + (k & 1);
+    const int row = top + (k >> 1);
+    weight[k] = ((k & 1) != 0 ? part_x : 1.0f - part_x) * ((k >> 1) != 0 ? part_y : 1.0f - part_y);
+    texel[k] = KILN_VISIBILITY_NO_LINK;
+    if (column < 0 || row < 0 || column >= width || row >= height) continue;
+    const uint pixel = (uint)row * (uint)width + (uint)column;
+    const uint triangle = field_triangle[pixel];
+    if (triangle == KILN_NO_TRIANGLE || chart[triangle] != own) continue;
+    texel[k] = pixel;
+    if (nearest < 0 || weight[k] > weight[nearest]) nearest = k;
+  }
+  if (nearest < 0) return (float3)(0.0f);
+  float4 sum = (float4)(0.0f);
+  for (int k = 0; k < 4; ++k) {
+    if (!(weight[k] > 0.0f)) continue;
+    uint other = texel[k];
+    if (other == KILN_VISIBILITY_NO_LINK) {
+      const uint at = border[texel[nearest]];
+      other = at == KILN_VISIBILITY_NO_LINK
+                  ? at
+                  : links[9 * (size_t)at +
+                          visibility_slot((k & 1) - (nearest & 1), (k >> 1) - (nearest >> 1))];
+    }
+    if (other == KILN_VISIBILITY_NO_LINK) continue;
+    sum += vload4(other, field) * weight[k];
+  }
+  return sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
+}
+
+/// Writes a band's samples with new directions: where they are seen from, or, of the hybrid, between that
+/// and their own direction by the standard deviation of the directions that see them: all around where it
+/// is that of an open plane or more, and not at all where only one direction does.
+/// \param field  means of directions, their length being what all have in common: of texels, or [3 *
+///               triangles] of corners; w is 1, or 0 where there is none
+/// \param chart  of each triangle
+/// \param normals  of the light mesh's faces
+kernel void kiln_visibility_direct(
+    const kiln_visibility_band params, global const uint* restrict texel_index,
+    global const uint* restrict texel_first, global const uint* restrict sample_slot,
+    global const uint* restrict triangle, global const float* restrict barycentric,
+    global const float* restrict points, global const float* restrict normals,
+    global const float* restrict field, global const uint* restrict field_triangle,
+    global const uint* restrict chart, global const uint* restrict border,
+    global const uint* restrict links, global float* restrict directed) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t texel = get_global_id(0);
+  if (texel >= params.texel_count) return;
+  const size_t plane = params.capacity;
+  const size_t out = params.out_capacity;
+  const uint index = texel_index[texel];
+  const uint end = texel_first[texel + 1];
+  for (uint i = texel_first[texel]; i < end; ++i) {
+    const uint own = triangle[i];
+    float3 mean;
+    if (params.field_width == 0) {
+      const float v1 = barycentric[i];
+      const float v2 = barycentric[i + plane];
+      const float4 sum = (vload4((size_t)3 * own, field) * ((1.0f - v1) - v2) +
+                          vload4((size_t)3 * own + 1, field) * v1) +
+                         vload4((size_t)3 * own + 2, field) * v2;
+      mean = sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
+    } else {
+      const float step = 1.0f / (float)params.samples;
+      const uint slot = sample_slot[i];
+      const float x =
+          (float)(index % params.width) + ((float)(slot % params.samples) + 0.5f) * step;
+      const float y = (float)(params.first_row + index / params.width) +
+                      ((float)(slot / params.samples) + 0.5f) * step;
+      const float place_x = x * ((float)params.field_width / (float)params.width) - 0.5f;
+      const float place_y = y * ((float)params.field_height / (float)params.height) - 0.5f;
+      mean = visibility_at(field, field_triangle, chart, border, links, chart[own], place_x,
+                           place_y, (int)params.field_width, (int)params.field_height);
+    }
+    const float3 given =
+        (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);
+    float3 direction = given;
+    const float common = sqrt(dot3(mean, mean));
+    if (common > 1e-4f) {
+      direction = mean / common;
+      if (params.hybrid != 0) {
+        const float deviation = sqrt(max(0.0f, 1.0f - common * common));
+        const float open = min(1.0f, deviation / KILN_VISIBILITY_OPEN);
+        direction = direction * (1.0f - open) + given * open;
+      }
+      const float3 normal = vload3(own, normals);
+      const float size = sqrt(dot3(direction, direction));
+      direction = size > 1e-4f ? direction / size : given;
+      const float rise = dot3(direction, normal);
+      if (rise < KILN_VISIBILITY_LEAST_RISE) {
+        direction = direction + normal * (KILN_VISIBILITY_LEAST_RISE - rise);
+        direction = direction / sqrt(dot3(direction, direction));
+      }
+    }
+    directed[i] = points[i];
+    directed[i + out] = points[i + plane];
+    directed[i + 2 * out] = points[i + 2 * plane];
+    directed[i + 3 * out] = direction.x;
+    directed[i + 4 * out] = direction.y;
+    directed[i + 5 * out] = direction.z;
+    directed[i + 6 * out] = points[i + 6 * plane];
+  }
+}

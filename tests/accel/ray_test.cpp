@@ -1,0 +1,442 @@
+// The ray kernels against the brute-force oracle, their variants against each other, and the edges.
+#include "accel/ray.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "kiln/error.h"
+#include "reference/ray.h"
+#include "shared/match.h"
+#include "support/ray_scene.h"
+
+namespace kiln::test {
+namespace {
+
+/// Our result must lie between the oracle's with a little less and a little more than the triangles.
+void expect_agrees(const Scene& scene, const std::vector<Ray>& rays, const RayQuery& query,
+                   const Cast& ours) {
+  // Positions and origins are below 2 in magnitude: a sheared coordinate is off by some 4 ulp of 2,
+  // 5e-7; against edges of 0.02 and more that is a barycentric error below 1e-4. In depth the same
+  // error is divided by the cosine between ray and triangle: slack and tolerance allow 1e-3 there.
+  const double slack = 1e-4;
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const double sign = query.inward ? -1 : 1;
+    const double offset = query.use_reach ? rays[i].reach : query.offset;
+    const Vec3 p = rays[i].origin;
+    const Vec3 n = rays[i].direction;
+    const std::array<double, 3> origin{p.x + offset * n.x, p.y + offset * n.y, p.z + offset * n.z};
+    const std::array<double, 3> direction{sign * n.x, sign * n.y, sign * n.z};
+    reference::RaySearch search{.t_min = query.t_min,
+                                .t_max = query.t_max,
+                                .nearest_outward_first = query.outward_first,
+                                .keep = query.two_sided ? 0
+                                        : query.inward  ? -1
+                                                        : 1,
+                                .slack = 0};
+    search.slack = -slack;
+    search.t_min += 1e-5;
+    search.t_max -= 1e-5;
+    const reference::RayHit strict =
+        reference::cast_ray(scene.positions, scene.triangles, origin, direction, search);
+    search.slack = slack;
+    search.t_min = query.t_min - 1e-5;
+    search.t_max = query.t_max + 1e-5;
+    const reference::RayHit loose =
+        reference::cast_ray(scene.positions, scene.triangles, origin, direction, search);
+    const double t = sign * (static_cast<double>(ours.distance[i]) - offset);
+    if (strict.found) {
+      ASSERT_TRUE(ours.hit(i)) << "ray " << i << " lost a hit at " << strict.t;
+    }
+    if (!ours.hit(i)) continue;
+    ++hits;
+    ASSERT_TRUE(loose.found) << "ray " << i << " hit nothing at " << t;
+    const auto rank = [&](double at) { return query.outward_first && at < 0 ? 1000 - at : at; };
+    if (std::abs(t) > 1e-5) {
+      EXPECT_GE(rank(t), rank(loose.t) - 1e-3) << "ray " << i;
+      if (strict.found) {
+        EXPECT_LE(rank(t), rank(strict.t) + 1e-3) << "ray " << i;
+      }
+    }
+    // The point that the barycentrics name is the point on the ray.
+    const Triangle& triangle = scene.triangles[ours.triangle[i]];
+    const Vec3& a = scene.positions[triangle[0]];
+    const Vec3& b = scene.positions[triangle[1]];
+    const Vec3& c = scene.positions[triangle[2]];
+    const float u = ours.u[i];
+    const float v = ours.v[i];
+    EXPECT_GE(u, 0.0f);
+    EXPECT_GE(v, 0.0f);
+    EXPECT_LE(u + v, 1.0f + 1e-6f);
+    const float d = ours.distance[i];
+    EXPECT_NEAR(a.x + u * (b.x - a.x) + v * (c.x - a.x), p.x + d * n.x, 2e-4f) << "ray " << i;
+    EXPECT_NEAR(a.y + u * (b.y - a.y) + v * (c.y - a.y), p.y + d * n.y, 2e-4f) << "ray " << i;
+    EXPECT_NEAR(a.z + u * (b.z - a.z) + v * (c.z - a.z), p.z + d * n.z, 2e-4f) << "ray " << i;
+  }
+  EXPECT_GT(hits, rays.size() / 50);
+}
+
+TEST(RayKernel, AgreesWithTheOracle) {
+  KILN_REQUIRE_DEVICE();
+  const Scene soup = random_soup(700, 3, 0.15f);
+  const Scene sphere = bumpy_sphere(16, 4, 0.02f);
+  const std::vector<Ray> random = random_rays(1500, 5);
+  const std::vector<Ray> coherent = coherent_rays(1600, 6, 0.05f);
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    for (const RayCase& entry : all_queries()) {
+      SCOPED_TRACE(entry.name);
+      expect_agrees(soup, random, entry.query,
+                    cast(caster_of(soup, traversal), random, entry.query));
+      expect_agrees(sphere, coherent, entry.query,
+                    cast(caster_of(sphere, traversal), coherent, entry.query));
+    }
+  }
+}
+
+TEST(RayKernel, VariantsAgreeToTheBit) {
+  KILN_REQUIRE_DEVICE();
+  std::vector<Scene> scenes;
+  scenes.push_back(random_soup(2000, 7, 0.1f));
+  scenes.push_back(bumpy_sphere(40, 8, 0.01f));
+  scenes.push_back(bumpy_sphere(8, 8, 0.0f));
+  for (const Scene& scene : scenes) {
+    const RayCaster wide = caster_of(scene, Traversal::cpu);
+    const RayCaster scalar = caster_of(scene, Traversal::gpu);
+    EXPECT_NE(wide.traversal(), Traversal::gpu);
+    EXPECT_EQ(scalar.traversal(), Traversal::gpu);
+    for (const auto& rays :
+         {random_rays(5000, 9), coherent_rays(6400, 10, 0), coherent_rays(6400, 11, 0.02f)}) {
+      for (const RayCase& entry : all_queries()) {
+        SCOPED_TRACE(entry.name);
+        const Cast a = cast(wide, rays, entry.query);
+        const Cast b = cast(scalar, rays, entry.query);
+        ASSERT_EQ(a.triangle, b.triangle);
+        EXPECT_TRUE(a == b);
+        const std::vector<std::uint8_t> hit_a = occluded(wide, rays, entry.query);
+        const std::vector<std::uint8_t> hit_b = occluded(scalar, rays, entry.query);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          ASSERT_EQ(hit_a[i] != 0, a.hit(i)) << i;
+          ASSERT_EQ(hit_b[i] != 0, a.hit(i)) << i;
+        }
+      }
+    }
+  }
+}
+
+/// Rays from outside at every vertex, at points of every edge, and at random points: from every side a
+/// closed surface must stop each.
+TEST(RayKernel, ClosedSurfacesDoNotLeak) {
+  KILN_REQUIRE_DEVICE();
+  for (const Scene& scene : {bumpy_sphere(24, 1, 0.0f), bumpy_sphere(24, 2, 0.01f)}) {
+    std::vector<Ray> rays;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> share(0, 1);
+    const auto aim = [&](Vec3 target) {
+      // From inside: the origin is near the centre, so that the surface is all around it.
+      const Vec3 from{0.1f * (share(random) - 0.5f), 0.1f * (share(random) - 0.5f),
+                      0.1f * (share(random) - 0.5f)};
+      rays.push_back({from, unit({target.x - from.x, target.y - from.y, target.z - from.z})});
+      rays.push_back({{0, 0, 0}, unit(target)});
+      // From far outside towards the target, which the ray may reach or meet something before.
+      const Vec3 far{target.x * 5 + from.x, target.y * 5 + from.y, target.z * 5 + from.z};
+      rays.push_back({far, unit({target.x - far.x, target.y - far.y, target.z - far.z})});
+    };
+    for (int repeat = 0; repeat < 8; ++repeat) {
+      for (const Triangle& triangle : scene.triangles) {
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+          const Vec3& a = scene.positions[triangle[corner]];
+          const Vec3& b = scene.positions[triangle[(corner + 1) % 3]];
+          aim(a);
+          const float s = share(random);
+          aim({a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), a.z + s * (b.z - a.z)});
+          aim({0.5f * (a.x + b.x), 0.5f * (a.y + b.y), 0.5f * (a.z + b.z)});
+        }
+      }
+    }
+    const RayQuery query{.t_min = 0, .t_max = 10, .two_sided = true};
+    for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+      const Cast result = cast(caster_of(scene, traversal), rays, query);
+      std::size_t leaks = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) leaks += result.hit(i) ? 0u : 1u;
+      EXPECT_EQ(leaks, 0u) << "of " << rays.size();
+    }
+  }
+}
+
+TEST(RayKernel, TiesGoToTheSmallerTriangle) {
+  KILN_REQUIRE_DEVICE();
+  Scene scene;
+  for (int i = 0; i < 40; ++i) scene.add({-1, -1, 0.25f}, {1, -1, 0.25f}, {0, 1, 0.25f});
+  std::vector<Ray> rays = random_rays(100, 3, 0.1f);
+  for (Ray& ray : rays) {
+    ray.origin.z = 0;
+    ray.direction = {0, 0, 1};
+  }
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    const Cast result = cast(caster_of(scene, traversal), rays, {.t_min = 0, .t_max = 1});
+    for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(result.triangle[i], 0u);
+  }
+}
+
+TEST(RayKernel, FacingStatusAndDistance) {
+  KILN_REQUIRE_DEVICE();
+  const Scene scene = slab();
+  struct Row {
+    const char* name;
+    Vec3 origin, direction;
+    RayQuery query;
+    std::uint32_t triangle;
+    float distance;
+    std::uint8_t status;
+  };
+  const float inf_free = 1.0f;
+  const std::uint32_t none = 0xFFFFFFFFu;
+  const Row rows[] = {
+      {"up to the top", {0, 0, 0}, {0, 0, 1}, {.t_max = inf_free}, 0, 0.25f, KILN_STATUS_OUTWARD},
+      {"down to the bottom", {0, 0, 0}, {0, 0, -1}, {.t_max = 1}, 1, 0.25f, KILN_STATUS_OUTWARD},
+      {"up from below skips the bottom",
+       {0, 0, -0.5f},
+       {0, 0, 1},
+       {.t_max = 1},
+       0,
+       0.75f,
+       KILN_STATUS_OUTWARD},
+      {"unless both sides count",
+       {0, 0, -0.5f},
+       {0, 0, 1},
+       {.t_max = 1, .two_sided = true},
+       1,
+       0.25f,
+       KILN_STATUS_OUTWARD},
+      {"too short", {0, 0, 0}, {0, 0, 1}, {.t_max = 0.2f}, none, 0, KILN_STATUS_MISS},
+      {"starts behind",
+       {0, 0, 0},
+       {0, 0, 1},
+       {.t_min = 0.3f, .t_max = 1},
+       none,
+       0,
+       KILN_STATUS_MISS},
+      {"ends on it", {0, 0, 0}, {0, 0, 1}, {.t_max = 0.25f}, 0, 0.25f, KILN_STATUS_OUTWARD},
+      {"inward part",
+       {0, 0, 0.5f},
+       {0, 0, 1},
+       {.t_min = -0.3f, .t_max = 1, .outward_first = true},
+       0,
+       -0.25f,
+       KILN_STATUS_INWARD},
+      {"outward part wins though farther",
+       {0, 0, 0.15f},
+       {0, 0, 1},
+       {.t_min = -0.5f, .t_max = 1, .outward_first = true, .two_sided = true},
+       0,
+       0.1f,
+       KILN_STATUS_OUTWARD},
+      {"smallest t",
+       {0, 0, 0.2f},
+       {0, 0, 1},
+       {.t_min = -0.5f, .t_max = 1, .two_sided = true},
+       1,
+       -0.45f,
+       KILN_STATUS_INWARD},
+      {"cage",
+       {0, 0, 0.2f},
+       {0, 0, 1},
+       {.t_max = 0.3f, .offset = 0.15f, .inward = true},
+       0,
+       0.05f,
+       KILN_STATUS_CAGE},
+      {"cage skips faces that look away",
+       {0, 0, -0.3f},
+       {0, 0, 1},
+       {.t_max = 0.3f, .offset = 0.1f, .inward = true},
+       none,
+       0,
+       KILN_STATUS_MISS},
+      {"cage, two-sided",
+       {0, 0, -0.3f},
+       {0, 0, 1},
+       {.t_max = 0.3f, .offset = 0.1f, .inward = true, .two_sided = true},
+       1,
+       0.05f,
+       KILN_STATUS_CAGE},
+      {"on the surface",
+       {0, 0, 0.25f},
+       {0, 0, 1},
+       {.t_min = -0.1f, .t_max = 0.1f, .outward_first = true},
+       0,
+       0,
+       KILN_STATUS_OUTWARD},
+  };
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    const RayCaster caster = caster_of(scene, traversal);
+    for (const Row& row : rows) {
+      SCOPED_TRACE(row.name);
+      const Cast result = cast(caster, {{row.origin, row.direction}}, row.query);
+      EXPECT_EQ(result.triangle[0], row.triangle);
+      EXPECT_NEAR(result.distance[0], row.distance, 1e-6f);
+      EXPECT_EQ(result.status[0], row.status);
+    }
+  }
+}
+
+TEST(RayKernel, FacingAgreesWithTheNormalInEveryDirection) {
+  KILN_REQUIRE_DEVICE();
+  const Scene sphere = bumpy_sphere(12, 1, 0.0f);
+  std::mt19937 random(5);
+  std::vector<Ray> rays(3000);
+  for (Ray& ray : rays) ray = {{0, 0, 0}, random_unit(random)};
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    const RayCaster caster = caster_of(sphere, traversal);
+    const Cast out = cast(caster, rays, {.t_min = 0, .t_max = 1});
+    const Cast back = cast(caster, rays, {.t_min = -1, .t_max = -0.01f});
+    const Cast cage = cast(caster, rays, {.t_max = 1, .offset = 1, .inward = true});
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      EXPECT_TRUE(out.hit(i)) << i;
+      EXPECT_FALSE(back.hit(i)) << i;  // that side's faces look the other way
+      EXPECT_TRUE(cage.hit(i)) << i;
+      EXPECT_NEAR(cage.distance[i], out.distance[i], 1e-5f) << i;
+    }
+  }
+}
+
+TEST(RayKernel, CountsAroundTheWorkGroupAndNone) {
+  KILN_REQUIRE_DEVICE();
+  const Scene scene = random_soup(300, 3, 0.2f);
+  const RayQuery query{.t_min = 0, .t_max = 1, .two_sided = true};
+  const std::vector<Ray> rays = random_rays(4200, 8);
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    const RayCaster caster = caster_of(scene, traversal);
+    const Cast all = cast(caster, rays, query);
+    for (std::size_t count : {0u, 1u, 7u, 8u, 9u, 63u, 64u, 65u, 127u, 4095u, 4097u}) {
+      const std::vector<Ray> some(rays.begin(), rays.begin() + static_cast<std::ptrdiff_t>(count));
+      const Cast part = cast(caster, some, query);
+      for (std::size_t i = 0; i < count; ++i) {
+        ASSERT_EQ(part.triangle[i], all.triangle[i]) << count;
+        ASSERT_EQ(part.distance[i], all.distance[i]) << count;
+      }
+    }
+  }
+}
+
+TEST(RayKernel, SamplesThatAreNoRaysMiss) {
+  KILN_REQUIRE_DEVICE();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float infinity = std::numeric_limits<float>::infinity();
+  const Ray good{{0, 0, 0}, {0, 0, 1}};
+  const std::vector<Ray> rays = {
+      good,
+      {{nan, 0, 0}, {0, 0, 1}},
+      {{0, infinity, 0}, {0, 0, 1}},
+      {{0, 0, 0}, {0, 0, 0}},
+      {{0, 0, 0}, {0, nan, 1}},
+      {{0, 0, 0}, {infinity, 0, 0}},
+      {{0, 0, -1e30f}, {0, 0, 1}},
+      good,
+  };
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    const Cast result =
+        cast(caster_of(slab(), traversal), rays, {.t_min = 0, .t_max = 10, .two_sided = true});
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const bool expected = i == 0 || i + 1 == rays.size();
+      EXPECT_EQ(result.hit(i), expected) << i;
+      EXPECT_EQ(result.status[i], expected ? KILN_STATUS_OUTWARD : KILN_STATUS_MISS) << i;
+      if (!expected) {
+        EXPECT_EQ(result.distance[i], 0.0f);
+        EXPECT_EQ(result.u[i], 0.0f);
+        EXPECT_EQ(result.v[i], 0.0f);
+      }
+    }
+  }
+}
+
+TEST(RayKernel, BadTrianglesAreCountedAndNeverHit) {
+  KILN_REQUIRE_DEVICE();
+  Scene scene;
+  scene.add({-1, -1, 0.1f}, {1, -1, 0.1f}, {0, std::nanf(""), 0.1f});
+  scene.add({-1, -1, 0.2f}, {1, -1, 0.2f}, {1, -1, 0.2f});
+  scene.add({-1, -1, 0.3f}, {1, -1, 0.3f}, {0, 1, 0.3f});
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    const RayCaster caster = caster_of(scene, traversal);
+    EXPECT_EQ(caster.stats().triangles, 1u);
+    EXPECT_EQ(caster.stats().skipped, 2u);
+    EXPECT_GT(caster.stats().bytes, 0u);
+    const Cast result = cast(caster, {{{0, 0, 0}, {0, 0, 1}}}, {.t_min = 0, .t_max = 1});
+    EXPECT_EQ(result.triangle[0], 2u);
+  }
+}
+
+TEST(RayKernel, EmptyMeshIsAllMisses) {
+  KILN_REQUIRE_DEVICE();
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    const Cast result =
+        cast(caster_of({}, traversal), random_rays(100, 1), {.t_min = 0, .t_max = 1});
+    for (std::uint8_t status : result.status) EXPECT_EQ(status, KILN_STATUS_MISS);
+  }
+}
+
+TEST(RayKernel, RaysWithinBoxPlanesAndAlongAxes) {
+  KILN_REQUIRE_DEVICE();
+  // A flat grid: all its boxes are flat, and rays run within their planes and across them.
+  Scene grid;
+  for (int y = 0; y < 16; ++y) {
+    for (int x = 0; x < 16; ++x) {
+      const auto at = [](int column, int row) {
+        return Vec3{static_cast<float>(column) / 16 - 0.5f, static_cast<float>(row) / 16 - 0.5f, 0};
+      };
+      grid.add(at(x, y), at(x + 1, y), at(x + 1, y + 1));
+      grid.add(at(x, y), at(x + 1, y + 1), at(x, y + 1));
+    }
+  }
+  std::vector<Ray> across;
+  std::vector<Ray> within;
+  for (int y = 0; y <= 64; ++y) {
+    for (int x = 0; x <= 64; ++x) {
+      const Vec3 p{static_cast<float>(x) / 64 - 0.5f, static_cast<float>(y) / 64 - 0.5f, 0};
+      across.push_back({{p.x, p.y, -0.25f}, {0, 0, 1}});
+      within.push_back({p, {1, 0, 0}});
+      within.push_back({p, {0, -1, 0}});
+    }
+  }
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    const RayCaster caster = caster_of(grid, traversal);
+    const Cast hits = cast(caster, across, {.t_min = 0, .t_max = 1});
+    for (std::size_t i = 0; i < across.size(); ++i) {
+      EXPECT_TRUE(hits.hit(i)) << i;
+      EXPECT_EQ(hits.distance[i], 0.25f) << i;
+    }
+    // A face seen exactly edge on has no area to hit.
+    const Cast none = cast(caster, within, {.t_min = -1, .t_max = 1, .two_sided = true});
+    for (std::size_t i = 0; i < within.size(); ++i) EXPECT_FALSE(none.hit(i)) << i;
+  }
+}
+
+TEST(RayKernel, MoreRaysThanOneLaunch) {
+  KILN_REQUIRE_DEVICE();
+  std::vector<Ray> rays((1u << 20) + 77);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i] = {{0, 0, i % 2 == 0 ? 0.0f : 0.3f}, {0, 0, 1}};
+  }
+  const Cast result = cast(caster_of(slab()), rays, {.t_min = 0, .t_max = 1});
+  for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(result.hit(i), i % 2 == 0) << i;
+}
+
+TEST(RayKernel, QueryOutOfRangeIsAUsageError) {
+  KILN_REQUIRE_DEVICE();
+  const RayCaster caster = caster_of(slab());
+  for (const RayQuery& query : {RayQuery{.t_min = 1, .t_max = 0}, RayQuery{.t_max = std::nanf("")},
+                                RayQuery{.t_max = std::numeric_limits<float>::infinity()}}) {
+    try {
+      cast(caster, {{{0, 0, 0}, {0, 0, 1}}}, query);
+      FAIL() << "accepted";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kiln::test

@@ -1,0 +1,350 @@
+// Sessions: whatever changes, the maps are those of a fresh bake.
+#include "kiln/session.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "accel/bvh.h"
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+Mesh bumpy_plane(std::uint32_t n, bool with_normals) {
+  Mesh mesh = test::plane(n, n);
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
+  for (Vec3& p : mesh.positions) {
+    p.z = static_cast<float>(0.01 * std::sin(9.0 * p.x) * std::cos(7.0 * p.y));
+    if (with_normals) mesh.normals.push_back({p.z * 5, p.x / 4, 1});
+  }
+  if (with_normals) mesh.normal_triangles = mesh.triangles;
+  return mesh;
+}
+
+BakeOptions small(MatchMethod method) {
+  BakeOptions options;
+  options.width = 70;
+  options.height = 45;
+  options.samples = 2;
+  options.gutter = 5;
+  options.method = method;
+  options.visibility.directions = 32;
+  options.visibility.view_size = 64;
+  options.maps = {MapKind::normal, MapKind::mask};
+  options.max_distance.reset();
+  if (method != MatchMethod::uv) options.max_distance = Length::share(0.05);
+  return options;
+}
+
+/// A light plane that leaves a border around its layout, so that there is a gutter.
+Mesh inset_plane() {
+  Mesh low = test::plane(2, 2);
+  for (Vec2& uv : low.uvs) uv = {0.1F + 0.8F * uv.x, 0.1F + 0.8F * uv.y};
+  return low;
+}
+Mesh inset(Mesh dense) {
+  for (Vec2& uv : dense.uvs) uv = {0.1F + 0.8F * uv.x, 0.1F + 0.8F * uv.y};
+  return dense;
+}
+
+bool same(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+/// To the bit. \returns what differs first, or nothing
+std::string difference(BakeSession& session, const Mesh& low, const BakeOptions& options,
+                       RayTraversal traversal = RayTraversal::automatic) {
+  const BakeResult& ours = session.bake();
+  const BakeResult fresh =
+      bake(Source(*test::device(), session.high(), traversal, session.bounds()), low, options);
+  if (ours.coverage != fresh.coverage) return "coverage";
+  if (ours.maps.size() != fresh.maps.size()) return "maps";
+  for (std::size_t m = 0; m < fresh.maps.size(); ++m) {
+    if (!same(ours.maps[m].image.pixels, fresh.maps[m].image.pixels)) {
+      return "map " + std::to_string(m);
+    }
+    if (ours.maps[m].mips.size() != fresh.maps[m].mips.size()) return "levels";
+    for (std::size_t i = 0; i < fresh.maps[m].mips.size(); ++i) {
+      if (!same(ours.maps[m].mips[i].pixels, fresh.maps[m].mips[i].pixels)) return "level";
+    }
+  }
+  if (ours.report.gutter_texels != fresh.report.gutter_texels) return "gutter count";
+  if (fresh.match) {
+    if (ours.match->triangle != fresh.match->triangle) return "triangles";
+    if (!same(ours.match->u, fresh.match->u) || !same(ours.match->v, fresh.match->v)) return "uv";
+    if (!same(ours.match->distance, fresh.match->distance)) return "distances";
+    if (ours.match->source_hash != fresh.match->source_hash) return "hash";
+    if (ours.match->low_hash != fresh.match->low_hash) return "low hash";
+  }
+  return {};
+}
+
+/// Moves vertices [first, first + count) a little.
+void shake(BakeSession& session, std::uint32_t first, std::uint32_t count, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::vector<Vec3> positions(session.high().positions.begin() + first,
+                              session.high().positions.begin() + first + count);
+  for (Vec3& p : positions) p.z += static_cast<float>(random() % 1000) * 1e-5F - 0.005F;
+  session.set_positions(first, positions);
+}
+
+TEST(Session, FirstBakeIsABake) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = inset_plane();
+  for (const MatchMethod method :
+       {MatchMethod::uv, MatchMethod::ray, MatchMethod::closest, MatchMethod::views,
+        MatchMethod::visibility, MatchMethod::hybrid}) {
+    BakeOptions options = small(method);
+    options.keep_match = true;
+    const Mesh dense = inset(bumpy_plane(30, false));
+    BakeSession session(*test::device(), dense, low, options);
+    EXPECT_EQ(difference(session, low, options), "") << static_cast<int>(method);
+    const BakeResult plain = bake(Source(*test::device(), dense), low, options);
+    EXPECT_TRUE(same(plain.maps[0].image.pixels, session.bake().maps[0].image.pixels));
+    EXPECT_EQ(plain.report.samples, session.bake().report.samples);
+    EXPECT_EQ(plain.report.missed, session.bake().report.missed);
+    EXPECT_EQ(plain.report.mean_abs_distance, session.bake().report.mean_abs_distance);
+    EXPECT_EQ(plain.report.warnings.size(), session.bake().report.warnings.size());
+    EXPECT_EQ(session.last_update().texels, 0U);  // nothing had changed
+  }
+}
+
+TEST(Session, RandomUpdatesEqualFreshBakes) {
+  KILN_REQUIRE_DEVICE();
+  EXPECT_TRUE(rc::check("all methods", [] {
+    const auto method =
+        *rc::gen::element(MatchMethod::uv, MatchMethod::uv, MatchMethod::ray, MatchMethod::closest,
+                          MatchMethod::views, MatchMethod::visibility);
+    const bool with_normals = *rc::gen::arbitrary<bool>();
+    BakeOptions options = small(method);
+    options.samples = *rc::gen::inRange(1U, 4U);
+    options.keep_match = *rc::gen::arbitrary<bool>();
+    options.mips = *rc::gen::inRange(0, 4) == 0;
+    options.gutter = *rc::gen::element(0, 3, -1);
+    options.miss = *rc::gen::element(MissPolicy::keep, MissPolicy::fill, MissPolicy::mark);
+    options.space = *rc::gen::element(NormalMapSpace::tangent, NormalMapSpace::object);
+    options.two_component = options.space == NormalMapSpace::tangent && *rc::gen::arbitrary<bool>();
+    if (method == MatchMethod::views) options.views.size = 64;
+    const Mesh low = inset_plane();
+    Mesh dense = inset(bumpy_plane(24, with_normals));
+    if (*rc::gen::arbitrary<bool>()) {  // a hole, so that samples are missed
+      dense.triangles.resize(900);
+      dense.uv_triangles.resize(900);
+      if (with_normals) dense.normal_triangles.resize(900);
+    }
+    BakeSession session(*test::device(), dense, low, options);
+    const int steps = *rc::gen::inRange(1, 5);
+    for (int step = 0; step < steps; ++step) {
+      const int edits = *rc::gen::inRange(1, 3);
+      for (int edit = 0; edit < edits; ++edit) {
+        const std::uint32_t first = *rc::gen::inRange(0U, 625U);
+        const std::uint32_t count = *rc::gen::inRange(0U, 626U - first);
+        if (with_normals && *rc::gen::arbitrary<bool>()) {
+          std::vector<Vec3> normals(count);
+          for (Vec3& n : normals) {
+            n = {static_cast<float>(*rc::gen::inRange(-5, 6)), 1, 7};
+          }
+          session.set_normals(first, normals);
+        } else {
+          shake(session, first, count, *rc::gen::arbitrary<std::uint32_t>());
+        }
+      }
+      RC_ASSERT(difference(session, low, options) == "");
+    }
+  }));
+}
+
+TEST(Session, TouchesOnlyWhatChanged) {
+  KILN_REQUIRE_DEVICE();
+  BakeOptions options = small(MatchMethod::uv);
+  options.width = options.height = 128;
+  options.samples = 1;
+  const Mesh low = inset_plane();
+  BakeSession session(*test::device(), inset(bumpy_plane(64, false)), low, options);
+  session.bake();
+  EXPECT_TRUE(session.last_update().matched);
+  const std::uint64_t all = session.last_update().texels;
+  // A vertex of the middle: its 6 triangles, their 7 vertices' normals, all triangles around these.
+  shake(session, 65 * 32 + 32, 1, 1);
+  EXPECT_EQ(difference(session, low, options), "");
+  EXPECT_FALSE(session.last_update().matched);
+  EXPECT_EQ(session.last_update().triangles, 24U);
+  EXPECT_GT(session.last_update().texels, 20U);
+  EXPECT_LT(session.last_update().texels, 80U);
+  // The same positions again: nothing.
+  session.set_positions(7, std::span(session.high().positions).subspan(7, 50));
+  session.bake();
+  EXPECT_EQ(session.last_update().texels, 0U);
+  shake(session, 0, 65 * 65, 2);
+  EXPECT_EQ(difference(session, low, options), "");
+  EXPECT_EQ(session.last_update().texels, all);
+}
+
+TEST(Session, TheGutterFollowsTheTexelsThatItCopies) {
+  KILN_REQUIRE_DEVICE();
+  const BakeOptions options = small(MatchMethod::uv);
+  const Mesh low = inset_plane();
+  BakeSession session(*test::device(), inset(bumpy_plane(24, false)), low, options);
+  const std::vector<float> before = session.bake().maps[0].image.pixels;
+  shake(session, 0, 20, 4);  // of the lower border
+  EXPECT_EQ(difference(session, low, options), "");
+  EXPECT_FALSE(session.last_update().matched);
+  EXPECT_LT(session.last_update().texels, 70U * 45 / 4);
+  const BakeResult& after = session.bake();
+  std::uint64_t changed = 0;
+  for (std::size_t i = 0; i < after.coverage.size(); ++i) {
+    if (after.coverage[i] != 3) continue;
+    changed += after.maps[0].image.pixels[3 * i] != before[3 * i] ? 1 : 0;
+  }
+  EXPECT_GT(changed, 100U);
+}
+
+TEST(Session, VerticesThatMeetOrPartAreWeldedAnew) {
+  KILN_REQUIRE_DEVICE();
+  const BakeOptions options = small(MatchMethod::uv);
+  const Mesh low = inset_plane();
+  Mesh dense = inset(bumpy_plane(20, false));
+  // Two triangles get vertices of their own where they were.
+  for (const std::size_t t : {100, 301}) {
+    for (std::uint32_t& corner : dense.triangles[t]) {
+      dense.positions.push_back(dense.positions[corner]);
+      corner = static_cast<std::uint32_t>(dense.positions.size() - 1);
+    }
+  }
+  BakeSession session(*test::device(), dense, low, options);
+  session.bake();
+  const auto last = static_cast<std::uint32_t>(dense.positions.size() - 1);
+  shake(session, last - 5, 6, 3);
+  EXPECT_EQ(difference(session, low, options), "");
+  session.set_positions(last - 5, std::span(dense.positions).subspan(last - 5, 6));
+  EXPECT_EQ(difference(session, low, options), "");
+  // A triangle that folds up has no normal, and one side of it then no area.
+  const Triangle& t = dense.triangles[222];
+  const std::vector<Vec3> corner = {dense.positions[t[0]]};
+  session.set_positions(t[1], corner);
+  EXPECT_EQ(difference(session, low, options), "");
+}
+
+TEST(Session, TrianglesThatLoseTheirAreaLeaveTheHierarchy) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = test::plane(1, 1);
+  for (const RayTraversal traversal : {RayTraversal::cpu, RayTraversal::gpu}) {
+    const BakeOptions options = small(MatchMethod::ray);
+    SessionOptions how;
+    how.traversal = traversal;
+    const Mesh dense = bumpy_plane(20, false);
+    BakeSession session(*test::device(), dense, low, options, how);
+    session.bake();
+    const Triangle& t = dense.triangles[222];
+    const std::vector<Vec3> corner = {dense.positions[t[0]]};
+    session.set_positions(t[1], corner);
+    EXPECT_EQ(difference(session, low, options, traversal), "");
+    const std::vector<Vec3> before = {dense.positions[t[1]]};
+    session.set_positions(t[1], before);
+    EXPECT_EQ(difference(session, low, options, traversal), "");
+  }
+}
+
+TEST(Session, RefittedBoxesAreAsTightAsFreshOnes) {
+  const Mesh soup = test::random_soup(3000, 5);
+  Mesh moved = soup;
+  std::mt19937 random(1);
+  for (Vec3& p : moved.positions) p.x += static_cast<float>(random() % 1000) * 1e-3F;
+  Bvh bvh = build_bvh(soup.positions, soup.triangles);
+  refit_bvh(bvh, moved.positions, moved.triangles);
+  // Every box is exactly that of what it holds, widened.
+  const auto box_of = [&](const auto& self, std::uint32_t child, float* lo, float* hi) -> void {
+    if ((child & KILN_BVH_LEAF) == 0) {
+      const kiln_bvh_node& node = bvh.nodes()[child];
+      for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
+        if (node.planes[0][0][c] <= node.planes[0][1][c]) self(self, node.child[c], lo, hi);
+      }
+      return;
+    }
+    const kiln_bvh_block& block = bvh.blocks()[child & ~KILN_BVH_LEAF];
+    for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
+      if (block.triangle[lane] == KILN_NO_TRIANGLE) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3& p = moved.positions[moved.triangles[block.triangle[lane]][k]];
+        const float xyz[3] = {p.x, p.y, p.z};
+        for (std::size_t a = 0; a < 3; ++a) {
+          lo[a] = std::min(lo[a], xyz[a]);
+          hi[a] = std::max(hi[a], xyz[a]);
+          ASSERT_EQ(block.corner[k][a][lane], xyz[a]);
+        }
+      }
+    }
+  };
+  for (const kiln_bvh_node& node : bvh.nodes()) {
+    for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
+      if (node.planes[0][0][c] > node.planes[0][1][c]) continue;
+      float lo[3] = {1e9F, 1e9F, 1e9F};
+      float hi[3] = {-1e9F, -1e9F, -1e9F};
+      box_of(box_of, node.child[c], lo, hi);
+      for (std::size_t a = 0; a < 3; ++a) {
+        ASSERT_EQ(node.planes[a][0][c], lo[a] - KILN_BVH_EPSILON);
+        ASSERT_EQ(node.planes[a][1][c], hi[a] + KILN_BVH_EPSILON);
+      }
+    }
+  }
+}
+
+TEST(Session, WithinBoundsEqualsABakeWithoutThem) {
+  KILN_REQUIRE_DEVICE();
+  // The border stays where it is, and so do the mesh's own bounds.
+  const BakeOptions options = small(MatchMethod::ray);
+  const Mesh low = test::plane(1, 1);
+  Mesh dense = bumpy_plane(20, false);
+  dense.positions[210].z = 0.02F;
+  dense.positions[231].z = -0.02F;
+  BakeSession session(*test::device(), dense, low, options);
+  session.bake();
+  shake(session, 232, 30, 9);
+  const BakeResult fresh = bake(Source(*test::device(), session.high()), low, options);
+  EXPECT_TRUE(same(fresh.maps[0].image.pixels, session.bake().maps[0].image.pixels));
+}
+
+TEST(Session, RefusesWhatItCannotDo) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = inset_plane();
+  const BakeOptions options = small(MatchMethod::uv);
+  const Mesh dense = inset(bumpy_plane(8, true));
+  BakeSession session(*test::device(), dense, low, options);
+  const std::vector<Vec3> far = {{50, 0, 0}};
+  const std::vector<Vec3> none = {{std::nanf(""), 0, 0}};
+  const std::vector<Vec3> zero = {{0, 0, 0}};
+  EXPECT_THROW(session.set_positions(0, far), Error);
+  EXPECT_THROW(session.set_positions(0, none), Error);
+  EXPECT_THROW(session.set_positions(81, zero), Error);
+  EXPECT_THROW(session.set_normals(0, zero), Error);
+  EXPECT_THROW(session.set_normals(81, std::vector<Vec3>{{0, 0, 1}}), Error);
+  EXPECT_EQ(difference(session, low, options), "");
+  BakeSession plain(*test::device(), inset(bumpy_plane(8, false)), low, options);
+  EXPECT_THROW(plain.set_normals(0, std::vector<Vec3>{{0, 0, 1}}), Error);
+  Mesh broken = dense;
+  broken.positions[3].x = std::nanf("");
+  EXPECT_THROW(BakeSession(*test::device(), broken, low, options), Error);
+  SessionOptions flat;
+  flat.bounds = Bounds{};
+  EXPECT_THROW(BakeSession(*test::device(), dense, low, options, flat), Error);
+  BakeOptions parted = small(MatchMethod::visibility);
+  parted.visibility.clusters = 2;
+  EXPECT_THROW(BakeSession(*test::device(), dense, low, parted), Error);
+  BakeOptions blended = options;
+  blended.fallback = Fallback::ray;
+  blended.fallback_blend = 4;
+  EXPECT_THROW(BakeSession(*test::device(), dense, low, blended), Error);
+  BakeOptions watched = options;
+  watched.progress = [](double, std::string_view) { return true; };
+  EXPECT_THROW(BakeSession(*test::device(), dense, low, watched), Error);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,53 @@
+# Fails where an #include of host/ climbs: a room includes from rooms on lower floors and from itself.
+#
+# Run as: cmake -DROOT=<folder that has host/> -P layers.cmake
+cmake_policy(VERSION 3.25)
+
+# Floors from the ground up; rooms of one floor do not see each other.
+set(floors
+  "base cl"
+  "mesh"
+  "texel"
+  "accel image"
+  "source render lowpoly io"
+  "match detail volume"
+  "bake"
+  "measure")
+set(level 0)
+foreach(floor IN LISTS floors)
+  separate_arguments(rooms UNIX_COMMAND "${floor}")
+  foreach(room IN LISTS rooms)
+    set(level_${room} ${level})
+  endforeach()
+  math(EXPR level "${level} + 1")
+endforeach()
+
+set(found "")
+file(GLOB_RECURSE files RELATIVE ${ROOT}/host ${ROOT}/host/*.h ${ROOT}/host/*.cpp)
+foreach(file IN LISTS files)
+  string(REGEX MATCH "^[^/]+" room "${file}")
+  if(NOT DEFINED level_${room})
+    string(APPEND found "host/${file} stands in no room of tests/lint/layers.cmake\n")
+    continue()
+  endif()
+  file(STRINGS ${ROOT}/host/${file} lines)
+  set(number 0)
+  foreach(line IN LISTS lines)
+    math(EXPR number "${number} + 1")
+    if(NOT line MATCHES "^[ \t]*#[ \t]*include[ \t]+\"([^\"]+)\"")
+      continue()
+    endif()
+    set(included "${CMAKE_MATCH_1}")
+    string(REGEX MATCH "^[^/]+" target "${included}")
+    # The public API, and the structs that host and kernels share, are open to all.
+    if(target STREQUAL room OR target STREQUAL "kiln" OR target STREQUAL "shared")
+      continue()
+    endif()
+    if(NOT DEFINED level_${target} OR NOT level_${target} LESS level_${room})
+      string(APPEND found "host/${file}:${number} includes \"${included}\"\n")
+    endif()
+  endforeach()
+endforeach()
+if(found)
+  message(FATAL_ERROR "Includes of host/ go down the floors only (host/README.md), but:\n${found}")
+endif()

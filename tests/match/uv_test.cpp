@@ -1,0 +1,472 @@
+// Matching by UVs: against brute force in double precision, against rays, and the two conditions.
+#include "match/uv.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "kiln/kiln.h"
+#include "match/uv_points.h"
+#include "mesh/frame.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/vector.h"
+#include "reference/texel.h"
+#include "source/dense_mesh.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+#include "texel/texels.h"
+
+namespace kiln {
+namespace {
+
+/// A plane of n x n cells, bent out of z = 0, its layout left as it was.
+Mesh bent_plane(std::uint32_t n, double amplitude) {
+  Mesh mesh = test::plane(n, n);
+  for (Vec3& p : mesh.positions) {
+    p.z = static_cast<float>(amplitude * std::sin(9.0 * p.x) * std::cos(7.0 * p.y));
+  }
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
+  return mesh;
+}
+
+/// Triangles anywhere around the unit square, each with its own corners and normals.
+Mesh random_layout(std::uint32_t count, std::uint32_t seed, double size, bool far) {
+  Mesh mesh;
+  mesh.name = "layout";
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+  };
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const double reach = far ? 4 : 1.2;
+    const double u = uniform(far ? -3 : -0.2, reach);
+    const double v = uniform(far ? -3 : -0.2, reach);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      mesh.positions.push_back({static_cast<float>(uniform(-1, 1)),
+                                static_cast<float>(uniform(-1, 1)),
+                                static_cast<float>(uniform(-1, 1))});
+      mesh.uvs.push_back({static_cast<float>(u + uniform(-size, size)),
+                          static_cast<float>(v + uniform(-size, size))});
+    }
+    mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+  }
+  mesh.uv_triangles = mesh.triangles;
+  return mesh;
+}
+
+BakeOptions by_uv(std::uint32_t size) {
+  BakeOptions options;
+  options.width = options.height = size;
+  options.method = MatchMethod::uv;
+  options.keep_match = true;
+  options.gutter = 0;
+  options.space = NormalMapSpace::object;
+  options.raw = true;
+  return options;
+}
+
+BakeOptions trusting(BakeOptions options) {
+  options.uv.max_overlap = options.uv.max_distance = std::numeric_limits<double>::infinity();
+  return options;
+}
+
+bool has_warning(const BakeReport& report, const std::string& code) {
+  for (const Warning& warning : report.warnings) {
+    if (warning.code == code) return true;
+  }
+  return false;
+}
+
+std::vector<test::ReferenceTriangle> layout_of(const Mesh& mesh) {
+  std::vector<test::ReferenceTriangle> result;
+  for (const Triangle& triangle : mesh.uv_triangles) {
+    test::ReferenceTriangle uvs;
+    for (std::size_t k = 0; k < 3; ++k) uvs[k] = {mesh.uvs[triangle[k]].x, mesh.uvs[triangle[k]].y};
+    result.push_back(uvs);
+  }
+  return result;
+}
+
+/// Every sample of a bake against brute force: who covers it, where in the triangle, how far it lies.
+void expect_as_reference(const Mesh& dense, const Mesh& low, const BakeOptions& options) {
+  const BakeResult baked = bake(Source(*test::device(), dense), low, options);
+  const auto width = static_cast<int>(options.width);
+  const auto height = static_cast<int>(options.height);
+  const auto samples = static_cast<int>(options.samples);
+  const std::vector<test::ReferenceSample> ours =
+      test::reference_samples(layout_of(dense), width, height, samples);
+  const std::vector<test::ReferenceSample> lows =
+      test::reference_samples(layout_of(low), width, height, samples);
+  const Match& match = *baked.match;
+  ASSERT_EQ(match.triangle.size(), ours.size());
+  std::uint64_t covered = 0, overlapping = 0, found = 0;
+  double sum = 0;
+  std::vector<double> distances;
+  const auto at = [](const Mesh& mesh, std::int64_t t, double u, double v) {
+    const Triangle& corners = mesh.triangles[static_cast<std::size_t>(t)];
+    return Vec3d(mesh.positions[corners[0]]) * (1 - u - v) + Vec3d(mesh.positions[corners[1]]) * u +
+           Vec3d(mesh.positions[corners[2]]) * v;
+  };
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    covered += ours[i].covering > 0 ? 1 : 0;
+    overlapping += ours[i].covering > 1 ? 1 : 0;
+    if (lows[i].triangle < 0) {
+      ASSERT_EQ(match.status[i], KILN_STATUS_NONE) << i;
+      continue;
+    }
+    if (ours[i].triangle < 0) {
+      ASSERT_EQ(match.status[i], KILN_STATUS_MISS) << i;
+      ASSERT_EQ(match.triangle[i], KILN_NO_TRIANGLE) << i;
+      continue;
+    }
+    ++found;
+    ASSERT_EQ(match.status[i], KILN_STATUS_UV) << i;
+    ASSERT_EQ(match.triangle[i], ours[i].triangle) << i;
+    // Three roundings of 2^-24 each; the second weight is also held to 1 - u.
+    ASSERT_NEAR(match.u[i], ours[i].u, 4e-7) << i;
+    ASSERT_NEAR(match.v[i], ours[i].v, 4e-7) << i;
+    const Vec3d point = at(dense, ours[i].triangle, ours[i].u, ours[i].v);
+    const double distance = length(point - at(low, lows[i].triangle, lows[i].u, lows[i].v));
+    // The light mesh's point is rounded in the working frame: a few units in the last place of 1.
+    ASSERT_NEAR(std::abs(match.distance[i]), distance, 1e-5) << i;
+    sum += distance;
+    distances.push_back(distance);
+  }
+  EXPECT_EQ(baked.report.by_uv, found);
+  ASSERT_TRUE(baked.report.uv);
+  EXPECT_EQ(baked.report.uv->covered, covered);
+  EXPECT_EQ(baked.report.uv->overlapping, overlapping);
+  EXPECT_EQ(baked.report.uv->overlap.has_value(), overlapping != 0);
+  if (found == 0) return;
+  EXPECT_NEAR(baked.report.uv->mean_distance, sum / static_cast<double>(found), 1e-5);
+  std::sort(distances.begin(), distances.end());
+  const double exact = distances[distances.size() - distances.size() / 20 - 1];
+  EXPECT_GE(baked.report.uv->p95_distance, exact - 1e-5);
+  EXPECT_LE(baked.report.uv->p95_distance, exact * (1 + 1.0 / 256) + 1e-5);
+}
+
+TEST(Uv, MatchesBruteForceOnAGrid) {
+  KILN_REQUIRE_DEVICE();
+  expect_as_reference(bent_plane(37, 0.02), test::plane(3, 3), by_uv(64));
+  expect_as_reference(bent_plane(150, 0.02), test::plane(1, 1), by_uv(61));
+}
+
+TEST(Uv, MatchesBruteForceWithSamplesAndOddSizes) {
+  KILN_REQUIRE_DEVICE();
+  BakeOptions options = by_uv(1);
+  expect_as_reference(bent_plane(9, 0.02), test::plane(1, 1), options);
+  options.width = 65;
+  options.height = 3;
+  options.samples = 3;
+  expect_as_reference(bent_plane(9, 0.02), test::plane(2, 1), options);
+  options.width = 129;
+  options.height = 70;
+  options.samples = 2;
+  expect_as_reference(bent_plane(2, 0.02), test::plane(1, 1), options);  // tiles of large triangles
+}
+
+TEST(Uv, MatchesBruteForceOnAnyLayout) {
+  KILN_REQUIRE_DEVICE();
+  for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+    for (const double size : {0.02, 0.3}) {
+      expect_as_reference(random_layout(60, seed, size, false),
+                          random_layout(20, seed + 9, 0.4, false), trusting(by_uv(48)));
+    }
+  }
+}
+
+/// What a raster finds for all samples of a low mesh: triangles, weights, statuses, and the report.
+struct Raster {
+  std::vector<std::uint32_t> triangle;
+  std::vector<float> weights;
+  UvReport report;
+};
+
+Raster rasterise(const Mesh& dense, const Mesh& low, std::uint32_t size, std::uint32_t samples,
+                 std::uint32_t band_samples, UvPath path) {
+  const Source source(*test::device(), dense);
+  cl::Context& context = test::device()->context();
+  const LowSurface surface = LowSurface::of(low, source.impl().frame);
+  TexelSampler sampler(context, surface, {size, size, samples, band_samples});
+  UvRaster raster(source.impl(), size, size, samples, path);
+  Raster result;
+  for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
+    const TexelBand band = sampler.sample(b);
+    Correspondence match(context, band.capacity);
+    match.count = band.sample_count;
+    raster.match(band, match, true);
+    const std::vector<std::uint32_t> triangle = match.triangle.download(context);
+    const std::vector<float> weights = match.barycentric.download(context);
+    result.triangle.insert(result.triangle.end(), triangle.begin(),
+                           triangle.begin() + band.sample_count);
+    for (const std::size_t plane : {std::size_t{0}, std::size_t{match.capacity}}) {
+      const auto first = weights.begin() + static_cast<std::ptrdiff_t>(plane);
+      result.weights.insert(result.weights.end(), first, first + band.sample_count);
+    }
+  }
+  UvOptions all;
+  all.max_overlap = all.max_distance = std::numeric_limits<double>::infinity();
+  BakeReport report;
+  raster.report(all, report);
+  result.report = *report.uv;
+  return result;
+}
+
+TEST(Uv, BothPathsGiveTheSameBytes) {
+  KILN_REQUIRE_DEVICE();
+  if (choose_traversal(test::device()->context(), Traversal::automatic) != Traversal::cpu) {
+    GTEST_SKIP() << "not a device for runs of rows";
+  }
+  EXPECT_TRUE(rc::check("random layouts", [] {
+    const auto seed = *rc::gen::arbitrary<std::uint32_t>();
+    // From slivers of a sample to triangles that 32 bits do not hold.
+    const double size = *rc::gen::element(0.004, 0.02, 0.1, 1.5);
+    const bool far = *rc::gen::inRange(0, 4) == 0;
+    const auto map_size = *rc::gen::inRange(1U, 300U);
+    const auto samples = *rc::gen::inRange(1U, 4U);
+    const auto band = *rc::gen::element(2048U, 1U << 20);
+    const Mesh dense = random_layout(*rc::gen::inRange(1U, 400U), seed, size, far);
+    const Mesh low = random_layout(12, seed + 1, 0.6, false);
+    const Raster a = rasterise(dense, low, map_size, samples, band, UvPath::atomics);
+    const Raster b = rasterise(dense, low, map_size, samples, band, UvPath::runs);
+    RC_ASSERT(a.triangle == b.triangle);
+    RC_ASSERT(a.weights == b.weights);
+    RC_ASSERT(a.report.covered == b.report.covered);
+    RC_ASSERT(a.report.overlapping == b.report.overlapping);
+    RC_ASSERT(a.report.overlap.has_value() == b.report.overlap.has_value());
+    if (!a.report.overlap) return;
+    RC_ASSERT(a.report.overlap->lower == b.report.overlap->lower);
+    RC_ASSERT(a.report.overlap->upper == b.report.overlap->upper);
+    RC_ASSERT(a.report.overlap->column == b.report.overlap->column);
+    RC_ASSERT(a.report.overlap->row == b.report.overlap->row);
+  }));
+}
+
+TEST(Uv, ReadsTheNormalOfThePointWithTheSameUv) {
+  KILN_REQUIRE_DEVICE();
+  Mesh dense = bent_plane(60, 0.03);
+  std::mt19937 random(5);
+  for (std::size_t i = 0; i < dense.positions.size(); ++i) {
+    Vec3d n(random() % 1000 / 1000.0 - 0.5, random() % 1000 / 1000.0 - 0.5, 1);
+    dense.normals.push_back(to_float(n * (1 / length(n))));
+  }
+  dense.normal_triangles = dense.triangles;
+  const BakeResult baked = bake(Source(*test::device(), dense), test::plane(2, 2), by_uv(50));
+  const auto reference = test::reference_samples(layout_of(dense), 50, 50, 1);
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    const Triangle& t = dense.normal_triangles[static_cast<std::size_t>(reference[i].triangle)];
+    const double u = reference[i].u;
+    const double v = reference[i].v;
+    Vec3d n = Vec3d(dense.normals[t[0]]) * (1 - u - v) + Vec3d(dense.normals[t[1]]) * u +
+              Vec3d(dense.normals[t[2]]) * v;
+    n = n * (1 / length(n));
+    const float* pixel = &baked.maps[0].image.pixels[i * 3];
+    ASSERT_NEAR(pixel[0], n.x, 2e-6);
+    ASSERT_NEAR(pixel[1], n.y, 2e-6);
+    ASSERT_NEAR(pixel[2], n.z, 2e-6);
+  }
+}
+
+TEST(Uv, AgreesWithRaysOverAPlane) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), bent_plane(80, 0.02));
+  BakeOptions options = by_uv(96);
+  const BakeResult uv = bake(source, test::plane(1, 1), options);
+  options.method = MatchMethod::ray;
+  options.max_distance = Length::absolute(0.1);
+  const BakeResult rays = bake(source, test::plane(1, 1), options);
+  EXPECT_EQ(uv.report.missed, 0U);
+  EXPECT_EQ(rays.report.missed, 0U);
+  // The normals turn by up to 20 degrees over the width of a cell; points agree to rounding.
+  for (std::size_t i = 0; i < uv.maps[0].image.pixels.size(); ++i) {
+    ASSERT_NEAR(uv.maps[0].image.pixels[i], rays.maps[0].image.pixels[i], 1e-5);
+  }
+  for (std::size_t i = 0; i < uv.match->distance.size(); ++i) {
+    ASSERT_NEAR(uv.match->distance[i], rays.match->distance[i], 1e-6);  // the sign, too
+  }
+}
+
+TEST(Uv, SamplesBeyondTheDenseLayoutAreMissesAndFallBack) {
+  KILN_REQUIRE_DEVICE();
+  Mesh dense = bent_plane(40, 0.01);
+  dense.triangles.resize(dense.triangles.size() / 2);
+  dense.uv_triangles.resize(dense.triangles.size());
+  const Source source(*test::device(), dense);
+  BakeOptions options = by_uv(64);
+  const BakeResult alone = bake(source, test::plane(1, 1), options);
+  EXPECT_GT(alone.report.missed, 1000U);
+  EXPECT_EQ(alone.report.missed + alone.report.by_uv, alone.report.samples);
+  EXPECT_TRUE(has_warning(alone.report, "many-misses"));
+  options.fallback = Fallback::closest;
+  options.max_distance = Length::absolute(2);
+  const BakeResult helped = bake(source, test::plane(1, 1), options);
+  EXPECT_EQ(helped.report.by_uv, alone.report.by_uv);
+  EXPECT_EQ(helped.report.closest, alone.report.missed);
+  EXPECT_TRUE(helped.report.uv);
+}
+
+TEST(Uv, WarnsOfOverlapAndRefusesMuch) {
+  KILN_REQUIRE_DEVICE();
+  Mesh dense = bent_plane(20, 0.01);
+  const BakeResult clean = bake(Source(*test::device(), dense), test::plane(1, 1), by_uv(128));
+  EXPECT_EQ(clean.report.uv->overlapping, 0U);
+  EXPECT_FALSE(has_warning(clean.report, "uv-source-overlap"));
+  EXPECT_FALSE(has_warning(clean.report, "uv-disagreement"));
+
+  // One cell's first triangle is drawn once more at the end: 1/800 of the square is covered twice.
+  dense.triangles.push_back(dense.triangles[130]);
+  dense.uv_triangles.push_back(dense.uv_triangles[130]);
+  const Source source(*test::device(), dense);
+  BakeOptions options = by_uv(128);
+  const BakeResult little = bake(source, test::plane(1, 1), options);
+  EXPECT_TRUE(has_warning(little.report, "uv-source-overlap"));
+  EXPECT_NEAR(static_cast<double>(little.report.uv->overlapping) / (128 * 128), 1.0 / 800, 5e-4);
+  EXPECT_EQ(little.report.uv->overlap->lower, 130U);
+  EXPECT_EQ(little.report.uv->overlap->upper, 800U);
+  EXPECT_EQ(little.match->triangle, clean.match->triangle);  // the lowest wins
+
+  options.uv.max_overlap = 1e-4;
+  try {
+    bake(source, test::plane(1, 1), options);
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    EXPECT_NE(std::string(error.what()).find("triangles 130 and 800"), std::string::npos);
+  }
+  EXPECT_NO_THROW(bake(source, test::plane(1, 1), trusting(options)));
+}
+
+TEST(Uv, WarnsOfDisagreementAndRefusesMuch) {
+  KILN_REQUIRE_DEVICE();
+  const auto shifted = [](float by) {
+    Mesh dense = bent_plane(20, 0.001);
+    for (Vec2& uv : dense.uvs) uv.x += by;
+    return Source(*test::device(), dense);
+  };
+  const Mesh low = test::plane(1, 1);
+  BakeOptions options = by_uv(64);
+  // A shift of s in UV is s in space, of a diagonal of sqrt(2).
+  const BakeResult some = bake(shifted(0.04F), low, options);
+  EXPECT_TRUE(has_warning(some.report, "uv-disagreement"));
+  EXPECT_NEAR(some.report.uv->mean_distance, 0.04, 1e-3);
+  EXPECT_NEAR(some.report.uv->p95_distance, 0.04, 1e-3);
+  EXPECT_FALSE(has_warning(bake(shifted(0.01F), low, options).report, "uv-disagreement"));
+  const Source much = shifted(0.1F);
+  EXPECT_THROW(bake(much, low, options), Error);
+  EXPECT_NO_THROW(bake(much, low, trusting(options)));
+  options.uv.max_distance = -1;
+  EXPECT_THROW(bake(much, low, options), Error);
+}
+
+TEST(Uv, OutsideAndWithoutAreaAreCounted) {
+  KILN_REQUIRE_DEVICE();
+  Mesh dense = bent_plane(10, 0.01);
+  dense.uvs.push_back({std::nanf(""), 0});
+  dense.uv_triangles[7][1] = static_cast<std::uint32_t>(dense.uvs.size() - 1);
+  dense.uv_triangles[8] = {0, 0, 1};
+  const BakeResult baked = bake(Source(*test::device(), dense), test::plane(1, 1), by_uv(40));
+  EXPECT_EQ(baked.report.uv->without_area, 2U);
+  EXPECT_TRUE(has_warning(baked.report, "uv-source-degenerate"));
+  EXPECT_EQ(baked.report.missed, 16U);  // two halves of a 4 x 4 cell
+
+  // Far triangles are clipped; what lies in the square is as it was.
+  const Mesh far = random_layout(200, 3, 5, true);
+  const BakeResult clipped =
+      bake(Source(*test::device(), far), test::plane(1, 1), trusting(by_uv(40)));
+  EXPECT_TRUE(has_warning(clipped.report, "uv-source-outside"));
+  EXPECT_GT(clipped.report.uv->outside, 100U);
+  std::uint64_t checked = 0;
+  for (std::size_t y = 0; y < 40; ++y) {
+    for (std::size_t x = 0; x < 40; ++x) {
+      const std::uint32_t t = clipped.match->triangle[y * 40 + x];
+      if (t == KILN_NO_TRIANGLE) continue;
+      const float u = clipped.match->u[y * 40 + x];
+      const float v = clipped.match->v[y * 40 + x];
+      const Triangle& c = far.uv_triangles[t];
+      // UVs up to 9 apart, clipped in double precision, mixed in single.
+      ASSERT_NEAR(far.uvs[c[0]].x * (1 - u - v) + far.uvs[c[1]].x * u + far.uvs[c[2]].x * v,
+                  (x + 0.5) / 40, 1e-4);
+      ASSERT_NEAR(far.uvs[c[0]].y * (1 - u - v) + far.uvs[c[1]].y * u + far.uvs[c[2]].y * v,
+                  1 - (y + 0.5) / 40, 1e-4);
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 400U);
+}
+
+TEST(Uv, RefusesAMeshWithoutUvs) {
+  KILN_REQUIRE_DEVICE();
+  Mesh dense = bent_plane(4, 0.01);
+  dense.uvs.clear();
+  dense.uv_triangles.clear();
+  try {
+    bake(Source(*test::device(), dense), test::plane(1, 1), by_uv(16));
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+  }
+  dense = bent_plane(4, 0.01);
+  dense.uv_triangles[3][1] = 9999;
+  EXPECT_THROW(bake(Source(*test::device(), dense), test::plane(1, 1), by_uv(16)), Error);
+}
+
+TEST(UvPoints, AreThoseOfTheLowestTriangleThatCoversTheUv) {
+  KILN_REQUIRE_DEVICE();
+  // Also triangles and UVs beside the unit square.
+  Mesh mesh = random_layout(400, 7, 0.3, true);
+  mesh.uvs[mesh.uv_triangles[3][1]].x = std::numeric_limits<float>::quiet_NaN();
+  mesh.uvs[mesh.uv_triangles[4][1]] = mesh.uvs[mesh.uv_triangles[4][0]];
+  mesh.positions[mesh.triangles[5][2]].y = std::numeric_limits<float>::infinity();
+  const Source source(*test::device(), mesh);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> uniform(-0.5F, 1.5F);
+  std::vector<Vec2> uvs(3000);
+  for (Vec2& uv : uvs) uv = {uniform(random), uniform(random)};
+  uvs[0].x = std::numeric_limits<float>::quiet_NaN();
+  const UvPoints found = find_uv_points(source.impl(), uvs);
+  std::size_t covered = 0, beside = 0;
+  for (std::size_t i = 0; i < uvs.size(); ++i) {
+    std::uint32_t expected = KILN_NO_TRIANGLE;
+    bool near_edge = false;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const auto corner = [&](std::size_t k) { return mesh.uvs[mesh.uv_triangles[t][k]]; };
+      const auto finite = [&](std::uint32_t p) { return is_finite(mesh.positions[p]); };
+      if (!std::all_of(mesh.triangles[t].begin(), mesh.triangles[t].end(), finite)) continue;
+      // Signed areas of the three triangles that the UV makes with the edges.
+      std::array<double, 3> area{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2 a = corner((k + 1) % 3), b = corner((k + 2) % 3), p = uvs[i];
+        area[k] =
+            (double{a.x} - p.x) * (double{b.y} - p.y) - (double{b.x} - p.x) * (double{a.y} - p.y);
+      }
+      const double whole = area[0] + area[1] + area[2];
+      if (!(whole != 0)) continue;
+      const double least = std::min({area[0] / whole, area[1] / whole, area[2] / whole});
+      near_edge = near_edge || std::abs(least) < 1e-6;
+      if (!(least >= 0)) continue;
+      expected = t;
+      if (found.triangle[i] == t) {
+        EXPECT_NEAR(found.barycentric[i], area[1] / whole, 1e-5);
+        EXPECT_NEAR(found.barycentric[i + uvs.size()], area[2] / whole, 1e-5);
+      }
+      break;
+    }
+    if (near_edge) continue;
+    EXPECT_EQ(found.triangle[i], expected) << i;
+    if (expected == KILN_NO_TRIANGLE) continue;
+    ++covered;
+    beside += uvs[i].x < 0 || uvs[i].x > 1 ? 1 : 0;
+  }
+  EXPECT_GT(covered, 500U);
+  EXPECT_LT(covered, 2999U);
+  EXPECT_GT(beside, 10U);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mesh/frame.h"
+#include "mesh/normals.h"
+#include "mesh/vector.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+TEST(Frame, HoldsTheMeshInAUnitBoxAtAnyScaleAndPlace) {
+  for (const double scale : {1e-30, 1e-3, 1.0, 7.0, 1e30}) {
+    for (const double offset : {0.0, 1e6}) {
+      Mesh mesh = test::icosphere(2);
+      for (Vec3& p : mesh.positions) {
+        p = {static_cast<float>(p.x * scale), static_cast<float>(p.y * scale),
+             static_cast<float>(p.z * scale)};
+      }
+      mesh.origin = {offset * scale, -offset * scale, 3 * offset * scale};
+      const Frame frame = Frame::of(mesh);
+      EXPECT_NEAR(frame.diagonal / scale, 2 * std::sqrt(3.0), 1e-5);
+      EXPECT_GT(frame.diagonal * frame.scale, 0.5 - 1e-12);
+      EXPECT_LE(frame.diagonal * frame.scale, 1.0);
+      int exponent = 0;
+      EXPECT_EQ(std::frexp(frame.scale, &exponent), 0.5) << "not a power of two";
+      for (const Vec3& p : frame.to_frame(mesh)) {
+        const double radius = length(Vec3d(p)) / (scale * frame.scale);
+        EXPECT_NEAR(radius, 1, 1e-5);
+      }
+    }
+  }
+}
+
+TEST(Frame, LeavesOutWhatIsNotFinite) {
+  Mesh mesh = test::tetrahedron();
+  const Frame expected = Frame::of(mesh);
+  mesh.positions.push_back({NAN, 0, 0});
+  mesh.positions.push_back({0, INFINITY, 0});
+  mesh.positions.push_back({1e9F, 0, 0});  // no triangle uses this one
+  mesh.triangles.push_back({0, 1, 4});
+  mesh.triangles.push_back({0, 1, 5});
+  const Frame frame = Frame::of(mesh);
+  EXPECT_EQ(frame.center, expected.center);
+  EXPECT_EQ(frame.scale, expected.scale);
+}
+
+TEST(Frame, RefusesAMeshWithoutExtent) {
+  Mesh mesh = test::tetrahedron();
+  for (Vec3& p : mesh.positions) p = {1, 2, 3};
+  EXPECT_THROW(Frame::of(mesh), Error);
+  for (Vec3& p : mesh.positions) p = {NAN, NAN, NAN};
+  EXPECT_THROW(Frame::of(mesh), Error);
+}
+
+TEST(VertexNormals, PointOutOfASphereAndDoNotDependOnTheTriangulation) {
+  const Mesh sphere = test::icosphere(4);
+  const std::vector<Vec3> normals = vertex_normals(sphere.positions, sphere.triangles);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    EXPECT_GT(dot(Vec3d(normals[i]), Vec3d(sphere.positions[i])), 1 - 1e-5);
+    EXPECT_NEAR(length(Vec3d(normals[i])), 1, 1e-6);
+  }
+  // At a cube's corner, whichever way its squares are split, angle weights give the space diagonal.
+  const Mesh cube = test::cube(2);
+  const std::vector<Vec3> corners = vertex_normals(cube.positions, cube.triangles);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    EXPECT_NEAR(dot(Vec3d(corners[i]), Vec3d(cube.positions[i])), std::sqrt(3.0), 1e-6);
+  }
+}
+
+TEST(VertexNormals, IgnoreDegenerateAndNonFiniteTriangles) {
+  Mesh mesh = test::icosphere(1);
+  const std::vector<Vec3> expected = vertex_normals(mesh.positions, mesh.triangles);
+  mesh.positions.push_back({NAN, 0, 0});
+  const auto bad = static_cast<std::uint32_t>(mesh.positions.size() - 1);
+  mesh.triangles.push_back({0, 0, 1});
+  mesh.triangles.push_back({0, 1, bad});
+  const std::vector<Vec3> normals = vertex_normals(mesh.positions, mesh.triangles);
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(normals[i], expected[i]);
+  EXPECT_EQ(normals[bad], (Vec3{0, 0, 1}));
+}
+
+TEST(CornerNormals, ReplaceZeroOnesAndKeepTheRest) {
+  Mesh cube = test::cube();
+  CornerNormals kept = corner_normals(cube, cube.positions);
+  for (std::size_t i = 0; i < cube.triangles.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(kept.normals[kept.triangles[i][k]], cube.normals[cube.normal_triangles[i][k]]);
+    }
+  }
+  cube.normals[cube.normal_triangles[0][0]] = {0, 0, 0};
+  const CornerNormals mended = corner_normals(cube, cube.positions);
+  const Vec3 normal = mended.normals[mended.triangles[0][0]];
+  EXPECT_NEAR(length(Vec3d(normal)), 1, 1e-6);
+}
+
+TEST(ContinuousDirections, AreEqualWhereVerticesAreSplitAndAverageHardEdges) {
+  // The cube with every triangle on vertices of its own, as an STL has it.
+  const Mesh cube = test::cube(2);
+  Mesh split;
+  for (std::size_t i = 0; i < cube.triangles.size(); ++i) {
+    Triangle corners{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners[k] = static_cast<std::uint32_t>(split.positions.size());
+      split.positions.push_back(cube.positions[cube.triangles[i][k]]);
+    }
+    split.triangles.push_back(corners);
+  }
+  split.normals = cube.normals;
+  split.normal_triangles = cube.normal_triangles;
+  const std::vector<Vec3> directions = continuous_directions(
+      split.positions, split.triangles, corner_normals(split, split.positions));
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    EXPECT_NEAR(dot(Vec3d(directions[i]), Vec3d(split.positions[i])), std::sqrt(3.0), 1e-5);
+    for (std::size_t j = 0; j < i; ++j) {
+      if (split.positions[i] == split.positions[j]) {
+        EXPECT_EQ(directions[i], directions[j]);
+      }
+    }
+  }
+}
+
+TEST(WeldPositions, TreatsNegativeZeroAsZero) {
+  const std::vector<Vec3> positions = {{0, 1, 2}, {5, 5, 5}, {-0.0F, 1, 2}, {0, 1, 2.0000002F}};
+  EXPECT_EQ(weld_positions(positions), (std::vector<std::uint32_t>{0, 1, 0, 3}));
+}
+
+}  // namespace
+}  // namespace kiln

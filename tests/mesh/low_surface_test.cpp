@@ -1,0 +1,170 @@
+#include "mesh/low_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "mesh/vector.h"
+#include "support/environment.h"
+
+namespace kiln {
+namespace {
+
+/// A cube of side 2 with hard normals and a chart a side (all charts alike); 8 vertices.
+Mesh cube() {
+  Mesh mesh;
+  mesh.name = "cube";
+  for (unsigned i = 0; i < 8; ++i) {
+    mesh.positions.push_back({i & 1U ? 1.0F : -1.0F, i & 2U ? 1.0F : -1.0F, i & 4U ? 1.0F : -1.0F});
+  }
+  mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  const std::array<std::array<std::uint32_t, 4>, 6> sides{
+      {{1, 3, 7, 5}, {2, 0, 4, 6}, {3, 2, 6, 7}, {0, 1, 5, 4}, {4, 5, 7, 6}, {2, 3, 1, 0}}};
+  mesh.normals = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  for (std::uint32_t s = 0; s < 6; ++s) {
+    const auto& q = sides[s];
+    mesh.triangles.push_back({q[0], q[1], q[2]});
+    mesh.triangles.push_back({q[0], q[2], q[3]});
+    mesh.uv_triangles.push_back({0, 1, 2});
+    mesh.uv_triangles.push_back({0, 2, 3});
+    mesh.normal_triangles.push_back({s, s, s});
+    mesh.normal_triangles.push_back({s, s, s});
+  }
+  return mesh;
+}
+
+template <typename Body>
+std::string message_of(const Body& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return {};
+}
+
+TEST(LowSurface, KeepsHardNormalsAndJoinsDirections) {
+  const Mesh mesh = cube();
+  const Frame frame = Frame::of(mesh);
+  const LowSurface surface = LowSurface::of(mesh, frame);
+  ASSERT_EQ(surface.triangles.size(), 12U);
+  EXPECT_FALSE(surface.has_cage_mesh);
+  for (std::size_t t = 0; t < 12; ++t) {
+    EXPECT_EQ(surface.usable[t], 1);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const LowSurface::Corner& corner = surface.triangles[t][k];
+      EXPECT_EQ(corner.position, frame.to_frame(mesh, mesh.triangles[t][k]));
+      EXPECT_EQ(corner.normal, mesh.normals[t / 2]);
+      EXPECT_EQ(corner.uv, mesh.uvs[mesh.uv_triangles[t][k]]);
+      const Vec3d outward = Vec3d(corner.position) * (1 / length(Vec3d(corner.position)));
+      EXPECT_NEAR(dot(Vec3d(corner.direction), outward), 1, 1e-6) << "the diagonal, by symmetry";
+      // u runs from the side's first corner to its second.
+      const Vec3d along = Vec3d(surface.triangles[t / 2 * 2][1].position) -
+                          Vec3d(surface.triangles[t / 2 * 2][0].position);
+      EXPECT_NEAR(dot(Vec3d(corner.tangent), along) / length(along), 1, 1e-6);
+      EXPECT_EQ(corner.sign, 1);
+    }
+  }
+}
+
+TEST(LowSurface, ACageGivesOffsets) {
+  const Mesh mesh = cube();
+  Mesh cage = mesh;
+  for (Vec3& p : cage.positions) p = {p.x * 1.5F, p.y * 1.25F, p.z};
+  const Frame frame = Frame::of(mesh);
+  const LowSurface surface = LowSurface::of(mesh, frame, &cage);
+  EXPECT_TRUE(surface.has_cage_mesh);
+  for (std::size_t t = 0; t < 12; ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& p = mesh.positions[mesh.triangles[t][k]];
+      const auto scale = static_cast<float>(frame.scale);
+      const Vec3 expected{p.x * 0.5F * scale, p.y * 0.25F * scale, 0};
+      EXPECT_EQ(surface.triangles[t][k].direction, expected);
+    }
+  }
+}
+
+TEST(LowSurface, ACageOfAnotherTopologyIsRefused) {
+  const Mesh mesh = cube();
+  const Frame frame = Frame::of(mesh);
+  Mesh fewer = mesh;
+  fewer.name = "fewer";
+  fewer.triangles.pop_back();
+  const std::string count = message_of([&] { LowSurface::of(mesh, frame, &fewer); });
+  EXPECT_NE(count.find("'fewer'"), std::string::npos);
+  EXPECT_NE(count.find("11"), std::string::npos);
+
+  Mesh reordered = mesh;
+  std::swap(reordered.triangles[3], reordered.triangles[8]);
+  const std::string order = message_of([&] { LowSurface::of(mesh, frame, &reordered); });
+  EXPECT_NE(order.find("does not match"), std::string::npos) << order;
+
+  Mesh torn = mesh;  // a vertex split in two that stay together is fine, apart is not
+  torn.positions.push_back(torn.positions[torn.triangles[0][0]]);
+  torn.triangles[0][0] = 8;
+  EXPECT_NO_THROW(LowSurface::of(mesh, frame, &torn));
+  torn.positions.back().x += 1;
+  message_of([&] { LowSurface::of(mesh, frame, &torn); });
+}
+
+TEST(LowSurface, SaysWhatIsMissing) {
+  const Mesh mesh = cube();
+  const Frame frame = Frame::of(mesh);
+  Mesh bare = mesh;
+  bare.uvs.clear();
+  bare.uv_triangles.clear();
+  const std::string no_uvs = message_of([&] { LowSurface::of(bare, frame); });
+  EXPECT_NE(no_uvs.find("'cube'"), std::string::npos);
+  EXPECT_NE(no_uvs.find("--unwrap"), std::string::npos);
+
+  Mesh flat = mesh;
+  for (Vec2& uv : flat.uvs) uv = {0, 0};
+  EXPECT_NE(message_of([&] { LowSurface::of(flat, frame); }).find("degenerate"), std::string::npos);
+
+  Mesh broken = mesh;
+  broken.uv_triangles[4][2] = 99;
+  const std::string index = message_of([&] { LowSurface::of(broken, frame); });
+  EXPECT_NE(index.find("Triangle 4"), std::string::npos) << index;
+
+  Mesh nowhere = mesh;
+  for (Vec3& p : nowhere.positions) p.x = std::numeric_limits<float>::quiet_NaN();
+  message_of([&] { LowSurface::of(nowhere, frame); });
+}
+
+TEST(LowSurface, MarksUnusableTriangles) {
+  Mesh mesh = cube();
+  mesh.positions.push_back({std::numeric_limits<float>::infinity(), 0, 0});
+  mesh.triangles[2][1] = 8;
+  mesh.triangles[5] = {3, 3, 6};
+  mesh.triangles[7] = {0, 0, 0};
+  const LowSurface surface = LowSurface::of(mesh, Frame::of(mesh));
+  for (std::size_t t = 0; t < 12; ++t) {
+    EXPECT_EQ(surface.usable[t], t == 2 || t == 5 || t == 7 ? 0 : 1) << t;
+    for (const LowSurface::Corner& corner : surface.triangles[t]) {
+      EXPECT_TRUE(is_finite(corner.tangent));
+      EXPECT_TRUE(is_finite(corner.normal));
+    }
+  }
+}
+
+TEST(LowSurface, TheBunnyIsWhole) {
+  KILN_REQUIRE_DATA("bunny_low.obj");
+  const Mesh mesh = load_mesh(*test::shared_data("bunny_low.obj"));
+  const LowSurface surface = LowSurface::of(mesh, Frame::of(mesh));
+  ASSERT_EQ(surface.triangles.size(), 2083U);
+  for (const auto& triangle : surface.triangles) {
+    for (const LowSurface::Corner& corner : triangle) {
+      EXPECT_NEAR(length(Vec3d(corner.normal)), 1, 1e-6);
+      EXPECT_NEAR(length(Vec3d(corner.tangent)), 1, 1e-6);
+      EXPECT_NEAR(dot(Vec3d(corner.normal), Vec3d(corner.tangent)), 0, 1e-6);
+      EXPECT_NEAR(length(Vec3d(corner.direction)), 1, 1e-6);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kiln

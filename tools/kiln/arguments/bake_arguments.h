@@ -1,0 +1,99 @@
+// The bake command's options, as written and as the library takes them.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "arguments/dense_input.h"
+#include "kiln/kiln.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+
+struct BakeArguments {
+  std::string high, low, out;
+  std::string size = "2048";
+  std::vector<std::string> maps = {"normal"};
+  std::string match = "ray";
+  std::string max_distance;
+  std::string views;
+  std::vector<std::string> view;
+  std::uint32_t view_size = 0;
+  std::string view_criterion = "angle";
+  bool no_view_refine = false;
+  std::string visibility_at = "texel";
+  std::string visibility_test = "auto";
+  std::uint32_t directions = 512;
+  std::uint32_t visibility_size = 256;
+  std::uint32_t visibility_smooth = 4;
+  std::uint32_t visibility_clusters = 1;
+  double visibility_deviation = 0.8;
+  std::string view_weight = "all";
+  std::string fallback = "low";
+  std::uint32_t fallback_blend = 0;
+  std::string cage, cage_mesh;
+  bool two_sided = false;
+  bool force_uv = false;
+  bool match_given = false;
+  HeightArguments heights;
+  std::string traversal = "auto";
+  std::string space = "tangent";
+  bool flip_y = false;
+  bool two_component = false;
+  std::string miss = "keep";
+  std::string format = "png16";
+  bool raw = false;
+  bool dither = false;
+  std::uint32_t samples = 1;
+  std::string gutter = "16";
+  bool mips = false;
+  std::uint32_t faces = 0;
+  std::string max_error;
+  bool unwrap = false;
+  std::string save_match, load_match;
+  double max_missed_percent = 100;
+  bool force = false;
+  std::string device, json;
+  bool quiet = false;
+};
+
+void add_bake_options(CLI::App& command, BakeArguments& arguments);
+
+/// What one option's own check cannot see: contradictions between several. \throws Error(usage)
+void check(const BakeArguments& arguments);
+
+BakeOptions bake_options(const BakeArguments& arguments);
+SaveImageOptions image_options(const BakeArguments& arguments);
+RayTraversal traversal(const BakeArguments& arguments);
+
+/// Values as they are written on the command line.
+std::string map_name(MapKind kind);
+std::string match_name(MatchMethod method);
+MatchMethod match_method(const std::string& name);
+std::vector<std::string> match_names();
+std::string fallback_name(Fallback fallback);
+std::string criterion_name(ViewCriterion criterion);
+
+/// Whether directions of visibility are asked for.
+bool by_visibility(const BakeArguments& arguments);
+
+/// Whether the light mesh is a plane of Kiln's, under a height field.
+bool onto_plane(const BakeArguments& arguments);
+
+bool is_exr(const SaveImageOptions& options);
+std::string extension(const SaveImageOptions& options);
+
+/// Where a map and the levels of its mip-map go: with PNG a file a level, FOLDER/NAME.png,
+/// FOLDER/NAME.mip01.png and so on; with EXR one file for all.
+/// \param mips  how many levels below the first there are
+std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
+                                             const std::string& name, std::size_t mips,
+                                             const SaveImageOptions& options);
+
+/// Every option in force, for the report.
+Json describe(const BakeArguments& arguments, const BakeReport& report);
+
+}  // namespace kiln::cli

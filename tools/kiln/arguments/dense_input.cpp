@@ -1,0 +1,88 @@
+#include "arguments/dense_input.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <tuple>
+
+#include "arguments/parse.h"
+
+namespace kiln::cli {
+namespace {
+
+/// How far a height field may lie from the mesh under it, as a share of its diagonal: by its heights.
+double relief(const Mesh& field) {
+  const Bounds box = Bounds::of(field);
+  double squared = 0;
+  for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.high[k] - box.low[k], 2);
+  const double reach =
+      std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
+  return squared > 0 ? reach / std::sqrt(squared) : 0;
+}
+
+}  // namespace
+
+void add_height_options(CLI::App& command, HeightArguments& arguments, const std::string& group) {
+  command
+      .add_option("--height", arguments.height,
+                  "World units of a value of 1 (PNG: white), along +Z")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--extent", arguments.extent,
+                  "X or X,Y: world units that the outermost pixels span (default: the longer side "
+                  "is 1; Y by the image's sides)")
+      ->group(group);
+}
+
+bool is_height_field(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".png" || ending == ".exr";
+}
+
+HeightFieldOptions height_field_options(const HeightArguments& arguments) {
+  HeightFieldOptions options;
+  options.height = arguments.height;
+  if (!arguments.extent.empty()) {
+    std::tie(options.width, options.depth) = parse_extent(arguments.extent);
+  }
+  return options;
+}
+
+DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
+                      std::vector<Warning>& warnings) {
+  if (!is_height_field(path)) {
+    if (arguments.given()) {
+      throw Error(
+          ErrorCode::usage,
+          "--height and --extent are for a height field, a PNG or EXR; '" + path + "' is a mesh.");
+    }
+    return {load_mesh(path, &warnings), {}};
+  }
+  DenseInput dense;
+  dense.heights = load_image(path);
+  if (dense.heights->channels > 1) {
+    warnings.push_back({"height-channels",
+                        "The height field '" + path + "' has " +
+                            std::to_string(dense.heights->channels) +
+                            " channels: the first was taken for heights.",
+                        1});
+  }
+  dense.mesh = height_field_mesh(*dense.heights, height_field_options(arguments));
+  dense.mesh.name = std::filesystem::path(path).stem().string();
+  return dense;
+}
+
+UvOptions uv_options(const DenseInput& dense, UvOptions options) {
+  if (dense.heights) {
+    const double apart = relief(dense.mesh);
+    options.warn_distance += apart;
+    options.max_distance += apart;
+  }
+  return options;
+}
+
+}  // namespace kiln::cli

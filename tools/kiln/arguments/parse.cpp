@@ -1,0 +1,200 @@
+#include "arguments/parse.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <locale>
+#include <sstream>
+#include <string_view>
+
+namespace kiln::cli {
+namespace {
+
+[[noreturn]] void bad(const std::string& flag, const std::string& text, const char* expected) {
+  throw Error(ErrorCode::usage, flag + " '" + text + "': expected " + expected + ".");
+}
+
+template <typename T>
+bool parse_whole(std::string_view text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
+  constexpr const char* kExpected = "one side or WxH, each 1 to 16384, such as 2048 or 2048x1024";
+  const std::size_t cross = text.find_first_of("xX");
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  if (cross == std::string::npos) {
+    if (!parse_whole(text, width)) bad("--size", text, kExpected);
+    height = width;
+  } else if (!parse_whole(std::string_view(text).substr(0, cross), width) ||
+             !parse_whole(std::string_view(text).substr(cross + 1), height)) {
+    bad("--size", text, kExpected);
+  }
+  if (width < 1 || width > 16384 || height < 1 || height > 16384) bad("--size", text, kExpected);
+  return {width, height};
+}
+
+Length parse_length(const char* flag, const std::string& text) {
+  constexpr const char* kExpected =
+      "a length such as 0.05, or a share of the dense mesh's diagonal such as 2%";
+  std::string_view number = text;
+  const bool relative = !number.empty() && number.back() == '%';
+  if (relative) number.remove_suffix(1);
+  double value = 0;
+  if (!parse_whole(number, value) || !std::isfinite(value) || value < 0) bad(flag, text, kExpected);
+  return relative ? Length::share(value / 100) : Length::absolute(value);
+}
+
+std::pair<double, double> parse_extent(const std::string& text) {
+  constexpr const char* kExpected = "X or X,Y in world units, above 0, such as 100 or 100,50";
+  const std::size_t comma = text.find(',');
+  const std::string_view all = text;
+  const auto number = [&](std::string_view part) {
+    double value = 0;
+    if (!parse_whole(part, value) || !std::isfinite(value) || value <= 0) {
+      bad("--extent", text, kExpected);
+    }
+    return value;
+  };
+  if (comma == std::string::npos) return {number(all), 0};
+  return {number(all.substr(0, comma)), number(all.substr(comma + 1))};
+}
+
+Length parse_reach(const std::string& text) {
+  const Length length = parse_length("--max-distance", text);
+  if (length.value == 0) {
+    throw Error(ErrorCode::usage,
+                "--max-distance is 0: a match that reaches nowhere finds nothing.");
+  }
+  return length;
+}
+
+double parse_error_bound(const std::string& text) {
+  std::string_view number = text;
+  if (!number.empty() && number.back() == '%') number.remove_suffix(1);
+  double value = 0;
+  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50)) {
+    bad("--max-error", text, "a percentage of the diagonal, above 0 and up to 50, such as 0.2%");
+  }
+  return value / 100;
+}
+
+double parse_degrees(const char* flag, const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180) {
+    throw Error(ErrorCode::usage,
+                std::string(flag) + " is '" + text +
+                    "': with --match auto give degrees above 0, up to 180, such as 1.5.");
+  }
+  return value;
+}
+
+std::int32_t parse_gutter(const std::string& text) {
+  if (text == "inf" || text == "infinite") return -1;
+  std::int32_t value = 0;
+  if (!parse_whole(text, value) || value < 0 || value > 4096) {
+    bad("--gutter", text, "0 to 4096 texels, or inf");
+  }
+  return value;
+}
+
+std::pair<double, double> parse_view(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  double azimuth = 0;
+  double elevation = 0;
+  if (comma == std::string::npos ||
+      !parse_whole(std::string_view(text).substr(0, comma), azimuth) ||
+      !parse_whole(std::string_view(text).substr(comma + 1), elevation) ||
+      !std::isfinite(azimuth) || !(elevation >= -90 && elevation <= 90)) {
+    bad("--view", text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
+  }
+  return {azimuth, elevation};
+}
+
+Vec3 parse_direction(const std::string& text) {
+  std::array<float, 3> values{};
+  std::string_view rest = text;
+  bool good = true;
+  for (std::size_t i = 0; i < 3 && good; ++i) {
+    const std::size_t comma = i < 2 ? rest.find(',') : rest.size();
+    good = comma != std::string_view::npos && parse_whole(rest.substr(0, comma), values[i]) &&
+           std::isfinite(values[i]);
+    if (good && i < 2) rest.remove_prefix(comma + 1);
+  }
+  if (!good || (values[0] == 0 && values[1] == 0 && values[2] == 0)) {
+    bad("--view", text, "a direction from the mesh to the viewer, X,Y,Z, such as 0,0.5,1");
+  }
+  return {values[0], values[1], values[2]};
+}
+
+std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) {
+    throw Error(ErrorCode::input, "--view-weight '" + path +
+                                      "' is neither all, horizon nor up, nor a file that can be "
+                                      "read.");
+  }
+  std::vector<VisibilityOptions::Likelihood> result;
+  std::string line;
+  for (std::size_t number = 1; std::getline(file, line); ++number) {
+    line.erase(std::min(line.find('#'), line.size()));
+    std::istringstream words(line);
+    words.imbue(std::locale::classic());
+    VisibilityOptions::Likelihood entry;
+    std::string rest;
+    if (!(words >> rest)) continue;
+    words.clear();
+    words.seekg(0);
+    const bool read = static_cast<bool>(words >> entry.direction.x >> entry.direction.y >>
+                                        entry.direction.z >> entry.weight);
+    const bool whole = read && !(words >> rest);
+    const Vec3& d = entry.direction;
+    if (!whole || entry.weight < 0 || (d.x == 0 && d.y == 0 && d.z == 0)) {
+      throw Error(ErrorCode::input, "'" + path + "', line " + std::to_string(number) +
+                                        ": expected \"X Y Z WEIGHT\", a direction to the viewer "
+                                        "that is not 0 and a weight of 0 or more.");
+    }
+    result.push_back(entry);
+  }
+  if (result.empty()) {
+    throw Error(ErrorCode::input, "'" + path + "' has no line \"X Y Z WEIGHT\".");
+  }
+  return result;
+}
+
+std::uint32_t parse_views(const std::string& text) {
+  std::uint32_t value = 0;
+  if (!parse_whole(text, value) || value > 512) {
+    bad("--views", text, "1 to 512, or auto, or 0 where --view gives all of them");
+  }
+  return value;
+}
+
+CLI::Validator number_from_0() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double value = 0;
+        const bool good = parse_whole(text, value) && std::isfinite(value) && value >= 0;
+        return good ? std::string() : "expected a number, 0 or more, not '" + text + "'";
+      },
+      "NUMBER");
+}
+
+std::string with_commas(std::uint64_t value) {
+  const std::string digits = std::to_string(value);
+  std::string result;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i != 0 && (digits.size() - i) % 3 == 0) result += ',';
+    result += digits[i];
+  }
+  return result;
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,78 @@
+#include "arguments/paths.h"
+
+#include <cstdio>
+#include <fstream>
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool counts(const fs::path& path) { return !path.empty() && path != "-"; }
+
+/// Whether two paths are one file, there or not yet.
+bool same(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  if (fs::exists(a, error) && fs::exists(b, error)) return fs::equivalent(a, b, error);
+  const fs::path whole_a = fs::weakly_canonical(a, error);
+  const fs::path whole_b = fs::weakly_canonical(b, error);
+  return whole_a == whole_b;
+}
+
+}  // namespace
+
+void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (!counts(outputs[i])) continue;
+    std::error_code none;
+    if (fs::is_directory(outputs[i], none)) {
+      throw Error(ErrorCode::output, "'" + outputs[i].string() +
+                                         "' is a folder, but a file of that name would be written: "
+                                         "move it away, or choose another folder for the output.");
+    }
+    for (const fs::path& input : inputs) {
+      if (counts(input) && same(input, outputs[i])) {
+        throw Error(ErrorCode::usage, "'" + outputs[i].string() +
+                                          "' would be written over, and it is read, too: choose "
+                                          "another name or folder for the output.");
+      }
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (counts(outputs[k]) && same(outputs[k], outputs[i])) {
+        throw Error(ErrorCode::usage, "Two outputs have one name, '" + outputs[i].string() +
+                                          "': choose another for one of them.");
+      }
+    }
+  }
+}
+
+void check_not_foreign(const fs::path& obj, bool force) {
+  if (force) return;
+  std::ifstream stream(obj, std::ios::binary);
+  if (!stream) return;
+  std::string line;
+  std::getline(stream, line);
+  if (line.rfind("# Kiln", 0) == 0) return;
+  throw Error(ErrorCode::output,
+              "'" + obj.string() +
+                  "' is there already, and Kiln did not write it: choose another "
+                  "folder, or add --force to write over it.");
+}
+
+void prepare_parent(const fs::path& file) {
+  if (counts(file)) prepare_output_folder(file.parent_path());
+}
+
+void save_report(const fs::path& path, const Json& report) {
+  const std::string text = report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (path != "-") {
+    save_text(path, text);
+    return;
+  }
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  if (std::fflush(stdout) != 0) {
+    throw Error(ErrorCode::output, "The report could not be written to standard output.");
+  }
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,27 @@
+// The files of a run: none of the user's is lost.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "report/report.h"
+
+namespace kiln::cli {
+
+/// Refuses outputs that are inputs, or that are written twice. Empty paths and "-" do not count.
+/// \throws Error(usage)
+void check_paths(const std::vector<std::filesystem::path>& inputs,
+                 const std::vector<std::filesystem::path>& outputs);
+
+/// Refuses to write over an OBJ that Kiln did not write. \throws Error(output)
+void check_not_foreign(const std::filesystem::path& obj, bool force);
+
+/// The folder that a file goes to must take files; made where only its last part is missing.
+/// \throws Error(output)
+void prepare_parent(const std::filesystem::path& file);
+
+/// Writes a report to a file, or to standard output where the path is "-". \throws Error(output)
+void save_report(const std::filesystem::path& path, const Json& report);
+
+}  // namespace kiln::cli

@@ -1,0 +1,194 @@
+#include "arguments/surface_arguments.h"
+
+#include <array>
+#include <charconv>
+#include <utility>
+
+namespace kiln::cli {
+namespace {
+
+constexpr std::array kTypes = {VoxelType::u8,  VoxelType::i8,  VoxelType::u16, VoxelType::i16,
+                               VoxelType::u32, VoxelType::i32, VoxelType::f32, VoxelType::f64};
+constexpr const char* kRawGroup = "Files without header";
+
+[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+/// Three numbers with a separator between them.
+template <typename T>
+std::array<T, 3> parse_three(const char* flag, const std::string& text, char separator) {
+  std::array<T, 3> values{};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto [next, error] = std::from_chars(at, end, values[k]);
+    const bool last = k == 2;
+    if (error != std::errc() || (last ? next != end : next == end || *next != separator)) {
+      fail(std::string(flag) + " '" + text + "': expected three numbers, as in 1" + separator +
+           "2" + separator + "3.");
+    }
+    at = next + 1;
+  }
+  return values;
+}
+
+/// A number, as the volume's values are.
+double parse_iso(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value - value == 0)) {
+    fail("--iso '" + text + "': expected a finite number.");
+  }
+  return value;
+}
+
+}  // namespace
+
+CLI::Validator one_of(std::vector<std::string> names) {
+  return CLI::IsMember(std::move(names), CLI::ignore_case);
+}
+
+CLI::Option* add_surface_options(CLI::App& command, SurfaceArguments& a) {
+  CLI::Option* iso =
+      command.add_option("--iso", a.iso, "The surface's value")->group(kSurfaceGroup);
+  command.add_option("--inside", a.inside, "Which voxels are solid: above or below the iso value")
+      ->check(one_of({"above", "below"}))
+      ->capture_default_str()
+      ->group(kSurfaceGroup);
+  command
+      .add_option("--border", a.border,
+                  "Where the solid reaches the volume's border: closed (cut off flat) or open")
+      ->check(one_of({"closed", "open"}))
+      ->capture_default_str()
+      ->group(kSurfaceGroup);
+  CLI::Option* outer = command
+                           .add_flag("--outer", a.outer,
+                                     "The outer surface alone: what cannot be reached from the "
+                                     "volume's border is solid")
+                           ->group(kSurfaceGroup);
+  command
+      .add_option(
+          "--outer-gap", a.outer_gap,
+          "With --outer: reach by a cube of 2 N + 1 voxels a side, so that narrower gaps are "
+          "closed")
+      ->check(CLI::Range(0U, 64U))
+      ->needs(outer)
+      ->capture_default_str()
+      ->group(kSurfaceGroup);
+  CLI::Option* faces = command.add_option("--faces", a.faces, "At most N triangles")
+                           ->check(CLI::Range(1U, 100000000U))
+                           ->group(kSurfaceGroup);
+  command
+      .add_option("--error", a.error,
+                  "Without --faces: few triangles whose vertices fit the surface to so many cells "
+                  "(root mean square)")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->excludes(faces)
+      ->capture_default_str()
+      ->group(kSurfaceGroup);
+  command
+      .add_option("--topology", a.topology,
+                  "keep every part, hole and handle, or be free to lose some to reach --faces")
+      ->check(one_of({"keep", "free"}))
+      ->capture_default_str()
+      ->group(kSurfaceGroup);
+  command
+      .add_option("--min-part", a.min_part,
+                  "Leave out parts with less than P percent of the largest one's vertices")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str()
+      ->group(kSurfaceGroup);
+  return iso;
+}
+
+void add_chart_border_option(CLI::App& command, SurfaceArguments& a) {
+  command.add_option("--chart-border", a.border_texels, "Texels around each chart")
+      ->check(CLI::Range(1U, 64U))
+      ->capture_default_str()
+      ->group(kMapGroup);
+}
+
+void add_raw_options(CLI::App& command, SurfaceArguments& a) {
+  CLI::Option* size =
+      command.add_option("--raw-size", a.raw_size, "XxYxZ voxels, x fastest")->group(kRawGroup);
+  std::vector<std::string> types;
+  for (const VoxelType type : kTypes) types.emplace_back(name_of(type));
+  command.add_option("--raw-type", a.raw_type, "The voxels' type")
+      ->check(one_of(types))
+      ->needs(size)
+      ->capture_default_str()
+      ->group(kRawGroup);
+  command.add_option("--raw-spacing", a.raw_spacing, "X,Y,Z units between voxels (default 1,1,1)")
+      ->needs(size)
+      ->group(kRawGroup);
+  command.add_option("--raw-order", a.raw_order, "Bytes' order: little or big endian")
+      ->check(one_of({"little", "big"}))
+      ->needs(size)
+      ->capture_default_str()
+      ->group(kRawGroup);
+  command
+      .add_option("--raw-header", a.raw_header,
+                  "Bytes to skip; -1: whatever precedes the last voxels")
+      ->needs(size)
+      ->capture_default_str()
+      ->group(kRawGroup);
+}
+
+void check(const SurfaceArguments& a) {
+  if (a.topology == "free" && a.faces == 0) fail("--topology free needs --faces.");
+}
+
+ExtractOptions extract_options(const SurfaceArguments& a) {
+  ExtractOptions options;
+  options.contour.iso = parse_iso(a.iso);
+  options.contour.inside = a.inside == "above" ? Inside::above : Inside::below;
+  options.contour.border = a.border == "closed" ? VolumeBorder::closed : VolumeBorder::open;
+  options.contour.outer_only = a.outer;
+  options.contour.outer_gap = a.outer_gap;
+  options.faces = a.faces;
+  options.error = a.error;
+  options.min_part = a.min_part / 100;
+  options.keep_topology = a.topology == "keep";
+  options.border_texels = a.border_texels;
+  return options;
+}
+
+Volume read_volume(const std::string& path, const SurfaceArguments& a,
+                   std::vector<Warning>& warnings) {
+  if (a.raw_size.empty()) return load_volume(path, &warnings);
+  if (is_volume_name(path)) {
+    fail("'" + path +
+         "' is named as a format with a header, but --raw-size and its companions are for files "
+         "without: leave them out.");
+  }
+  RawVolumeLayout layout;
+  layout.size = parse_three<std::uint64_t>("--raw-size", a.raw_size, 'x');
+  layout.type = *voxel_type_of(a.raw_type);
+  if (!a.raw_spacing.empty()) {
+    layout.spacing = parse_three<double>("--raw-spacing", a.raw_spacing, ',');
+  }
+  layout.byte_order = a.raw_order == "little" ? ByteOrder::little : ByteOrder::big;
+  layout.header_bytes = a.raw_header;
+  return load_raw_volume(path, layout, &warnings);
+}
+
+Json describe(const Volume& volume, const std::string& path) {
+  return {{"path", path},
+          {"size", volume.size},
+          {"type", name_of(volume.type)},
+          {"origin", volume.origin},
+          {"axes", volume.axes}};
+}
+
+Json describe(const SurfaceArguments& a, const ExtractOptions& options) {
+  return {{"iso", options.contour.iso},
+          {"inside", a.inside},
+          {"border", a.border},
+          {"outer", a.outer},
+          {"outer_gap", a.outer ? Json(a.outer_gap) : Json()},
+          {"faces", a.faces == 0 ? Json() : Json(a.faces)},
+          {"error", a.faces == 0 ? Json(a.error) : Json()},
+          {"topology", a.topology},
+          {"min_part_percent", a.min_part}};
+}
+
+}  // namespace kiln::cli

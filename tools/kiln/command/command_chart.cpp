@@ -1,0 +1,446 @@
+#include <algorithm>
+#include <fstream>
+#include <memory>
+
+#include "arguments/dense_input.h"
+#include "arguments/parse.h"
+#include "arguments/paths.h"
+#include "arguments/surface_arguments.h"
+#include "commands.h"
+#include "interrupt.h"
+#include "kiln/kiln.h"
+#include "lab/chart_output.h"
+#include "lab/chart_volume.h"
+#include "lab/plot.h"
+#include "report/check_result.h"
+#include "report/console.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ChartArguments {
+  std::vector<std::string> meshes;       ///< Or volumes
+  HeightArguments heights;               ///< Of all height fields
+  SurfaceArguments surface;              ///< Of volumes
+  std::vector<std::string> for_volumes;  ///< Options given that meshes have no use for
+  std::string out, device;
+  std::string max_distance = "2%";
+  std::vector<std::string> settings;
+  ChartOptions options;
+  bool quiet = false;
+};
+
+std::string file_name(const char* ending) { return std::string(kChartName) + ending; }
+
+bool is_volume(const ChartArguments& a, const std::string& path) {
+  return !a.surface.raw_size.empty() || is_volume_name(path);
+}
+bool has_volumes(const ChartArguments& a) { return is_volume(a, a.meshes.front()); }
+/// Among the dense meshes.
+bool has_height_fields(const ChartArguments& a) {
+  for (std::size_t i = 0; i < a.meshes.size(); i += 2) {
+    if (is_height_field(a.meshes[i])) return true;
+  }
+  return false;
+}
+
+/// Settings by name that a kind of input does not have. \throws Error(usage)
+template <typename Settings>
+void check_settings(const ChartArguments& a, const Settings& settings, const char* kind) {
+  for (const std::string& name : a.settings) {
+    if (std::any_of(settings.begin(), settings.end(),
+                    [&](const auto& setting) { return setting.name == name; })) {
+      continue;
+    }
+    std::vector<std::string> names;
+    for (const auto& setting : settings) names.push_back(setting.name);
+    throw Error(ErrorCode::usage, "--settings " + name + " is not for " + kind + ": give some of " +
+                                      join(names, ", ") + ".");
+  }
+}
+
+/// Before any work. \throws Error(usage)
+void check_volumes(const ChartArguments& a) {
+  for (const std::string& path : a.meshes) {
+    if (is_volume(a, path)) continue;
+    throw Error(ErrorCode::usage, "'" + path + "' is no volume, but '" + a.meshes.front() +
+                                      "' is: give volumes alone, or meshes alone, HIGH LOW.");
+  }
+  if (a.surface.iso.empty()) {
+    throw Error(ErrorCode::usage,
+                "'" + a.meshes.front() + "' is a volume: say which surface of it by --iso VALUE.");
+  }
+  if (a.heights.given()) {
+    throw Error(ErrorCode::usage, "--height and --extent are for height fields, but '" +
+                                      a.meshes.front() + "' is a volume.");
+  }
+  cli::check(a.surface);
+  check_settings(a, volume_ways(), "volumes");
+}
+
+/// Before any work. \throws Error(usage)
+void check_meshes(const ChartArguments& a) {
+  for (const std::string& path : a.meshes) {
+    if (!is_volume_name(path)) continue;
+    throw Error(ErrorCode::usage, "'" + path + "' is a volume, but '" + a.meshes.front() +
+                                      "' is not: give volumes alone, or meshes alone, HIGH LOW.");
+  }
+  if (!a.for_volumes.empty()) {
+    throw Error(ErrorCode::usage,
+                a.for_volumes.front() + " is for volumes, but '" + a.meshes.front() + "' is none.");
+  }
+  if (!has_height_fields(a) && a.heights.given()) {
+    throw Error(ErrorCode::usage,
+                "--height and --extent are for a HIGH that is a height field, a PNG or EXR; none "
+                "is.");
+  }
+  height_field_options(a.heights);
+  check_settings(a, chart_settings(), "meshes");
+  if (a.meshes.size() % 2 != 0) {
+    throw Error(ErrorCode::usage, "Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
+                                      "' has no LOW: give its light mesh, with UVs.");
+  }
+}
+
+/// Settings without the comma between them would be meshes. \throws Error(usage)
+void check_no_settings(const ChartArguments& a) {
+  std::vector<std::string> names;
+  for (const ChartSetting& setting : ChartOptions().settings) names.push_back(setting.name);
+  for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
+  for (const std::string& path : a.meshes) {
+    if (fs::exists(path) || std::find(names.begin(), names.end(), path) == names.end()) continue;
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    throw Error(ErrorCode::usage, "'" + path +
+                                      "' is no file but the name of a setting: give settings "
+                                      "separated by commas, --settings NAME,NAME, of " +
+                                      join(names, ", ") + ".");
+  }
+}
+
+/// Before any work. \throws Error(usage)
+void check(const ChartArguments& a) {
+  check_no_settings(a);
+  has_volumes(a) ? check_volumes(a) : check_meshes(a);
+  std::vector<fs::path> outputs;
+  for (const char* ending : {".json", ".csv", ".md", ".gp", ".png"}) {
+    outputs.push_back(fs::path(a.out) / file_name(ending));
+  }
+  check_paths({a.meshes.begin(), a.meshes.end()}, outputs);
+}
+
+ChartOptions chart_options(const ChartArguments& a) {
+  ChartOptions options = a.options;
+  options.max_distance = parse_reach(a.max_distance);
+  if (a.settings.empty()) return options;
+  options.strict = true;
+  std::erase_if(options.settings, [&](const ChartSetting& setting) {
+    const bool named =
+        std::find(a.settings.begin(), a.settings.end(), setting.name) != a.settings.end();
+    return !named && setting.name != kChartReference;
+  });
+  return options;
+}
+
+Json describe(const ChartArguments& a, const ChartOptions& options) {
+  Json names = Json::array();
+  for (const ChartSetting& setting : options.settings) names.push_back(setting.name);
+  return {{"size", options.size},
+          {"max_distance", a.max_distance},
+          {"height", has_height_fields(a) ? Json(a.heights.height) : Json()},
+          {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
+          {"repeat", options.repeat},
+          {"settings", names}};
+}
+
+/// What every chart leaves, and what was wrong.
+struct Files {
+  std::vector<std::string> outputs;
+  std::vector<Warning> warnings;
+  bool cancelled = false;
+};
+
+Files save_files(const fs::path& folder, const std::string& data, const std::string& script,
+                 const std::string& table) {
+  Files files;
+  const auto save = [&](const char* ending, const std::string& text) {
+    save_text(folder / file_name(ending), text);
+    files.outputs.push_back((folder / file_name(ending)).string());
+  };
+  save(".csv", data);
+  save(".gp", script);
+  save(".md", table);
+  const std::string no_plot = draw_plot(folder, kChartName);
+  files.cancelled = interrupted();
+  if (files.cancelled) return files;
+  if (no_plot.empty()) {
+    files.outputs.push_back((folder / file_name(".png")).string());
+  } else {
+    files.warnings.push_back({"no-plot", no_plot, 1});
+  }
+  files.outputs.push_back((folder / file_name(".json")).string());
+  return files;
+}
+
+constexpr double kAtSave = 0.98;
+
+int run_chart_command(const ChartArguments& arguments) {
+  const ChartOptions options = chart_options(arguments);
+  Console console(arguments.quiet);
+  Stopwatch watch;
+  const fs::path folder = arguments.out;
+  prepare_output_folder(folder);
+  const Device device = Device::open(arguments.device);
+
+  // What could stop a long run later stops it now: light meshes are read first, and dense ones looked for.
+  std::vector<Warning> warnings;
+  std::vector<Mesh> lows;
+  const std::size_t count = arguments.meshes.size() / 2;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string& high = arguments.meshes[2 * i];
+    if (!std::ifstream(high)) load_dense(high, {}, warnings);  // says what is wrong with it
+    const std::string& low = arguments.meshes[2 * i + 1];
+    if (!console.progress(0, "reading " + low)) return kExitCancelled;
+    lows.push_back(load_light(low, "", warnings));
+  }
+  double seconds_load = watch.lap();
+  double seconds_chart = 0;
+
+  std::vector<ChartPair> pairs;
+  Json pairs_json = Json::array();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string& path = arguments.meshes[2 * i];
+    const auto show = [&](double done, std::string_view stage) {
+      const double before = static_cast<double>(i);
+      return console.progress(kAtSave * (before + done) / static_cast<double>(count), stage);
+    };
+    if (!show(0, "reading " + path)) return kExitCancelled;
+    const DenseInput dense =
+        load_dense(path, is_height_field(path) ? arguments.heights : HeightArguments(), warnings);
+    const Mesh& high = dense.mesh;
+    seconds_load += watch.lap();
+    ChartOptions own = options;
+    own.uv = uv_options(dense);
+    std::optional<ChartPair> pair = run_chart(device, high, lows[i], own, show);
+    if (!pair) return kExitCancelled;
+    warnings.insert(warnings.end(), pair->warnings.begin(), pair->warnings.end());
+    Json json = {{"high", cli::describe(high, path)},
+                 {"low", cli::describe(lows[i], arguments.meshes[2 * i + 1])}};
+    json.update(cli::describe(*pair));
+    pairs_json.push_back(std::move(json));
+    pairs.push_back(std::move(*pair));
+    seconds_chart += watch.lap();
+  }
+
+  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
+  const Files files =
+      save_files(folder, chart_data(pairs), chart_script(pairs, options, device.info()),
+                 chart_table(pairs, options, device.info()));
+  if (files.cancelled) return kExitCancelled;
+  const std::vector<std::string>& outputs = files.outputs;
+  warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
+  const fs::path report = outputs.back();
+  const double seconds_save = watch.lap();
+  const Json json = {{"version", version()},
+                     {"device", cli::describe(device.info())},
+                     {"compile_seconds", device.compile_seconds()},
+                     {"options", describe(arguments, options)},
+                     {"pairs", pairs_json},
+                     {"seconds",
+                      {{"load", seconds_load},
+                       {"chart", seconds_chart},
+                       {"save", seconds_save},
+                       {"total", watch.total()}}},
+                     {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
+                     {"outputs", outputs},
+                     {"warnings", cli::describe(warnings)}};
+  save_report(report, json);
+
+  console.progress(1, "done");
+  std::vector<Warning> of_settings;
+  for (const ChartPair& pair : pairs) {
+    for (const ChartRow& row : pair.rows) {
+      of_settings.insert(of_settings.end(), row.report.warnings.begin(), row.report.warnings.end());
+    }
+  }
+  print_warnings(console, warnings, of_settings, report.string());
+  for (const ChartPair& pair : pairs) {
+    console.line(pair.high_name + " to " + pair.low_name +
+                 " (* nothing else is both faster and closer):");
+    for (const ChartRow& row : pair.rows) console.line(summary(row));
+  }
+  for (const std::string& output : outputs) console.line("wrote " + output);
+  return 0;
+}
+
+VolumeChartOptions volume_options(const ChartArguments& a) {
+  VolumeChartOptions options;
+  options.extract = extract_options(a.surface);
+  options.size = a.options.size;
+  options.max_distance = parse_reach(a.max_distance);
+  options.repeat = a.options.repeat;
+  if (a.settings.empty()) return options;
+  std::erase_if(options.ways, [&](const VolumeWay& way) {
+    return std::find(a.settings.begin(), a.settings.end(), way.name) == a.settings.end();
+  });
+  return options;
+}
+
+int run_volumes_command(const ChartArguments& a) {
+  const VolumeChartOptions options = volume_options(a);
+  Console console(a.quiet);
+  Stopwatch watch;
+  const fs::path folder = a.out;
+  prepare_output_folder(folder);
+  const Device device = Device::open(a.device);
+  for (const std::string& path : a.meshes) {
+    std::vector<Warning> none;
+    if (!std::ifstream(path)) read_volume(path, a.surface, none);  // says what is wrong with it
+  }
+  std::vector<Warning> warnings;
+  std::vector<VolumeChart> charts;
+  Json charts_json = Json::array();
+  double seconds_load = watch.lap();
+  double seconds_chart = 0;
+  for (std::size_t i = 0; i < a.meshes.size(); ++i) {
+    const std::string& path = a.meshes[i];
+    const auto show = [&](double done, std::string_view stage) {
+      return console.progress(
+          kAtSave * (static_cast<double>(i) + done) / static_cast<double>(a.meshes.size()), stage);
+    };
+    if (!show(0, "reading " + path)) return kExitCancelled;
+    const Volume volume = read_volume(path, a.surface, warnings);
+    seconds_load += watch.lap();
+    std::optional<VolumeChart> chart = run_volume_chart(device, volume, options, show);
+    if (!chart) return kExitCancelled;
+    warnings.insert(warnings.end(), chart->warnings.begin(), chart->warnings.end());
+    Json json = {{"volume", cli::describe(volume, path)}};
+    json.update(cli::describe(*chart));
+    charts_json.push_back(std::move(json));
+    charts.push_back(std::move(*chart));
+    seconds_chart += watch.lap();
+  }
+
+  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
+  const Files files = save_files(folder, volume_chart_data(charts),
+                                 volume_chart_script(charts, options, device.info()),
+                                 volume_chart_table(charts, options, device.info()));
+  if (files.cancelled) return kExitCancelled;
+  warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
+  const fs::path report = files.outputs.back();
+  Json option_json = cli::describe(a.surface, options.extract);
+  Json names = Json::array();
+  for (const VolumeWay& way : options.ways) names.push_back(way.name);
+  option_json.update({{"size", options.size},
+                      {"chart_border", options.extract.border_texels},
+                      {"max_distance", a.max_distance},
+                      {"repeat", options.repeat},
+                      {"settings", names}});
+  const double seconds_save = watch.lap();
+  const Json json = {{"version", version()},
+                     {"device", cli::describe(device.info())},
+                     {"compile_seconds", device.compile_seconds()},
+                     {"options", option_json},
+                     {"volumes", charts_json},
+                     {"seconds",
+                      {{"load", seconds_load},
+                       {"chart", seconds_chart},
+                       {"save", seconds_save},
+                       {"total", watch.total()}}},
+                     {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
+                     {"outputs", files.outputs},
+                     {"warnings", cli::describe(warnings)}};
+  save_report(report, json);
+
+  console.progress(1, "done");
+  std::vector<Warning> of_ways;
+  for (const VolumeChart& chart : charts) {
+    for (const VolumeRow& row : chart.rows) {
+      if (!row.report) continue;
+      of_ways.insert(of_ways.end(), row.report->warnings.begin(), row.report->warnings.end());
+    }
+  }
+  print_warnings(console, warnings, of_ways, report.string());
+  for (const VolumeChart& chart : charts) {
+    console.line(chart.name + ", " + with_commas(chart.dense_triangles) + " faces, to " +
+                 with_commas(chart.light.faces) + " (* nothing else is both faster and closer):");
+    for (const VolumeRow& row : chart.rows) console.line(summary(row));
+  }
+  for (const std::string& output : files.outputs) console.line("wrote " + output);
+  return 0;
+}
+
+int run_chart(const ChartArguments& a) {
+  check(a);
+  return has_volumes(a) ? run_volumes_command(a) : run_chart_command(a);
+}
+
+}  // namespace
+
+Run add_chart(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "chart",
+      "Speed against accuracy for every way to match, or to make a map of a volume: a plot, "
+      "a table and the figures");
+  auto a = std::make_shared<ChartArguments>();
+  command
+      ->add_option("HIGH", a->meshes,
+                   "Dense meshes (PLY, OBJ, STL, OFF) or height fields (PNG, EXR), each with its "
+                   "light one, with UVs: a row of "
+                   "panels a pair. Or volumes with --iso, a row of panels each")
+      ->type_name("LOW [HIGH2 LOW2 ...]")
+      ->required();
+  command->add_option("--out", a->out, "Folder for chart.json, .csv, .md, .gp and .png")
+      ->required();
+  command
+      ->add_option("--size", a->options.size,
+                   "Texels a side of the maps (of volumes half and twice that, too)")
+      ->check(CLI::Range(16U, 8192U))
+      ->capture_default_str();
+  command
+      ->add_option("--max-distance", a->max_distance,
+                   "How far to look each way: world units, or P% of HIGH's diagonal")
+      ->capture_default_str();
+  command
+      ->add_option("--repeat", a->options.repeat,
+                   "Timed runs of each setting, of which the median counts; one more comes first, "
+                   "which compiles the kernels and gives the errors")
+      ->check(CLI::Range(1U, 1000U))
+      ->capture_default_str();
+  std::vector<std::string> names;
+  for (const ChartSetting& setting : a->options.settings) names.push_back(setting.name);
+  for (const VolumeWay& way : volume_ways()) {
+    if (std::find(names.begin(), names.end(), way.name) == names.end()) names.push_back(way.name);
+  }
+  command
+      ->add_option("--settings", a->settings,
+                   "Some of the ways to match, by their names in chart.csv, separated by commas; "
+                   "for meshes the "
+                   "reference, " +
+                       std::string(kChartReference) + ", always comes along (default: all)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(names));
+  command->add_option("--device", a->device, "OpenCL device: index or part of its name");
+  command->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  add_height_options(*command, a->heights, "The height fields (HIGH is a PNG or EXR)");
+  const auto own = command->get_options();
+  add_surface_options(*command, a->surface);
+  add_chart_border_option(*command, a->surface);
+  add_raw_options(*command, a->surface);
+  std::vector<const CLI::Option*> for_volumes;
+  for (const CLI::Option* option : command->get_options()) {
+    if (std::find(own.begin(), own.end(), option) == own.end()) for_volumes.push_back(option);
+  }
+  return [a, for_volumes] {
+    for (const CLI::Option* option : for_volumes) {
+      if (option->count() != 0) a->for_volumes.push_back(option->get_name());
+    }
+    return run_chart(*a);
+  };
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,48 @@
+#include <cstdio>
+#include <memory>
+
+#include "commands.h"
+#include "kiln/kiln.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+namespace {
+
+void print(const DeviceInfo& info) {
+  const auto gib = [](std::uint64_t bytes) { return static_cast<double>(bytes) / (1ULL << 30); };
+  std::printf("%d  %s\n", info.index, info.name.c_str());
+  std::printf("   %s, %s, driver %s, %u compute units\n", info.is_gpu ? "GPU" : "CPU",
+              info.platform.c_str(), info.driver.c_str(), info.compute_units);
+  std::printf("   memory %.1f GiB, largest buffer %.1f GiB, 64-bit atomics: %s\n",
+              gib(info.memory_bytes), gib(info.largest_buffer_bytes),
+              info.has_atomics_64 ? "yes" : "no");
+  std::printf("   division and root rounded correctly: %s\n",
+              info.has_correct_division
+                  ? "yes"
+                  : "no (maps may differ in the last bit from other devices)");
+}
+
+}  // namespace
+
+Run add_devices(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("devices", "List the OpenCL devices");
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "Print JSON");
+  return [json] {
+    const std::vector<DeviceInfo> devices = list_devices();
+    if (*json) {
+      Json list = Json::array();
+      for (const DeviceInfo& info : devices) list.push_back(describe(info));
+      std::printf("%s\n", list.dump(2).c_str());
+      return 0;
+    }
+    if (devices.empty()) Device::open();  // says how to get one
+    for (const DeviceInfo& info : devices) print(info);
+    const Device chosen = Device::open();
+    std::printf("In use: %d (choose with --device or KILN_DEVICE, by index or part of the name)\n",
+                chosen.info().index);
+    return 0;
+  };
+}
+
+}  // namespace kiln::cli

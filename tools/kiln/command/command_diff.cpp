@@ -1,0 +1,98 @@
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "arguments/parse.h"
+#include "arguments/paths.h"
+#include "commands.h"
+#include "kiln/kiln.h"
+#include "report/map_file.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+namespace {
+
+struct DiffArguments {
+  std::string a, b, mask, json;
+  std::optional<double> max_mean_angle, max_angle, max_error;
+};
+
+int run_diff(const DiffArguments& arguments) {
+  check_paths({arguments.a, arguments.b, arguments.mask}, {arguments.json});
+  const Image a = load_normal_map(arguments.a);
+  const Image b = load_normal_map(arguments.b);
+  std::optional<Image> mask;
+  if (!arguments.mask.empty()) mask = load_mask(arguments.mask);
+  if (a.channels < 3 && (arguments.max_angle || arguments.max_mean_angle)) {
+    throw Error(ErrorCode::usage,
+                "'" + arguments.a + "' has " + std::to_string(a.channels) +
+                    " channels, so there are no angles to limit: use --max-error.");
+  }
+  const ImageDifference difference = compare_images(a, b, mask ? &*mask : nullptr);
+
+  if (difference.compared == 0) {
+    throw Error(ErrorCode::input,
+                "'" + arguments.mask + "' leaves no texel to compare: give another mask.");
+  }
+  const bool has_limit = arguments.max_mean_angle || arguments.max_angle || arguments.max_error;
+  bool within = true;
+  if (arguments.max_mean_angle && difference.mean_angle_degrees > *arguments.max_mean_angle)
+    within = false;
+  if (arguments.max_angle && difference.max_angle_degrees > *arguments.max_angle) within = false;
+  if (arguments.max_error && difference.max_error > *arguments.max_error) within = false;
+  if (!has_limit && difference.max_error > 0) within = false;
+
+  std::fprintf(arguments.json == "-" ? stderr : stdout,
+               "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
+               "channel error mean %.6f, max %.6f, worst at (%u, %u)\n",
+               std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
+               difference.p95_angle_degrees, difference.p99_angle_degrees,
+               difference.max_angle_degrees, difference.mean_error, difference.max_error,
+               difference.worst_x, difference.worst_y);
+  std::fprintf(arguments.json == "-" ? stderr : stdout, "%s\n",
+               within      ? "within"
+               : has_limit ? "beyond the limits"
+                           : "different");
+  if (!arguments.json.empty()) {
+    const Json report = {{"version", version()},
+                         {"a", arguments.a},
+                         {"b", arguments.b},
+                         {"compared", difference.compared},
+                         {"mean_angle_degrees", difference.mean_angle_degrees},
+                         {"p95_angle_degrees", difference.p95_angle_degrees},
+                         {"p99_angle_degrees", difference.p99_angle_degrees},
+                         {"max_angle_degrees", difference.max_angle_degrees},
+                         {"mean_error", difference.mean_error},
+                         {"max_error", difference.max_error},
+                         {"worst", {difference.worst_x, difference.worst_y}},
+                         {"within", within}};
+    save_report(arguments.json, report);
+  }
+  return within ? 0 : 1;
+}
+
+}  // namespace
+
+Run add_diff(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("diff",
+                                         "Compare two maps; exit code 0 within the limits, 1 "
+                                         "beyond (without limits: 0 only if equal)");
+  auto arguments = std::make_shared<DiffArguments>();
+  command->add_option("A", arguments->a, "A map (PNG or EXR)")->required();
+  command->add_option("B", arguments->b, "Another of the same size")->required();
+  command->add_option("--max-mean-angle", arguments->max_mean_angle, "Degrees, between normals")
+      ->check(number_from_0());
+  command->add_option("--max-angle", arguments->max_angle, "Degrees, at the worst texel")
+      ->check(number_from_0());
+  command->add_option("--max-error", arguments->max_error, "Largest channel difference, 0 to 1")
+      ->check(number_from_0());
+  command->add_option(
+      "--mask", arguments->mask,
+      "Texels that are 0 there do not count: an image, such as bake's mask, or a saved match");
+  command->add_option("--json", arguments->json,
+                      "Write the figures to this file, or - for standard output");
+  return [arguments] { return run_diff(*arguments); };
+}
+
+}  // namespace kiln::cli

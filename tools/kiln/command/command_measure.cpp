@@ -1,0 +1,325 @@
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "arguments/bake_arguments.h"
+#include "arguments/dense_input.h"
+#include "arguments/parse.h"
+#include "arguments/paths.h"
+#include "commands.h"
+#include "interrupt.h"
+#include "kiln/kiln.h"
+#include "lab/plot.h"
+#include "lab/rating.h"
+#include "lab/study_output.h"
+#include "report/check_result.h"
+#include "report/console.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::map<std::string, StudyKind> kStudies = {
+    {"views", StudyKind::views}, {"faces", StudyKind::faces}, {"size", StudyKind::size}};
+
+struct MeasureArguments {
+  std::string high, low, study, out, json, device;
+  std::string max_distance = "2%";
+  std::vector<std::string> matches;
+  std::optional<std::uint32_t> views, view_size, size, faces, directions;
+  HeightArguments heights;
+  bool z_up = false, quiet = false;
+};
+
+/// Contradictions between several options.
+void check(const MeasureArguments& a) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  if (!a.matches.empty() || a.directions) {
+    fail("--match and --directions are for rating ways to match: leave out --study, or them.");
+  }
+  if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
+  if (!a.low.empty() && a.study != "views") {
+    fail("--study " + a.study + " makes its own light meshes, but LOW '" + a.low +
+         "' was given: leave it out.");
+  }
+  if (!a.low.empty() && a.faces) {
+    fail("--faces is for making a light mesh, but LOW '" + a.low +
+         "' was given: leave one of them out.");
+  }
+  const auto varies = [&](bool given, const char* option, bool is_varied) {
+    if (given && is_varied) {
+      fail("--study " + a.study + " varies " + option + " itself: leave the option out.");
+    }
+  };
+  varies(a.views.has_value(), "--views", a.study == "views");
+  varies(a.faces.has_value(), "--faces", a.study != "views");
+  varies(a.size.has_value(), "--size", a.study == "size");
+}
+
+StudyOptions study_options(const MeasureArguments& a) {
+  StudyOptions options;
+  options.kind = kStudies.at(a.study);
+  options.views = a.views.value_or(options.views);
+  options.view_size = a.view_size.value_or(options.view_size);
+  options.size = a.size.value_or(options.size);
+  options.faces = a.faces.value_or(options.faces);
+  options.z_up = a.z_up;
+  options.max_distance = parse_reach(a.max_distance);
+  return options;
+}
+
+/// Options in force; null: varied by the study, or not used.
+Json describe(const MeasureArguments& a, const StudyOptions& options) {
+  Json json = {{"study", a.study}, {"max_distance", a.max_distance}};
+  const bool views = options.kind == StudyKind::views;
+  json["views"] = views ? Json() : Json(options.views);
+  json["view_size"] = options.view_size == 0 ? Json("auto") : Json(options.view_size);
+  json["size"] = options.kind == StudyKind::size ? Json() : Json(options.size);
+  json["faces"] = views && a.low.empty() ? Json(options.faces) : Json();
+  json["height"] = is_height_field(a.high) ? Json(a.heights.height) : Json();
+  json["extent"] = a.heights.extent.empty() ? Json() : Json(a.heights.extent);
+  json["z_up"] = a.z_up;
+  return json;
+}
+
+int run_one_study(const MeasureArguments& arguments) {
+  check(arguments);
+  const StudyOptions options = study_options(arguments);
+  Console console(arguments.quiet, arguments.json);
+  Stopwatch watch;
+  const fs::path folder = arguments.out;
+  prepare_output_folder(folder);
+  if (!arguments.json.empty()) prepare_output_folder(fs::path(arguments.json).parent_path());
+
+  const Device device = Device::open(arguments.device);
+  if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
+  std::vector<Warning> warnings;
+  const Mesh high = load_dense(arguments.high, arguments.heights, warnings).mesh;
+  std::optional<Mesh> low;
+  if (!arguments.low.empty()) {
+    low = load_light(arguments.low, ", or leave LOW out", warnings);
+  }
+  const double seconds_load = watch.lap();
+
+  constexpr double kAtStudy = 0.02;
+  constexpr double kAtSave = 0.97;
+  const Study study = run_study(
+      device, high, low ? &*low : nullptr, options, [&](double done, std::string_view stage) {
+        return console.progress(kAtStudy + (kAtSave - kAtStudy) * done, stage);
+      });
+  if (study.cancelled) return kExitCancelled;
+  warnings.insert(warnings.end(), study.warnings.begin(), study.warnings.end());
+  const double seconds_study = watch.lap();
+
+  const std::string name = std::string("study_") + study_name(options.kind);
+  const Image picture = study_picture(study);
+  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
+  std::vector<std::string> outputs;
+  const auto saved = [&](const std::string& file) { outputs.push_back((folder / file).string()); };
+  save_text(folder / (name + ".csv"), study_data(study));
+  saved(name + ".csv");
+  save_text(folder / (name + ".gp"), study_script(study, options, high.name));
+  saved(name + ".gp");
+  save_image(picture, folder / (name + "_error.png"), {ImageFormat::png8});
+  saved(name + "_error.png");
+  const std::string no_plot = draw_plot(folder, name);
+  if (interrupted()) return kExitCancelled;
+  if (no_plot.empty()) {
+    saved(name + ".png");
+  } else {
+    warnings.push_back({"no-plot", no_plot, 1});
+  }
+  const double seconds_save = watch.lap();
+
+  if (!arguments.json.empty()) {
+    Json inputs = {{"high", cli::describe(high, arguments.high)}};
+    inputs["low"] = low ? cli::describe(*low, arguments.low) : Json();
+    double bake = 0;
+    double measure = 0;
+    for (const Setting& setting : study.settings) {
+      bake += setting.seconds_bake;
+      measure += setting.seconds_measure;
+    }
+    Json json = {{"version", version()},
+                 {"device", cli::describe(device.info())},
+                 {"inputs", inputs},
+                 {"options", describe(arguments, options)}};
+    json.update(cli::describe(study, options));
+    json["seconds"] = {{"load", seconds_load},  {"low", study.seconds_low}, {"bake", bake},
+                       {"measure", measure},    {"study", seconds_study},   {"save", seconds_save},
+                       {"total", watch.total()}};
+    json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
+    json["outputs"] = outputs;
+    json["warnings"] = cli::describe(warnings);
+    save_text(arguments.json, json.dump(2) + "\n");
+  }
+  console.progress(1, "done");
+  std::vector<Warning> of_settings;
+  for (const Setting& setting : study.settings) {
+    of_settings.insert(of_settings.end(), setting.warnings.begin(), setting.warnings.end());
+  }
+  print_warnings(console, warnings, of_settings, "--json");
+  for (const Setting& setting : study.settings) {
+    console.line(summary(setting, study.diagonal));
+  }
+  for (const std::string& line : findings(study, options)) console.line(line);
+  for (const std::string& output : outputs) console.line("wrote " + output);
+  return 0;
+}
+
+/// Without --study: every way to match asked for, rated on the two meshes.
+int run_rating(const MeasureArguments& a) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  if (a.low.empty()) {
+    fail(
+        "To rate ways to match, both meshes are needed: kiln measure HIGH LOW. For one alone, say "
+        "what is to be studied with --study.");
+  }
+  if (a.views || a.view_size || a.faces) {
+    fail("--views, --view-size and --faces are for --study: leave them out.");
+  }
+  RatingOptions options;
+  options.methods = a.matches.empty() ? match_names() : a.matches;
+  options.strict = !a.matches.empty();
+  options.size = a.size.value_or(options.size);
+  options.directions = a.directions.value_or(options.directions);
+  options.max_distance = parse_reach(a.max_distance);
+  options.pictures = !a.out.empty();
+  options.z_up = a.z_up;
+  Console console(a.quiet, a.json);
+  Stopwatch watch;
+  const fs::path folder = a.out;
+  check_paths({a.high, a.low}, {a.json, options.pictures ? folder / "measure.png" : fs::path()});
+  if (options.pictures) prepare_output_folder(folder);
+  if (!a.json.empty() && a.json != "-") prepare_parent(a.json);
+
+  const Device device = Device::open(a.device);
+  if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
+  std::vector<Warning> warnings;
+  const DenseInput dense = load_dense(a.high, a.heights, warnings);
+  const Mesh& high = dense.mesh;
+  options.uv = uv_options(dense);
+  const Mesh low = load_light(a.low, "", warnings);
+  const double seconds_load = watch.lap();
+  const std::optional<Ratings> ratings =
+      rate(device, high, low, options, [&](double done, std::string_view stage) {
+        return console.progress(0.05 + 0.9 * done, stage);
+      });
+  if (!ratings) return kExitCancelled;
+  warnings.insert(warnings.end(), ratings->warnings.begin(), ratings->warnings.end());
+  const double seconds_rate = watch.lap();
+  std::vector<std::string> outputs;
+  if (options.pictures) {
+    if (!console.progress(0.95, "writing")) return kExitCancelled;
+    const auto save = [&](const Image& image, const std::string& name, ImageFormat format) {
+      save_image(image, folder / name, {format});
+      outputs.push_back((folder / name).string());
+    };
+    save(ratings_picture(*ratings), "measure.png", ImageFormat::png8);
+    for (const Rating& row : ratings->rows) {
+      const std::string stem = low.name + "_" + row.method;
+      const AssessmentFields& fields = row.match.fields;
+      save(fields.object_distance, stem + "_object_distance.exr", ImageFormat::exr_float);
+      save(fields.image_distance, stem + "_image_distance.exr", ImageFormat::exr_float);
+      save(fields.stretch, stem + "_stretch.exr", ImageFormat::exr_float);
+    }
+  }
+  if (!a.json.empty()) {
+    Json json = {
+        {"version", version()},
+        {"device", cli::describe(device.info())},
+        {"inputs", {{"high", cli::describe(high, a.high)}, {"low", cli::describe(low, a.low)}}},
+        {"options",
+         {{"match", options.methods},
+          {"size", options.size},
+          {"directions", options.directions},
+          {"max_distance", a.max_distance},
+          {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
+          {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
+          {"z_up", a.z_up}}}};
+    json.update(cli::describe(*ratings));
+    json["seconds"] = {{"load", seconds_load}, {"rate", seconds_rate}, {"total", watch.total()}};
+    json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
+    json["outputs"] = outputs;
+    json["warnings"] = cli::describe(warnings);
+    save_report(a.json, json);
+  }
+  console.progress(1, "done");
+  std::vector<Warning> of_methods;
+  for (const Rating& row : ratings->rows) {
+    of_methods.insert(of_methods.end(), row.bake.warnings.begin(), row.bake.warnings.end());
+  }
+  print_warnings(console, warnings, of_methods, "--json");
+  if (a.json != "-") {
+    for (const std::string& line : ratings_table(*ratings)) console.line(line);
+    for (const LeftOut& left : ratings->left_out) {
+      console.line("left out: " + left.name + ": " + left.reason);
+    }
+    for (const std::string& output : outputs) console.line("wrote " + output);
+  }
+  return 0;
+}
+
+}  // namespace
+
+Run add_measure(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "measure",
+      "How good the ways to match are on two meshes; or, with --study, how errors depend on views, "
+      "faces and map size");
+  auto a = std::make_shared<MeasureArguments>();
+  std::vector<std::string> names;
+  for (const auto& [name, kind] : kStudies) names.push_back(name);
+  command->add_option("HIGH", a->high, std::string("The dense mesh (") + kDenseKinds + ")")
+      ->required();
+  command->add_option(
+      "LOW", a->low,
+      "The light mesh, with UVs; with --study views it may be left out: Kiln makes one");
+  command
+      ->add_option(
+          "--match", a->matches,
+          "A way to match to rate, as of kiln bake; may be given again (default: all, but uv "
+          "only where HIGH has UVs that lie over LOW's)")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(match_names()));
+  command
+      ->add_option("--directions", a->directions,
+                   "Directions of the pictures that distances are measured in (default 512)")
+      ->check(CLI::Range(12U, 4096U));
+  command
+      ->add_option("--study", a->study,
+                   "What varies: the views matched from, the light mesh's faces, or its faces and "
+                   "the map's size")
+      ->check(CLI::IsMember(names));
+  command->add_option("--out", a->out,
+                      "Folder for measure.png and the measures as textures (EXR); with --study for "
+                      "study_<what>.csv, .gp, .png and study_<what>_error.png");
+  command->add_option("--views", a->views, "Depth views, where they do not vary (default 12)")
+      ->check(CLI::Range(1U, 128U));
+  command
+      ->add_option("--view-size", a->view_size,
+                   "Pixels a side of a depth view (default: by the density of HIGH)")
+      ->check(CLI::Range(16U, 8192U));
+  command
+      ->add_option("--size", a->size,
+                   "Texels a side (default 512; of a study, where they do not vary, 1024)")
+      ->check(CLI::Range(16U, 8192U));
+  command
+      ->add_option("--faces", a->faces,
+                   "--study views without LOW: triangles of the light mesh (default 2000)")
+      ->check(CLI::Range(4U, 100000000U));
+  command
+      ->add_option("--max-distance", a->max_distance,
+                   "How far to look each way: world units, or P% of HIGH's diagonal")
+      ->capture_default_str();
+  add_height_options(*command, a->heights, "The height field (HIGH is a PNG or EXR)");
+  command->add_flag("--z-up", a->z_up, "The error picture's up axis is +Z (default +Y)");
+  command->add_option("--device", a->device, "OpenCL device: index or part of its name");
+  command->add_option("--json", a->json, "Write a report to this file");
+  command->add_flag("--quiet", a->quiet, "Print nothing but errors");
+  return [a] { return a->study.empty() ? run_rating(*a) : run_one_study(*a); };
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,112 @@
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "arguments/parse.h"
+#include "arguments/paths.h"
+#include "commands.h"
+#include "interrupt.h"
+#include "kiln/kiln.h"
+#include "report/console.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+namespace {
+
+struct SimplifyArguments {
+  std::string high, out, size = "2048", json;
+  std::uint32_t faces = 0;
+  std::string max_error;
+  bool quiet = false, force = false;
+};
+
+int run_simplify(const SimplifyArguments& arguments) {
+  Console console(arguments.quiet, arguments.json);
+  Stopwatch watch;
+  const std::filesystem::path out = arguments.out;
+  if (out.extension() != ".obj") {
+    throw Error(ErrorCode::usage,
+                "--out '" + arguments.out +
+                    "': the low mesh is written as OBJ, so the name must end in .obj.");
+  }
+  const auto [width, height] = parse_size(arguments.size);
+  check_paths({arguments.high}, {out, arguments.json});
+  check_not_foreign(out, arguments.force);
+  prepare_parent(out);
+  prepare_parent(arguments.json);
+  std::vector<Warning> warnings;
+  if (!console.progress(0.0, "reading")) return kExitCancelled;
+  const Mesh high = load_mesh(arguments.high, &warnings);
+  if (!console.progress(0.2, "simplifying")) return kExitCancelled;
+  SimplifyReport report;
+  SimplifyOptions options;
+  options.faces = arguments.faces;
+  if (!arguments.max_error.empty()) options.max_error = parse_error_bound(arguments.max_error);
+  const Mesh simple = simplify(high, options, &report);
+  if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
+  UnwrapReport unwrap_report;
+  UnwrapOptions unwrap_options;
+  unwrap_options.size = std::max(16U, std::min(width, height));
+  Mesh low = unwrap(simple, unwrap_options, &unwrap_report);
+  if (!console.progress(0.9, "writing")) return kExitCancelled;
+  save_obj(low, out);
+  for (const auto* list : {&report.warnings, &unwrap_report.warnings}) {
+    warnings.insert(warnings.end(), list->begin(), list->end());
+  }
+  for (const Warning& warning : warnings) console.warning(warning.message);
+  char text[512];
+  std::snprintf(
+      text, sizeof text,
+      "wrote %s: %s of %s faces, deviation %.4f%% of the diagonal, %s charts cover %.0f%% of the "
+      "texture, %.2f s",
+      arguments.out.c_str(), with_commas(report.faces).c_str(),
+      with_commas(report.input_faces).c_str(), report.error * 100,
+      with_commas(unwrap_report.charts).c_str(), unwrap_report.coverage * 100, watch.total());
+  console.line(text);
+  if (!arguments.json.empty()) {
+    const Json json = {{"version", version()},
+                       {"inputs", {describe(high, arguments.high)}},
+                       {"outputs", {arguments.out}},
+                       {"faces", report.faces},
+                       {"error", report.error},
+                       {"charts", unwrap_report.charts},
+                       {"coverage", unwrap_report.coverage},
+                       {"density_spread", unwrap_report.density_spread},
+                       {"seconds",
+                        {{"simplify", report.seconds},
+                         {"unwrap", unwrap_report.seconds},
+                         {"total", watch.total()}}},
+                       {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
+                       {"warnings", describe(warnings)}};
+    save_report(arguments.json, json);
+  }
+  return 0;
+}
+
+}  // namespace
+
+Run add_simplify(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("simplify", "Decimate a dense mesh and unwrap the result");
+  auto arguments = std::make_shared<SimplifyArguments>();
+  command->add_option("HIGH", arguments->high, "The dense mesh (PLY, OBJ, STL, OFF)")->required();
+  command->add_option("--out", arguments->out, "The light mesh to write (OBJ)")->required();
+  CLI::Option* faces =
+      command
+          ->add_option("--faces", arguments->faces,
+                       "Number of triangles (default: as few as --max-error allows)")
+          ->check(CLI::Range(1U, 100000000U));
+  command
+      ->add_option("--max-error", arguments->max_error,
+                   "Largest deviation, as a share of the diagonal (default 0.2%)")
+      ->excludes(faces);
+  command->add_option("--size", arguments->size, "Map size that the borders are meant for")
+      ->capture_default_str();
+  command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
+  command->add_option("--json", arguments->json,
+                      "Write a report to this file, or - for standard output");
+  command->add_flag("--quiet", arguments->quiet, "Print nothing but errors");
+  return [arguments] { return run_simplify(*arguments); };
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,338 @@
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "arguments/bake_arguments.h"
+#include "arguments/parse.h"
+#include "arguments/paths.h"
+#include "arguments/surface_arguments.h"
+#include "commands.h"
+#include "interrupt.h"
+#include "kiln/kiln.h"
+#include "report/check_result.h"
+#include "report/console.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct VolumeArguments {
+  std::string volume, out, full;
+  SurfaceArguments surface;
+  std::string match = "direct";
+  std::string max_distance;
+  std::uint32_t samples = 1;
+  std::string size = "1024";
+  std::string space = "tangent";
+  bool flip_y = false;
+  std::string format = "png16";
+  bool force = false;
+  std::string device, json;
+  bool quiet = false;
+};
+
+[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+void check(const VolumeArguments& a) {
+  check(a.surface);
+  if (a.match == "direct" && (!a.max_distance.empty() || a.samples != 1)) {
+    fail("--max-distance and --samples are for --match ray or closest.");
+  }
+  if (!a.full.empty() && fs::path(a.full).extension() != ".obj") {
+    fail("--full '" + a.full +
+         "': the full contour is written as OBJ, so the name must end in .obj.");
+  }
+}
+
+ExtractOptions map_options(const VolumeArguments& a) {
+  ExtractOptions options = extract_options(a.surface);
+  const auto [width, height] = parse_size(a.size);
+  if (width != height) fail("--size " + a.size + ": maps from volumes are square.");
+  options.size = width;
+  options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
+  options.flip_y = a.flip_y;
+  return options;
+}
+
+SaveImageOptions save_options(const VolumeArguments& a) {
+  SaveImageOptions options;
+  options.format = a.format == "png8"    ? ImageFormat::png8
+                   : a.format == "exr"   ? ImageFormat::exr_half
+                   : a.format == "exr32" ? ImageFormat::exr_float
+                                         : ImageFormat::png16;
+  return options;
+}
+
+/// The long way: the full contour as the dense mesh.
+struct Baked {
+  BakeReport report;
+  double contour = 0, build = 0, bake = 0;  // seconds
+  std::uint64_t triangles = 0;
+  bool cancelled = false;
+};
+
+Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense,
+               ExtractResult& result, Console& console) {
+  Baked baked;
+  Stopwatch watch;
+  baked.triangles = dense.triangles.size();
+  const Source source(device, dense);
+  baked.build = watch.lap();
+  BakeOptions options;
+  options.width = options.height = result.normal_map.width;
+  options.samples = a.samples;
+  options.method = a.match == "ray" ? MatchMethod::ray : MatchMethod::closest;
+  if (!a.max_distance.empty()) options.max_distance = parse_reach(a.max_distance);
+  options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
+  options.flip_y = a.flip_y;
+  // Charts have just their border around them, and none may write into another's.
+  options.gutter = static_cast<std::int32_t>(a.surface.border_texels);
+  options.progress = [&](double done, std::string_view stage) {
+    return console.progress(0.6 + 0.3 * done, stage);
+  };
+  BakeResult bake_result = bake(source, result.mesh, options);
+  baked.bake = watch.lap();
+  baked.cancelled = bake_result.cancelled;
+  if (baked.cancelled) return baked;
+  check_result(bake_result.report, dense, result.mesh);
+  result.normal_map = std::move(bake_result.maps[0].image);
+  baked.report = std::move(bake_result.report);
+  return baked;
+}
+
+void print_summary(Console& console, const ExtractReport& r, const ExtractOptions& options) {
+  char text[400];
+  std::snprintf(text, sizeof text, "full contour: %s cells, %s vertices, %s quads, %s parts",
+                with_commas(r.contour.cells).c_str(), with_commas(r.contour.vertices).c_str(),
+                with_commas(r.contour.quads).c_str(), with_commas(r.parts).c_str());
+  console.line(text);
+  std::snprintf(
+      text, sizeof text,
+      "light mesh: %s faces (%s quads, %s triangles), within %.3g cells, %s edges with more "
+      "than two faces",
+      with_commas(r.faces).c_str(), with_commas(r.quads).c_str(), with_commas(r.triangles).c_str(),
+      r.error, with_commas(r.non_manifold_edges).c_str());
+  console.line(text);
+  std::snprintf(text, sizeof text,
+                "map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels from fine "
+                "vertices",
+                options.size, options.size, with_commas(r.charts).c_str(), 100 * r.coverage,
+                r.texels_per_cell, with_commas(r.splatted_texels).c_str());
+  console.line(text);
+}
+
+Json describe(const VolumeArguments& a, const ExtractOptions& options) {
+  Json json = cli::describe(a.surface, options);
+  json.update({{"match", a.match},
+               {"size", options.size},
+               {"chart_border", options.border_texels},
+               {"space", a.space},
+               {"flip_y", a.flip_y},
+               {"format", a.format}});
+  return json;
+}
+
+int run_volume(const VolumeArguments& a) {
+  check(a);
+  const ExtractOptions options = map_options(a);
+  const SaveImageOptions image_options = save_options(a);
+  Console console(a.quiet, a.json);
+  Stopwatch watch;
+  const fs::path folder = a.out;
+  const std::string stem = fs::path(a.volume).stem().string() + "_low";
+  const fs::path mesh_path = folder / (stem + ".obj");
+  const fs::path map_path = folder / (stem + "_normal" + extension(image_options));
+  check_paths({a.volume}, {mesh_path, map_path, a.full, a.json});
+  check_not_foreign(mesh_path, a.force);
+  if (!a.full.empty()) check_not_foreign(a.full, a.force);
+  prepare_output_folder(folder);
+  prepare_parent(a.full);
+  prepare_parent(a.json);
+
+  const Device device = Device::open(a.device);
+  std::vector<Warning> warnings;
+  if (!console.progress(0, "reading " + a.volume)) return kExitCancelled;
+  const Volume volume = read_volume(a.volume, a.surface, warnings);
+  const double load_seconds = watch.lap();
+  if (!console.progress(0.2, "contouring")) return kExitCancelled;
+  ExtractResult result = extract(device, volume, options);
+  result.mesh.name = stem;
+  watch.lap();
+  std::optional<Baked> baked;
+  std::optional<Mesh> dense;
+  double dense_seconds = 0;
+  if (a.match != "direct" || !a.full.empty()) {
+    if (!console.progress(0.5, "contouring in full")) return kExitCancelled;
+    dense = contour(device, volume, options.contour);
+    dense_seconds = watch.lap();
+  }
+  if (a.match != "direct") {
+    baked = bake_map(device, a, *dense, result, console);
+    if (baked->cancelled) return kExitCancelled;
+    baked->contour = dense_seconds;
+  }
+  watch.lap();
+  if (!console.progress(0.9, "writing " + mesh_path.string())) return kExitCancelled;
+  std::vector<std::string> outputs = {mesh_path.string(), map_path.string()};
+  save_obj(result.mesh, mesh_path);
+  save_image(result.normal_map, map_path, image_options);
+  if (!a.full.empty()) {
+    save_obj(*dense, a.full);
+    outputs.push_back(a.full);
+  }
+  const double save_seconds = watch.lap();
+  ExtractReport& r = result.report;
+  // Of the direct map, which another took the place of.
+  if (baked) std::erase_if(r.warnings, [](const Warning& w) { return w.code == "map-too-fine"; });
+  warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
+  if (baked) {
+    warnings.insert(warnings.end(), baked->report.warnings.begin(), baked->report.warnings.end());
+  }
+
+  if (!a.json.empty()) {
+    Json json = {{"version", version()},
+                 {"device", kiln::cli::describe(device.info())},
+                 {"inputs", {{"volume", cli::describe(volume, a.volume)}}},
+                 {"options", describe(a, options)},
+                 {"seconds",
+                  {{"load", load_seconds},
+                   {"scan", r.contour.seconds_scan},
+                   {"outer", r.contour.seconds_outer},
+                   {"hermite", r.contour.seconds_hermite},
+                   {"vertices", r.contour.seconds_vertices},
+                   {"quads", r.contour.seconds_quads},
+                   {"simplify", r.seconds_simplify},
+                   {"atlas", r.seconds_atlas},
+                   {"map", r.seconds_map},
+                   {"extract", r.seconds_total},
+                   {"save", save_seconds},
+                   {"total", watch.total()}}},
+                 {"compile_seconds", device.compile_seconds()},
+                 {"contour",
+                  {{"parts", r.parts},
+                   {"filled_voxels", a.surface.outer ? Json(r.contour.filled_voxels) : Json()},
+                   {"cells", r.contour.cells},
+                   {"vertices", r.contour.vertices},
+                   {"quads", r.contour.quads}}},
+                 {"low",
+                  {{"faces", r.faces},
+                   {"quads", r.quads},
+                   {"triangles", r.triangles},
+                   {"error_cells", r.error},
+                   {"non_manifold_edges", r.non_manifold_edges}}},
+                 {"map",
+                  {{"charts", r.charts},
+                   {"coverage", r.coverage},
+                   {"texels_per_cell", r.texels_per_cell},
+                   {"splatted_texels", baked ? Json() : Json(r.splatted_texels)}}},
+                 {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
+                 {"outputs", outputs},
+                 {"warnings", kiln::cli::describe(warnings)}};
+    if (baked) {
+      json["bake"] = {
+          {"dense_triangles", baked->triangles},
+          {"texels", describe_texels(baked->report)},
+          {"seconds",
+           {{"contour", baked->contour}, {"build", baked->build}, {"bake", baked->bake}}}};
+    }
+    save_report(a.json, json);
+  }
+  console.progress(1, "done");
+  for (const Warning& warning : warnings) console.warning(warning.message);
+  print_summary(console, r, options);
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "%.2f s: load %.2f, scan %.2f, outer %.2f, hermite %.2f, vertices %.2f, quads "
+                "%.2f, simplify %.2f, "
+                "atlas %.2f, map %.2f, save %.2f",
+                watch.total(), load_seconds, r.contour.seconds_scan, r.contour.seconds_outer,
+                r.contour.seconds_hermite, r.contour.seconds_vertices, r.contour.seconds_quads,
+                r.seconds_simplify, r.seconds_atlas, r.seconds_map, save_seconds);
+  console.line(text);
+  if (baked) {
+    std::snprintf(text, sizeof text,
+                  "baked by %s from %s triangles: contour %.2f s, build %.2f, bake %.2f",
+                  a.match.c_str(), with_commas(baked->triangles).c_str(), baked->contour,
+                  baked->build, baked->bake);
+    console.line(text);
+    const BakeReport& bake = baked->report;
+    std::snprintf(text, sizeof text, "%s texels covered, %s of %s samples missed (%.1f%%)",
+                  with_commas(bake.texels).c_str(), with_commas(bake.missed).c_str(),
+                  with_commas(bake.samples).c_str(),
+                  bake.samples == 0
+                      ? 0.0
+                      : 100 * static_cast<double>(bake.missed) / static_cast<double>(bake.samples));
+    console.line(text);
+  }
+  for (const std::string& output : outputs) console.line("wrote " + output);
+  return 0;
+}
+
+}  // namespace
+
+Run add_volume(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "volume", "Extract a light mesh with a normal map straight from volume data");
+  auto arguments = std::make_shared<VolumeArguments>();
+  VolumeArguments& a = *arguments;
+  command
+      ->add_option("VOLUME", a.volume,
+                   "Scalar voxels: NRRD, MetaImage, NIfTI, OpenVDB, or raw with --raw-size")
+      ->required();
+  command
+      ->add_option("--out", a.out,
+                   "Folder for mesh and map (made where only its last part is missing)")
+      ->required();
+
+  add_surface_options(*command, a.surface)->required();
+  command->add_option("--full", a.full, "Also write the full-resolution contour (OBJ)")
+      ->group(kSurfaceGroup);
+
+  command->add_option("--size", a.size, "Texels a side, 16 to 8192")
+      ->capture_default_str()
+      ->group(kMapGroup);
+  command
+      ->add_option("--match", a.match,
+                   "How texels find their normals: direct (fine vertices splatted), or the full "
+                   "contour baked by ray or closest point")
+      ->check(one_of({"direct", "ray", "closest"}))
+      ->capture_default_str()
+      ->group(kMapGroup);
+  command
+      ->add_option("--max-distance", a.max_distance,
+                   "ray, closest: how far to look, units or N% of the diagonal (default 2%)")
+      ->group(kMapGroup);
+  command->add_option("--samples", a.samples, "ray, closest: N x N samples a texel")
+      ->check(CLI::Range(1U, 16U))
+      ->capture_default_str()
+      ->group(kMapGroup);
+  add_chart_border_option(*command, a.surface);
+  command->add_option("--space", a.space, "Of the normals: tangent (MikkTSpace) or object")
+      ->check(one_of({"tangent", "object"}))
+      ->capture_default_str()
+      ->group(kMapGroup);
+  command->add_flag("--flip-y", a.flip_y, "Green points down (DirectX); the default is up (OpenGL)")
+      ->group(kMapGroup);
+  command->add_option("--format", a.format, "png16, png8, exr (half) or exr32 (float)")
+      ->check(one_of({"png16", "png8", "exr", "exr32"}))
+      ->capture_default_str()
+      ->group(kMapGroup);
+
+  add_raw_options(*command, a.surface);
+
+  const char* const group_run = "The run";
+  command->add_flag("--force", a.force, "Write over meshes that Kiln did not write")
+      ->group(group_run);
+  command
+      ->add_option("--device", a.device,
+                   "OpenCL device: index or part of its name (see kiln devices)")
+      ->group(group_run);
+  command->add_option("--json", a.json, "Write a report to this file, or - for standard output")
+      ->group(group_run);
+  command->add_flag("--quiet", a.quiet, "Print nothing but errors")->group(group_run);
+  return [arguments] { return run_volume(*arguments); };
+}
+
+}  // namespace kiln::cli

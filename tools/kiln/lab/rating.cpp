@@ -1,0 +1,253 @@
+#include "lab/rating.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "arguments/bake_arguments.h"
+#include "lab/study.h"
+#include "report/check_result.h"
+
+namespace kiln::cli {
+namespace {
+
+constexpr std::uint32_t kPictureSize = 360;
+constexpr float kBeside = -99;
+constexpr int kSpread = 6;  ///< Texels that fields reach beyond charts, for pictures
+
+/// Pushes values over the borders of charts, so that pictures have no seams of their own.
+Image spread(Image field, float none) {
+  const auto width = static_cast<std::ptrdiff_t>(field.width);
+  const auto height = static_cast<std::ptrdiff_t>(field.height);
+  for (int round = 0; round < kSpread; ++round) {
+    const std::vector<float> before = field.pixels;
+    for (std::ptrdiff_t y = 0; y < height; ++y) {
+      for (std::ptrdiff_t x = 0; x < width; ++x) {
+        float& value = field.pixels[static_cast<std::size_t>(y * width + x)];
+        if (value != none) continue;
+        constexpr std::array<std::array<std::ptrdiff_t, 2>, 4> kSteps = {
+            {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+        for (const auto& [dx, dy] : kSteps) {
+          if (x + dx < 0 || x + dx >= width || y + dy < 0 || y + dy >= height) continue;
+          const float other = before[static_cast<std::size_t>((y + dy) * width + x + dx)];
+          if (other == none) continue;
+          value = other;
+          break;
+        }
+      }
+    }
+  }
+  return field;
+}
+
+/// A field as it lies on the mesh, seen from one side: values survive the way through a map of 16 bits, which
+/// holds their place between the least and the largest.
+Image draw_field(const Device& device, const Mesh& low, const Image& field, float none,
+                 const RenderOptions& view) {
+  const Image full = spread(field, none);
+  float from = std::numeric_limits<float>::max();
+  float to = std::numeric_limits<float>::lowest();
+  for (const float value : full.pixels) {
+    if (value == none) continue;
+    from = std::min(from, value);
+    to = std::max(to, value);
+  }
+  const float extent = std::max(to - from, 1e-30F);
+  Image map{full.width, full.height, 3, {}};
+  map.pixels.reserve(full.pixels.size() * 3);
+  for (const float value : full.pixels) {
+    const float share = value == none ? 0 : (value - from) / extent;
+    map.pixels.insert(map.pixels.end(), {share, 1.0F, value == none ? 0.0F : 1.0F});
+  }
+  RenderOptions colors = view;
+  colors.show_colors = true;
+  colors.samples = 1;
+  const Image drawn = Scene(device, low, {&map}).draw(colors);
+  Image result{drawn.width, drawn.height, 1, {}};
+  for (std::size_t i = 0; i < drawn.pixels.size(); i += 3) {
+    const bool covered = drawn.pixels[i + 1] > 0;
+    const bool known = drawn.pixels[i + 2] > 0.75F;
+    result.pixels.push_back(!covered ? kBeside : !known ? none : from + drawn.pixels[i] * extent);
+  }
+  return result;
+}
+
+void draw_pictures(const Device& device, const Mesh& high, const Mesh& low, const Image& map,
+                   const RatingOptions& options, Rating& row) {
+  RenderOptions view;
+  view.size = kPictureSize;
+  view.frame = &high;
+  view.z_up = options.z_up;
+  const Scene scene(device, low, {&map});
+  const Image clay = scene.draw(view);
+  row.shape = {clay.width, clay.height, 1, {}};
+  for (std::size_t i = 0; i < clay.pixels.size(); i += 3) {
+    row.shape.pixels.push_back(clay.pixels[i] * 0.3F + clay.pixels[i + 1] * 0.6F +
+                               clay.pixels[i + 2] * 0.1F);
+  }
+  const AssessmentFields& fields = row.match.fields;
+  row.object_distance = draw_field(device, low, fields.object_distance, -1, view);
+  row.image_distance = draw_field(device, low, fields.image_distance, -1, view);
+  row.stretch = draw_field(device, low, fields.stretch, -64, view);
+  view.show_normals = true;
+  view.samples = 1;
+  row.angle = normal_angles(Scene(device, high).draw(view), scene.draw(view));
+}
+
+/// Bakes next to nothing in the same way, so that seconds are those of the work and not of compiling.
+void compile_kernels(const Device& device, const BakeOptions& like) {
+  Mesh square;
+  square.name = "square";
+  square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0.1F}};
+  square.triangles = {{0, 1, 2}, {0, 2, 3}};
+  square.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  square.uv_triangles = square.triangles;
+  BakeOptions bake_with = like;
+  bake_with.width = bake_with.height = 16;
+  bake_with.max_distance = Length::share(0.1);
+  bake_with.progress = nullptr;
+  bake(Source(device, square), square, bake_with);
+}
+
+Json describe(const Distribution& d, double diagonal) {
+  return {{"mean", d.mean},
+          {"rms", d.rms},
+          {"median", d.median},
+          {"p95", d.p95},
+          {"p99", d.p99},
+          {"max", d.max},
+          {"mean_of_diagonal", d.mean / diagonal},
+          {"area", d.area}};
+}
+
+}  // namespace
+
+std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& low,
+                            const RatingOptions& options, const Progress& progress) {
+  Ratings ratings;
+  ratings.views = kHeldOutViews;
+  if (!progress(0, "preparing the dense mesh")) return std::nullopt;
+  const Source source(device, high);
+  ratings.diagonal = source.stats().diagonal;
+  ratings.warnings = source.warnings();
+  const std::vector<Vec3> usual = spread_views(12);
+  std::vector<ViewAngles> angles;
+  for (const Vec3& toward : held_out_views(kHeldOutViews, usual, kLeastHeldOutAngle)) {
+    angles.push_back(view_angles(toward));
+  }
+  const NormalReference reference(Scene(device, high), high, angles, kMeasuredSize);
+  std::vector<std::string> methods = options.methods;
+  std::erase_if(methods, [&](const std::string& name) {
+    std::optional<LeftOut> left =
+        unfit(match_method(name), "--match " + name, source, high, low, options.uv, options.strict);
+    if (left) ratings.left_out.push_back({name, left->reason});
+    return left.has_value();
+  });
+  const double steps = static_cast<double>(methods.size());
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    Rating row;
+    row.method = methods[i];
+    BakeOptions bake_with;
+    bake_with.method = match_method(row.method);
+    bake_with.width = bake_with.height = options.size;
+    bake_with.max_distance = options.max_distance;
+    bake_with.uv = options.uv;
+    bake_with.keep_match = true;
+    const auto show = [&](double from, double to, const std::string& stage) {
+      return [&, from, to, stage](double done, std::string_view) {
+        return progress((static_cast<double>(i) + from + (to - from) * done) / steps, stage);
+      };
+    };
+
+    compile_kernels(device, bake_with);
+    bake_with.progress = show(0, 0.2, "matching by " + row.method);
+    const BakeResult baked = bake(source, low, bake_with);
+    if (baked.cancelled) return std::nullopt;
+    check_result(baked.report, high, low);
+    row.bake = baked.report;
+    AssessOptions assess_with;
+    assess_with.directions = options.directions;
+    if (baked.report.views) assess_with.avoid = baked.report.views->directions;
+    assess_with.fields = options.pictures;
+    assess_with.progress = show(0.2, 0.8, "rating " + row.method);
+    row.match = assess(source, low, *baked.match, assess_with);
+    if (row.match.cancelled) return std::nullopt;
+    if (!show(0.8, 1, "comparing normals")(0, "")) return std::nullopt;
+    const Image& map = baked.maps[0].image;
+    const Scene scene(device, low, {&map});
+    row.normal = reference.compare(scene);
+    if (i == 0) ratings.without_map = reference.compare(scene, true);
+    if (options.pictures) draw_pictures(device, high, low, map, options, row);
+    ratings.rows.push_back(std::move(row));
+  }
+  return ratings;
+}
+
+Json describe(const Ratings& ratings) {
+  Json rows = Json::array();
+  for (const Rating& row : ratings.rows) {
+    const MatchAssessment& a = row.match;
+    const double share =
+        a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
+    Json json = {{"method", row.method}, {"samples", a.samples}, {"miss_rate", share}};
+    json["texels"] = describe_texels(row.bake);
+    json["object_distance"] = describe(a.object_distance, a.diagonal);
+    json["image_distance"] = {{"plain_mean", a.image_distance_plain},
+                              {"normalised", describe(a.image_distance, a.diagonal)},
+                              {"directions", a.directions},
+                              {"never_visible", a.never_visible}};
+    json["uniformity"] = {{"mean_log2_stretch", a.mean_stretch},
+                          {"deviation", describe(a.stretch, 1)},
+                          {"cells", a.cells}};
+    json["fold_rate"] = a.folded;
+    json["largest_jump"] = {{"distance", a.largest_jump},
+                            {"of_diagonal", a.largest_jump / a.diagonal},
+                            {"largest_step_of_texels", a.largest_step}};
+    json["rendered_normals"] = cli::describe(row.normal);
+    json["seconds"] = {{"build", row.bake.seconds_build},
+                       {"match", row.bake.seconds_match},
+                       {"assess", a.seconds}};
+    json["warnings"] = cli::describe(row.bake.warnings);
+    rows.push_back(std::move(json));
+  }
+  Json left_out = Json::array();
+  for (const LeftOut& left : ratings.left_out) {
+    left_out.push_back({{"method", left.name}, {"reason", left.reason}});
+  }
+  return {{"diagonal", ratings.diagonal},
+          {"left_out", left_out},
+          {"rendered_views", ratings.views},
+          {"without_map", cli::describe(ratings.without_map)},
+          {"methods", rows}};
+}
+
+std::vector<std::string> ratings_table(const Ratings& ratings) {
+  std::vector<std::string> lines = {
+      "method      object mean  image mean  normalised   uneven  folded  jump      missed  normals "
+      "mean   rms   95%   match",
+      "            % of diag.   % of diag.  % of diag.   log2    %       % diag.   %       "
+      "degrees                 seconds"};
+  char text[256];
+  for (const Rating& row : ratings.rows) {
+    const MatchAssessment& a = row.match;
+    const double percent = 100 / a.diagonal;
+    std::snprintf(
+        text, sizeof text,
+        "%-11s %11.4f %11.4f %11.4f %8.2f %7.2f %8.2f %9.2f %13.2f %5.2f %5.2f %8.3f",
+        row.method.c_str(), a.object_distance.mean * percent, a.image_distance_plain * percent,
+        a.image_distance.mean * percent, a.stretch.rms, 100 * a.folded, a.largest_jump * percent,
+        a.samples != 0 ? 100.0 * static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0,
+        row.normal.mean_degrees, row.normal.rms_degrees, row.normal.p95_degrees,
+        row.bake.seconds_build + row.bake.seconds_match);
+    lines.emplace_back(text);
+  }
+  std::snprintf(text, sizeof text, "%-88s %6.2f %5.2f %5.2f", "(no map)",
+                ratings.without_map.mean_degrees, ratings.without_map.rms_degrees,
+                ratings.without_map.p95_degrees);
+  lines.emplace_back(text);
+  return lines;
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,60 @@
+// Ways to match rated on one pair of meshes: `kiln measure HIGH LOW --match ...`.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "lab/uv_fit.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+
+struct RatingOptions {
+  std::vector<std::string> methods;  ///< As `kiln bake --match` has them
+  bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
+  UvOptions uv;
+  std::uint32_t size = 512;        ///< Texels a side
+  std::uint32_t directions = 512;  ///< Of the image-space distance
+  Length max_distance = Length::share(0.02);
+  bool pictures = false;
+  bool z_up = false;
+};
+
+/// One way to match.
+struct Rating {
+  std::string method;
+  BakeReport bake;
+  MatchAssessment match;
+  NormalError normal;  ///< Rendered normals against the dense mesh's, over held-out views
+  // With pictures: the light mesh coloured by each field, and by the error of the normal; degrees -1 and -2
+  // as normal_angles() has them.
+  Image shape;  ///< Clay, one channel: shading for the others
+  Image object_distance, image_distance,
+      stretch;  ///< Values as AssessmentFields, by pixel; -99 beside
+  Image angle;
+};
+
+struct Ratings {
+  std::vector<Rating> rows;
+  std::vector<LeftOut> left_out;  ///< By methods' names
+  NormalError without_map;
+  std::uint32_t views = 0;  ///< Of the normals
+  double diagonal = 0;
+  std::vector<Warning> warnings;
+};
+
+/// \returns nothing where progress said stop
+/// \throws Error(input) where nothing matches, or (strict) a method does not do
+std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& low,
+                            const RatingOptions& options, const Progress& progress);
+
+/// A row of pictures a method, a column a measure, with scale bars. RGB.
+Image ratings_picture(const Ratings& ratings);
+
+Json describe(const Ratings& ratings);
+/// A table for people.
+std::vector<std::string> ratings_table(const Ratings& ratings);
+
+}  // namespace kiln::cli

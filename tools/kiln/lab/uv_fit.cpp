@@ -1,0 +1,38 @@
+#include "lab/uv_fit.h"
+
+namespace kiln::cli {
+namespace {
+
+constexpr std::uint32_t kTrialSize = 256;
+
+/// Empty where it does.
+std::string why_not(const Source& source, const Mesh& high, const Mesh& low, const UvOptions& uv) {
+  if (high.uvs.empty()) return "'" + high.name + "' has no UVs.";
+  BakeOptions trial;
+  trial.method = MatchMethod::uv;
+  trial.uv = uv;
+  trial.width = trial.height = kTrialSize;
+  try {
+    bake(source, low, trial);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::input) throw;
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
+                             const Mesh& high, const Mesh& low, const UvOptions& uv, bool must) {
+  if (method != MatchMethod::uv) return std::nullopt;
+  const std::string reason = why_not(source, high, low, uv);
+  if (reason.empty()) return std::nullopt;
+  if (must) {
+    throw Error(ErrorCode::input,
+                name + " does not do for '" + high.name + "' and '" + low.name + "': " + reason);
+  }
+  return LeftOut{name, reason};
+}
+
+}  // namespace kiln::cli

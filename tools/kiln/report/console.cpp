@@ -1,0 +1,88 @@
+#include "report/console.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <utility>
+
+#include "interrupt.h"
+
+namespace kiln::cli {
+
+Console::Console(bool quiet, const std::string& report)
+    : quiet_(quiet), report_on_output_(report == "-"), terminal_(isatty(STDERR_FILENO) != 0) {
+  const char* kind = std::getenv("TERM");
+  if (kind != nullptr && std::string_view(kind) == "dumb") terminal_ = false;
+}
+
+Console::~Console() { clear_bar(); }
+
+void Console::clear_bar() {
+  if (!bar_shown_) return;
+  std::fputs("\r\033[K", stderr);
+  std::fflush(stderr);
+  bar_shown_ = false;
+}
+
+bool Console::progress(double share, std::string_view stage) {
+  if (interrupted()) return false;
+  if (quiet_) return true;
+  const int percent = std::clamp(static_cast<int>(share * 100), 0, 100);
+  if (terminal_) {
+    if (percent == last_percent_ && stage == last_stage_) return true;
+    constexpr int kWidth = 32;
+    const int filled = percent * kWidth / 100;
+    std::string bar(static_cast<std::size_t>(filled), '#');
+    bar.append(static_cast<std::size_t>(kWidth - filled), '.');
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    std::fprintf(stderr, "\r\033[K[%s] %3d%%  %5.1f s  %.*s", bar.c_str(), percent, seconds,
+                 static_cast<int>(stage.size()), stage.data());
+    std::fflush(stderr);
+    bar_shown_ = true;
+  } else if (stage != last_stage_ || percent >= last_percent_ + 20) {
+    std::fprintf(stderr, "%3d%% %.*s\n", percent, static_cast<int>(stage.size()), stage.data());
+  } else {
+    return true;
+  }
+  last_percent_ = percent;
+  last_stage_ = stage;
+  return true;
+}
+
+void Console::line(const std::string& text) {
+  if (quiet_) return;
+  clear_bar();
+  std::FILE* const to = report_on_output_ ? stderr : stdout;
+  std::fprintf(to, "%s\n", text.c_str());
+  std::fflush(to);
+}
+
+void Console::warning(const std::string& text) {
+  if (quiet_) return;
+  clear_bar();
+  std::fprintf(stderr, "warning: %s\n", text.c_str());
+}
+
+void print_warnings(Console& console, const std::vector<Warning>& general,
+                    const std::vector<Warning>& of_settings, const std::string& report) {
+  for (const Warning& warning : general) console.warning(warning.message);
+  std::map<std::string, std::pair<const Warning*, std::size_t>> kinds;
+  for (const Warning& warning : of_settings) {
+    auto& [first, count] = kinds[warning.code];
+    if (first == nullptr) first = &warning;
+    ++count;
+  }
+  for (const auto& [code, kind] : kinds) {
+    const auto& [warning, count] = kind;
+    console.warning(warning->message +
+                    (count > 1 ? " (And so, or likewise, at " + std::to_string(count - 1) +
+                                     " further settings: see " + report + ".)"
+                               : ""));
+  }
+}
+
+}  // namespace kiln::cli

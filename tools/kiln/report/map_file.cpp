@@ -1,0 +1,65 @@
+#include "report/map_file.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kiln/bake.h"
+
+namespace kiln::cli {
+namespace {
+
+// Below what rounding to half precision can make of 0.
+constexpr float kNegative = -1e-3F;
+
+bool is_match(const std::filesystem::path& path) {
+  if (path.extension() != ".exr") return false;
+  try {
+    load_image(path);
+    return false;
+  } catch (const Error&) {
+    return true;  // no colour channels: if it is no match either, reading it as one says so
+  }
+}
+
+}  // namespace
+
+Image load_normal_map(const std::filesystem::path& path) {
+  Image image = load_image(path);
+  if (image.channels < 3) return image;
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  const auto texel = [&](std::size_t i) { return &image.pixels[i * image.channels]; };
+  bool raw = false;
+  bool two = texels != 0;
+  for (std::size_t i = 0; i < texels; ++i) {
+    const float* p = texel(i);
+    raw = raw || p[0] < kNegative || p[1] < kNegative || p[2] < kNegative;
+    two = two && p[2] == 0;
+  }
+  if (!raw && !two) return image;
+  for (std::size_t i = 0; i < texels; ++i) {
+    float* p = texel(i);
+    for (int c = 0; c < 3 && raw; ++c) p[c] = p[c] * 0.5F + 0.5F;
+    if (two) {
+      const float x = 2 * p[0] - 1;
+      const float y = 2 * p[1] - 1;
+      p[2] = std::sqrt(std::max(0.0F, 1 - x * x - y * y)) * 0.5F + 0.5F;
+    }
+  }
+  return image;
+}
+
+Image load_mask(const std::filesystem::path& path) {
+  if (!is_match(path)) return load_image(path);
+  const Match match = load_match(path);
+  const std::uint32_t n = match.samples;
+  Image mask{match.width / n, match.height / n, 1, {}};
+  mask.pixels.resize(std::size_t{mask.width} * mask.height);
+  for (std::size_t i = 0; i < match.triangle.size(); ++i) {
+    const std::size_t x = i % match.width / n;
+    const std::size_t y = i / match.width / n;
+    if (match.triangle[i] < match.source_triangles) mask.pixels[y * mask.width + x] = 1;
+  }
+  return mask;
+}
+
+}  // namespace kiln::cli

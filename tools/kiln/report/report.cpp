@@ -1,0 +1,114 @@
+#include "report/report.h"
+
+#include <sys/resource.h>
+
+namespace kiln::cli {
+
+Json describe(const DeviceInfo& info) {
+  return {{"index", info.index},
+          {"name", info.name},
+          {"platform", info.platform},
+          {"vendor", info.vendor},
+          {"driver", info.driver},
+          {"opencl", info.opencl_version},
+          {"type", info.is_gpu ? "gpu" : "cpu"},
+          {"compute_units", info.compute_units},
+          {"memory_bytes", info.memory_bytes},
+          {"largest_buffer_bytes", info.largest_buffer_bytes},
+          {"atomics_64", info.has_atomics_64},
+          {"correctly_rounded_division", info.has_correct_division},
+          {"denormals", info.has_denormals}};
+}
+
+Json describe(const Mesh& mesh, const std::filesystem::path& path) {
+  return {{"path", path.string()},
+          {"vertices", mesh.positions.size()},
+          {"triangles", mesh.triangles.size()},
+          {"has_uvs", !mesh.uv_triangles.empty()},
+          {"has_normals", !mesh.normal_triangles.empty()}};
+}
+
+Json describe(const std::vector<Warning>& warnings) {
+  Json result = Json::array();
+  for (const Warning& warning : warnings) {
+    result.push_back(
+        {{"code", warning.code}, {"message", warning.message}, {"count", warning.count}});
+  }
+  return result;
+}
+
+Json describe(const NormalError& error) {
+  Json above = Json::object();
+  for (std::size_t i = 0; i < error.above_8bit.size(); ++i) {
+    above[std::to_string(static_cast<int>(NormalError::kThresholds8Bit[i]))] = error.above_8bit[i];
+  }
+  return {{"mean_angle_degrees", error.mean_degrees},
+          {"rms_angle_degrees", error.rms_degrees},
+          {"median_angle_degrees", error.median_degrees},
+          {"p95_angle_degrees", error.p95_degrees},
+          {"p99_angle_degrees", error.p99_degrees},
+          {"max_angle_degrees", error.max_degrees},
+          {"mean_8bit_difference", error.mean_8bit},
+          {"share_above_8bit_difference", above},
+          {"pixels", error.pixels},
+          {"one_sided_pixels", error.one_sided}};
+}
+
+Json describe(const ViewReport& views) {
+  Json directions = Json::array();
+  for (const Vec3& d : views.directions) directions.push_back({d.x, d.y, d.z});
+  return {{"count", views.directions.size()},
+          {"size", views.size},
+          {"pixel", views.pixel},
+          {"undersampled", views.undersampled},
+          {"height_field", views.height_field},
+          {"coverage_after_each", views.coverage},
+          {"directions", directions}};
+}
+
+Json describe(const VisibilityReport& visibility) {
+  return {{"directions", visibility.directions}, {"test", visibility.by_rays ? "rays" : "views"},
+          {"width", visibility.width},           {"height", visibility.height},
+          {"places", visibility.places},         {"unseen", visibility.unseen},
+          {"without", visibility.without},       {"mean_deviation", visibility.mean_deviation},
+          {"clustered", visibility.clustered},   {"seconds", visibility.seconds}};
+}
+
+Json describe(const SwitchReport& switches) {
+  return {{"sides", switches.sides},
+          {"mean_degrees", switches.mean_degrees},
+          {"elsewhere_degrees", switches.elsewhere_degrees}};
+}
+
+Json describe(const UvReport& uv) {
+  Json overlap;
+  if (uv.overlap) {
+    overlap = {{"triangles", {uv.overlap->lower, uv.overlap->upper}},
+               {"column", uv.overlap->column},
+               {"row", uv.overlap->row}};
+  }
+  return {{"covered", uv.covered},
+          {"overlapping", uv.overlapping},
+          {"overlap_share",
+           uv.covered == 0 ? 0.0
+                           : static_cast<double>(uv.overlapping) / static_cast<double>(uv.covered)},
+          {"overlap", overlap},
+          {"outside", uv.outside},
+          {"without_area", uv.without_area},
+          {"distance", {{"mean", uv.mean_distance}, {"p95", uv.p95_distance}}}};
+}
+
+Json describe_texels(const BakeReport& report) {
+  return {{"covered", report.texels},      {"samples", report.samples}, {"outward", report.outward},
+          {"inward", report.inward},       {"cage", report.cage},       {"views", report.viewed},
+          {"closest", report.closest},     {"uv", report.by_uv},        {"missed", report.missed},
+          {"gutter", report.gutter_texels}};
+}
+
+std::uint64_t peak_resident_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+}  // namespace kiln::cli
