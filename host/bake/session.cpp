@@ -9,6 +9,7 @@
 
 #include "bake/bake_steps.h"
 #include "base/parallel.h"
+#include "detail/normal.h"
 #include "image/gutter.h"
 #include "match/match_array.h"
 #include "match/matcher.h"
