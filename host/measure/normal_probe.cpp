@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "match/uv_points.h"
+#include "detail/normal.h"
 #include "mesh/low_shading.h"
 #include "mesh/vector.h"
 #include "render/camera.h"
