@@ -168,9 +168,11 @@ TEST(Golden, Assessments) {
     options.method = method;
     options.keep_match = true;
     const Match match = *bake(source, low, options).match;
-    const AssessmentFields fields =
-        assess(source, low, match, {.directions = 100, .avoid = {{0, 1, 0}}, .fields = true})
-            .fields;
+    AssessOptions assess_options;
+    assess_options.directions = 100;
+    assess_options.avoid = {{0, 1, 0}};
+    assess_options.fields = true;
+    const AssessmentFields fields = assess(source, low, match, assess_options).fields;
     const std::string name = method == MatchMethod::ray ? "ray" : "closest";
     group.check(name + "-object-distance", fields.object_distance);
     group.check(name + "-image-distance", fields.image_distance);
