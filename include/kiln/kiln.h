@@ -13,6 +13,8 @@
 #include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/lowpoly.h"
+#include "kiln/map.h"
+#include "kiln/match.h"
 #include "kiln/measure.h"
 #include "kiln/mesh.h"
 #include "kiln/plan.h"
