@@ -1,14 +1,15 @@
 #include "kiln/bake.h"
 
-#include <algorithm>
+#include <optional>
+#include <utility>
 
-#include "bake/bake_steps.h"
 #include "bake/fallback_blend.h"
+#include "bake/layers.h"
+#include "bake/match_stage.h"
+#include "bake/report.h"
 #include "bake/switches.h"
-#include "detail/normal.h"
 #include "image/mips.h"
 #include "match/match_array.h"
-#include "match/matcher.h"
 #include "match/view_plan.h"
 #include "mesh/charts.h"
 #include "source/dense_mesh.h"
@@ -16,6 +17,9 @@
 
 namespace kiln {
 namespace {
+
+// Shares of the whole at which stages begin.
+constexpr double kAtBlend = 0.97, kAtMips = 0.97, kAtGutter = 0.98;
 
 /// Views of a dense mesh that is much larger than the light one may show too little of it.
 void warn_about_pixels(const LowSurface& surface, double unit, BakeReport& report) {
@@ -37,172 +41,218 @@ struct Clusters {
   std::shared_ptr<const VisibilityField> field;
 };
 
-BakeResult bake_cluster(const Source& source, const Mesh& low, const BakeOptions& options,
-                        Clusters& clusters) {
-  const Source::Impl& high = source.impl();
-  cl::Context& context = high.device.context();
-  if (options.match != nullptr) {
-    check_match(*options.match, options, high.triangles.size());
-    check_meshes(*options.match, hash_source(high.positions, high.triangles), hash_low(low));
-  }
+void check_saved(const BakeOptions& options, const Source::Impl& high, const Mesh& low) {
+  if (options.match == nullptr) return;
+  check_match(*options.match, options, high.triangles.size());
+  check_meshes(*options.match, hash_source(high.positions, high.triangles), hash_low(low));
+}
 
-  BakeResult result;
-  BakeReport& report = result.report;
-  const double unit = 1 / high.frame.scale;
-  Stopwatch watch;
+/// The stages of a bake, in their order: samples, match, maps, blend, mip chain, padding and encoding.
+class Pipeline {
+ public:
+  Pipeline(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
+           Clusters& clusters);
+  /// \throws Cancelled
+  BakeResult run();
 
-  const LowSurface surface = LowSurface::of(low, high.frame, options.cage_mesh);
-  TexelSampler sampler(context, surface,
-                       {options.width, options.height, options.samples, kBandSamples});
-  NormalDetail detail(context, surface, high.attributes, options);
-  report.seconds_texels = watch.lap();
-  std::unique_ptr<Matcher> matcher;
-  try {
-    matcher = make_matcher(high, surface, options, report, clusters.cluster, clusters.field);
-  } catch (const Cancelled&) {
-    result = BakeResult{};
-    result.cancelled = true;
-    return result;
+ private:
+  void keep_on(double done, std::string_view stage) const {
+    if (options_.progress && !options_.progress(done, stage)) throw Cancelled();
   }
-  // Methods that prepare for long have reported their progress.
-  const double prepared = report.visibility ? kPreparingShare : 0;
-  context.finish();
-  report.seconds_match = watch.lap() - report.seconds_build;
+  void prepare();
+  void sample_and_match(std::uint32_t number, TexelBand& band);
+  void keep_band(const TexelBand& band);
+  void blend();
+  void make_mips();
+  void pad_and_encode();
+  void finish_report();
 
-  const std::size_t texels = std::size_t{options.width} * options.height;
-  Image image{options.width, options.height, 3, std::vector<float>(texels * 3)};
-  result.coverage.resize(texels);
-  if (options.keep_match) {
-    result.match =
-        make_match(options.width, options.height, options.samples, high.triangles.size());
-    result.match->source_hash = hash_source(high.positions, high.triangles);
-    result.match->low_hash = hash_low(low);
-  }
-  Correspondence match;
-  cl::Array<float> band_image;
-  cl::Array<std::uint8_t> band_coverage;
-  double distance_sum = 0;
-  report.seconds_image = watch.lap();
-  std::vector<std::uint32_t> chart_of_triangle;
-  ChartMap charts;
-  if (options.mips) {
-    chart_of_triangle = uv_charts(low);
-    charts = ChartMap(texels, options.samples);
-  }
-  report.seconds_mips += watch.lap();
-  std::optional<Switches> switches;
-  std::optional<FallbackBlend> blend;
-  if (options.fallback != Fallback::low) switches.emplace(low, options.width, options.height);
-  if (options.fallback_blend > 0) {
-    blend.emplace(options.width, options.height, options.fallback_blend);
-  }
+  const Source::Impl& high_;
+  cl::Context& context_;
+  const Mesh& low_;
+  const BakeOptions& options_;
+  Clusters& clusters_;
+  double unit_;
+  Stopwatch watch_;
+  LowSurface surface_;
+  TexelSampler sampler_;
+  Layers layers_;
+  std::unique_ptr<Matcher> matcher_;
+  Correspondence match_;
+  std::vector<std::uint32_t> chart_of_triangle_;
+  ChartMap charts_;
+  std::optional<Switches> switches_;
+  std::optional<FallbackBlend> blend_;
+  std::vector<std::vector<Image>> mips_;
+  double distance_sum_ = 0;
+  BakeResult result_;
+};
 
-  const std::uint32_t bands = sampler.band_count();
-  for (std::uint32_t b = 0; b < bands; ++b) {
-    if (options.progress && !options.progress(prepared + (0.97 - prepared) * b / bands, "baking")) {
-      result = BakeResult{};
-      result.cancelled = true;
-      return result;
-    }
-    const TexelBand band = sampler.sample(b);
-    context.finish();
-    report.seconds_texels += watch.lap();
+Pipeline::Pipeline(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
+                   Clusters& clusters)
+    : high_(high),
+      context_(high.device.context()),
+      low_(low),
+      options_(options),
+      clusters_(clusters),
+      unit_(1 / high.frame.scale),
+      surface_(LowSurface::of(low, high.frame, options.cage_mesh)),
+      sampler_(context_, surface_, {options.width, options.height, options.samples, kBandSamples}),
+      layers_({high, surface_, options}) {}
 
-    if (match.capacity < band.capacity) {
-      match = Correspondence();
-      match = Correspondence(context, band.capacity);
-    }
-    match.count = band.sample_count;
-    matcher->run(band, match);
-    context.finish();
-    report.seconds_match += watch.lap();
-
-    const std::size_t band_texels = std::size_t{band.row_count} * options.width;
-    if (band_coverage.size() < band_texels) {
-      band_image = cl::Array<float>();
-      band_image = cl::Array<float>(context, band_texels * 3);
-      band_coverage = cl::Array<std::uint8_t>(context, band_texels);
-    }
-    context.fill(band_image, 0.0F);
-    context.fill(band_coverage, std::uint8_t{0});
-    detail.run(band, match, band_image, band_coverage);
-    context.finish();
-    report.seconds_detail += watch.lap();
-
-    const std::size_t offset = std::size_t{band.first_row} * options.width;
-    band_image.read(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
-    band_coverage.read(context, std::span(result.coverage).subspan(offset, band_texels));
-    if (switches) switches->store(context, band, matcher->deciders());
-    if (blend) blend->store(context, band, matcher->deciders());
-    if (result.match) store_band(context, band, match, unit, *result.match);
-    count_samples(context, match, unit, report, distance_sum);
-    report.texels += band.texel_count;
-    report.samples += band.sample_count;
-    report.seconds_image += watch.lap();
-    if (options.mips) charts.store(context, band, options.width, chart_of_triangle);
-    report.seconds_mips += watch.lap();
+void Pipeline::prepare() {
+  BakeReport& report = result_.report;
+  report.seconds_texels = watch_.lap();
+  matcher_ = make_matcher(high_, surface_, options_, report, clusters_.cluster, clusters_.field);
+  context_.finish();
+  report.seconds_match = watch_.lap() - report.seconds_build;
+  if (options_.keep_match) {
+    result_.match =
+        make_match(options_.width, options_.height, options_.samples, high_.triangles.size());
+    result_.match->source_hash = hash_source(high_.positions, high_.triangles);
+    result_.match->low_hash = hash_low(low_);
   }
+  report.seconds_image = watch_.lap();
+  if (options_.mips) {
+    chart_of_triangle_ = uv_charts(low_);
+    charts_ = ChartMap(std::size_t{options_.width} * options_.height, options_.samples);
+  }
+  report.seconds_mips += watch_.lap();
+  if (options_.fallback != Fallback::low && layers_.unit_vectors() != nullptr) {
+    switches_.emplace(low_, options_.width, options_.height);
+  }
+  if (options_.fallback_blend > 0) {
+    blend_.emplace(options_.width, options_.height, options_.fallback_blend);
+  }
+}
 
-  matcher->finish(report);
-  if (switches) report.switches = switches->measure(image);
-  if (blend) {
-    blend->plan(surface);
-    for (std::uint32_t b = 0; b < bands; ++b) {
-      if (options.progress && !options.progress(0.97, "blending")) {
-        result = BakeResult{};
-        result.cancelled = true;
-        return result;
-      }
-      const TexelBand band = sampler.sample(b);
-      if (!blend->touches(band)) continue;
-      match.count = band.sample_count;
-      matcher->run(band, match);
-      const std::size_t offset = std::size_t{band.first_row} * options.width;
-      const std::size_t band_texels = std::size_t{band.row_count} * options.width;
-      band_image.write(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
-      report.blended_texels +=
-          blend->run(context, band, *matcher, match, detail, band_image, band_coverage);
-      band_image.read(context, std::span(image.pixels).subspan(offset * 3, band_texels * 3));
-    }
-    report.switches_blended = switches->measure(image);
-    report.seconds_match += watch.lap();
+void Pipeline::sample_and_match(std::uint32_t number, TexelBand& band) {
+  band = sampler_.sample(number);
+  context_.finish();
+  result_.report.seconds_texels += watch_.lap();
+  if (match_.capacity < band.capacity) {
+    match_ = Correspondence();
+    match_ = Correspondence(context_, band.capacity);
   }
-  std::vector<Image> mips;
-  if (options.mips) {
-    if (options.progress && !options.progress(0.97, "mip-maps")) {
-      result = BakeResult{};
-      result.cancelled = true;
-      return result;
-    }
-    mips = finished_mips(context, options, image, result.coverage, charts);
-    charts = {};
-    report.seconds_mips += watch.lap();
-  }
-  if (options.progress && !options.progress(0.98, "gutter")) {
-    result = BakeResult{};
-    result.cancelled = true;
-    return result;
-  }
-  report.gutter_texels = finish_image(context, options, options.gutter, image, result.coverage);
-  report.seconds_image += watch.lap();
+  match_.count = band.sample_count;
+  matcher_->run(band, match_);
+  context_.finish();
+  result_.report.seconds_match += watch_.lap();
+}
 
+void Pipeline::keep_band(const TexelBand& band) {
+  BakeReport& report = result_.report;
+  if (switches_) switches_->store(context_, band, matcher_->deciders());
+  if (blend_) blend_->store(context_, band, matcher_->deciders());
+  if (result_.match) store_band(context_, band, match_, unit_, *result_.match);
+  count_samples(context_, match_, unit_, report, distance_sum_);
+  report.texels += band.texel_count;
+  report.samples += band.sample_count;
+  report.seconds_image += watch_.lap();
+  if (options_.mips) charts_.store(context_, band, options_.width, chart_of_triangle_);
+  report.seconds_mips += watch_.lap();
+}
+
+void Pipeline::blend() {
+  if (!blend_) return;
+  BakeReport& report = result_.report;
+  blend_->plan(surface_);
+  for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
+    keep_on(kAtBlend, "blending");
+    const TexelBand band = sampler_.sample(b);
+    if (!blend_->touches(band)) continue;
+    match_.count = band.sample_count;
+    matcher_->run(band, match_);
+    report.blended_texels +=
+        blend_->run(context_, band, *matcher_,
+                    [&](const Correspondence& other, const cl::Array<float>& shares) {
+                      layers_.run_blended(band, match_, other, shares);
+                    });
+  }
+  if (switches_) report.switches_blended = switches_->measure(*layers_.unit_vectors());
+  report.seconds_match += watch_.lap();
+}
+
+void Pipeline::make_mips() {
+  if (!options_.mips) return;
+  keep_on(kAtMips, "mip-maps");
+  mips_ = layers_.mips(context_, options_, charts_);
+  charts_ = {};
+  result_.report.seconds_mips += watch_.lap();
+}
+
+void Pipeline::pad_and_encode() {
+  keep_on(kAtGutter, "gutter");
+  std::vector<Image> images =
+      layers_.finish(context_, options_, false, result_.coverage, result_.report.gutter_texels);
+  for (std::size_t l = 0; l < images.size(); ++l) {
+    result_.maps.push_back({layers_.all()[l].row->info.kind, std::move(images[l]),
+                            options_.mips ? std::move(mips_[l]) : std::vector<Image>(),
+                            clusters_.cluster});
+  }
+  result_.report.seconds_image += watch_.lap();
+}
+
+void Pipeline::finish_report() {
+  BakeReport& report = result_.report;
   const std::uint64_t hits = report.samples - report.missed;
-  report.mean_abs_distance = hits != 0 ? distance_sum / static_cast<double>(hits) : 0;
-  report.peak_device_bytes = context.peak_device_bytes();
-  report.warnings.insert(report.warnings.end(), sampler.report().warnings.begin(),
-                         sampler.report().warnings.end());
+  report.mean_abs_distance = hits != 0 ? distance_sum_ / static_cast<double>(hits) : 0;
+  report.peak_device_bytes = context_.peak_device_bytes();
+  report.warnings.insert(report.warnings.end(), sampler_.report().warnings.begin(),
+                         sampler_.report().warnings.end());
   warn_about_misses(report);
-  warn_about_pixels(surface, unit, report);
-  for (MapKind kind : options.maps) {
-    if (kind == MapKind::normal) {
-      result.maps.push_back({kind, std::move(image), std::move(mips), clusters.cluster});
-    }
-    if (kind == MapKind::mask) {
-      result.maps.push_back({kind, mask_image(options, result.coverage), {}, clusters.cluster});
-    }
+  warn_about_pixels(surface_, unit_, report);
+}
+
+BakeResult Pipeline::run() {
+  BakeReport& report = result_.report;
+  prepare();
+  // Matches that prepare for long have reported their progress.
+  const double prepared = report.visibility ? kPreparingShare : 0;
+  const std::uint32_t bands = sampler_.band_count();
+  for (std::uint32_t b = 0; b < bands; ++b) {
+    keep_on(prepared + (kAtBlend - prepared) * b / bands, "baking");
+    TexelBand band;
+    sample_and_match(b, band);
+    layers_.run(band, match_);
+    report.seconds_detail += watch_.lap();
+    keep_band(band);
   }
-  if (options.progress) options.progress(1.0, "done");
-  return result;
+  MatchNotes notes;
+  matcher_->finish(notes);
+  take_notes(std::move(notes), report);
+  if (switches_) report.switches = switches_->measure(*layers_.unit_vectors());
+  blend();
+  make_mips();
+  pad_and_encode();
+  finish_report();
+  if (options_.progress) options_.progress(1.0, "done");
+  return std::move(result_);
+}
+
+BakeResult bake_cluster(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
+                        Clusters& clusters) {
+  try {
+    check_saved(options, high, low);
+    return Pipeline(high, low, options, clusters).run();
+  } catch (const Cancelled&) {
+    BakeResult none;
+    none.cancelled = true;
+    return none;
+  }
+}
+
+/// Adds a further cluster's maps and seconds to the first one's.
+void join(BakeResult& result, BakeResult baked) {
+  for (BakedMap& map : baked.maps) {
+    if (find_map(map.kind.name).type != MapType::coverage) result.maps.push_back(std::move(map));
+  }
+  const BakeReport& further = baked.report;
+  result.report.seconds_texels += further.seconds_texels;
+  result.report.seconds_match += further.seconds_match;
+  result.report.seconds_detail += further.seconds_detail;
+  result.report.seconds_image += further.seconds_image;
+  result.report.seconds_mips += further.seconds_mips;
 }
 
 }  // namespace
@@ -211,7 +261,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   check_options(options);
   const std::uint32_t count = options.visibility.clusters;
   Clusters clusters;
-  if (count == 1) return bake_cluster(source, low, options, clusters);
+  if (count == 1) return bake_cluster(source.impl(), low, options, clusters);
   BakeResult result;
   for (; clusters.cluster < count; ++clusters.cluster) {
     BakeOptions one = options;
@@ -220,22 +270,14 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
         return options.progress((clusters.cluster + done) / count, stage);
       };
     }
-    BakeResult baked = bake_cluster(source, low, one, clusters);
-    if (clusters.cluster == 0 || baked.cancelled) {
+    BakeResult baked = bake_cluster(source.impl(), low, one, clusters);
+    if (baked.cancelled) return baked;
+    if (clusters.cluster == 0) {
       result = std::move(baked);
-      if (result.cancelled) return result;
       result.clusters = clusters.field->clusters();
-      continue;
+    } else {
+      join(result, std::move(baked));
     }
-    for (BakedMap& map : baked.maps) {
-      if (map.kind == MapKind::normal) result.maps.push_back(std::move(map));
-    }
-    const BakeReport& further = baked.report;
-    result.report.seconds_texels += further.seconds_texels;
-    result.report.seconds_match += further.seconds_match;
-    result.report.seconds_detail += further.seconds_detail;
-    result.report.seconds_image += further.seconds_image;
-    result.report.seconds_mips += further.seconds_mips;
   }
   return result;
 }

@@ -130,9 +130,7 @@ bool FallbackBlend::touches(const TexelBand& band) const {
 }
 
 std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Matcher& matcher,
-                                 const Correspondence& match, NormalDetail& detail,
-                                 const cl::Array<float>& image,
-                                 const cl::Array<std::uint8_t>& coverage) {
+                                 const Make& make) {
   std::vector<std::uint32_t> index(band.texel_count);
   std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
   band.texel_index.read(context, index);
@@ -164,7 +162,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
                  found_.distance, found_.status, other_.triangle, other_.barycentric,
                  other_.distance, other_.status);
   const cl::Array<float> device_shares(context, std::span<const float>(shares));
-  detail.run_blended(band, match, other_, device_shares, image, coverage);
+  make(other_, device_shares);
   context.finish();
 
   std::vector<std::uint32_t> found(count);

@@ -5,11 +5,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "cl/context.h"
-#include "detail/normal.h"
 #include "match/matcher.h"
 #include "mesh/low_surface.h"
 #include "texel/correspondence.h"
@@ -39,12 +39,16 @@ class FallbackBlend {
   /// Whether a band has texels that take both.
   bool touches(const TexelBand& band) const;
 
+  /// Makes a band's texels again, blended: told what the fallback found, and how much of the match each
+  /// sample keeps.
+  using Make = std::function<void(const Correspondence& other, const cl::Array<float>& shares)>;
+
   /// Bakes a band again, blended. Texels of which the fallback finds nothing come out as before.
-  /// \param match  what the matcher found for the band; `matcher` has run it last
+  /// \param matcher  has run the band last
+  /// \param make     called once, or not at all where nothing is blended
   /// \returns how many texels took some of the fallback's
   std::uint64_t run(cl::Context& context, const TexelBand& band, Matcher& matcher,
-                    const Correspondence& match, NormalDetail& detail,
-                    const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage);
+                    const Make& make);
 
  private:
   std::uint32_t width_, height_, reach_;

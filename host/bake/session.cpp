@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
-#include "bake/bake_steps.h"
+#include "bake/layers.h"
+#include "bake/match_stage.h"
+#include "bake/report.h"
 #include "base/parallel.h"
-#include "detail/normal.h"
 #include "image/gutter.h"
 #include "match/match_array.h"
-#include "match/matcher.h"
 #include "match/uv.h"
 #include "mesh/charts.h"
 #include "mesh/dense_normals.h"
@@ -92,14 +92,11 @@ struct BakeSession::Impl {
     surface = LowSurface::of(low, source.frame, options.cage_mesh);
     by_uv = options.method == MatchMethod::uv && options.fallback == Fallback::low;
     // These follow the hierarchy, and hold nothing else of the dense mesh.
-    const bool search =
-        options.method == MatchMethod::ray || options.method == MatchMethod::closest ||
-        options.method == MatchMethod::visibility || options.method == MatchMethod::hybrid;
+    const std::optional<MatchMethod> fallback = fallback_method(options.fallback);
     keeps_matcher =
-        search && (options.fallback == Fallback::low || options.fallback == Fallback::ray ||
-                   options.fallback == Fallback::closest);
+        match_row(options.method).follows_bvh && (!fallback || match_row(*fallback).follows_bvh);
+    layers = std::make_unique<Layers>(MapRequest{source, surface, options});
     sample();
-    detail = std::make_unique<NormalDetail>(context, surface, source.attributes, options);
     users = Adjacency::make(high.positions.size(), high.triangles.size() * 3,
                             [&](std::size_t i) { return high.triangles[i / 3][i % 3]; });
     low_hash = hash_low(low);
@@ -128,9 +125,6 @@ struct BakeSession::Impl {
       bands.push_back(std::move(band));
     }
     sampler_warnings = sampler.report().warnings;
-    const std::size_t texels = std::size_t{options.width} * options.height;
-    raw = Image{options.width, options.height, 3, std::vector<float>(texels * 3)};
-    covered.resize(texels);
     chosen = Stamps(texel_count);
   }
 
@@ -167,7 +161,7 @@ struct BakeSession::Impl {
   DenseNormals normals;
   LowSurface surface;
   bool by_uv = false, keeps_matcher = false;
-  std::unique_ptr<NormalDetail> detail;
+  std::unique_ptr<Layers> layers;
   std::unique_ptr<UvRaster> uv;
   std::unique_ptr<Matcher> matcher;
   std::shared_ptr<const VisibilityField> visibility;  // the light mesh's: it stays
@@ -184,8 +178,6 @@ struct BakeSession::Impl {
   bool everything = false;
   Adjacency gutter_of;  // texels that copy each one; empty where not known
 
-  Image raw;                          // unit vectors, without gutter
-  std::vector<std::uint8_t> covered;  // without gutter
   bool baked = false;
   BakeResult result;
   Update update;
@@ -263,9 +255,11 @@ void BakeSession::Impl::match_all() {
   const std::uint64_t hits = report.samples - report.missed;
   report.mean_abs_distance = hits != 0 ? distance_sum / static_cast<double>(hits) : 0;
   const std::vector<Warning> made = std::exchange(report.warnings, {});
-  if (uv) uv->report(options.uv, report);
+  MatchNotes notes;
+  if (uv) uv->report(options.uv, notes);
   // Its conditions are those of the first bake.
-  if (matcher && !baked) matcher->finish(report);
+  if (matcher && !baked) matcher->finish(notes);
+  take_notes(std::move(notes), report);
   report.warnings.insert(report.warnings.begin(), made.begin(), made.end());
   report.warnings.insert(report.warnings.end(), sampler_warnings.begin(), sampler_warnings.end());
   warn_about_misses(report);
@@ -275,22 +269,7 @@ void BakeSession::Impl::match_all() {
 }
 
 void BakeSession::Impl::read_all() {
-  cl::Array<float> image;
-  cl::Array<std::uint8_t> coverage;
-  for (const Band& band : bands) {
-    const std::size_t texels = std::size_t{band.texels.row_count} * options.width;
-    if (coverage.size() < texels) {
-      image = cl::Array<float>();
-      image = cl::Array<float>(context, texels * 3);
-      coverage = cl::Array<std::uint8_t>(context, texels);
-    }
-    context.fill(image, 0.0F);
-    context.fill(coverage, std::uint8_t{0});
-    detail->run(band.texels, band.match, image, coverage);
-    const std::size_t offset = std::size_t{band.texels.first_row} * options.width;
-    image.read(context, std::span(raw.pixels).subspan(offset * 3, texels * 3));
-    coverage.read(context, std::span(covered).subspan(offset, texels));
-  }
+  for (const Band& band : bands) layers->run(band.texels, band.match);
   update.texels = texel_count;
 }
 
@@ -366,35 +345,35 @@ void BakeSession::Impl::read_chosen(const Band& band, std::span<const std::uint3
                  band.texels.texel_first, band.texels.triangle, band.texels.barycentric,
                  band.match.triangle, band.match.barycentric, part.triangle, part.barycentric,
                  match.triangle, match.barycentric);
-  const cl::Array<float> image(context, std::size_t{3} * count);
-  const cl::Array<std::uint8_t> coverage(context, count);
-  detail->run(part, match, image, coverage);
-  std::vector<float> values(std::size_t{3} * count);
-  image.read(context, values);
-  for (std::size_t i = 0; i < count; ++i) {
-    std::copy_n(&values[3 * i], 3, &raw.pixels[3 * pixel_of(band, own[i])]);
+  std::vector<float> values;
+  std::vector<std::uint8_t> coverage(count);
+  for (Layer& layer : layers->all()) {
+    if (layer.row->follows_positions) continue;  // they stay, or all are read
+    const std::size_t channels = layer.image.channels;
+    values.resize(channels * count);
+    layer.maker->run(part, match, {values, coverage});
+    for (std::size_t i = 0; i < count; ++i) {
+      std::copy_n(&values[channels * i], channels,
+                  &layer.image.pixels[channels * pixel_of(band, own[i])]);
+    }
   }
 }
 
 void BakeSession::Impl::finish_all() {
-  Image image = raw;
-  result.coverage = covered;
-  std::vector<Image> mips;
-  if (options.mips) mips = finished_mips(context, options, raw, covered, charts);
-  result.report.gutter_texels =
-      finish_image(context, options, options.gutter, image, result.coverage);
+  std::vector<std::vector<Image>> mips(layers->all().size());
+  if (options.mips) mips = layers->mips(context, options, charts);
+  std::vector<Image> images =
+      layers->finish(context, options, true, result.coverage, result.report.gutter_texels);
   result.maps.clear();
-  for (const MapKind kind : options.maps) {
-    if (kind == MapKind::normal)
-      result.maps.push_back({kind, std::move(image), std::move(mips), 0});
-    if (kind == MapKind::mask) {
-      result.maps.push_back({kind, mask_image(options, result.coverage), {}, 0});
-    }
+  for (std::size_t l = 0; l < images.size(); ++l) {
+    result.maps.push_back(
+        {layers->all()[l].row->info.kind, std::move(images[l]), std::move(mips[l]), 0});
   }
 }
 
 /// Which texel each of the gutter's copies: told by filling a map of places.
 void BakeSession::Impl::index_gutter() {
+  const std::vector<std::uint8_t>& covered = layers->coverage();
   Image places{options.width, options.height, 2, {}};
   places.pixels.resize(covered.size() * 2);
   for (std::size_t i = 0; i < covered.size(); ++i) {
@@ -411,26 +390,31 @@ void BakeSession::Impl::index_gutter() {
 }
 
 void BakeSession::Impl::finish_chosen() {
-  const auto map = std::find_if(result.maps.begin(), result.maps.end(),
-                                [](const BakedMap& m) { return m.kind == MapKind::normal; });
-  if (map == result.maps.end()) return;
   if (gutter_of.first.empty()) index_gutter();
   const std::vector<std::uint32_t>& texels = chosen.items();
-  parallel_for(texels.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Band& band = band_of(texels[i]);
-      const std::size_t place = pixel_of(band, texels[i] - band.first_texel);
-      float* pixel = &map->image.pixels[3 * place];
-      std::copy_n(&raw.pixels[3 * place], 3, pixel);
-      encode_texel(options, covered[place], pixel);
-      for (const std::uint32_t copy : gutter_of.of(place)) {
-        // Encoded as a texel of the gutter, which is as one that was baked.
-        float* to = &map->image.pixels[3 * std::size_t{copy}];
-        std::copy_n(&raw.pixels[3 * place], 3, to);
-        encode_texel(options, kCoverageGutter, to);
+  const std::vector<std::uint8_t>& covered = layers->coverage();
+  for (std::size_t l = 0; l < layers->all().size(); ++l) {
+    const MapInfo& info = layers->all()[l].row->info;
+    if (info.type == MapType::coverage) continue;
+    const Image& raw = layers->all()[l].image;
+    Image& finished = result.maps[l].image;
+    const std::size_t channels = raw.channels;
+    parallel_for(texels.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Band& band = band_of(texels[i]);
+        const std::size_t place = pixel_of(band, texels[i] - band.first_texel);
+        float* pixel = &finished.pixels[channels * place];
+        std::copy_n(&raw.pixels[channels * place], channels, pixel);
+        encode_texel(info, options, covered[place], pixel);
+        for (const std::uint32_t copy : gutter_of.of(place)) {
+          // Encoded as a texel of the gutter, which is as one that was baked.
+          float* to = &finished.pixels[channels * std::size_t{copy}];
+          std::copy_n(&raw.pixels[channels * place], channels, to);
+          encode_texel(info, options, kCoverageGutter, to);
+        }
       }
-    }
-  });
+    });
+  }
 }
 
 BakeSession::BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options,
@@ -509,14 +493,15 @@ const BakeResult& BakeSession::bake() {
   impl.update.seconds_source = watch.lap();
   if (!impl.baked || (any_moved && !impl.by_uv)) {
     impl.match_all();
-  } else if (any_moved && impl.options.keep_match) {
+  } else if (any_moved && (impl.options.keep_match || impl.layers->follow_positions())) {
     for (Impl::Band& band : impl.bands) impl.uv->distance(band.texels, band.match);
   }
   impl.context.finish();
   impl.update.seconds_match = watch.lap();
 
   impl.chosen.clear();
-  impl.everything = change.rebuilt || impl.update.matched;
+  impl.everything =
+      change.rebuilt || impl.update.matched || (any_moved && impl.layers->follow_positions());
   if (impl.everything) {
     impl.read_all();
   } else {

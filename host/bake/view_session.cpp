@@ -1,9 +1,10 @@
 #include <cmath>
 #include <limits>
 
+#include "bake/match_stage.h"
 #include "match/match_array.h"
-#include "match/matcher.h"
 #include "match/view_plan.h"
+#include "match/views.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
@@ -24,12 +25,13 @@ struct ViewSession::Impl {
         low_hash(hash_low(low_mesh)) {
     check_options(options);
     const LowSurface surface = LowSurface::of(low_mesh, high.frame);
-    query = view_query(options, surface, high.frame);
+    query = view_query(match_request(options, high, surface));
     Rasterizer& raster = high.raster();
     query.area = view_area(surface, query.max_distance, raster.radius());
     size = options.views.size != 0
                ? options.views.size
-               : choose_view_size(high.positions, high.triangles, query.area.radius, 8192).size;
+               : choose_view_size(high.positions, high.triangles, query.area.radius, kLargestView)
+                     .size;
     widen(query.area, raster.radius(), size);
     TexelSampler sampler(context, surface,
                          {options.width, options.height, options.samples, 1U << 20});

@@ -1,5 +1,6 @@
 #include "detail/normal.h"
 
+#include "detail/registry.h"
 #include "mesh/low_shading.h"
 
 namespace kiln {
@@ -105,6 +106,65 @@ void NormalDetail::run_blended(const TexelBand& band, const Correspondence& matc
                   match.triangle, match.barycentric, other.triangle, other.barycentric, shares,
                   source_.normal_indices, source_.normals, values_);
   resolve(band, match, image, coverage);
+}
+
+namespace {
+
+class NormalMap : public MapMaker {
+ public:
+  explicit NormalMap(const MapRequest& request)
+      : context_(request.source.device.context()),
+        detail_(context_, request.surface, request.source.attributes, request.options) {}
+
+  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+    begin(out);
+    detail_.run(band, match, image_, coverage_);
+    end(out);
+  }
+
+  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
+                   const cl::Array<float>& shares, const BandPixels& out) override {
+    begin(out);
+    detail_.run_blended(band, match, other, shares, image_, coverage_);
+    end(out);
+  }
+
+ private:
+  void begin(const BandPixels& out) {
+    if (coverage_.size() < out.coverage.size()) {
+      image_ = cl::Array<float>();
+      image_ = cl::Array<float>(context_, out.values.size());
+      coverage_ = cl::Array<std::uint8_t>(context_, out.coverage.size());
+    }
+    context_.fill(image_, 0.0F);
+    context_.fill(coverage_, std::uint8_t{0});
+  }
+
+  void end(const BandPixels& out) {
+    image_.read(context_, out.values);
+    coverage_.read(context_, out.coverage);
+  }
+
+  cl::Context& context_;
+  NormalDetail detail_;
+  cl::Array<float> image_;
+  cl::Array<std::uint8_t> coverage_;
+};
+
+}  // namespace
+
+MapRow normal_map() {
+  MapRow row;
+  row.info = {MapKind::normal,
+              3,
+              MapType::unit_vector,
+              "normal of the high poly, in the space that is asked for",
+              0,
+              1};
+  row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
+    return std::make_unique<NormalMap>(request);
+  };
+  return row;
 }
 
 }  // namespace kiln

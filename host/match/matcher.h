@@ -5,19 +5,22 @@
 #include <memory>
 #include <span>
 
-#include "accel/depth_views.h"
-#include "match/visibility.h"
-#include "source/dense_mesh.h"
+#include "kiln/bake.h"
 #include "texel/correspondence.h"
 #include "texel/texels.h"
 
 namespace kiln {
 
-/// Of a bake's progress, what preparing takes for methods that prepare for long.
-inline constexpr double kPreparingShare = 0.5;
-
 /// Which of two methods decided a sample.
 enum class Decider : std::uint8_t { nothing, method, fallback };
+
+/// What a match says of itself.
+struct MatchNotes {
+  std::optional<ViewReport> views;
+  std::optional<VisibilityReport> visibility;
+  std::optional<UvReport> uv;
+  std::vector<Warning> warnings;
+};
 
 class Matcher {
  public:
@@ -38,27 +41,8 @@ class Matcher {
   virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
                             Correspondence& found);
 
-  /// Adds what is known after the last band to the report. \throws Error(input) where the match is unfit
-  virtual void finish(BakeReport& /*report*/) {}
+  /// Adds what is known after the last band. \throws Error(input) where the match is unfit
+  virtual void finish(MatchNotes& /*notes*/) {}
 };
-
-/// Checks everything in the options that needs no mesh. \throws Error(usage)
-void check_options(const BakeOptions& options);
-
-/// A view's direction with length 1. \throws Error(usage) where it has none
-Vec3d unit_direction(const Vec3& toward);
-
-/// What the options ask of matching by views.
-ViewQuery view_query(const BakeOptions& options, const LowSurface& surface, const Frame& frame);
-
-/// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
-/// is known before the first band.
-/// \throws Error(usage) for an option out of its range, Cancelled where the progress callback says stop
-/// \param cluster  with several clusters of directions, which one
-/// \param field    their field: made where it is null, for the clusters after this one
-std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
-                                      const BakeOptions& options, BakeReport& report,
-                                      std::uint32_t cluster,
-                                      std::shared_ptr<const VisibilityField>& field);
 
 }  // namespace kiln

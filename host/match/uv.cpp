@@ -265,6 +265,7 @@ void UvRaster::cover(const kiln_uv_params& params) {
 }
 
 void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_time) {
+  if (first_time) sample_total_ += band.sample_count;
   const std::uint32_t first_row = band.first_row * samples_;
   const std::uint32_t end_row = first_row + band.row_count * samples_;
   const std::size_t grid_samples = std::size_t{end_row - first_row} * width_ * samples_;
@@ -346,7 +347,7 @@ void UvRaster::measure(const Correspondence& match) {
   }
 }
 
-void UvRaster::report(const UvOptions& options, BakeReport& report) const {
+void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
   UvReport found = counted_;
   const double unit = 1 / frame_.scale;
   std::uint64_t count = 0;
@@ -360,11 +361,11 @@ void UvRaster::report(const UvOptions& options, BakeReport& report) const {
     const std::uint32_t bits = bin == 0 ? 0 : (bin + 1) << kDropped;
     found.p95_distance = double{std::bit_cast<float>(bits)} * unit;
   }
-  report.uv = found;
-  if (report.samples == 0) return;
+  notes.uv = found;
+  if (sample_total_ == 0) return;
 
   const auto warn = [&](const char* code, const std::string& text, std::uint64_t times) {
-    report.warnings.push_back({code, text, times});
+    notes.warnings.push_back({code, text, times});
   };
   const double overlap = found.covered == 0 ? 0
                                             : static_cast<double>(found.overlapping) /
@@ -432,8 +433,9 @@ namespace {
 
 class UvMatcher : public Matcher {
  public:
-  UvMatcher(const Source::Impl& source, const BakeOptions& options)
-      : raster_(source, options.width, options.height, options.samples), options_(options.uv) {}
+  explicit UvMatcher(const MatchRequest& request)
+      : raster_(request.source, request.width, request.height, request.samples),
+        options_(request.uv) {}
 
   void run(const TexelBand& band, Correspondence& match) override {
     // Also where the band has no samples: the dense mesh may overlap there.
@@ -443,7 +445,7 @@ class UvMatcher : public Matcher {
     raster_.measure(match);
   }
 
-  void finish(BakeReport& report) override { raster_.report(options_, report); }
+  void finish(MatchNotes& notes) override { raster_.report(options_, notes); }
 
  private:
   UvRaster raster_;
@@ -452,8 +454,16 @@ class UvMatcher : public Matcher {
 
 }  // namespace
 
-std::unique_ptr<Matcher> make_uv_matcher(const Source::Impl& source, const BakeOptions& options) {
-  return std::make_unique<UvMatcher>(source, options);
+MatchRow uv_match() {
+  MatchRow row;
+  row.info.method = MatchMethod::uv;
+  row.info.searches = "nothing: the point at the same UV";
+  row.info.needs_uvs = true;
+  row.info.looks_far = false;
+  row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
+    return std::make_unique<UvMatcher>(request);
+  };
+  return row;
 }
 
 }  // namespace kiln

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "match/matcher.h"
+#include "match/registry.h"
 #include "shared/uv.h"
 
 namespace kiln {
@@ -54,7 +54,7 @@ class UvRaster {
 
   /// What was counted, and what of it calls for a warning.
   /// \throws Error(input) where a bound is exceeded
-  void report(const UvOptions& options, BakeReport& report) const;
+  void report(const UvOptions& options, MatchNotes& notes) const;
 
  private:
   void cover(const kiln_uv_params& params);
@@ -74,13 +74,12 @@ class UvRaster {
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> lowest_, highest_;  // of a band's samples
   cl::Array<kiln_uv_row> rows_;
+  std::uint64_t sample_total_ = 0;
   double distance_sum_ = 0;
   std::vector<std::uint64_t> histogram_;  // of distances, by their leading bits
 };
 
 /// \throws Error(usage)
 void check_uv(const UvOptions& options);
-
-std::unique_ptr<Matcher> make_uv_matcher(const Source::Impl& source, const BakeOptions& options);
 
 }  // namespace kiln

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "base/parallel.h"
-#include "match/uv_points.h"
 #include "detail/normal.h"
+#include "match/uv_points.h"
 #include "mesh/low_shading.h"
 #include "mesh/vector.h"
 #include "render/camera.h"
@@ -442,11 +442,9 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
   }
   cl::Context& context = source_.device.context();
   context.fill(match.distance, 0.0F);
-  if (missed && options.fallback != Fallback::low) {
+  if (const auto fallback = fallback_method(options.fallback); missed && fallback) {
     BakeOptions rest = options;
-    rest.method = options.fallback == Fallback::ray       ? MatchMethod::ray
-                  : options.fallback == Fallback::closest ? MatchMethod::closest
-                                                          : MatchMethod::views;
+    rest.method = *fallback;
     rest.fallback = Fallback::low;
     rest.fallback_blend = 0;
     BakeReport report;

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
+#include "bake/match_stage.h"
 #include "kiln/image.h"
 #include "kiln/measure.h"
-#include "match/matcher.h"
 #include "source/dense_mesh.h"
 
 namespace kiln {

@@ -291,10 +291,7 @@ class Planner {
     bake.height = static_cast<std::uint32_t>(std::lround(bake.height * share));
     bake.method = method;
     bake.visibility.at = VisibilityAt::vertex;
-    const bool same = (method == MatchMethod::ray && bake.fallback == Fallback::ray) ||
-                      (method == MatchMethod::closest && bake.fallback == Fallback::closest) ||
-                      (method == MatchMethod::views && bake.fallback == Fallback::views);
-    if (same) bake.fallback = Fallback::low;
+    if (fallback_method(bake.fallback) == method) bake.fallback = Fallback::low;
     // How many trials there will be is not known: progress says what is going on.
     if (options_.bake.progress) {
       bake.progress = [this, doing](double, std::string_view) {

@@ -212,9 +212,9 @@ Raster rasterise(const Mesh& dense, const Mesh& low, std::uint32_t size, std::ui
   }
   UvOptions all;
   all.max_overlap = all.max_distance = std::numeric_limits<double>::infinity();
-  BakeReport report;
-  raster.report(all, report);
-  result.report = *report.uv;
+  MatchNotes notes;
+  raster.report(all, notes);
+  result.report = *notes.uv;
   return result;
 }
 

@@ -12,7 +12,6 @@
 namespace kiln::cli {
 namespace {
 
-const std::map<std::string, MapKind> kMaps = {{"normal", MapKind::normal}, {"mask", MapKind::mask}};
 const std::map<std::string, NormalMapSpace> kSpaces = {{"tangent", NormalMapSpace::tangent},
                                                        {"object", NormalMapSpace::object},
                                                        {"face", NormalMapSpace::face}};
@@ -20,17 +19,36 @@ const std::map<std::string, MissPolicy> kMisses = {
     {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
 const std::map<std::string, RayTraversal> kTraversals = {
     {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
-const std::map<std::string, MatchMethod> kMethods = {
-    {"ray", MatchMethod::ray},         {"views", MatchMethod::views},
-    {"closest", MatchMethod::closest}, {"visibility", MatchMethod::visibility},
-    {"hybrid", MatchMethod::hybrid},   {"uv", MatchMethod::uv}};
 constexpr const char* kAutomatic = "auto";
 
 /// Of `kiln bake`: all of them.
 std::vector<std::string> bake_match_names() {
-  std::vector<std::string> names = match_names();
-  names.insert(names.begin(), kAutomatic);
+  std::vector<std::string> names = {kAutomatic};
+  for (const MatchInfo& match : matches()) names.emplace_back(match.method.name);
   return names;
+}
+
+std::vector<std::string> map_names() {
+  std::vector<std::string> names;
+  for (const MapInfo& map : maps()) names.emplace_back(map.kind.name);
+  return names;
+}
+
+/// "normal: ...; mask: ...".
+std::string maps_in_words() {
+  std::string text;
+  for (const MapInfo& map : maps()) {
+    text += (text.empty() ? "" : "; ") + std::string(map.kind.name) + ": " + std::string(map.holds);
+  }
+  return text;
+}
+
+std::string matches_in_words() {
+  std::string text;
+  for (const MatchInfo& match : matches()) {
+    text += std::string(match.method.name) + ": " + std::string(match.searches) + "; ";
+  }
+  return text;
 }
 const std::map<std::string, VisibilityAt> kVisibilityAt = {
     {"face", VisibilityAt::face}, {"vertex", VisibilityAt::vertex}, {"texel", VisibilityAt::texel}};
@@ -120,12 +138,10 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command.add_option("--size", a.size, "Texels: one side, or WxH, 1 to 16384")
       ->capture_default_str()
       ->group(group_map);
-  command
-      .add_option("--maps", a.maps,
-                  "Which maps, separated by commas; mask is 1 where a texel was baked")
+  command.add_option("--maps", a.maps, "Which maps, separated by commas. " + maps_in_words())
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(one_of(kMaps))
+      ->check(CLI::IsMember(map_names(), CLI::ignore_case))
       ->capture_default_str()
       ->group(group_map);
   command
@@ -166,11 +182,8 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   command
       .add_option(
           "--match", a.match,
-          "How the dense surface is found: ray along the normals, views: depth pictures "
-          "from all around, closest: the nearest point, visibility: rays along the direction "
-          "that a place is seen from, hybrid: between that and the normal, uv: the point with the "
-          "same UV, where HIGH has UVs that lie over LOW's, or auto: the cheapest way and the "
-          "smallest map (up to --size) that reach --max-error")
+          "Which point of HIGH a texel stands for. " + matches_in_words() +
+              "auto: the cheapest way and the smallest map (up to --size) that reach --max-error")
       ->check(CLI::IsMember(bake_match_names(), CLI::ignore_case))
       ->each([&a](const std::string&) { a.match_given = true; })
       ->capture_default_str()
@@ -379,8 +392,12 @@ void check(const BakeArguments& a) {
     fail("--cage-mesh needs the LOW that it belongs to.");
   }
   const bool views = a.match == "views" || a.fallback == "views";
-  if (!views && (!a.views.empty() || !a.view.empty() || a.view_size != 0)) {
+  const bool by_direction = !automatic && find_match(a.match).needs_direction;
+  if (!views && (!a.views.empty() || a.view_size != 0 || (!by_direction && !a.view.empty()))) {
     fail("--views, --view and --view-size are for --match views.");
+  }
+  if (by_direction && a.view.size() != 1) {
+    fail("--match " + a.match + " looks along one direction: give one --view, such as 0,0,1.");
   }
   const BakeArguments defaults;
   if (!by_visibility(a) &&
@@ -465,12 +482,12 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.samples = a.samples;
   options.maps.clear();
   for (const std::string& name : a.maps) {
-    const MapKind kind = kMaps.at(name);
+    const MapKind kind = find_map(name).kind;
     if (std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
       options.maps.push_back(kind);
     }
   }
-  if (a.match != kAutomatic) options.method = kMethods.at(a.match);
+  if (a.match != kAutomatic) options.method = find_match(a.match).method;
   options.views.criterion = kCriteria.at(a.view_criterion);
   if (!kFallbackMisses.contains(a.fallback)) options.fallback = kFallbacks.at(a.fallback);
   options.fallback_blend = a.fallback_blend;
@@ -526,12 +543,14 @@ SaveImageOptions image_options(const BakeArguments& a) {
 
 RayTraversal traversal(const BakeArguments& a) { return kTraversals.at(a.traversal); }
 
-std::string map_name(MapKind kind) { return name_of(kMaps, kind); }
-std::string match_name(MatchMethod method) { return name_of(kMethods, method); }
-MatchMethod match_method(const std::string& name) { return kMethods.at(name); }
+std::string map_name(MapKind kind) { return std::string(kind.name); }
+std::string match_name(MatchMethod method) { return std::string(method.name); }
+MatchMethod match_method(const std::string& name) { return find_match(name).method; }
 std::vector<std::string> match_names() {
   std::vector<std::string> names;
-  for (const auto& [name, method] : kMethods) names.push_back(name);
+  for (const MatchInfo& match : matches()) {
+    if (!match.needs_direction) names.emplace_back(match.method.name);
+  }
   return names;
 }
 std::string fallback_name(Fallback fallback) { return name_of(kFallbacks, fallback); }

@@ -73,6 +73,7 @@ RayTraversal traversal(const BakeArguments& arguments);
 std::string map_name(MapKind kind);
 std::string match_name(MatchMethod method);
 MatchMethod match_method(const std::string& name);
+/// Those that need to be told nothing more.
 std::vector<std::string> match_names();
 std::string fallback_name(Fallback fallback);
 std::string criterion_name(ViewCriterion criterion);

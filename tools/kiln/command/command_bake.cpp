@@ -330,6 +330,34 @@ std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
 }
 
+bool has_clusters(const std::string& map) { return find_map(map).type != MapType::coverage; }
+
+/// Values of a map's channels that lie at 0 and at 1 in a file; none where it holds them as they are.
+std::vector<ValueRange> stored_ranges(const BakedMap& map, const BakeResult& result,
+                                      const SaveImageOptions& options) {
+  std::vector<ValueRange> ranges;
+  for (std::uint32_t c = 0; c < map.image.channels && !is_exr(options); ++c) {
+    ranges.push_back(value_range(map, result.coverage, c));
+    if (ranges[c].low == 0 && ranges[c].high == 1) return {};
+  }
+  return ranges;
+}
+
+/// Moves values into [0, 1].
+void store_in(const std::vector<ValueRange>& ranges, Image& image) {
+  if (ranges.empty()) return;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const auto [low, high] = ranges[i % image.channels];
+    image.pixels[i] = high > low ? (image.pixels[i] - low) / (high - low) : 0.5F;
+  }
+}
+
+Json range_json(const std::vector<ValueRange>& ranges) {
+  Json json = Json::array();
+  for (const auto [low, high] : ranges) json.push_back({low, high});
+  return json;
+}
+
 /// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
 void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options) {
   const fs::path folder = arguments.out;
@@ -342,7 +370,7 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
   for (const std::string& map : arguments.maps) {
     outputs.push_back(folder / (stem + "_" + map + extension(save_options)));
-    for (std::uint32_t k = 1; k < arguments.visibility_clusters && map == "normal"; ++k) {
+    for (std::uint32_t k = 1; k < arguments.visibility_clusters && has_clusters(map); ++k) {
       outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + extension(save_options)));
     }
   }
@@ -416,7 +444,7 @@ int run_bake(const BakeArguments& given) {
   watch.lap();
 
   std::vector<std::string> outputs;
-  Json mips;
+  Json mips, ranges = Json::object();
   const auto saving = [&](const fs::path& path) {
     outputs.push_back(path.string());
     return console.progress(kAtSave, "writing " + path.string());
@@ -426,8 +454,14 @@ int run_bake(const BakeArguments& given) {
     if (!saving(path)) return kExitCancelled;
     save_obj(low.mesh, path);
   }
-  for (const BakedMap& map : result.maps) {
+  for (BakedMap& map : result.maps) {
     const std::string name = cluster_name(map_name(map.kind), map.cluster);
+    if (const std::vector<ValueRange> range = stored_ranges(map, result, save_options);
+        !range.empty()) {
+      store_in(range, map.image);
+      for (Image& level : map.mips) store_in(range, level);
+      ranges[name] = range_json(range);
+    }
     const std::vector<fs::path> files =
         map_files(folder, low.stem + "_" + name, map.mips.size(), save_options);
     for (std::size_t level = 0; level < files.size(); ++level) {
@@ -485,6 +519,8 @@ int run_bake(const BakeArguments& given) {
           {"peak_device_bytes", report.peak_device_bytes}}},
         {"outputs", outputs},
         {"warnings", describe(warnings)}};
+    // What 0 and 1 of integer formats stand for, a channel each.
+    if (!ranges.empty()) json["ranges"] = ranges;
     if (options.mips) json["mips"] = mips;
     if (planned) json["auto"] = plan_json(*planned);
     if (report.uv) json["uv"] = describe(*report.uv);

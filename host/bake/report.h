@@ -1,13 +1,10 @@
-// The steps of a bake around the match, which a session takes again and again.
+// What a bake says of itself: seconds, counts, warnings.
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstdint>
-#include <vector>
 
 #include "cl/context.h"
-#include "image/mips.h"
 #include "kiln/bake.h"
 #include "texel/correspondence.h"
 
@@ -37,20 +34,5 @@ void count_samples(cl::Context& context, const Correspondence& match, double uni
 
 /// Warns where there is nothing to bake to, or much was missed.
 void warn_about_misses(BakeReport& report);
-
-/// From a unit vector to what files hold. \param coverage  of the texel
-void encode_texel(const BakeOptions& options, std::uint8_t coverage, float* pixel);
-
-/// 1 where a texel was baked.
-Image mask_image(const BakeOptions& options, const std::vector<std::uint8_t>& coverage);
-
-/// Background, gutter and encoding. \returns how many texels became gutter
-std::uint64_t finish_image(cl::Context& context, const BakeOptions& options, std::int32_t gutter,
-                           Image& image, std::vector<std::uint8_t>& coverage);
-
-/// The levels below a map of unit vectors that has neither gutter nor encoding yet.
-std::vector<Image> finished_mips(cl::Context& context, const BakeOptions& options,
-                                 const Image& image, const std::vector<std::uint8_t>& coverage,
-                                 const ChartMap& charts);
 
 }  // namespace kiln

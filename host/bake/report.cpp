@@ -1,21 +1,15 @@
-#include "bake/bake_steps.h"
+#include "bake/report.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
 #include "base/parallel.h"
-#include "image/gutter.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
 namespace {
-
-/// What empty texels hold: the direction that lights like the plain surface.
-std::array<float, 3> background(const BakeOptions& options) {
-  if (options.space == NormalMapSpace::object) return {0, 0, 0};
-  return {0, 0, 1};
-}
 
 /// What helps where samples are missed.
 std::string miss_advice(const BakeReport& report) {
@@ -68,61 +62,6 @@ void count_samples(cl::Context& context, const Correspondence& match, double uni
     report.missed += sums.counts[KILN_STATUS_MISS];
     distance_sum += sums.distance * unit;
   }
-}
-
-void encode_texel(const BakeOptions& options, std::uint8_t coverage, float* pixel) {
-  const bool marked = options.miss == MissPolicy::mark && coverage == kCoverageMissed;
-  if (marked) {
-    pixel[0] = pixel[2] = 1;
-    pixel[1] = -1;
-  }
-  if (options.two_component && !marked) pixel[2] = options.raw ? 0.0F : -1.0F;
-  if (options.raw) return;
-  for (int c = 0; c < 3; ++c) pixel[c] = pixel[c] * 0.5F + 0.5F;
-}
-
-Image mask_image(const BakeOptions& options, const std::vector<std::uint8_t>& coverage) {
-  Image mask{options.width, options.height, 1, std::vector<float>(coverage.size())};
-  std::transform(coverage.begin(), coverage.end(), mask.pixels.begin(),
-                 [](std::uint8_t value) { return value == kCoverageBaked ? 1.0F : 0.0F; });
-  return mask;
-}
-
-std::uint64_t finish_image(cl::Context& context, const BakeOptions& options, std::int32_t gutter,
-                           Image& image, std::vector<std::uint8_t>& coverage) {
-  const std::array<float, 3> empty = background(options);
-  parallel_for(coverage.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (coverage[i] == kCoverageEmpty)
-        std::copy(empty.begin(), empty.end(), &image.pixels[i * 3]);
-    }
-  });
-  const std::uint64_t count =
-      fill_gutter(context, image, coverage, {gutter, options.miss != MissPolicy::keep, true});
-  parallel_for(coverage.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      encode_texel(options, coverage[i], &image.pixels[i * 3]);
-    }
-  });
-  return count;
-}
-
-std::vector<Image> finished_mips(cl::Context& context, const BakeOptions& options,
-                                 const Image& image, const std::vector<std::uint8_t>& coverage,
-                                 const ChartMap& charts) {
-  MipOptions mip_options;
-  mip_options.unit_vectors = true;
-  mip_options.missed_have_values = options.miss == MissPolicy::keep;
-  if (options.miss == MissPolicy::mark) mip_options.missed = {1, -1, 1, 0};
-  std::vector<MipLevel> levels = make_mips(image, coverage, charts, mip_options);
-  std::vector<Image> images;
-  std::int32_t gutter = options.gutter;
-  for (MipLevel& level : levels) {
-    if (gutter > 0) gutter = std::max(2, gutter / 2);
-    finish_image(context, options, gutter, level.image, level.coverage);
-    images.push_back(std::move(level.image));
-  }
-  return images;
 }
 
 void warn_about_misses(BakeReport& report) {

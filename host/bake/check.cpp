@@ -1,0 +1,103 @@
+// What can be wrong with options whatever the meshes are.
+#include <cmath>
+
+#include "bake/match_stage.h"
+#include "detail/registry.h"
+#include "match/uv.h"
+#include "match/views.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kMostViews = 512;
+
+[[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
+
+void check_length(const char* name, const Length& length, bool may_be_zero) {
+  if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
+    usage(std::string(name) + " is " + std::to_string(length.value) +
+          ": it must be a finite length " + (may_be_zero ? "of 0 or more." : "above 0."));
+  }
+}
+
+void check_views(const ViewOptions& views) {
+  if (views.count.value_or(1) > kMostViews || views.directions.size() > kMostViews) {
+    throw Error(ErrorCode::usage,
+                "More than " + std::to_string(kMostViews) + " views were asked for: use fewer.");
+  }
+  if (views.count && *views.count == 0 && views.directions.empty()) {
+    throw Error(ErrorCode::usage, "No view was asked for: use at least one.");
+  }
+  if (views.size > kLargestView) {
+    throw Error(ErrorCode::usage, "The depth views' size is " + std::to_string(views.size) +
+                                      ": it must be 1 to " + std::to_string(kLargestView) +
+                                      " pixels.");
+  }
+}
+
+void check_fallback(const BakeOptions& options) {
+  constexpr std::uint32_t kLongest = 256;
+  if (options.fallback_blend > kLongest) {
+    usage("The fallback's blending is " + std::to_string(options.fallback_blend) +
+          " texels: it must be 0 to " + std::to_string(kLongest) + ".");
+  }
+  if (options.fallback == Fallback::low) {
+    if (options.fallback_blend == 0) return;
+    usage("Blending with the fallback was asked for, but no fallback: choose one.");
+  }
+  if (options.match != nullptr) {
+    usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.");
+  }
+  if (fallback_method(options.fallback) == options.method) {
+    usage(
+        "The fallback is the method itself, which leaves the same samples undecided: choose "
+        "another.");
+  }
+}
+
+}  // namespace
+
+void check_options(const BakeOptions& options) {
+  constexpr std::uint32_t kLargest = 16384;
+  if (options.width < 1 || options.width > kLargest || options.height < 1 ||
+      options.height > kLargest) {
+    usage("The map's size is " + std::to_string(options.width) + "x" +
+          std::to_string(options.height) + ": each side must be 1 to 16384 texels.");
+  }
+  if (options.samples < 1 || options.samples > 16) {
+    usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 a side.");
+  }
+  if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
+  if (options.max_distance) check_length("max_distance", *options.max_distance, false);
+  if (options.cage) check_length("cage", *options.cage, true);
+  if (options.cage && options.cage_mesh != nullptr) {
+    usage("Both a cage distance and a cage mesh were given: choose one.");
+  }
+  if (options.gutter < -1 || options.gutter > 4096) {
+    usage("gutter is " + std::to_string(options.gutter) +
+          ": it must be 0 to 4096 texels, or -1 for an infinite one.");
+  }
+  if (options.two_component && options.space == NormalMapSpace::object) {
+    usage(
+        "The two-component form needs normals on one side of the surface: use tangent or face "
+        "space.");
+  }
+  for (const MapKind map : options.maps) map_row(map);
+  match_row(options.method);
+  check_views(options.views);
+  if (match_row(options.method).info.takes_visibility) {
+    check_visibility(options.visibility);
+  }
+  if (options.visibility.clusters > 1) {
+    if (options.method != MatchMethod::visibility || options.match != nullptr) {
+      usage("Clusters of directions are for matching by visibility: choose that, or one cluster.");
+    }
+    if (options.keep_match) {
+      usage("Several clusters of directions have no one match to be kept: leave one of them out.");
+    }
+  }
+  check_uv(options.uv);
+  check_fallback(options);
+}
+
+}  // namespace kiln

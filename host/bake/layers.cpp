@@ -1,0 +1,148 @@
+#include "bake/layers.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "image/gutter.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kGrain = std::size_t{1} << 16;
+// As far as any map reaches.
+constexpr std::int32_t kEverywhere = 16384;
+
+bool is_averaged(MapType type) { return type != MapType::id && type != MapType::coverage; }
+
+/// Fills what charts leave empty. \returns how many texels became padding
+std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& options,
+                  std::int32_t texels, Image& image, std::vector<std::uint8_t>& coverage) {
+  GutterOptions gutter{texels, options.miss != MissPolicy::keep, map.type == MapType::unit_vector};
+  if (map.type != MapType::id) return fill_gutter(context, image, coverage, gutter);
+  // Push-pull averages, which names never are: the nearest one is copied, over missed texels too.
+  if (texels < 0) gutter.texels = kEverywhere;
+  gutter.fill_missed = false;
+  std::vector<std::uint8_t> named = coverage;
+  if (options.miss == MissPolicy::fill) {
+    std::replace(named.begin(), named.end(), std::uint8_t{kCoverageMissed},
+                 std::uint8_t{kCoverageEmpty});
+  }
+  const std::uint64_t count = fill_gutter(context, image, named, gutter);
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    if (coverage[i] == kCoverageEmpty) coverage[i] = named[i];
+  }
+  return count;
+}
+
+std::uint64_t finish_image(cl::Context& context, const MapInfo& map, const BakeOptions& options,
+                           std::int32_t gutter, Image& image, std::vector<std::uint8_t>& coverage) {
+  const std::array<float, 4> empty = map_background(map, options);
+  const std::size_t channels = image.channels;
+  parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (coverage[i] != kCoverageEmpty) continue;
+      std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
+    }
+  });
+  const std::uint64_t count = pad(context, map, options, gutter, image, coverage);
+  parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
+    }
+  });
+  return count;
+}
+
+}  // namespace
+
+Layers::Layers(const MapRequest& request)
+    : coverage_(std::size_t{request.options.width} * request.options.height) {
+  for (const MapKind kind : request.options.maps) {
+    const MapRow& row = map_row(kind);
+    if (std::any_of(layers_.begin(), layers_.end(),
+                    [&](const Layer& layer) { return layer.row == &row; })) {
+      continue;
+    }
+    Image image{request.options.width, request.options.height, row.info.channels,
+                std::vector<float>(coverage_.size() * row.info.channels)};
+    layers_.push_back({&row, row.make(request), std::move(image)});
+  }
+}
+
+BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
+  const std::size_t width = layer.image.width;
+  const std::size_t offset = band.first_row * width, count = band.row_count * width;
+  const std::size_t channels = layer.image.channels;
+  return {std::span(layer.image.pixels).subspan(offset * channels, count * channels),
+          std::span(coverage_).subspan(offset, count)};
+}
+
+void Layers::run(const TexelBand& band, const Correspondence& match) {
+  for (Layer& layer : layers_) layer.maker->run(band, match, pixels(layer, band));
+}
+
+void Layers::run_blended(const TexelBand& band, const Correspondence& match,
+                         const Correspondence& other, const cl::Array<float>& shares) {
+  for (Layer& layer : layers_) {
+    layer.maker->run_blended(band, match, other, shares, pixels(layer, band));
+  }
+}
+
+const Image* Layers::unit_vectors() const {
+  for (const Layer& layer : layers_) {
+    if (layer.row->info.type == MapType::unit_vector) return &layer.image;
+  }
+  return nullptr;
+}
+
+bool Layers::follow_positions() const {
+  return std::any_of(layers_.begin(), layers_.end(),
+                     [](const Layer& layer) { return layer.row->follows_positions; });
+}
+
+std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOptions& options,
+                                             const ChartMap& charts) const {
+  std::vector<std::vector<Image>> all(layers_.size());
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const MapInfo& map = layers_[l].row->info;
+    if (!is_averaged(map.type)) continue;
+    MipOptions mip_options;
+    mip_options.unit_vectors = map.type == MapType::unit_vector;
+    mip_options.missed_have_values = options.miss == MissPolicy::keep;
+    if (options.miss == MissPolicy::mark && mip_options.unit_vectors) {
+      mip_options.missed = {1, -1, 1, 0};
+    }
+    std::int32_t gutter = options.gutter;
+    for (MipLevel& level : make_mips(layers_[l].image, coverage_, charts, mip_options)) {
+      if (gutter > 0) gutter = std::max(2, gutter / 2);
+      finish_image(context, map, options, gutter, level.image, level.coverage);
+      all[l].push_back(std::move(level.image));
+    }
+  }
+  return all;
+}
+
+std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& options, bool keep,
+                                  std::vector<std::uint8_t>& coverage, std::uint64_t& padded) {
+  std::vector<Image> images;
+  coverage.clear();
+  for (Layer& layer : layers_) {
+    Image image = keep ? layer.image : std::move(layer.image);
+    if (layer.row->info.type != MapType::coverage) {
+      std::vector<std::uint8_t> own = coverage_;
+      padded = finish_image(context, layer.row->info, options, options.gutter, image, own);
+      if (coverage.empty()) coverage = std::move(own);
+    }
+    images.push_back(std::move(image));
+  }
+  if (coverage.empty()) {
+    // Which texels padding would reach is said all the same.
+    coverage = coverage_;
+    Image none{options.width, options.height, 1, std::vector<float>(coverage.size())};
+    padded = fill_gutter(context, none, coverage,
+                         {options.gutter, options.miss != MissPolicy::keep, false});
+  }
+  return images;
+}
+
+}  // namespace kiln

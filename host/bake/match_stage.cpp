@@ -1,0 +1,119 @@
+#include "bake/match_stage.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "match/fallback.h"
+#include "match/saved.h"
+
+namespace kiln {
+namespace {
+
+double to_frame(const Length& length, const Frame& frame) {
+  return (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
+}
+
+/// The longest way from the light mesh to its cage mesh.
+double longest_reach(const LowSurface& surface) {
+  double longest = 0;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    if (surface.usable[i] == 0) continue;
+    for (const LowSurface::Corner& corner : surface.triangles[i]) {
+      longest = std::max(longest, length(Vec3d(corner.direction)));
+    }
+  }
+  return longest;
+}
+
+}  // namespace
+
+std::optional<MatchMethod> fallback_method(Fallback fallback) {
+  switch (fallback) {
+    case Fallback::ray:
+      return MatchMethod::ray;
+    case Fallback::closest:
+      return MatchMethod::closest;
+    case Fallback::views:
+      return MatchMethod::views;
+    case Fallback::low:
+      break;
+  }
+  return std::nullopt;
+}
+
+/// Frame units; see BakeOptions::max_distance for what is taken where none is given.
+double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
+  // Longer than any scene is as good as that.
+  constexpr double kFarthest = 1048576;
+  if (options.max_distance) return std::min(to_frame(*options.max_distance, frame), kFarthest);
+  double distance = 0;
+  if (options.cage) distance = 2 * to_frame(*options.cage, frame);
+  if (options.cage_mesh != nullptr) distance = 2 * longest_reach(surface);
+  return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
+}
+
+MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
+                           const LowSurface& surface) {
+  MatchRequest request{.source = source, .surface = surface};
+  request.width = options.width;
+  request.height = options.height;
+  request.samples = options.samples;
+  request.distance = match_distance(options, surface, source.frame);
+  if (options.cage) request.cage = to_frame(*options.cage, source.frame);
+  request.cage_mesh = options.cage_mesh != nullptr;
+  request.two_sided = options.two_sided;
+  request.views = options.views;
+  request.visibility = options.visibility;
+  request.uv = options.uv;
+  if (options.progress) {
+    request.prepares = [progress = options.progress](double done) {
+      return progress(kPreparingShare * done, "visibility");
+    };
+  }
+  return request;
+}
+
+void take_notes(MatchNotes notes, BakeReport& report) {
+  if (notes.views) report.views = std::move(notes.views);
+  if (notes.visibility) report.visibility = notes.visibility;
+  if (notes.uv) report.uv = notes.uv;
+  report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
+}
+
+std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
+                                      const BakeOptions& options, BakeReport& report,
+                                      std::uint32_t cluster,
+                                      std::shared_ptr<const VisibilityField>& field) {
+  const double unit = 1 / source.frame.scale;
+  MatchRequest request = match_request(options, source, surface);
+  request.cluster = cluster;
+  request.field = &field;
+  report.max_distance = options.match == nullptr ? request.distance * unit : 0;
+  if (options.match == nullptr && request.cage && request.distance <= *request.cage) {
+    report.warnings.push_back({"short-rays",
+                               "Rays start at the cage and end before they reach the light mesh: "
+                               "--max-distance should be "
+                               "about twice --cage.",
+                               1});
+  }
+  const double built = source.stats().build_seconds;
+  const std::optional<MatchMethod> fallback = fallback_method(options.fallback);
+  MatchNotes notes;
+  std::unique_ptr<Matcher> matcher;
+  if (options.match != nullptr) {
+    matcher = saved_matcher(source.device.context(), *options.match, unit);
+  } else {
+    const MatchRow& row = match_row(options.method);
+    if (!row.info.looks_far && !fallback) report.max_distance = 0;
+    matcher = row.make(request, notes);
+  }
+  if (fallback) {
+    matcher = with_fallback(source.device.context(), std::move(matcher),
+                            match_row(*fallback).make(request, notes));
+  }
+  take_notes(std::move(notes), report);
+  report.seconds_build = source.stats().build_seconds - built;
+  return matcher;
+}
+
+}  // namespace kiln

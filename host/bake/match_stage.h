@@ -1,0 +1,41 @@
+// The match as a stage of a bake: from the options to a matcher, and from its notes to the report.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "match/registry.h"
+
+namespace kiln {
+
+/// Of a bake's progress, what preparing takes for matches that prepare for long.
+inline constexpr double kPreparingShare = 0.5;
+
+/// Checks everything in the options that needs no mesh. \throws Error(usage)
+void check_options(const BakeOptions& options);
+
+/// The match that a fallback stands for; none for Fallback::low.
+std::optional<MatchMethod> fallback_method(Fallback fallback);
+
+/// Frame units; see BakeOptions::max_distance for what is taken where none is given.
+double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame);
+
+/// What the options ask of a match.
+MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
+                           const LowSurface& surface);
+
+/// Adds what a match said of itself to the report.
+void take_notes(MatchNotes notes, BakeReport& report);
+
+/// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
+/// is known before the first band.
+/// \throws Error(usage) for an option out of its range, Cancelled where the progress callback says stop
+/// \param cluster  with several clusters of directions, which one
+/// \param field    their field: made where it is null, for the clusters after this one
+std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
+                                      const BakeOptions& options, BakeReport& report,
+                                      std::uint32_t cluster,
+                                      std::shared_ptr<const VisibilityField>& field);
+
+}  // namespace kiln

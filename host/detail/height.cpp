@@ -1,0 +1,23 @@
+// How far the high poly lies above the low poly.
+#include "detail/point_map.h"
+
+namespace kiln {
+
+MapRow height_map() {
+  MapRow row;
+  row.info = {MapKind{"height"},
+              1,
+              MapType::signed_scalar,
+              "signed distance from low poly to high poly along the match's direction, world units",
+              0,
+              0};
+  row.follows_positions = true;
+  row.make = [](const MapRequest& request) {
+    return make_point_map(request, height_map().info, [](const DensePoint& point, float* value) {
+      value[0] = static_cast<float>(point.distance);
+    });
+  };
+  return row;
+}
+
+}  // namespace kiln

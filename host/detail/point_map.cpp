@@ -1,0 +1,215 @@
+#include "detail/point_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "base/parallel.h"
+#include "image/gutter.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kMostChannels = 4;
+using Value = std::array<float, kMostChannels>;
+
+/// A correspondence on the host.
+struct HostMatch {
+  HostMatch(cl::Context& context, const Correspondence& match, std::uint32_t count)
+      : triangle(count), u(count), v(count), distance(count) {
+    match.triangle.read(context, triangle);
+    match.barycentric.read(context, u);
+    match.barycentric.read(context, v, match.capacity);
+    if (match.distance.size() != 0) match.distance.read(context, distance);
+  }
+  std::vector<std::uint32_t> triangle;
+  std::vector<float> u, v, distance;
+};
+
+/// A band's samples on the host.
+struct HostSamples {
+  HostSamples(cl::Context& context, const TexelBand& band)
+      : index(band.texel_count),
+        first(band.texel_count + std::size_t{1}),
+        triangle(band.sample_count),
+        u(band.sample_count),
+        v(band.sample_count) {
+    band.texel_index.read(context, index);
+    band.texel_first.read(context, first);
+    band.triangle.read(context, triangle);
+    band.barycentric.read(context, u);
+    band.barycentric.read(context, v, band.capacity);
+  }
+  std::vector<std::uint32_t> index, first, triangle;
+  std::vector<float> u, v;
+};
+
+Vec3d unit(const Vec3d& v, const Vec3d& otherwise) {
+  const double size = length(v);
+  return size > 0 ? v * (1 / size) : otherwise;
+}
+
+class PointMap : public MapMaker {
+ public:
+  PointMap(const MapRequest& request, const MapInfo& info, std::unique_ptr<PointFunction> function)
+      : source_(request.source),
+        surface_(request.surface),
+        info_(info),
+        miss_(request.options.miss),
+        two_sided_(request.options.two_sided),
+        function_(std::move(function)) {}
+
+  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+    make(band, match, nullptr, nullptr, out);
+  }
+
+  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
+                   const cl::Array<float>& shares, const BandPixels& out) override {
+    make(band, match, &other, &shares, out);
+  }
+
+ private:
+  void make(const TexelBand& band, const Correspondence& match, const Correspondence* other,
+            const cl::Array<float>* shares, const BandPixels& out) {
+    if (band.sample_count == 0) return;
+    cl::Context& context = source_.device.context();
+    // Normals may have changed since the last bake of a session.
+    normals_ = source_.attributes.normals.download(context);
+    normal_indices_ = source_.attributes.normal_indices.download(context);
+    const HostSamples samples(context, band);
+    const HostMatch found(context, match, band.sample_count);
+    std::optional<HostMatch> mixed;
+    std::vector<float> share;
+    if (other != nullptr && info_.type != MapType::id) {
+      mixed.emplace(context, *other, band.sample_count);
+      share.resize(band.sample_count);
+      shares->read(context, share);
+    }
+    parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        std::uint8_t& coverage = out.coverage[samples.index[t]];
+        coverage = kCoverageMissed;
+        Average average(info_);
+        for (std::uint32_t s = samples.first[t]; s < samples.first[t + 1]; ++s) {
+          if (found.triangle[s] != KILN_NO_TRIANGLE) {
+            coverage = kCoverageBaked;
+          } else if (miss_ != MissPolicy::keep) {
+            continue;
+          }
+          Value value = value_at(samples, s, found);
+          if (mixed && mixed->triangle[s] != KILN_NO_TRIANGLE) {
+            const Value with = value_at(samples, s, *mixed);
+            for (std::uint32_t c = 0; c < info_.channels; ++c) {
+              value[c] = value[c] * share[s] + with[c] * (1 - share[s]);
+            }
+          }
+          average.add(value);
+        }
+        average.store(&out.values[std::size_t{samples.index[t]} * info_.channels]);
+      }
+    });
+  }
+
+  /// What a texel holds of its samples.
+  class Average {
+   public:
+    explicit Average(const MapInfo& info)
+        : channels_(info.channels), whole_(info.type == MapType::id) {}
+
+    void add(const Value& value) {
+      ++count_;
+      if (!whole_) {
+        for (std::uint32_t c = 0; c < channels_; ++c) sum_[c] += value[c];
+        return;
+      }
+      const auto same = std::find_if(votes_.begin(), votes_.end(),
+                                     [&](const auto& vote) { return vote.first == value; });
+      if (same == votes_.end()) {
+        votes_.emplace_back(value, 1U);
+      } else {
+        ++same->second;
+      }
+    }
+
+    /// Texels of missed samples alone, where these have no value, hold 0.
+    void store(float* to) const {
+      Value value{};
+      if (whole_ && count_ != 0) {
+        value = std::max_element(votes_.begin(), votes_.end(), [](const auto& a, const auto& b) {
+                  return a.second < b.second;
+                })->first;
+      }
+      for (std::uint32_t c = 0; c < channels_; ++c) {
+        if (!whole_ && count_ != 0) value[c] = static_cast<float>(sum_[c] / count_);
+        to[c] = value[c];
+      }
+    }
+
+   private:
+    std::uint32_t channels_;
+    bool whole_;
+    std::uint32_t count_ = 0;
+    std::array<double, kMostChannels> sum_{};
+    std::vector<std::pair<Value, std::uint32_t>> votes_;
+  };
+
+  Value value_at(const HostSamples& samples, std::size_t s, const HostMatch& found) const {
+    DensePoint point;
+    point.triangle = found.triangle[s];
+    point.found = point.triangle != KILN_NO_TRIANGLE;
+    const auto& [a, b, c] = surface_.triangles[samples.triangle[s]];
+    const double low_u = samples.u[s], low_v = samples.v[s];
+    const auto on_low = [&](const Vec3& x, const Vec3& y, const Vec3& z) {
+      return Vec3d(x) * (1 - low_u - low_v) + Vec3d(y) * low_u + Vec3d(z) * low_v;
+    };
+    const Vec3d low_normal = unit(on_low(a.normal, b.normal, c.normal), Vec3d(a.normal));
+    if (point.found) {
+      point.u = found.u[s];
+      point.v = found.v[s];
+      point.distance = found.distance[s] / source_.frame.scale;
+      const Triangle& corners = source_.triangles[point.triangle];
+      const std::uint32_t* index = &normal_indices_[std::size_t{3} * point.triangle];
+      const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
+      Vec3d position{}, normal{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float* n = &normals_[std::size_t{3} * index[k]];
+        position = position + Vec3d(source_.positions[corners[k]]) * weights[k];
+        normal = normal + Vec3d(Vec3{n[0], n[1], n[2]}) * weights[k];
+      }
+      point.position = to_world(position);
+      point.normal = unit(normal, low_normal);
+      if (two_sided_ && dot(point.normal, low_normal) < 0) point.normal = point.normal * -1.0;
+    } else {
+      point.position = to_world(on_low(a.position, b.position, c.position));
+      point.normal = low_normal;
+    }
+    Value value{};
+    (*function_)(point, value.data());
+    return value;
+  }
+
+  Vec3d to_world(const Vec3d& at) const {
+    const Frame& frame = source_.frame;
+    return at * (1 / frame.scale) + Vec3d{frame.center[0], frame.center[1], frame.center[2]};
+  }
+
+  const Source::Impl& source_;
+  const LowSurface& surface_;
+  MapInfo info_;
+  MissPolicy miss_;
+  bool two_sided_;
+  std::unique_ptr<PointFunction> function_;
+  std::vector<float> normals_;
+  std::vector<std::uint32_t> normal_indices_;
+};
+
+}  // namespace
+
+std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInfo& info,
+                                         std::unique_ptr<PointFunction> function) {
+  return std::make_unique<PointMap>(request, info, std::move(function));
+}
+
+}  // namespace kiln

@@ -1,0 +1,47 @@
+// Maps whose values are a function of one point of the high poly: all that such a map has to say is that
+// function.
+#pragma once
+
+#include "detail/registry.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// A point of the high poly, as a map sees it; or, where nothing was found, the point of the low poly that
+/// stands in for it (Wang et al., section 2).
+struct DensePoint {
+  bool found = true;
+  std::uint32_t triangle = 0;  ///< Of the high poly; KILN_NO_TRIANGLE where nothing was found
+  float u = 0, v = 0;          ///< Weights of its corners 1 and 2
+  double distance =
+      0;  ///< Along the match's direction, world units, outward positive; 0 where not found
+  Vec3d position;  ///< World units
+  Vec3d normal;    ///< Unit, interpolated
+};
+
+/// What a map holds at a point. \param value  as many as the map has channels
+class PointFunction {
+ public:
+  virtual ~PointFunction() = default;
+  virtual void operator()(const DensePoint& point, float* value) const = 0;
+};
+
+/// From a function to a map: gathers points on the host's threads, calls it for each sample, and averages a
+/// texel's samples; of MapType::id the value that most of a texel's samples have, the first of equals.
+std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInfo& info,
+                                         std::unique_ptr<PointFunction> function);
+
+/// The same from anything that can be called, for functions that keep nothing.
+template <typename Function>
+std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInfo& info,
+                                         Function function) {
+  struct Called : PointFunction {
+    explicit Called(Function called) : call(std::move(called)) {}
+    void operator()(const DensePoint& point, float* value) const override { call(point, value); }
+    Function call;
+  };
+  return make_point_map(request, info,
+                        std::unique_ptr<PointFunction>(new Called(std::move(function))));
+}
+
+}  // namespace kiln

@@ -1,0 +1,78 @@
+// The maps there are: each is a file of this room and a row here.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+
+#include "kiln/bake.h"
+#include "kiln/map.h"
+#include "mesh/low_surface.h"
+#include "source/dense_mesh.h"
+#include "texel/correspondence.h"
+#include "texel/texels.h"
+
+namespace kiln {
+
+/// A band's texels on the host, row by row: [rows * width * channels] and [rows * width].
+struct BandPixels {
+  std::span<float> values;
+  std::span<std::uint8_t>
+      coverage;  ///< 1 baked, 2 missed; texels that are not covered keep what is there
+};
+
+/// What a map is told, once a bake.
+struct MapRequest {
+  const Source::Impl& source;
+  const LowSurface& surface;
+  const BakeOptions& options;
+};
+
+/// Reads one map at the correspondences of bands.
+class MapMaker {
+ public:
+  MapMaker() = default;
+  MapMaker(const MapMaker&) = delete;
+  MapMaker& operator=(const MapMaker&) = delete;
+  virtual ~MapMaker() = default;
+
+  /// Makes the texels of a band. Texels that are not covered keep what is there.
+  virtual void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) = 0;
+
+  /// The same with two correspondences, whose values are mixed.
+  /// \param other   with triangles for the samples that are mixed, and none for the rest
+  /// \param shares  [samples] how much of `match` a sample takes, 0 to 1
+  virtual void run_blended(const TexelBand& band, const Correspondence& match,
+                           const Correspondence& other, const cl::Array<float>& shares,
+                           const BandPixels& out) = 0;
+};
+
+/// One map.
+struct MapRow {
+  MapInfo info;
+  /// It reads positions or distances, so it changes wherever vertices of the high poly move.
+  bool follows_positions = false;
+  std::unique_ptr<MapMaker> (*make)(const MapRequest& request) = nullptr;
+};
+
+std::span<const MapRow> map_rows();
+
+/// \throws Error(usage) for a name that no row has
+const MapRow& map_row(MapKind kind);
+
+/// What texels hold that no chart covers and padding does not reach. \returns as many as there are channels
+std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options);
+
+/// From a texel's value to what the map holds: the last step of a bake. \param coverage  of the texel
+void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t coverage,
+                  float* pixel);
+
+// The rows, each in the file of its map.
+MapRow normal_map();
+MapRow mask_map();
+MapRow height_map();
+MapRow position_map();
+MapRow id_map();
+MapRow slope_map();
+
+}  // namespace kiln

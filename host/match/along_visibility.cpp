@@ -1,0 +1,80 @@
+// Rays along the direction that a place is seen from (Tarini, Cignoni, Scopigno, section 3.3), or between
+// that direction and the normal (section 3.4).
+#include "match/ray.h"
+
+namespace kiln {
+namespace {
+
+/// Rays along directions of visibility, or between these and the samples' own.
+class VisibilityMatcher : public Matcher {
+ public:
+  VisibilityMatcher(const MatchRequest& request, bool hybrid, VisibilityReport& report)
+      : context_(request.source.device.context()),
+        rays_(request.source.rays()),
+        query_(ray_query(request, false)),
+        samples_(request.samples),
+        hybrid_(hybrid),
+        cluster_(request.cluster) {
+    std::shared_ptr<const VisibilityField> own;
+    std::shared_ptr<const VisibilityField>& field = request.field ? *request.field : own;
+    if (field == nullptr) {
+      field = std::make_shared<const VisibilityField>(
+          context_, request.surface, request.width, request.height, request.visibility,
+          request.source.traversal, report, request.prepares);
+    }
+    field_ = field;
+  }
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    if (capacity_ < band.capacity) {
+      points_ = cl::Array<float>();
+      points_ = cl::Array<float>(context_, std::size_t{7} * band.capacity);
+      capacity_ = band.capacity;
+    }
+    field_->direct(band, samples_, hybrid_, points_, capacity_, cluster_);
+    rays_.intersect(points_, band.sample_count, capacity_, query_, match);
+  }
+
+ private:
+  cl::Context& context_;
+  const RayCaster& rays_;
+  RayQuery query_;
+  std::uint32_t samples_;
+  bool hybrid_;
+  std::uint32_t cluster_;
+  std::shared_ptr<const VisibilityField> field_;
+  std::uint32_t capacity_ = 0;
+  cl::Array<float> points_;
+};
+
+template <bool kHybrid>
+std::unique_ptr<Matcher> make(const MatchRequest& request, MatchNotes& notes) {
+  notes.visibility.emplace();
+  return std::make_unique<VisibilityMatcher>(request, kHybrid, *notes.visibility);
+}
+
+MatchRow row_of(MatchMethod method, std::string_view searches) {
+  MatchRow row;
+  row.info.method = method;
+  row.info.searches = searches;
+  row.info.takes_visibility = row.follows_bvh = true;
+  return row;
+}
+
+}  // namespace
+
+MatchRow visibility_match() {
+  MatchRow row =
+      row_of(MatchMethod::visibility, "along the mean direction that a place is seen from");
+  row.make = make<false>;
+  return row;
+}
+
+MatchRow hybrid_match() {
+  MatchRow row = row_of(MatchMethod::hybrid, "between the direction of visibility and the normal");
+  row.make = make<true>;
+  return row;
+}
+
+}  // namespace kiln

@@ -1,0 +1,39 @@
+// The nearest point of faces that do not look away (Tarini, Cignoni, Scopigno, section 3.1).
+#include "accel/closest.h"
+
+#include "match/registry.h"
+
+namespace kiln {
+namespace {
+
+class ClosestMatcher : public Matcher {
+ public:
+  ClosestMatcher(const ClosestFinder& finder, const ClosestQuery& query)
+      : finder_(finder), query_(query) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    finder_.find(band.points, band.sample_count, band.capacity, query_, match);
+  }
+
+ private:
+  const ClosestFinder& finder_;
+  ClosestQuery query_;
+};
+
+}  // namespace
+
+MatchRow closest_match() {
+  MatchRow row;
+  row.info.method = MatchMethod::closest;
+  row.info.searches = "the nearest point of a face that does not look away";
+  row.follows_bvh = true;
+  row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
+    return std::make_unique<ClosestMatcher>(
+        request.source.closest(),
+        ClosestQuery{static_cast<float>(request.distance), request.two_sided});
+  };
+  return row;
+}
+
+}  // namespace kiln

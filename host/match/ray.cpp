@@ -1,0 +1,50 @@
+// Rays along the low poly's normals (Tarini, Cignoni, Scopigno, section 3.2), from a cage where there is one.
+#include "match/ray.h"
+
+namespace kiln {
+namespace {
+
+class RayMatcher : public Matcher {
+ public:
+  RayMatcher(const RayCaster& rays, const RayQuery& query) : rays_(rays), query_(query) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    rays_.intersect(band.points, band.sample_count, band.capacity, query_, match);
+  }
+
+ private:
+  const RayCaster& rays_;
+  RayQuery query_;
+};
+
+}  // namespace
+
+RayQuery ray_query(const MatchRequest& request, bool with_cage) {
+  const auto distance = static_cast<float>(request.distance);
+  RayQuery query;
+  query.two_sided = request.two_sided;
+  query.t_max = distance;
+  if (with_cage && (request.cage_mesh || request.cage)) {
+    query.inward = true;
+    query.use_reach = request.cage_mesh;
+    if (request.cage) query.offset = static_cast<float>(*request.cage);
+  } else {
+    query.t_min = -distance;
+    query.outward_first = true;
+  }
+  return query;
+}
+
+MatchRow ray_match() {
+  MatchRow row;
+  row.info.method = MatchMethod::ray;
+  row.info.searches = "along the low poly's normal, outward first; from a cage inward";
+  row.info.takes_cage = row.follows_bvh = true;
+  row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
+    return std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
+  };
+  return row;
+}
+
+}  // namespace kiln

@@ -1,0 +1,62 @@
+// The matches there are: each is a file of this room and a row here.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "kiln/match.h"
+#include "match/matcher.h"
+#include "match/visibility.h"
+#include "mesh/low_surface.h"
+#include "source/dense_mesh.h"
+
+namespace kiln {
+
+/// What a match is told: the samples it will be given, how far to look, along what. Lengths are in the
+/// working frame.
+struct MatchRequest {
+  const Source::Impl& source;
+  const LowSurface& surface;
+  std::uint32_t width = 0, height = 0, samples = 1;  ///< Of the map
+  double distance = 0;         ///< How far to look; with a cage, from the cage inward
+  std::optional<double> cage;  ///< Start rays this far outside, inward, first hit
+  bool cage_mesh = false;      ///< ... or where the surface's directions end
+  bool two_sided = false;      ///< Back faces of the high poly are hit, too
+  ViewOptions views;
+  VisibilityOptions visibility;
+  UvOptions uv;
+  std::uint32_t cluster = 0;  ///< Of several clusters of directions of visibility, which one
+  /// Their field: made where it is null, for the clusters after this one.
+  std::shared_ptr<const VisibilityField>* field = nullptr;
+  /// Told the share done, [0, 1], by matches that prepare for long. \returns false to cancel
+  std::function<bool(double)> prepares;
+};
+
+/// One way to match.
+struct MatchRow {
+  MatchInfo info;
+  /// It holds nothing of the high poly but what follows the BVH as the mesh moves.
+  bool follows_bvh = false;
+  std::unique_ptr<Matcher> (*make)(const MatchRequest& request, MatchNotes& notes) = nullptr;
+};
+
+/// All of them, in the order that they are listed to people.
+std::span<const MatchRow> match_rows();
+
+/// \throws Error(usage) for a name that no row has; the message lists those there are
+const MatchRow& match_row(MatchMethod method);
+
+// The rows, each in the file of its match.
+MatchRow ray_match();
+MatchRow axis_match();
+MatchRow views_match();
+MatchRow closest_match();
+MatchRow visibility_match();
+MatchRow hybrid_match();
+MatchRow uv_match();
+
+}  // namespace kiln

@@ -1,0 +1,30 @@
+#include "match/saved.h"
+
+#include "match/match_array.h"
+
+namespace kiln {
+namespace {
+
+/// Takes a saved correspondence.
+class SavedMatcher : public Matcher {
+ public:
+  SavedMatcher(cl::Context& context, const Match& saved, double unit)
+      : context_(context), saved_(saved), unit_(unit) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    load_band(context_, band, saved_, unit_, match);
+  }
+
+ private:
+  cl::Context& context_;
+  const Match& saved_;
+  double unit_;
+};
+
+}  // namespace
+
+std::unique_ptr<Matcher> saved_matcher(cl::Context& context, const Match& saved, double unit) {
+  return std::make_unique<SavedMatcher>(context, saved, unit);
+}
+
+}  // namespace kiln

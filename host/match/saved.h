@@ -1,0 +1,12 @@
+// A saved correspondence in place of a match.
+#pragma once
+
+#include "match/matcher.h"
+
+namespace kiln {
+
+/// \param saved  kept by the caller, and checked (match_array.h)
+/// \param unit   world length of a frame unit
+std::unique_ptr<Matcher> saved_matcher(cl::Context& context, const Match& saved, double unit);
+
+}  // namespace kiln

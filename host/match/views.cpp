@@ -1,0 +1,188 @@
+// Depth views from all around (Wang, Froehlich, Goebel, section 2).
+#include "match/views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kDefaultViews = 12;
+constexpr std::uint32_t kMostAutomatic = 64;
+// A view that would add less than this share of what all candidates see is not worth drawing.
+constexpr double kLeastGain = 0.004;
+// Samples that a plan is made for.
+constexpr std::uint32_t kProbeMap = 192;
+
+class ViewMatcher : public Matcher {
+ public:
+  ViewMatcher(const MatchRequest& request, ViewReport& report)
+      : source_(request.source), context_(request.source.device.context()) {
+    const Source::Impl& source = source_;
+    const LowSurface& surface = request.surface;
+    query_ = view_query(request);
+    Rasterizer& raster = source.raster();
+    query_.area = view_area(surface, query_.max_distance, raster.radius());
+    choose_directions(surface, request.views, report);
+    size_ = choose_size(request, query_.area.radius, report);
+    widen(query_.area, raster.radius(), size_);
+    report.pixel = 2 * query_.area.radius / size_ / source.frame.scale;
+    for (const Vec3d& direction : directions_) report.directions.push_back(to_float(direction));
+    batch_ = DepthViews::batch_size(context_, size_);
+    if (directions_.size() <= batch_) views_.emplace(draw(0, directions_.size()));
+    context_.finish();
+  }
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    if (score_.size() < band.capacity) {
+      score_ = cl::Array<float>();
+      score_ = cl::Array<float>(context_, band.capacity);
+    }
+    DepthViews::reset(context_, band.sample_count, score_, match);
+    if (views_) {
+      views_->match(band.points, band.sample_count, band.capacity, query_, score_, match);
+    } else {
+      for (std::size_t first = 0; first < directions_.size(); first += batch_) {
+        const DepthViews views = draw(first, std::min(directions_.size(), first + batch_));
+        views.match(band.points, band.sample_count, band.capacity, query_, score_, match);
+        context_.finish();
+      }
+    }
+  }
+
+ private:
+  DepthViews draw(std::size_t first, std::size_t last) const {
+    return {context_,
+            source_.raster(),
+            std::vector<Vec3d>(directions_.begin() + static_cast<std::ptrdiff_t>(first),
+                               directions_.begin() + static_cast<std::ptrdiff_t>(last)),
+            size_,
+            query_.two_sided,
+            query_.area};
+  }
+
+  void choose_directions(const LowSurface& surface, const ViewOptions& views, ViewReport& report) {
+    for (const Vec3& direction : views.directions) {
+      directions_.push_back(unit_direction(direction));
+    }
+    if (views.automatic) {
+      const TexelBand probes = probe_samples(surface);
+      ViewPlan plan =
+          plan_views(source_, probes.points, probes.sample_count, probes.capacity, query_,
+                     directions_, kLeastGain, views.count.value_or(kMostAutomatic));
+      directions_ = std::move(plan.directions);
+      report.coverage = std::move(plan.coverage);
+      return;
+    }
+    if (!views.count) {
+      const std::optional<Vec3d> direction =
+          height_field_direction(source_.positions, source_.triangles, surface);
+      if (direction) {
+        report.height_field = true;
+        directions_.push_back(*direction);
+        return;
+      }
+    }
+    const std::vector<Vec3d> spread = spread_directions(views.count.value_or(kDefaultViews));
+    directions_.insert(directions_.end(), spread.begin(), spread.end());
+  }
+
+  /// Samples of a small map of the same light mesh.
+  TexelBand probe_samples(const LowSurface& surface) const {
+    TexelOptions options;
+    options.width = options.height = kProbeMap;
+    TexelSampler sampler(context_, surface, options);
+    if (sampler.band_count() != 1) throw Error(ErrorCode::internal, "A plan's probes are split.");
+    return sampler.sample(0);
+  }
+
+  /// Pixels a side that are worth it: two across a sample of the map. A point is then found within half a
+  /// sample of where it should be, however many triangles a pixel covers.
+  static double useful_size(const MatchRequest& request, double radius) {
+    const LowSurface& surface = request.surface;
+    double area = 0;
+    double uv_area = 0;
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+      if (surface.usable[i] == 0) continue;
+      const auto& [a, b, c] = surface.triangles[i];
+      const Vec3d origin(a.position);
+      area += length(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin)) / 2;
+      const double ux = double{b.uv.x} - a.uv.x, uy = double{b.uv.y} - a.uv.y;
+      const double vx = double{c.uv.x} - a.uv.x, vy = double{c.uv.y} - a.uv.y;
+      const double doubled = std::abs(ux * vy - uy * vx);
+      if (std::isfinite(doubled)) uv_area += doubled / 2;
+    }
+    const double texels = uv_area * request.width * request.height;
+    return 2 * 2 * radius * request.samples * std::sqrt(texels / area);
+  }
+
+  std::uint32_t choose_size(const MatchRequest& request, double radius, ViewReport& report) const {
+    const ViewOptions& views = request.views;
+    if (views.size != 0) {
+      report.size = views.size;
+      report.undersampled =
+          undersampled_share(source_.positions, source_.triangles, radius, views.size);
+    } else {
+      // No larger than lets all views lie on the device together.
+      std::uint32_t limit = kLargestView;
+      const double useful = useful_size(request, radius);
+      while (limit > 1024 && limit - 256 >= useful) limit -= 256;
+      while (limit > 1024 && DepthViews::batch_size(context_, limit) < directions_.size()) {
+        limit -= 256;
+      }
+      const ViewSize chosen = choose_view_size(source_.positions, source_.triangles, radius, limit);
+      report.size = chosen.size;
+      report.undersampled = chosen.undersampled;
+    }
+    return report.size;
+  }
+
+  const Source::Impl& source_;
+  cl::Context& context_;
+  ViewQuery query_;
+  std::vector<Vec3d> directions_;
+  std::uint32_t size_ = 0;
+  std::uint32_t batch_ = 1;
+  std::optional<DepthViews> views_;  // all of them, where they fit together
+  cl::Array<float> score_;
+};
+
+}  // namespace
+
+Vec3d unit_direction(const Vec3& toward) {
+  const Vec3d d(toward);
+  const double size = length(d);
+  if (!(size > 0) || !std::isfinite(size)) {
+    throw Error(
+        ErrorCode::usage,
+        "A view's direction must be finite and not (0, 0, 0): it points from the mesh to the "
+        "viewer.");
+  }
+  return d * (1 / size);
+}
+
+ViewQuery view_query(const MatchRequest& request) {
+  ViewQuery query;
+  query.criterion = request.views.criterion;
+  query.max_distance = static_cast<float>(request.distance);
+  query.refine = request.views.refine;
+  query.two_sided = request.two_sided;
+  return query;
+}
+
+MatchRow views_match() {
+  MatchRow row;
+  row.info.method = MatchMethod::views;
+  row.info.searches = "depth views from all around";
+  row.info.takes_directions = true;
+  row.make = [](const MatchRequest& request, MatchNotes& notes) -> std::unique_ptr<Matcher> {
+    notes.views.emplace();
+    return std::make_unique<ViewMatcher>(request, *notes.views);
+  };
+  return row;
+}
+
+}  // namespace kiln
