@@ -110,9 +110,9 @@ void NormalDetail::run_blended(const TexelBand& band, const Correspondence& matc
 
 namespace {
 
-class NormalMap : public MapMaker {
+class NormalReader : public MapMaker {
  public:
-  explicit NormalMap(const MapRequest& request)
+  explicit NormalReader(const MapRequest& request)
       : context_(request.source.device.context()),
         detail_(context_, request.surface, request.source.attributes, request.options) {}
 
@@ -162,7 +162,7 @@ MapRow normal_map() {
               0,
               1};
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
-    return std::make_unique<NormalMap>(request);
+    return std::make_unique<NormalReader>(request);
   };
   return row;
 }

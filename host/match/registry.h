@@ -23,17 +23,17 @@ struct MatchRequest {
   const LowSurface& surface;
   std::uint32_t width = 0, height = 0, samples = 1;  ///< Of the map
   double distance = 0;         ///< How far to look; with a cage, from the cage inward
-  std::optional<double> cage;  ///< Start rays this far outside, inward, first hit
+  std::optional<double> cage = {};  ///< Start rays this far outside, inward, first hit
   bool cage_mesh = false;      ///< ... or where the surface's directions end
   bool two_sided = false;      ///< Back faces of the high poly are hit, too
-  ViewOptions views;
-  VisibilityOptions visibility;
-  UvOptions uv;
+  ViewOptions views = {};
+  VisibilityOptions visibility = {};
+  UvOptions uv = {};
   std::uint32_t cluster = 0;  ///< Of several clusters of directions of visibility, which one
   /// Their field: made where it is null, for the clusters after this one.
   std::shared_ptr<const VisibilityField>* field = nullptr;
   /// Told the share done, [0, 1], by matches that prepare for long. \returns false to cancel
-  std::function<bool(double)> prepares;
+  std::function<bool(double)> prepares = {};
 };
 
 /// One way to match.
