@@ -277,10 +277,18 @@ TEST(Command, GivesTheSameBytesOnOtherImplementations) {
   const fs::path scene = make_scene(2000);
   const auto bake = [&](const std::string& name, const std::string& launcher,
                         const ProcessOptions& options) {
-    std::vector<std::string> command = {
-        kiln_command(),     "bake",       scene / "high.obj", scene / "low.obj",
-        "--out",          scene / name, "--size",           "48",
-        "--max-distance", "10%",        "--samples",        "2"};
+    std::vector<std::string> command = {test::kiln_command(),
+                                        "bake",
+                                        scene / "high.obj",
+                                        scene / "low.obj",
+                                        "--out",
+                                        scene / name,
+                                        "--size",
+                                        "48",
+                                        "--max-distance",
+                                        "10%",
+                                        "--samples",
+                                        "2"};
     if (!launcher.empty()) command.insert(command.begin(), launcher);
     const ProcessResult result = test::run_process(command, options);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -715,7 +723,7 @@ TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
   const std::string a = folder / "a.png";
   const std::string log = folder / "log.txt";
   std::ofstream(log) << "before\n";
-  const std::string command = std::string("'") + kiln_command() + "' diff '" + a + "' '" + a +
+  const std::string command = std::string("'") + test::kiln_command() + "' diff '" + a + "' '" + a +
                               "' --json /dev/stdout >> '" + log + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::ifstream stream(log);
@@ -724,7 +732,7 @@ TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
   EXPECT_NE(text.find("mean_angle_degrees"), std::string::npos);
   EXPECT_EQ(run_kiln({"devices", "--json"}, {}).exit_code == 0 || test::device() == nullptr, true);
   const std::string full =
-      std::string("'") + kiln_command() + "' diff '" + a + "' '" + a + "' > /dev/full 2>&-";
+      std::string("'") + test::kiln_command() + "' diff '" + a + "' '" + a + "' > /dev/full 2>&-";
   EXPECT_EQ(WEXITSTATUS(std::system(full.c_str())), 5);
 }
 

@@ -235,7 +235,7 @@ TEST(MeshIo, SkipsPlyElementsAndPropertiesItDoesNotUse) {
 
 TEST(MeshIo, ReadsTheSamplePyramids) {
   int files = 0;
-  for (const auto& entry : fs::directory_iterator(test_data("mesh"))) {
+  for (const auto& entry : fs::directory_iterator(test::test_data("mesh"))) {
     SCOPED_TRACE(entry.path());
     const Mesh mesh = load(entry.path()).mesh;
     EXPECT_EQ(mesh.positions.size(), 5u);
@@ -759,7 +759,7 @@ TEST(MeshIo, SurvivesWhatFuzzersFound) {
                                                                    {"off", MeshFormat::off}}};
   int files = 0;
   for (const auto& [name, format] : formats) {
-    for (const auto& entry : fs::directory_iterator(test_data("fuzz") / name)) {
+    for (const auto& entry : fs::directory_iterator(test::test_data("fuzz") / name)) {
       SCOPED_TRACE(entry.path());
       std::stringstream content;
       content << std::ifstream(entry.path(), std::ios::binary).rdbuf();

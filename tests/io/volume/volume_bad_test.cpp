@@ -176,7 +176,7 @@ TEST(BadVolume, NrrdData) {
 }
 
 TEST(BadVolume, NrrdClaimsOfMoreThanTheFileCanHold) {
-  const fs::path fuzz = test_data("fuzz") / "nrrd";
+  const fs::path fuzz = test::test_data("fuzz") / "nrrd";
   expect_bad(fuzz / "huge_raw.nrrd", {"4096 x 4096 x 4096 f32 = 274877906944 bytes", "has 4"});
   expect_bad(fuzz / "huge_gzip.nrrd", {"274877906944 bytes", "has at most"});
   expect_bad(fuzz / "huge_text.nrrd", {"137438953471 bytes", "7 bytes of text"});
@@ -349,7 +349,7 @@ TEST(BadVolume, HardCasesGiveAVolumeOrAnError) {
   for (const auto& [name, format] :
        {std::pair{"nrrd", VolumeFormat::nrrd}, std::pair{"mhd", VolumeFormat::meta_image},
         std::pair{"nii", VolumeFormat::nifti}}) {
-    for (const auto& entry : fs::directory_iterator(test_data("fuzz") / name)) {
+    for (const auto& entry : fs::directory_iterator(test::test_data("fuzz") / name)) {
       SCOPED_TRACE(entry.path());
       std::stringstream content;
       content << std::ifstream(entry.path(), std::ios::binary).rdbuf();

@@ -224,7 +224,7 @@ test::NiftiFile nifti_file(const Volume& volume, bool second, ByteOrder order) {
 
 TEST(VolumeIo, ReadsOneVolumeFromEveryFormat) {
   int files = 0;
-  for (const auto& entry : fs::directory_iterator(test_data("volume"))) {
+  for (const auto& entry : fs::directory_iterator(test::test_data("volume"))) {
     if (entry.path().extension() == ".raw") continue;
     SCOPED_TRACE(entry.path());
     const Loaded ramp = load(entry.path());
@@ -405,7 +405,7 @@ TEST(VolumeIo, SkipsLinesAndBytesBeforeNrrdData) {
   EXPECT_EQ(read("encoding: gzip\nline skip: 1\n", "line\n" + test::packed("X", true)), 'X');
   EXPECT_EQ(read("encoding: text\nline skip: 1\n", "title\n88"), 'X');
   // Several members one after the other are one stream.
-  const fs::path twice = test_data("fuzz") / "nrrd" / "gzip_twice.nrrd";
+  const fs::path twice = test::test_data("fuzz") / "nrrd" / "gzip_twice.nrrd";
   EXPECT_EQ(voxel<std::int16_t>(load(twice).volume, 11), 21);
 }
 

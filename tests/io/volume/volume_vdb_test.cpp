@@ -196,7 +196,7 @@ TEST(VolumeVdb, RefusesLengthsBeyondTheFile) {
     EXPECT_NE(message.find("damaged"), std::string::npos) << message;
     EXPECT_NE(message.find(place), std::string::npos) << message;
   }
-  for (const auto& entry : fs::directory_iterator(test_data("fuzz") / "vdb")) {
+  for (const auto& entry : fs::directory_iterator(test::test_data("fuzz") / "vdb")) {
     EXPECT_NE(error_of(entry.path()).find("damaged"), std::string::npos) << entry.path();
   }
   EXPECT_NE(error_of(write_bytes("short.vdb", "BDV")).find("does not begin"), std::string::npos);
