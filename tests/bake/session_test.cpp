@@ -105,7 +105,7 @@ TEST(Session, FirstBakeIsABake) {
     options.keep_match = true;
     const Mesh dense = inset(bumpy_plane(30, false));
     BakeSession session(*test::device(), dense, low, options);
-    EXPECT_EQ(difference(session, low, options), "") << static_cast<int>(method);
+    EXPECT_EQ(difference(session, low, options), "") << method.name;
     const BakeResult plain = bake(Source(*test::device(), dense), low, options);
     EXPECT_TRUE(same(plain.maps[0].image.pixels, session.bake().maps[0].image.pixels));
     EXPECT_EQ(plain.report.samples, session.bake().report.samples);
