@@ -78,7 +78,7 @@ TEST(BadVolume, FilesOfAnotherFormatThanTheirName) {
   expect_bad("v.mha", "NRRD0004\n", {"named as MetaImage", "looks like NRRD"});
   expect_bad("v.nrrd", "ObjectType = Image\nNDims = 3\nDimSize = 1 1 1\n",
              {"looks like MetaImage"});
-  expect_bad("v.nrrd", std::string(128, '\0') + "DICM", {"looks like DICOM", "export"});
+  expect_bad("v.nrrd", std::string(128, '\0').append("DICM"), {"looks like DICOM", "export"});
   expect_bad("v.nii", "\x89PNG\r\n", {"named as NIfTI", "PNG"});
   expect_bad("v.nrrd", "whatever\n", {"line 1", "NRRD0001"});
   expect_bad("v.mhd", "whatever\n", {"line 1", "Name = value"});
