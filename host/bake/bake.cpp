@@ -118,7 +118,7 @@ void Pipeline::prepare() {
     charts_ = ChartMap(std::size_t{options_.width} * options_.height, options_.samples);
   }
   report.seconds_mips += watch_.lap();
-  if (options_.fallback != Fallback::low && layers_.unit_vectors() != nullptr) {
+  if (!options_.fallback.empty() && layers_.unit_vectors() != nullptr) {
     switches_.emplace(low_, options_.width, options_.height);
   }
   if (options_.fallback_blend > 0) {

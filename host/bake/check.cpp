@@ -1,4 +1,5 @@
 // What can be wrong with options whatever the meshes are.
+#include <algorithm>
 #include <cmath>
 
 #include "bake/match_stage.h"
@@ -41,17 +42,24 @@ void check_fallback(const BakeOptions& options) {
     usage("The fallback's blending is " + std::to_string(options.fallback_blend) +
           " texels: it must be 0 to " + std::to_string(kLongest) + ".");
   }
-  if (options.fallback == Fallback::low) {
+  if (options.fallback.empty()) {
     if (options.fallback_blend == 0) return;
     usage("Blending with the fallback was asked for, but no fallback: choose one.");
   }
   if (options.match != nullptr) {
     usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.");
   }
-  if (fallback_method(options.fallback) == options.method) {
-    usage(
-        "The fallback is the method itself, which leaves the same samples undecided: choose "
-        "another.");
+  std::vector<MatchMethod> asked = {options.method};
+  for (const MatchMethod next : options.fallback) {
+    if (!match_row(next).info.may_follow) {
+      usage("'" + std::string(next.name) +
+            "' cannot be a fallback, since it searches nothing: choose one that searches, such as ray.");
+    }
+    if (std::find(asked.begin(), asked.end(), next) != asked.end()) {
+      usage("'" + std::string(next.name) +
+            "' is asked twice, and leaves the same samples undecided: choose another fallback.");
+    }
+    asked.push_back(next);
   }
 }
 
@@ -73,6 +81,11 @@ void check_options(const BakeOptions& options) {
   if (options.cage && options.cage_mesh != nullptr) {
     usage("Both a cage distance and a cage mesh were given: choose one.");
   }
+  if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
+    usage("occlusion.rays is " + std::to_string(options.occlusion.rays) + ": it must be 1 to 4096.");
+  }
+  if (options.occlusion.distance) check_length("occlusion.distance", *options.occlusion.distance, false);
+  if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
   if (options.gutter < -1 || options.gutter > 4096) {
     usage("gutter is " + std::to_string(options.gutter) +
           ": it must be 0 to 4096 texels, or -1 for an infinite one.");
@@ -85,7 +98,10 @@ void check_options(const BakeOptions& options) {
   for (const MapKind map : options.maps) map_row(map);
   match_row(options.method);
   check_views(options.views);
-  if (match_row(options.method).info.takes_visibility) {
+  check_fallback(options);
+  if (match_row(options.method).info.takes_visibility ||
+      std::any_of(options.fallback.begin(), options.fallback.end(),
+                  [](MatchMethod next) { return match_row(next).info.takes_visibility; })) {
     check_visibility(options.visibility);
   }
   if (options.visibility.clusters > 1) {
@@ -97,7 +113,6 @@ void check_options(const BakeOptions& options) {
     }
   }
   check_uv(options.uv);
-  check_fallback(options);
 }
 
 }  // namespace kiln

@@ -27,20 +27,6 @@ double longest_reach(const LowSurface& surface) {
 
 }  // namespace
 
-std::optional<MatchMethod> fallback_method(Fallback fallback) {
-  switch (fallback) {
-    case Fallback::ray:
-      return MatchMethod::ray;
-    case Fallback::closest:
-      return MatchMethod::closest;
-    case Fallback::views:
-      return MatchMethod::views;
-    case Fallback::low:
-      break;
-  }
-  return std::nullopt;
-}
-
 /// Frame units; see BakeOptions::max_distance for what is taken where none is given.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
   // Longer than any scene is as good as that.
@@ -97,19 +83,21 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
                                1});
   }
   const double built = source.stats().build_seconds;
-  const std::optional<MatchMethod> fallback = fallback_method(options.fallback);
   MatchNotes notes;
   std::unique_ptr<Matcher> matcher;
   if (options.match != nullptr) {
     matcher = saved_matcher(source.device.context(), *options.match, unit);
   } else {
     const MatchRow& row = match_row(options.method);
-    if (!row.info.looks_far && !fallback) report.max_distance = 0;
+    if (!row.info.looks_far && options.fallback.empty()) report.max_distance = 0;
     matcher = row.make(request, notes);
   }
-  if (fallback) {
-    matcher = with_fallback(source.device.context(), std::move(matcher),
-                            match_row(*fallback).make(request, notes));
+  if (!options.fallback.empty()) {
+    std::vector<std::unique_ptr<Matcher>> rest;
+    for (const MatchMethod next : options.fallback) {
+      rest.push_back(match_row(next).make(request, notes));
+    }
+    matcher = with_fallbacks(source.device.context(), std::move(matcher), std::move(rest));
   }
   take_notes(std::move(notes), report);
   report.seconds_build = source.stats().build_seconds - built;

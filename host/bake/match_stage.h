@@ -15,9 +15,6 @@ inline constexpr double kPreparingShare = 0.5;
 /// Checks everything in the options that needs no mesh. \throws Error(usage)
 void check_options(const BakeOptions& options);
 
-/// The match that a fallback stands for; none for Fallback::low.
-std::optional<MatchMethod> fallback_method(Fallback fallback);
-
 /// Frame units; see BakeOptions::max_distance for what is taken where none is given.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame);
 

@@ -90,11 +90,11 @@ struct BakeSession::Impl {
     }
     source.will_move = true;
     surface = LowSurface::of(low, source.frame, options.cage_mesh);
-    by_uv = options.method == MatchMethod::uv && options.fallback == Fallback::low;
+    by_uv = options.method == MatchMethod::uv && options.fallback.empty();
     // These follow the hierarchy, and hold nothing else of the dense mesh.
-    const std::optional<MatchMethod> fallback = fallback_method(options.fallback);
-    keeps_matcher =
-        match_row(options.method).follows_bvh && (!fallback || match_row(*fallback).follows_bvh);
+    keeps_matcher = match_row(options.method).follows_bvh &&
+                    std::all_of(options.fallback.begin(), options.fallback.end(),
+                                [](MatchMethod next) { return match_row(next).follows_bvh; });
     layers = std::make_unique<Layers>(MapRequest{source, surface, options});
     sample();
     users = Adjacency::make(high.positions.size(), high.triangles.size() * 3,

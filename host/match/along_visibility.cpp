@@ -36,6 +36,8 @@ class VisibilityMatcher : public Matcher {
     rays_.intersect(points_, band.sample_count, capacity_, query_, match);
   }
 
+  bool needs_band() const override { return true; }
+
  private:
   cl::Context& context_;
   const RayCaster& rays_;

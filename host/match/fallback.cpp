@@ -7,38 +7,36 @@ namespace {
 
 constexpr std::size_t kLocal = 64;
 
-/// One method, then another for the samples that it leaves undecided.
+/// Copies some elements of one plane of an array. \param count  of the plane
+template <typename T>
+void pick(cl::Context& context, const cl::Array<T>& from, std::size_t from_offset,
+          std::span<const std::uint32_t> places, cl::Array<T>& to, std::size_t to_offset,
+          std::uint32_t count) {
+  std::vector<T> all(count), some(places.size());
+  from.read(context, all, from_offset);
+  for (std::size_t i = 0; i < places.size(); ++i) some[i] = all[places[i]];
+  to.write(context, std::span<const T>(some), to_offset);
+}
+
+/// One method, then others in turn for the samples that are still undecided.
 class FallbackMatcher : public Matcher {
  public:
   FallbackMatcher(cl::Context& context, std::unique_ptr<Matcher> first,
-                  std::unique_ptr<Matcher> second)
-      : context_(context), first_(std::move(first)), second_(std::move(second)) {}
+                  std::vector<std::unique_ptr<Matcher>> rest)
+      : context_(context), first_(std::move(first)), rest_(std::move(rest)) {}
 
   void run(const TexelBand& band, Correspondence& match) override {
     deciders_.clear();
     if (band.sample_count == 0) return;
     first_->run(band, match);
-    std::vector<std::uint8_t> status(band.sample_count);
-    match.status.read(context_, status);
     deciders_.assign(band.sample_count, Decider::method);
-    std::vector<std::uint32_t> chosen;
-    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
-      if (status[i] == KILN_STATUS_MISS) chosen.push_back(i);
-    }
-    if (chosen.empty()) return;
-    run_fallback(band, chosen, rest_);
-    const auto count = static_cast<std::uint32_t>(chosen.size());
-    const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(chosen));
-    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count,
-                    rest_.capacity, match.capacity, indices, rest_.triangle, rest_.barycentric,
-                    rest_.distance, rest_.status, match.triangle, match.barycentric, match.distance,
-                    match.status);
-    context_.finish();  // `indices` goes
-    status.resize(count);
-    rest_.status.read(context_, status);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      deciders_[chosen[i]] = status[i] == KILN_STATUS_MISS ? Decider::nothing : Decider::fallback;
-    }
+    const std::vector<std::uint32_t> left = undecided(match, band.sample_count);
+    if (left.empty()) return;
+    run_fallback(band, left, decided_);
+    scatter(left, decided_, match);
+    const auto count = static_cast<std::uint32_t>(left.size());
+    for (const std::uint32_t sample : left) deciders_[sample] = Decider::fallback;
+    for (const std::uint32_t i : undecided(decided_, count)) deciders_[left[i]] = Decider::nothing;
   }
 
   std::span<const Decider> deciders() const override { return deciders_; }
@@ -46,30 +44,84 @@ class FallbackMatcher : public Matcher {
   void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
                     Correspondence& found) override {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    if (found.capacity < count) {
-      found = Correspondence();
-      found = Correspondence(context_, count);
+    ask(*rest_.front(), band, samples, found);
+    for (std::size_t k = 1; k < rest_.size(); ++k) {
+      const std::vector<std::uint32_t> left = undecided(found, count);
+      if (left.empty()) return;
+      std::vector<std::uint32_t> of_band(left.size());
+      for (std::size_t i = 0; i < left.size(); ++i) of_band[i] = samples[left[i]];
+      ask(*rest_[k], band, of_band, next_);
+      scatter(left, next_, found);
     }
-    if (rest_band_.points.size() < std::size_t{7} * found.capacity) {
-      rest_band_.points = cl::Array<float>();
-      rest_band_.points = cl::Array<float>(context_, std::size_t{7} * found.capacity);
+  }
+
+  void finish(MatchNotes& notes) override {
+    first_->finish(notes);
+    for (const std::unique_ptr<Matcher>& matcher : rest_) matcher->finish(notes);
+  }
+
+ private:
+  std::vector<std::uint32_t> undecided(const Correspondence& match, std::uint32_t count) const {
+    std::vector<std::uint8_t> status(count);
+    match.status.read(context_, status);
+    std::vector<std::uint32_t> samples;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (status[i] == KILN_STATUS_MISS) samples.push_back(i);
     }
-    rest_band_.sample_count = count;
-    rest_band_.capacity = found.capacity;
+    return samples;
+  }
+
+  /// What one of the fallbacks says of some samples of a band, in their order.
+  void ask(Matcher& matcher, const TexelBand& band, std::span<const std::uint32_t> samples,
+           Correspondence& found) {
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    grow(found, count);
+    if (matcher.needs_band()) {
+      grow(whole_, band.capacity);
+      matcher.run(band, whole_);
+      pick(context_, whole_.triangle, 0, samples, found.triangle, 0, band.sample_count);
+      pick(context_, whole_.barycentric, 0, samples, found.barycentric, 0, band.sample_count);
+      pick(context_, whole_.barycentric, whole_.capacity, samples, found.barycentric,
+           found.capacity, band.sample_count);
+      pick(context_, whole_.distance, 0, samples, found.distance, 0, band.sample_count);
+      pick(context_, whole_.status, 0, samples, found.status, 0, band.sample_count);
+      return;
+    }
+    if (some_.points.size() < std::size_t{7} * found.capacity) {
+      some_.points = cl::Array<float>();
+      some_.points = cl::Array<float>(context_, std::size_t{7} * found.capacity);
+    }
+    some_.sample_count = count;
+    some_.capacity = found.capacity;
     const cl::Array<std::uint32_t> indices(context_, samples);
     context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, rest_band_.capacity, indices, band.points, rest_band_.points);
-    second_->run(rest_band_, found);
+                    band.capacity, some_.capacity, indices, band.points, some_.points);
+    matcher.run(some_, found);
     context_.finish();  // `indices` goes
   }
 
-  void finish(MatchNotes& notes) override { first_->finish(notes); }
+  void grow(Correspondence& match, std::uint32_t capacity) const {
+    if (match.capacity >= capacity) return;
+    match = Correspondence();
+    match = Correspondence(context_, capacity);
+  }
 
- private:
+  void scatter(const std::vector<std::uint32_t>& to, const Correspondence& from,
+               Correspondence& match) const {
+    const auto count = static_cast<std::uint32_t>(to.size());
+    const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(to));
+    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count,
+                    from.capacity, match.capacity, indices, from.triangle, from.barycentric,
+                    from.distance, from.status, match.triangle, match.barycentric, match.distance,
+                    match.status);
+    context_.finish();  // `indices` goes
+  }
+
   cl::Context& context_;
-  std::unique_ptr<Matcher> first_, second_;
-  TexelBand rest_band_;  // its points and their count, no more
-  Correspondence rest_;
+  std::unique_ptr<Matcher> first_;
+  std::vector<std::unique_ptr<Matcher>> rest_;
+  TexelBand some_;  // its points and their count, no more
+  Correspondence decided_, next_, whole_;
   std::vector<Decider> deciders_;
 };
 
@@ -80,9 +132,9 @@ void Matcher::run_fallback(const TexelBand& /*band*/, std::span<const std::uint3
   throw Error(ErrorCode::internal, "There is no fallback to ask.");
 }
 
-std::unique_ptr<Matcher> with_fallback(cl::Context& context, std::unique_ptr<Matcher> first,
-                                       std::unique_ptr<Matcher> second) {
-  return std::make_unique<FallbackMatcher>(context, std::move(first), std::move(second));
+std::unique_ptr<Matcher> with_fallbacks(cl::Context& context, std::unique_ptr<Matcher> first,
+                                        std::vector<std::unique_ptr<Matcher>> rest) {
+  return std::make_unique<FallbackMatcher>(context, std::move(first), std::move(rest));
 }
 
 }  // namespace kiln

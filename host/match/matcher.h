@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Which of two methods decided a sample.
+/// Whether the method decided a sample, or one of its fallbacks.
 enum class Decider : std::uint8_t { nothing, method, fallback };
 
 /// What a match says of itself.
@@ -32,10 +32,13 @@ class Matcher {
   /// Writes the correspondences of a band's samples; enqueued, or finished.
   virtual void run(const TexelBand& band, Correspondence& match) = 0;
 
+  /// Whether it reads more of a band than its points, so that it cannot be given some of the samples alone.
+  virtual bool needs_band() const { return false; }
+
   /// Of each sample of the last band; empty where there is no fallback.
   virtual std::span<const Decider> deciders() const { return {}; }
 
-  /// What the fallback says of some samples of a band, in their order.
+  /// What the fallbacks say of some samples of a band, in their order.
   /// \param found  grown where it is too small
   /// \throws Error(internal) where there is none
   virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,

@@ -459,7 +459,7 @@ MatchRow uv_match() {
   row.info.method = MatchMethod::uv;
   row.info.searches = "nothing: the point at the same UV";
   row.info.needs_uvs = true;
-  row.info.looks_far = false;
+  row.info.looks_far = row.info.may_follow = false;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     return std::make_unique<UvMatcher>(request);
   };

@@ -442,10 +442,10 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
   }
   cl::Context& context = source_.device.context();
   context.fill(match.distance, 0.0F);
-  if (const auto fallback = fallback_method(options.fallback); missed && fallback) {
+  if (missed && !options.fallback.empty()) {
     BakeOptions rest = options;
-    rest.method = *fallback;
-    rest.fallback = Fallback::low;
+    rest.method = options.fallback.front();
+    rest.fallback.erase(rest.fallback.begin());
     rest.fallback_blend = 0;
     BakeReport report;
     make_matcher(source_, surface_, rest, report, 0, field)->run(band_, match);

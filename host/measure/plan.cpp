@@ -291,7 +291,7 @@ class Planner {
     bake.height = static_cast<std::uint32_t>(std::lround(bake.height * share));
     bake.method = method;
     bake.visibility.at = VisibilityAt::vertex;
-    if (fallback_method(bake.fallback) == method) bake.fallback = Fallback::low;
+    std::erase(bake.fallback, method);
     // How many trials there will be is not known: progress says what is going on.
     if (options_.bake.progress) {
       bake.progress = [this, doing](double, std::string_view) {

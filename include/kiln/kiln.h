@@ -20,6 +20,7 @@
 #include "kiln/plan.h"
 #include "kiln/render.h"
 #include "kiln/session.h"
+#include "kiln/source.h"
 #include "kiln/types.h"
 #include "kiln/version.h"
 #include "kiln/volume.h"

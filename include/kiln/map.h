@@ -1,12 +1,57 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
-#include "kiln/bake.h"
+#include "kiln/image.h"
+#include "kiln/types.h"
 
 namespace kiln {
+
+/// Which detail a map holds: the name of a map, so that maps can be added without a change here.
+struct MapKind {
+  std::string_view name;
+  friend constexpr bool operator==(MapKind, MapKind) = default;
+
+  static const MapKind normal;  ///< Unit normal of the high poly, in `BakeOptions::space`
+  static const MapKind mask;    ///< 1 channel: 1 where a texel was baked, 0 elsewhere
+};
+inline constexpr MapKind MapKind::normal{"normal"};
+inline constexpr MapKind MapKind::mask{"mask"};
+
+/// What the components of a normal are along: the low poly's tangent frame (MikkTSpace), the axes of object
+/// space, or a frame of the low poly's face.
+enum class NormalMapSpace { tangent, object, face };
+
+/// Rays over the hemisphere of the high poly's points, for the maps ao, bent_normal and thickness.
+struct OcclusionOptions {
+  std::uint32_t rays = 64;  ///< A sample, 1 to 4096; spread by the cosine to the normal
+  /// How far something occludes; for thickness what is as thick as white. Above 0. None given: for ao and
+  /// bent_normal all that is there, for thickness a tenth of the diagonal.
+  std::optional<Length> distance = {};
+  bool back_faces = true;  ///< Faces that look away from the point occlude, too
+};
+
+/// What a sample gets for which no point of the dense mesh was found.
+enum class MissPolicy {
+  keep,  ///< The light mesh's own interpolated normal (Wang et al., section 2)
+  fill,  ///< Filled from neighbouring texels of the map, like the gutter
+  mark,  ///< Magenta (1, 0, 1), to be seen
+};
+
+struct BakedMap {
+  MapKind kind = MapKind::normal;
+  Image image;
+  /// With BakeOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel holds the
+  /// mean over the covered texels of level 0 under it, made unit, of the one chart that covers most of
+  /// it. Encoded like the image, with a gutter of its width in UV units, but 2 texels at least (none
+  /// where it has none).
+  std::vector<Image> mips;
+  std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
+};
 
 /// What the values of a map are, and so how they are averaged, padded and encoded.
 enum class MapType {

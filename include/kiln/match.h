@@ -1,11 +1,207 @@
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
-#include "kiln/bake.h"
+#include "kiln/types.h"
 
 namespace kiln {
+
+/// How the match finds the point of the high poly that a sample stands for: the name of a match, so that
+/// matches can be added without a change here.
+struct MatchMethod {
+  std::string_view name;
+  friend constexpr bool operator==(MatchMethod, MatchMethod) = default;
+
+  static const MatchMethod ray;  ///< Rays along the low poly's normals (Tarini et al., section 3.2)
+  /// Depth views from all around (Wang et al., section 2): no BVH, but blind where no view sees
+  static const MatchMethod views;
+  /// The nearest point of faces that do not look away from the sample (Tarini et al., section 3.1): finds
+  /// something wherever the mesh is near, but bunches at ridges and skips creases
+  static const MatchMethod closest;
+  /// Rays along the direction that each place is seen from (Tarini et al., section 3.3)
+  static const MatchMethod visibility;
+  /// Rays between that direction and the normal (Tarini et al., section 3.4)
+  static const MatchMethod hybrid;
+  /// The point with the sample's own UV (Gumbau, Gonzalez, Chover 2006): no search, where the high poly
+  /// has UVs that lie over the low poly's
+  static const MatchMethod uv;
+  static const MatchMethod axis;  ///< Rays along one axis both ways, ViewOptions::directions[0]
+};
+inline constexpr MatchMethod MatchMethod::ray{"ray"};
+inline constexpr MatchMethod MatchMethod::views{"views"};
+inline constexpr MatchMethod MatchMethod::closest{"closest"};
+inline constexpr MatchMethod MatchMethod::visibility{"visibility"};
+inline constexpr MatchMethod MatchMethod::hybrid{"hybrid"};
+inline constexpr MatchMethod MatchMethod::uv{"uv"};
+inline constexpr MatchMethod MatchMethod::axis{"axis"};
+
+/// Of the views that show a sample within the distance, which one decides it.
+enum class ViewCriterion {
+  depth,     ///< The least depth difference at the pixel (Wang et al., section 2)
+  distance,  ///< The least true distance to the point under the sample
+  angle,     ///< The one that looks most along the sample's direction (Wang et al., section 6)
+};
+
+struct ViewOptions {
+  /// Directions spread over the sphere, up to 512. None given: 12, or 1 where both meshes are height
+  /// fields. 0 only beside `directions`.
+  std::optional<std::uint32_t> count = {};
+  /// Choose directions by what they see, as many as are worth it, up to `count` (none given: 64).
+  bool automatic = false;
+  /// The caller's own, beside those: from the mesh to the viewer, of any length above 0.
+  std::vector<Vec3> directions = {};
+  /// Pixels a side of a depth view, up to 8192. 0: by the mesh's density, but no more than two pixels
+  /// across a sample of the map.
+  std::uint32_t size = 0;
+  ViewCriterion criterion = ViewCriterion::angle;
+  /// Move each point from the view's line to the sample's own direction where the view shows it there:
+  /// what a ray would have found. Off: as in the paper.
+  bool refine = true;
+};
+
+/// Where directions of visibility are gathered.
+enum class VisibilityAt {
+  face,    ///< On faces, then averaged at vertices by the faces' angles there
+  vertex,  ///< At vertices
+  texel,   ///< At texels, smoothed over neighbours on the surface, across seams too
+};
+
+/// How it is found out whether a place is seen from a direction.
+enum class VisibilityTest {
+  automatic,  ///< views, but for vertices rays
+  views,      ///< Pictures of the light mesh: as fine as their pixels
+  rays,       ///< Rays from the place: exact
+};
+
+/// From where the light mesh is likely to be looked at. +Y is up.
+enum class ViewLikelihood {
+  all,      ///< From all around alike
+  horizon,  ///< From the side: the squared cosine of the angle to the horizon
+  up,       ///< From above: 1 straight above, 0 straight below, by half the height
+  list,     ///< As `VisibilityOptions::likelihoods` says
+};
+
+/// For MatchMethod::visibility and hybrid. The direction of a place is the mean of all directions, out of
+/// many spread evenly, that see it past the light mesh itself, each weighted by the cosine at which it
+/// sees the face (what counting pixels in pictures comes to) and by how likely a view from there is.
+struct VisibilityOptions {
+  VisibilityAt at = VisibilityAt::texel;
+  VisibilityTest test = VisibilityTest::automatic;
+  std::uint32_t directions = 512;  ///< 1 to 4096
+  std::uint32_t view_size = 256;   ///< Pixels a side of a picture, 16 to 2048
+  /// Rounds of smoothing of texels' directions, each over 3 x 3 texels, 0 to 256; the result reaches about
+  /// the square root of this many texels.
+  std::uint32_t smoothing = 4;
+  ViewLikelihood likelihood = ViewLikelihood::all;
+  struct Likelihood {
+    Vec3 direction = {};  ///< From the mesh to the viewer, of any length above 0
+    double weight = 1;
+  };
+  /// 1 to 4; above 1 only with MatchMethod::visibility at texels, for this many maps: where the directions
+  /// that see a texel scatter, they are parted into so many clusters, each with a map of its own (Tarini et
+  /// al., section 6). Elsewhere the maps are the same.
+  std::uint32_t clusters = 1;
+  /// Standard deviation above which a texel's directions are parted, 0 to 1. That of an open plane is 0.745.
+  double cluster_deviation = 0.8;
+  /// For ViewLikelihood::list: each of the spread directions takes the weight of the nearest of these. Only
+  /// ratios of weights count.
+  std::vector<Likelihood> likelihoods = {};
+};
+
+/// How far MatchMethod::uv trusts the layouts. Shares, 0 or more; infinity for no bound.
+struct UvOptions {
+  double warn_overlap = 0;    ///< Warns where more of the dense mesh's samples are covered twice,
+  double max_overlap = 0.05;  ///< ... and refuses
+  /// Warns where the 95th percentile of the distances between the surfaces exceeds this share of the diagonal,
+  double warn_distance = 0.01;
+  double max_distance = 0.05;  ///< ... and refuses
+};
+
+/// The correspondence of a bake, per sample of the map, kept on the host: everything else can be baked
+/// from it again. Arrays have width * height elements (of the supersampled map), rows from the top.
+struct Match {
+  std::uint32_t width = 0;  ///< map width * samples
+  std::uint32_t height = 0;
+  std::uint32_t samples = 1;
+  std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
+  std::uint64_t source_hash = 0;  ///< Of the dense mesh's triangles and positions; 0: not known
+  std::uint64_t low_hash = 0;     ///< Of the light mesh's triangles, positions and UVs
+  std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
+  std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
+  std::vector<float> distance;          ///< World units, outward positive
+  std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
+                                        ///< 5 view, 6 nearest point, 7 UV
+};
+
+/// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
+/// (float), `status` (unsigned int).
+/// \throws Error(output); Error(input)
+void save_match(const Match& match, const std::filesystem::path& path);
+Match load_match(const std::filesystem::path& path);
+
+/// Which of several maps serves which views, by texels of the field of directions (the map's size; at most
+/// 2048 a side).
+struct VisibilityClusters {
+  std::uint32_t width = 0, height = 0;
+  std::uint32_t count = 0;  ///< Maps
+  /// Of clusters of each texel; 0: not covered. 1: all maps are alike
+  std::vector<std::uint8_t> number;
+  /// [width * height * count] of each texel's clusters, unit, from the mesh to the viewer; those beyond its
+  /// number are as the first
+  std::vector<Vec3> directions;
+};
+
+/// Writes a float EXR with channels `count` (unsigned int: the number) and, for each map k from 0,
+/// `direction<k>.X`, `.Y` and `.Z`.
+/// \throws Error(output)
+void save_clusters(const VisibilityClusters& clusters, const std::filesystem::path& path);
+
+/// What matching by depth views came to.
+struct ViewReport {
+  std::vector<Vec3> directions;  ///< Of the views, in order
+  std::vector<double>
+      coverage;             ///< Where chosen automatically: share of probed samples seen after each
+  std::uint32_t size = 0;   ///< Pixels a side
+  double pixel = 0;         ///< Side of a pixel, world units
+  double undersampled = 0;  ///< Share of the dense surface with triangles smaller than a pixel
+  bool height_field = false;  ///< Detected: one view
+};
+
+/// What gathering directions of visibility came to. Places are texels of the field, or vertices.
+struct VisibilityReport {
+  std::uint32_t directions = 0;         ///< With a weight above 0
+  bool by_rays = false;                 ///< Else by pictures
+  std::uint32_t width = 0, height = 0;  ///< Of the field of texels
+  std::uint64_t places = 0;
+  std::uint64_t unseen = 0;  ///< Places that no direction sees, after smoothing; filled from around
+  std::uint64_t without = 0;    ///< Of these, with nothing around either: they keep the normal
+  std::uint64_t clustered = 0;  ///< Places whose directions were parted
+  /// Standard deviation of the directions that see a place, mean over places
+  double mean_deviation = 0;
+  double seconds = 0;  ///< Part of seconds_match
+};
+
+/// Whether the layouts are fit for matching by UVs: the dense one must not overlap, and both must agree.
+struct UvReport {
+  std::uint64_t covered = 0;  ///< Samples of the map that the dense mesh's UV triangles cover
+  std::uint64_t overlapping =
+      0;  ///< ... more than one of them; the one with the lowest index counts
+  struct Overlap {
+    std::uint32_t lower = 0, upper = 0;  ///< Dense triangles
+    std::uint32_t column = 0, row = 0;   ///< Texel
+  };
+  std::optional<Overlap> overlap;  ///< An example: the first by rows, then columns
+  std::uint64_t outside = 0;       ///< Dense triangles that reach out of the unit square
+  std::uint64_t without_area = 0;  ///< Without area in UV space, or not finite: they cover nothing
+  /// Distance between the two surfaces at the same UV, world units. The percentile is rounded up, by
+  /// at most one part in 512.
+  double mean_distance = 0, p95_distance = 0;
+};
 
 /// A way to match that bake() knows.
 struct MatchInfo {
@@ -14,6 +210,7 @@ struct MatchInfo {
   bool needs_uvs = false;     ///< Of the high poly
   /// It needs exactly one of BakeOptions::views.directions, so it cannot be tried without being told more.
   bool needs_direction = false;
+  bool may_follow = true;         ///< It can be one of BakeOptions::fallback
   bool looks_far = true;          ///< It obeys BakeOptions::max_distance
   bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions

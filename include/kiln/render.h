@@ -7,11 +7,10 @@
 #include "kiln/device.h"
 #include "kiln/error.h"
 #include "kiln/image.h"
+#include "kiln/map.h"
 #include "kiln/mesh.h"
 
 namespace kiln {
-
-enum class NormalMapSpace { tangent, object, face };
 
 /// A normal map for a mesh's UVs: n/2 + 1/2 in the first three channels.
 struct NormalMap {

@@ -12,7 +12,7 @@ namespace kiln {
 struct SessionOptions {
   /// The box that the dense mesh moves in. None given: its own at first. Decides rounding and what a share
   /// of the diagonal is; positions may leave it, but not by more than about its size.
-  std::optional<Bounds> bounds;
+  std::optional<Bounds> bounds = {};
   RayTraversal traversal = RayTraversal::automatic;
 };
 
@@ -71,6 +71,35 @@ class BakeSession {
 
   const Mesh& high() const;  ///< As it is now
   const Bounds& bounds() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Matching by depth views one view at a time, as in an interactive session (Wang et al., section 2): each
+/// view improves the correspondence that is there, and none is drawn twice. After any views the match is,
+/// to the bit, what bake() finds with the same directions in the same order.
+class ViewSession {
+ public:
+  /// \param options  size, samples, max_distance, two_sided and of the views size (0: by the mesh's
+  ///                 density), criterion and refine count; maps, methods, fallback and directions do not
+  /// \throws Error as bake()
+  ViewSession(const Source& source, const Mesh& low, const BakeOptions& options = {});
+  ~ViewSession();
+  ViewSession(ViewSession&&) noexcept;
+  ViewSession& operator=(ViewSession&&) noexcept;
+
+  struct Step {
+    std::uint64_t samples = 0;  ///< Of the light mesh
+    std::uint64_t decided = 0;  ///< By any view so far
+    std::uint64_t changed = 0;  ///< That this view newly decided, or decided better
+  };
+  /// Adds a view. \param toward  from the mesh to the viewer, of any length above 0
+  Step add(const Vec3& toward);
+
+  /// The correspondence so far, for BakeOptions::match, save_match() or measuring.
+  Match match() const;
 
  private:
   struct Impl;

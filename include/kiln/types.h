@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <string_view>
 
 namespace kiln {
 
@@ -17,5 +19,16 @@ struct Vec3 {
 
 /// Three indices, counter-clockwise seen from outside.
 using Triangle = std::array<std::uint32_t, 3>;
+
+/// A length in world units, or as a share of the dense mesh's bounding-box diagonal.
+struct Length {
+  double value = 0;
+  bool relative = true;
+  static Length share(double of_diagonal) { return {of_diagonal, true}; }
+  static Length absolute(double units) { return {units, false}; }
+};
+
+/// Called with the share done, in [0, 1], and what is being done; return false to cancel.
+using Progress = std::function<bool(double done, std::string_view stage)>;
 
 }  // namespace kiln

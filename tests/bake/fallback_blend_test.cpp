@@ -43,7 +43,7 @@ BakeOptions blend_options(std::uint32_t width, std::uint32_t samples, std::uint3
   options.raw = true;
   options.gutter = 0;
   options.max_distance = Length::absolute(0.05);
-  options.fallback = Fallback::closest;
+  options.fallback = {MatchMethod::closest};
   options.fallback_blend = reach;
   return options;
 }
@@ -145,7 +145,7 @@ TEST(FallbackBlend, NeedsAFallback) {
   BakeOptions options = blend_options(kWidth, 1, 257);
   EXPECT_THROW(bake(source, ground(), options), Error);
   options.fallback_blend = 4;
-  options.fallback = Fallback::low;
+  options.fallback.clear();
   EXPECT_THROW(bake(source, ground(), options), Error);
 }
 

@@ -233,7 +233,7 @@ TEST(Golden, Meshes) {
     const std::string name = pair.name;
     group.check(name, bake(source, pair.low, options));
     options.space = NormalMapSpace::face;
-    options.fallback = Fallback::views;
+    options.fallback = {MatchMethod::views};
     group.check(name + "-face", bake(source, pair.low, options));
     options = sized(96, 80);
     options.method = MatchMethod::hybrid;
@@ -281,7 +281,7 @@ TEST(Golden, Sessions) {
       {"uv-fallback",
        [](BakeOptions& o) {
          by_uv(o);
-         o.fallback = Fallback::closest;
+         o.fallback = {MatchMethod::closest};
          o.max_distance = Length::share(0.05);
        }},
       {"ray", [](BakeOptions&) {}},

@@ -338,7 +338,7 @@ TEST(Session, RefusesWhatItCannotDo) {
   parted.visibility.clusters = 2;
   EXPECT_THROW(BakeSession(*test::device(), dense, low, parted), Error);
   BakeOptions blended = options;
-  blended.fallback = Fallback::ray;
+  blended.fallback = {MatchMethod::ray};
   blended.fallback_blend = 4;
   EXPECT_THROW(BakeSession(*test::device(), dense, low, blended), Error);
   BakeOptions watched = options;

@@ -128,13 +128,13 @@ TEST(ClosestBake, DecidesWhatRaysMiss) {
   options.method = MatchMethod::ray;
   const BakeResult alone = bake(source, low, options);
   EXPECT_GT(alone.report.missed, 1000U);
-  options.fallback = Fallback::closest;
+  options.fallback = {MatchMethod::closest};
   const BakeResult helped = bake(source, low, options);
   EXPECT_EQ(helped.report.missed, 0U);
   EXPECT_EQ(helped.report.closest, alone.report.missed);
   EXPECT_EQ(helped.report.outward, alone.report.outward);
   options.method = MatchMethod::closest;
-  options.fallback = Fallback::low;
+  options.fallback.clear();
   const BakeResult all = bake(source, low, options);
   for (std::size_t i = 0; i < alone.match->status.size(); ++i) {
     const bool missed = alone.match->status[i] == KILN_STATUS_MISS;
@@ -148,7 +148,7 @@ TEST(ClosestBake, DecidesWhatRaysMiss) {
   }
   // What lies beyond the distance stays missed.
   options.method = MatchMethod::ray;
-  options.fallback = Fallback::closest;
+  options.fallback = {MatchMethod::closest};
   options.max_distance = Length::absolute(0.02);
   const BakeResult near = bake(source, low, options);
   EXPECT_GT(near.report.closest, 0U);
@@ -166,7 +166,7 @@ TEST(ClosestBake, RaysCanDecideWhatItMisses) {
   options.cage = Length::absolute(0.2);
   const Source source(*test::device(), high);
   EXPECT_EQ(bake(source, low, options).report.missed, 64U * 64);
-  options.fallback = Fallback::ray;
+  options.fallback = {MatchMethod::ray};
   const BakeResult helped = bake(source, low, options);
   EXPECT_EQ(helped.report.cage, 64U * 64);
 }
@@ -185,15 +185,15 @@ TEST(ClosestBake, AFallbackMustBeAnotherMethod) {
     }
   };
   BakeOptions options = closest_options(16, 0.1);
-  options.fallback = Fallback::closest;
+  options.fallback = {MatchMethod::closest};
   expect_usage(options);
   options.method = MatchMethod::ray;
-  options.fallback = Fallback::ray;
+  options.fallback = {MatchMethod::ray};
   expect_usage(options);
-  options.fallback = Fallback::low;
+  options.fallback.clear();
   const BakeResult good = bake(source, plane, options);
   options.match = &*good.match;
-  options.fallback = Fallback::closest;
+  options.fallback = {MatchMethod::closest};
   expect_usage(options);
 }
 

@@ -303,7 +303,7 @@ TEST(Uv, SamplesBeyondTheDenseLayoutAreMissesAndFallBack) {
   EXPECT_GT(alone.report.missed, 1000U);
   EXPECT_EQ(alone.report.missed + alone.report.by_uv, alone.report.samples);
   EXPECT_TRUE(has_warning(alone.report, "many-misses"));
-  options.fallback = Fallback::closest;
+  options.fallback = {MatchMethod::closest};
   options.max_distance = Length::absolute(2);
   const BakeResult helped = bake(source, test::plane(1, 1), options);
   EXPECT_EQ(helped.report.by_uv, alone.report.by_uv);

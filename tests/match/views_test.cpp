@@ -278,20 +278,20 @@ TEST(ViewsFailing, WhatNoViewSeesStaysUndecidedOrGoesToRays) {
   EXPECT_EQ(wrong, 0U);
   EXPECT_EQ(alone.report.missed, inside);
 
-  options.fallback = Fallback::ray;
+  options.fallback = {MatchMethod::ray};
   const BakeResult helped = bake_pair(high, low, options);
   EXPECT_EQ(helped.report.missed, 0U);
   EXPECT_EQ(helped.report.outward + helped.report.inward, inside);
   EXPECT_EQ(helped.report.viewed, alone.report.viewed);
 
-  options.fallback = Fallback::closest;
+  options.fallback = {MatchMethod::closest};
   const BakeResult nearest = bake_pair(high, low, options);
   expect_sound(*nearest.match, 0.1);
   EXPECT_EQ(nearest.report.missed, 0U);
   EXPECT_EQ(nearest.report.closest, inside);
   EXPECT_EQ(nearest.report.viewed, alone.report.viewed);
   options.method = MatchMethod::closest;
-  options.fallback = Fallback::low;
+  options.fallback.clear();
   const BakeResult closest = bake_pair(high, low, options);
   EXPECT_EQ(closest.report.closest, closest.report.samples);
   for (std::size_t i = 0; i < alone.match->status.size(); ++i) {

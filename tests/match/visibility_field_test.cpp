@@ -658,7 +658,7 @@ TEST(SwitchedMethods, AreMeasuredWhereTheyMeet) {
   options.space = NormalMapSpace::object;
   options.max_distance = Length::absolute(0.05);
   EXPECT_FALSE(bake(source, low, options).report.switches);
-  options.fallback = Fallback::closest;
+  options.fallback = {MatchMethod::closest};
   const double leap = std::acos(0.8) / kDegree;
   for (const MatchMethod method : {MatchMethod::ray, MatchMethod::visibility}) {
     options.method = method;
@@ -692,7 +692,7 @@ TEST(VisibilityBake, ViewsDecideWhatRaysLeave) {
   options.max_distance = Length::absolute(0.1);
   const BakeResult rays = bake(source, low, options);
   EXPECT_GT(rays.report.missed, rays.report.samples / 10);
-  options.fallback = Fallback::views;
+  options.fallback = {MatchMethod::views};
   options.views.count = 64;
   options.views.refine = false;
   const BakeResult both = bake(source, low, options);

@@ -42,7 +42,7 @@ BakeOptions paper_views(std::uint32_t count) {
 
 BakeOptions views_then_rays(std::uint32_t count) {
   BakeOptions bake = views(count);
-  bake.fallback = Fallback::ray;
+  bake.fallback = {MatchMethod::ray};
   return bake;
 }
 

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "kiln/device.h"
+#include "kiln/error.h"
+#include "kiln/mesh.h"
+
+namespace kiln {
+
+/// Which ray kernels run: explicit vectors for CPU devices, one ray a work-item for GPUs, or by the
+/// device's type.
+enum class RayTraversal { automatic, cpu, gpu };
+
+/// A box that a mesh's positions lie in, in its own units (its origin left out).
+struct Bounds {
+  std::array<double, 3> low{}, high{};
+  /// Of the finite vertices that triangles use. \throws Error(input) where there are none
+  static Bounds of(const Mesh& mesh);
+};
+
+/// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
+/// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy, say, which
+/// rays and nearest points walk) are made at their first use.
+class Source {
+ public:
+  /// \param traversal  which ray kernels to use; all give the same answer to the bit
+  /// \param bounds  the box that takes the place of the mesh's own: "the diagonal" is then its diagonal,
+  ///                and meshes that move within it are rounded alike. About the mesh's own size
+  /// \throws Error(input) where no triangle is usable, Error(usage) for a box without size, Error(device)
+  ///         where memory runs out
+  explicit Source(const Device& device, const Mesh& high,
+                  RayTraversal traversal = RayTraversal::automatic,
+                  const std::optional<Bounds>& bounds = std::nullopt);
+
+  struct Stats {
+    std::uint64_t triangles = 0;
+    std::uint64_t skipped_triangles = 0;  ///< Non-finite or without area
+    std::uint64_t device_bytes = 0;
+    double build_seconds = 0;  ///< Hierarchy and other structures made so far
+    double diagonal = 0;       ///< Of the bounding box, world units
+  };
+  Stats stats() const;
+  const std::vector<Warning>& warnings() const;
+
+  struct Impl;
+  const Impl& impl() const { return *impl_; }
+
+ private:
+  std::shared_ptr<const Impl> impl_;
+};
+
+}  // namespace kiln
