@@ -49,7 +49,7 @@ struct Mesh {
 ///   degenerate-triangles  no area, exactly (repeated corners included): kept
 ///   short-faces           fewer than three corners: left out, since they are not triangles
 ///   fan-split-polygons    polygons without an ear (self-crossing, no area) or too costly: a fan
-///   missing-uvs           corners without UV where others have one: UV (0, 0)
+///   missing-uvs           corners without UV where others have one: NaN, nothing is baked there
 ///   missing-normals       corners without normal where others have one: normal zero
 ///   missing-colors        vertices without colour where others have one: white
 ///   ignored-statements    OBJ statements that Kiln has no use for (lines, points, curves)

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "io/file/bounds.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -33,9 +33,9 @@ class FileSource final : public ByteSource {
       if (::fstat(file_, &status) != 0) {
         fail_("", std::string("it cannot be examined: ") + std::strerror(errno), "Check the disk.");
       }
-      if (S_ISDIR(status.st_mode)) fail_("", "it is a directory", "Name a volume file in it.");
+      if (S_ISDIR(status.st_mode)) fail_("", "it is a directory", "Name a file in it.");
       if (!S_ISREG(status.st_mode)) {
-        fail_("", "it is not a regular file", "Copy the volume to a file first.");
+        fail_("", "it is not a regular file", "Copy it to a file first.");
       }
     } catch (...) {
       ::close(file_);
@@ -140,13 +140,11 @@ class InflatingStream final : public ByteStream {
     }
     return have;
   }
-  /// Deflate packs at most 258 bytes into 2 bits.
   std::uint64_t at_most() const override {
     if (ended_) return 0;
+    // One byte may be begun, and zlib holds a window of 32 KiB back.
     const std::uint64_t left = source_.size() - at_ + zlib_.avail_in + 1;
-    constexpr std::uint64_t best = 1032;
-    return left > std::numeric_limits<std::uint64_t>::max() / (2 * best) ? left
-                                                                         : left * best + 65536;
+    return most_unpacked(Packing::deflate, left + 64);
   }
   bool exact() const override { return false; }
 

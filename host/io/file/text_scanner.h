@@ -10,8 +10,8 @@
 
 namespace kiln {
 
-/// Splits text into tokens at blanks. Numbers are read by std::from_chars: locale-free, correctly
-/// rounded, "nan" and "inf" included; a leading '+' is allowed.
+/// Splits text into tokens at blanks. A line ends with LF, CR LF or CR. Numbers are read by
+/// std::from_chars: locale-free, correctly rounded, "nan" and "inf" included; a leading '+' is allowed.
 class TextScanner {
  public:
   /// \param comment       the character that starts a comment to the end of its line, or 0
@@ -32,7 +32,7 @@ class TextScanner {
   std::string_view token_in_line() {
     skip_blanks();
     const char* start = at_;
-    while (at_ != end_ && !is_blank(*at_) && *at_ != '\n' && *at_ != comment_ && !joins_lines())
+    while (at_ != end_ && !is_blank(*at_) && !ends_line(*at_) && *at_ != comment_ && !joins_lines())
       ++at_;
     return {start, static_cast<std::size_t>(at_ - start)};
   }
@@ -50,7 +50,7 @@ class TextScanner {
   std::string_view rest_of_line() {
     skip_blanks();
     const char* start = at_;
-    while (at_ != end_ && *at_ != '\n' && *at_ != comment_) ++at_;
+    while (at_ != end_ && !ends_line(*at_) && *at_ != comment_) ++at_;
     const char* stop = at_;
     while (stop != start && is_blank(stop[-1])) --stop;
     return {start, static_cast<std::size_t>(stop - start)};
@@ -58,7 +58,7 @@ class TextScanner {
 
   /// Goes to the start of the next line; false at the end of the text.
   bool next_line() {
-    while (at_ != end_ && *at_ != '\n') {
+    while (at_ != end_ && !ends_line(*at_)) {
       if (!joins_lines()) {
         ++at_;
       } else {
@@ -66,26 +66,28 @@ class TextScanner {
       }
     }
     if (at_ == end_) return false;
-    ++at_;
-    ++line_;
+    step_over_end();
     return true;
   }
 
  private:
-  static bool is_blank(char c) {
-    return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+  static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
+  static bool ends_line(char c) { return c == '\n' || c == '\r'; }
+
+  void step_over_end() {
+    if (*at_ == '\r' && at_ + 1 != end_ && at_[1] == '\n') ++at_;
+    ++at_;
+    ++line_;
   }
 
   bool joins_lines() const {
     if (!continuation_ || *at_ != '\\') return false;
     const char* next = at_ + 1;
-    if (next != end_ && *next == '\r') ++next;
-    return next != end_ && *next == '\n';
+    return next != end_ && ends_line(*next);
   }
   void join_lines() {
-    while (*at_ != '\n') ++at_;
     ++at_;
-    ++line_;
+    step_over_end();
   }
 
   void skip_blanks() {
@@ -93,7 +95,7 @@ class TextScanner {
       if (is_blank(*at_)) {
         ++at_;
       } else if (comment_ != 0 && *at_ == comment_) {
-        while (at_ != end_ && *at_ != '\n') ++at_;
+        while (at_ != end_ && !ends_line(*at_)) ++at_;
       } else if (joins_lines()) {
         join_lines();
       } else {

@@ -14,15 +14,17 @@
 #include <array>
 #include <cerrno>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "base/parallel.h"
+#include "io/image/exr_header.h"
+#include "io/image/image_reader.h"
 
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kLargestSide = 65536;
 constexpr std::size_t kBandRows = 256;  // A multiple of every compression's block of rows.
 
 // Which compression. Measured at 4096^2 RGB half on two Zen 3 cores, detail in every texel | a smooth
@@ -40,10 +42,6 @@ constexpr std::uint32_t kTileSize = 256;
 
 constexpr std::array<std::array<const char*, 4>, 5> kNames = {
     {{}, {"Y"}, {"R", "G"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}};
-
-[[noreturn]] void fail_input(const std::filesystem::path& path, const std::string& what) {
-  throw Error(ErrorCode::input, "Could not read '" + path.string() + "' as OpenEXR: " + what + ".");
-}
 
 // A slice whose pixel (x, y) lies at base + (y * width + x) * stride.
 template <typename T>
@@ -100,23 +98,29 @@ bool inside(const Imath::Box2i& inner, const Imath::Box2i& outer) {
          inner.max.y <= outer.max.y;
 }
 
-Image read_exr(const std::filesystem::path& path) {
-  Imf::InputFile file(path.c_str(), exr_threads(0));
-  const Imf::ChannelList& list = file.header().channels();
-  const std::vector<std::string> names = choose_channels(list);
+std::vector<std::string> checked_channels(const Imf::ChannelList& list, const FailWith& fail) {
+  std::vector<std::string> names = choose_channels(list);
   if (names.empty()) {
-    fail_input(path, "it holds the channels " + list_channels(list) +
-                         ", but R, G, B, A or Y are needed; save it with those");
+    fail("channels", "it holds " + list_channels(list) + ", but R, G, B, A or Y are needed",
+         "Save it with those.");
   }
   for (const std::string& name : names) {
     const Imf::Channel& channel = list[name];
     if (channel.xSampling != 1 || channel.ySampling != 1) {
-      fail_input(path, "channel " + name + " is subsampled; save it at full resolution");
+      fail("channels", name + " is subsampled", "Save it at full resolution.");
     }
   }
   if (list.findChannel("RY") != nullptr || list.findChannel("BY") != nullptr) {
-    fail_input(path, "it holds luminance and chroma; save it as RGB");
+    fail("channels", "it holds luminance and chroma", "Save it as RGB.");
   }
+  return names;
+}
+
+Image read_exr(const ByteSource& source, const std::string& name, const FailWith& fail,
+               const ExrPlan& plan) {
+  ExrSource stream(source, name);
+  Imf::InputFile file(stream, plan.threads);
+  const std::vector<std::string> names = checked_channels(file.header().channels(), fail);
   const Imath::Box2i data = file.header().dataWindow();
   const Imath::Box2i display = file.header().displayWindow();
   const Imath::Box2i window = inside(data, display) ? display : data;
@@ -124,7 +128,12 @@ Image read_exr(const std::filesystem::path& path) {
   image.width = static_cast<std::uint32_t>(window.max.x - window.min.x + 1);
   image.height = static_cast<std::uint32_t>(window.max.y - window.min.y + 1);
   image.channels = static_cast<std::uint32_t>(names.size());
-  image.pixels.resize(std::size_t{image.width} * image.height * image.channels);
+  const std::size_t count = std::size_t{image.width} * image.height * image.channels;
+  check_memory(fail, "dataWindow",
+               "its " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                   " pixels",
+               count * sizeof(float) + plan.buffers);
+  image.pixels.resize(count);
   Imf::FrameBuffer buffer;
   for (std::size_t i = 0; i < names.size(); ++i) {
     buffer.insert(names[i], slice(Imf::FLOAT, image.pixels.data() + i, window.min.x, window.min.y,
@@ -194,6 +203,16 @@ Imf::Header make_header(const Image& image, Imf::PixelType type) {
 
 }  // namespace
 
+bool ExrSource::read(char bytes[], int count) {
+  const auto wanted = static_cast<std::size_t>(std::max(count, 0));
+  if (source_.read_at(position_, bytes, wanted) != wanted) {
+    throw std::runtime_error("the file ends at byte " + std::to_string(source_.size()) +
+                             " (truncated)");
+  }
+  position_ += wanted;
+  return position_ < source_.size();
+}
+
 ExrStream::ExrStream(AtomicFile& file) : Imf::OStream(file.destination().c_str()), file_(file) {}
 
 void ExrStream::write(const char bytes[], int count) {
@@ -260,16 +279,18 @@ void save_exr_mips(const std::vector<const Image*>& levels, const std::filesyste
   });
 }
 
-Image load_exr(const std::filesystem::path& path) {
-  check_exr_headers(path, kLargestSide);
+Image parse_exr(const ByteSource& source, const std::string& name, const ImageLimits& limits) {
+  const FailWith fail = image_failure(name, "OpenEXR");
+  const ExrPlan plan = check_exr(source, fail, kLargestImageSide, limits);
   try {
-    return read_exr(path);
+    return read_exr(source, name, fail, plan);
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
-    fail_input(path, error.what() + std::string(". Export or copy the file again"));
+    fail("", error.what(), "Export or copy the file again.");
+    throw;
   }
 }
 

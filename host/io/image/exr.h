@@ -1,4 +1,4 @@
-// OpenEXR images, and what the project's other EXR files (io/match_io.cpp) share with them.
+// OpenEXR images, and what the project's other EXR files (match_io.cpp, cluster_io.cpp) share with them.
 #pragma once
 
 #include <ImfIO.h>
@@ -7,8 +7,11 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <string>
+#include <vector>
 
 #include "io/file/atomic_file.h"
+#include "io/file/byte_source.h"
 #include "kiln/image.h"
 
 namespace kiln {
@@ -25,12 +28,21 @@ void save_exr(const Image& image, const std::filesystem::path& path, bool half, 
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
                    bool half, int threads);
 
-/// Reads the first part, scan lines or tiles: R G B A, R G B, R G, R, Y, or Y A, or X Y Z, bare or in
-/// the first layer that has such; half, float or unsigned int. The image is the display window where
-/// the data window lies inside (zero outside the data), else the data window.
-/// \throws Error(input) that names the file. A header that promises more than the file can hold is
-///         refused before memory is taken.
-Image load_exr(const std::filesystem::path& path);
+/// OpenEXR's input from bytes at known places, which the checks before it have read, too.
+class ExrSource : public Imf::IStream {
+ public:
+  /// Both must outlive the stream.
+  ExrSource(const ByteSource& source, const std::string& file)
+      : Imf::IStream(file.c_str()), source_(source) {}
+  /// \throws std::exception where the file ends before
+  bool read(char bytes[], int count) override;
+  std::uint64_t tellg() override { return position_; }
+  void seekg(std::uint64_t position) override { position_ = position; }
+
+ private:
+  const ByteSource& source_;
+  std::uint64_t position_ = 0;
+};
 
 /// OpenEXR's output onto an AtomicFile. OpenEXR writes the end of a file in a destructor, which
 /// swallows errors: call check() after that.
@@ -72,11 +84,5 @@ void write_exr(const std::filesystem::path& path, const Write& write) {
 /// How many threads OpenEXR is to use: `threads`, or all where 0. Gives its global pool threads where
 /// it has none.
 int exr_threads(int threads);
-
-/// Refuses files that OpenEXR would take gigabytes of memory for: reads the headers' windows, channels
-/// and tiles itself and compares them with the file's size.
-/// \param largest  largest width and height in pixels
-/// \throws Error(input)
-void check_exr_headers(const std::filesystem::path& path, std::uint32_t largest);
 
 }  // namespace kiln

@@ -1,141 +1,159 @@
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "io/image/exr.h"
+#include "io/image/exr_header.h"
 
-// OpenEXR takes memory by what a header says before it looks at the rest of the file: tables by the
-// height, buffers by the width, channels and tiles. The layout read here: "OpenEXR File Layout",
-// https://openexr.com/en/latest/OpenEXRFileLayout.html.
+// OpenEXR takes memory by what a header says, and a block's bytes for its pixels as far as they go: the
+// rest of its buffer would be what stood there before. So each block is looked at first.
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLargestHeader = std::size_t{1} << 20;
-// No compression of OpenEXR's makes more bytes of one: ZIP about 1000, PIZ about 400, DWA beyond, but
-// for flat images only.
-constexpr std::uint64_t kLargestRatio = 4096;
-constexpr std::uint64_t kSlack = 1 << 16;
-constexpr std::uint32_t kMultiPart = 1U << 12;
-constexpr std::size_t kLargestChannels = 1024;
+const std::string kAgain = "Export or copy the file again.";
 
-struct Cursor {
-  const std::vector<char>& bytes;
-  const std::string& file;
-  std::size_t at = 0;
+// Pixels that a file may leave empty around those it holds: a frame of 8192 x 4096, or 15 in 16.
+constexpr std::uint64_t kEmptyPixels = std::uint64_t{1} << 25;
+constexpr std::uint64_t kEmptyTimes = 16;
+// Pixels of a row of tiles that reach beyond the image.
+constexpr std::uint64_t kTileRowPixels = std::uint64_t{1} << 22;
+// Beyond that OpenEXR's count of them, an int, could overflow.
+constexpr std::uint64_t kLargestTileRow = std::uint64_t{1} << 30;
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(ErrorCode::input, "Could not read '" + file + "' as OpenEXR: " + what +
-                                      ". Export or copy the file again.");
-  }
-  std::size_t left() const { return bytes.size() - at; }
-  std::uint32_t word() {
-    if (left() < 4) fail("its header is cut short");
-    std::uint32_t value = 0;
-    for (unsigned i = 0; i < 4; ++i) {
-      value |= std::uint32_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
-    }
-    at += 4;
-    return value;
-  }
-  std::int64_t number() { return static_cast<std::int32_t>(word()); }
-  std::string text() {
-    const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
-    const auto end = std::find(begin, bytes.end(), '\0');
-    if (end == bytes.end()) fail("its header is cut short");
-    std::string result(begin, end);
-    at += result.size() + 1;
-    return result;
-  }
-};
-
-// What one part asks for.
-struct Part {
-  std::uint64_t width = 0, height = 0;
-  std::uint64_t tile_width = 0, tile_height = 0;
-  std::uint64_t pixel_bytes = 0;
-};
-
-std::uint64_t extent(const Cursor& cursor, std::int64_t low, std::int64_t high,
-                     std::uint32_t largest) {
-  const std::int64_t size = high - low + 1;
-  if (size < 1 || size > static_cast<std::int64_t>(largest)) {
-    cursor.fail("its header says " + std::to_string(size) + " pixels a side, but 1 to " +
-                std::to_string(largest) + " are possible");
-  }
-  return static_cast<std::uint64_t>(size);
+std::string sides(const ExrBox& box) {
+  return std::to_string(box.width()) + " x " + std::to_string(box.height()) + " pixels";
 }
 
-void read_channels(Cursor& cursor, std::size_t end, Part& part) {
-  std::size_t count = 0;
-  while (cursor.at < end) {
-    if (cursor.text().empty()) break;
-    const std::uint32_t type = cursor.word();
-    for (int i = 0; i < 3; ++i) cursor.word();  // linear flag, sampling in x and y
-    part.pixel_bytes += type == 1 ? 2 : 4;
-    if (++count > kLargestChannels) cursor.fail("it has too many channels");
+std::uint64_t little_endian(const unsigned char* bytes, unsigned count) {
+  std::uint64_t value = 0;
+  for (unsigned i = 0; i < count; ++i) value |= std::uint64_t{bytes[i]} << (8 * i);
+  return value;
+}
+
+void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits& limits) {
+  const bool framed = part.data.inside(part.display);
+  const auto check = [&](const char* field, const ExrBox& box) {
+    if (box.pixels() <= limits.pixels) return;
+    fail(field, "it says " + sides(box) + ", but at most " + std::to_string(limits.pixels) + " are read",
+         "Scale the image down.");
+  };
+  check("dataWindow", part.data);
+  if (!framed) return;
+  check("displayWindow", part.display);
+  if (part.display.pixels() > std::max(kEmptyPixels, kEmptyTimes * part.data.pixels())) {
+    fail("displayWindow",
+         "it says " + sides(part.display) + ", but the data window has only " + sides(part.data),
+         "Export the image again, cropped to its data.");
   }
 }
 
-// Reads one header; false at the empty one that ends a list of them.
-bool read_part(Cursor& cursor, std::uint32_t largest, Part& part) {
-  bool any = false;
-  for (;;) {
-    const std::string name = cursor.text();
-    if (name.empty()) return any;
-    any = true;
-    const std::string type = cursor.text();
-    const std::uint32_t size = cursor.word();
-    if (size > cursor.left()) cursor.fail("its header is cut short");
-    const std::size_t end = cursor.at + size;
-    if (type == "box2i" && (name == "dataWindow" || name == "displayWindow")) {
-      const std::int64_t x0 = cursor.number(), y0 = cursor.number();
-      const std::int64_t x1 = cursor.number(), y1 = cursor.number();
-      const std::uint64_t width = extent(cursor, x0, x1, largest);
-      const std::uint64_t height = extent(cursor, y0, y1, largest);
-      if (name == "dataWindow") part.width = width, part.height = height;
-    } else if (type == "tiledesc") {
-      part.tile_width = cursor.word();
-      part.tile_height = cursor.word();
-    } else if (type == "chlist") {
-      read_channels(cursor, end, part);
+void check_tiles(const ExrPart& part, const FailWith& fail) {
+  if (!part.tiled) return;
+  // OpenEXR keeps a row of tiles, also where they reach beyond the image.
+  const std::uint64_t most =
+      std::min(std::max(4 * part.data.pixels(), kTileRowPixels), kLargestTileRow);
+  if (std::max(part.data.width(), part.tile_width) * part.tile_height > most) {
+    fail("tiles",
+         "it says " + std::to_string(part.tile_width) + " x " + std::to_string(part.tile_height) +
+             " pixels, but the data window has only " + sides(part.data),
+         "Export the image again with smaller tiles, or without.");
+  }
+}
+
+/// The pixels of a block of the finest level.
+ExrBox block_box(const ExrPart& part, std::uint64_t i) {
+  ExrBox box = part.data;
+  const std::uint64_t across = part.tiled ? part.tiles_x() : 1;
+  const std::uint64_t rows = part.tiled ? part.tile_height : part.block_rows;
+  box.y0 += static_cast<std::int64_t>(i / across * rows);
+  box.y1 = std::min(box.y1, box.y0 + static_cast<std::int64_t>(rows) - 1);
+  if (part.tiled) {
+    box.x0 += static_cast<std::int64_t>(i % across * part.tile_width);
+    box.x1 = std::min(box.x1, box.x0 + static_cast<std::int64_t>(part.tile_width) - 1);
+  }
+  return box;
+}
+
+void check_blocks(const ByteSource& source, const ExrHeaders& headers, const FailWith& fail) {
+  const ExrPart& part = headers.parts.front();
+  std::uint64_t all = 0;
+  for (const ExrPart& each : headers.parts) all += each.blocks_of_all_levels();
+  if (all > (source.size() - headers.end) / 8) {
+    fail("dataWindow",
+         "it says " + sides(part.data) + ", whose table of " + std::to_string(all) +
+             " blocks is longer than the file (truncated)",
+         kAgain);
+  }
+  const std::uint64_t count = part.blocks();
+  std::vector<unsigned char> table(static_cast<std::size_t>(8 * count));
+  table.resize(source.read_at(headers.end, table.data(), table.size()));
+  // Before a block's bytes: the part, the place, their number.
+  const std::uint64_t part_bytes = headers.multi_part ? 4 : 0;
+  const std::uint64_t place_bytes = part.tiled ? 16 : 4;
+  const std::uint64_t head_bytes = part_bytes + place_bytes + 4;
+  std::uint64_t total = 0;
+  for (std::uint64_t i = 0; 8 * i + 8 <= table.size(); ++i) {
+    const std::string place = "block " + std::to_string(i);
+    const std::uint64_t at = little_endian(&table[8 * i], 8);
+    unsigned char head[24] = {};
+    if (at < headers.end || at > source.size() ||
+        source.read_at(at, head, static_cast<std::size_t>(head_bytes)) != head_bytes) {
+      fail(place,
+           "the file does not have it (truncated, or the program that wrote it was stopped)", kAgain);
     }
-    cursor.at = end;
+    const ExrBox box = block_box(part, i);
+    const auto field = [&](unsigned k) { return little_endian(head + part_bytes + 4 * k, 4); };
+    const bool placed =
+        part.tiled ? field(0) == i % part.tiles_x() && field(1) == i / part.tiles_x() &&
+                         field(2) == 0 && field(3) == 0
+                   : field(0) == static_cast<std::uint32_t>(box.y0);
+    if (!placed || (headers.multi_part && little_endian(head, 4) != 0)) {
+      fail(place, "another stands in its place", kAgain);
+    }
+    const std::uint64_t size = little_endian(head + part_bytes + place_bytes, 4);
+    if (size > source.size() - at - head_bytes) {
+      fail(place, "the file ends inside (truncated)", kAgain);
+    }
+    const std::uint64_t needed = part.bytes_of(box);
+    if (needed > most_unpacked(part.packing, size)) {
+      fail("dataWindow",
+           "it says " + sides(part.data) + "; " + place + " of them takes " +
+               std::to_string(needed) + " bytes, but has " + std::to_string(size) +
+               ", which by compression " + part.compression + " hold at most " +
+               std::to_string(most_unpacked(part.packing, size)),
+           kAgain);
+    }
+    total += size + head_bytes;
+    if (total > source.size()) fail(place, "it shares its bytes with another", kAgain);
   }
 }
 
 }  // namespace
 
-void check_exr_headers(const std::filesystem::path& path, std::uint32_t largest) {
-  const std::string name = path.string();
-  std::error_code error;
-  const std::uint64_t file_bytes = std::filesystem::file_size(path, error);
-  std::ifstream file(path, std::ios::binary);
-  std::vector<char> bytes(error ? 0 : std::min<std::uint64_t>(file_bytes, kLargestHeader));
-  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  Cursor cursor{bytes, name};
-  if (error || !file) cursor.fail("it cannot be opened");
-  if (cursor.word() != 20000630) cursor.fail("it is no OpenEXR file");
-  const std::uint32_t version = cursor.word();
-
-  std::uint64_t wanted = 0;
-  Part part;
-  while (read_part(cursor, largest, part)) {
-    if (part.width == 0 || part.pixel_bytes == 0) cursor.fail("its header is incomplete");
-    if (part.tile_width > largest || part.tile_height > largest) {
-      cursor.fail("its header says impossible tiles");
-    }
-    wanted +=
-        std::max(part.width * part.height, part.tile_width * part.tile_height) * part.pixel_bytes;
-    if ((version & kMultiPart) == 0) break;
-    part = {};
+ExrPlan check_exr(const ByteSource& source, const FailWith& fail, std::uint32_t largest,
+                  const ImageLimits& limits) {
+  const ExrHeaders headers = read_exr_headers(source, fail, largest);
+  const ExrPart& part = headers.parts.front();
+  check_windows(part, fail, limits);
+  check_tiles(part, fail);
+  check_blocks(source, headers, fail);
+  ExrBox block = block_box(part, 0);
+  if (part.tiled) {  // whole, also at the border
+    block.x1 = block.x0 + static_cast<std::int64_t>(part.tile_width) - 1;
+    block.y1 = block.y0 + static_cast<std::int64_t>(part.tile_height) - 1;
   }
-  if (wanted / kLargestRatio > file_bytes + kSlack) {
-    cursor.fail("its header says " + std::to_string(wanted >> 20) +
-                " MiB of pixels, more than the file can hold");
+  // Two buffers a thread, packed and unpacked.
+  const std::uint64_t each = 4 * std::max<std::uint64_t>(1, part.bytes_of(block));
+  const std::uint64_t most = part.bytes_of(part.data) / each;
+  ExrPlan plan;
+  const auto all = static_cast<std::uint64_t>(exr_threads(0));
+  plan.threads = most < 2 ? 0 : static_cast<int>(std::min(all, most));
+  plan.buffers = each * static_cast<std::uint64_t>(std::max(1, plan.threads));
+  if (part.tiled) {
+    plan.buffers += std::max(part.data.width(), part.tile_width) * part.tile_height * 4 *
+                    part.channels.size();
   }
+  return plan;
 }
 
 }  // namespace kiln

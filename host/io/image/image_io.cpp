@@ -1,31 +1,24 @@
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <memory>
+#include <new>
 #include <string>
-#include <system_error>
+#include <utility>
 
 #include "io/image/exr.h"
+#include "io/image/image_reader.h"
 #include "io/image/png.h"
 #include "kiln/image.h"
 
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kLargestSide = 65536;
-
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
-  throw Error(ErrorCode::input, "Could not read the image '" + path.string() + "': " + what + ".");
-}
-
 void check_image(const Image& image) {
-  if (image.width == 0 || image.height == 0 || image.width > kLargestSide ||
-      image.height > kLargestSide) {
+  if (image.width == 0 || image.height == 0 || image.width > kLargestImageSide ||
+      image.height > kLargestImageSide) {
     throw Error(ErrorCode::usage, "An image of " + std::to_string(image.width) + " x " +
                                       std::to_string(image.height) +
                                       " pixels cannot be saved; each side must be 1 to " +
-                                      std::to_string(kLargestSide) + ".");
+                                      std::to_string(kLargestImageSide) + ".");
   }
   if (image.channels < 1 || image.channels > 4) {
     throw Error(ErrorCode::usage, "An image of " + std::to_string(image.channels) +
@@ -75,21 +68,35 @@ void check_mips(const Image& image, const std::vector<Image>& mips) {
 
 }  // namespace
 
+FailWith image_failure(std::string file, std::string kind) {
+  return [file = std::move(file), kind = std::move(kind)](
+             const std::string& place, const std::string& problem, const std::string& remedy) {
+    throw Error(ErrorCode::input, "Could not read '" + file + "'" +
+                                      (kind.empty() ? "" : " as " + kind) + ": " +
+                                      (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
+  };
+}
+
+Image parse_image(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  const std::string magic = source.head(8);
+  if (magic.starts_with("\x89PNG\r\n\x1a\n")) return parse_png(source, file, limits);
+  if (magic.starts_with("\x76\x2f\x31\x01")) return parse_exr(source, file, limits);
+  const FailWith fail = image_failure(file, "an image");
+  if (magic.empty()) fail("", "it is empty", "Export it again.");
+  fail("", "it is neither PNG nor OpenEXR", "Convert it to one of them.");
+  return {};
+}
+
 Image load_image(const std::filesystem::path& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) fail(path, "it is a folder; name a file");
-  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
-    fail(path, "it is not a regular file; copy the image to a file first");
+  const std::string file = path.string();
+  const FailWith fail = image_failure(file, "an image");
+  const std::unique_ptr<ByteSource> source = open_file(path, fail);
+  try {
+    return parse_image(*source, file);
+  } catch (const std::bad_alloc&) {
+    fail("pixels", "memory ran out", "Free some memory, or scale the image down.");
+    throw;
   }
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
-                                                             &std::fclose);
-  if (file == nullptr) fail(path, std::generic_category().message(errno) + "; check the path");
-  unsigned char magic[8] = {};
-  const std::size_t count = std::fread(magic, 1, sizeof(magic), file.get());
-  if (count == 0) fail(path, "it is empty; export it again");
-  if (std::memcmp(magic, "\x89PNG\r\n\x1a\n", 8) == 0) return load_png(path);
-  if (std::memcmp(magic, "\x76\x2f\x31\x01", 4) == 0) return load_exr(path);
-  fail(path, "it is neither PNG nor OpenEXR; convert it to one of them");
 }
 
 void save_image(const Image& image, const std::filesystem::path& path,

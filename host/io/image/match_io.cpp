@@ -11,11 +11,16 @@
 #include <atomic>
 #include <charconv>
 #include <cmath>
+#include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
 #include "base/parallel.h"
 #include "io/image/exr.h"
+#include "io/image/exr_header.h"
+#include "io/image/image_reader.h"
+#include "io/image/match_reader.h"
 #include "kiln/bake.h"
 #include "shared/match.h"
 
@@ -28,6 +33,7 @@ constexpr std::uint32_t kMostSamples = 16;
 // How far a barycentric weight may lie outside [0, 1] by rounding.
 constexpr float kWeightSlack = 1e-3F;
 
+constexpr const char* kKind = "a saved match";
 constexpr const char* kSamples = "samples";
 constexpr const char* kSourceTriangles = "sourceTriangles";
 constexpr const char* kSourceHash = "sourceHash";
@@ -43,8 +49,8 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
                                                    {"u", Imf::FLOAT},
                                                    {"v", Imf::FLOAT}}};
 
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
-  throw Error(ErrorCode::input, "Could not read '" + path.string() + "' as a saved match: " + what +
+[[noreturn]] void fail(const std::string& file, const std::string& what) {
+  throw Error(ErrorCode::input, "Could not read '" + file + "' as a saved match: " + what +
                                     ". Save the match again with --save-match.");
 }
 
@@ -81,7 +87,7 @@ bool is_sound(const Match& match, std::size_t i) {
          std::isfinite(match.distance[i]);
 }
 
-void check_contents(const Match& match, const std::filesystem::path& path) {
+void check_contents(const Match& match, const std::string& file) {
   const std::size_t count = match.status.size();
   std::atomic<std::size_t> worst{count};
   parallel_for(count, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
@@ -95,7 +101,7 @@ void check_contents(const Match& match, const std::filesystem::path& path) {
   });
   if (worst == count) return;
   const std::size_t i = worst;
-  fail(path, "sample " + std::to_string(i % match.width) + ", " + std::to_string(i / match.width) +
+  fail(file, "sample " + std::to_string(i % match.width) + ", " + std::to_string(i / match.width) +
                  " has triangle " + std::to_string(match.triangle[i]) + " of " +
                  std::to_string(match.source_triangles) + ", weights " +
                  std::to_string(match.u[i]) + " and " + std::to_string(match.v[i]) + ", distance " +
@@ -115,14 +121,14 @@ std::uint64_t read_number(const Imf::Header& header, const char* name) {
   return value;
 }
 
-void read_attributes(const Imf::Header& header, const std::filesystem::path& path, Match& match) {
+void read_attributes(const Imf::Header& header, const std::string& file, Match& match) {
   const auto* samples = header.findTypedAttribute<Imf::IntAttribute>(kSamples);
   const auto* triangles = header.findTypedAttribute<Imf::StringAttribute>(kSourceTriangles);
   if (samples == nullptr || triangles == nullptr) {
-    fail(path, "it lacks the attributes samples and sourceTriangles");
+    fail(file, "it lacks the attributes samples and sourceTriangles");
   }
   if (samples->value() < 1 || samples->value() > static_cast<int>(kMostSamples)) {
-    fail(path, "samples is " + std::to_string(samples->value()) + ", not 1 to 16");
+    fail(file, "samples is " + std::to_string(samples->value()) + ", not 1 to 16");
   }
   match.samples = static_cast<std::uint32_t>(samples->value());
   const std::string& text = triangles->value();
@@ -130,34 +136,40 @@ void read_attributes(const Imf::Header& header, const std::filesystem::path& pat
       std::from_chars(text.data(), text.data() + text.size(), match.source_triangles);
   if (error != std::errc() || end != text.data() + text.size() ||
       match.source_triangles > KILN_NO_TRIANGLE) {
-    fail(path, "sourceTriangles is no number of triangles");
+    fail(file, "sourceTriangles is no number of triangles");
   }
   match.source_hash = read_number(header, kSourceHash);
   match.low_hash = read_number(header, kLowHash);
   if (match.width % match.samples != 0 || match.height % match.samples != 0) {
-    fail(path, "its sides are no multiples of its samples");
+    fail(file, "its sides are no multiples of its samples");
   }
 }
 
-Match read_match(const std::filesystem::path& path) {
-  Imf::InputFile file(path.c_str(), exr_threads(0));
-  const Imf::Header& header = file.header();
+/// Bytes a sample: what a match keeps, and its status as OpenEXR reads it.
+constexpr std::uint64_t kSampleBytes = 4 * sizeof(float) + 1 + sizeof(std::uint32_t);
+
+Match read_match(const ByteSource& source, const std::string& file, const ExrPlan& plan) {
+  ExrSource stream(source, file);
+  Imf::InputFile input(stream, plan.threads);
+  const Imf::Header& header = input.header();
   for (const ChannelType& channel : kChannels) {
     const Imf::Channel* found = header.channels().findChannel(channel.name);
     if (found == nullptr || found->type != channel.type || found->xSampling != 1 ||
         found->ySampling != 1) {
-      fail(path, std::string("it has no channel '") + channel.name + "' of type " +
+      fail(file, std::string("it has no channel '") + channel.name + "' of type " +
                      (channel.type == Imf::UINT ? "unsigned int" : "float"));
     }
   }
   const Imath::Box2i window = header.dataWindow();
-  if (window.min.x != 0 || window.min.y != 0) fail(path, "its data window does not start at 0, 0");
+  if (window.min.x != 0 || window.min.y != 0) fail(file, "its data window does not start at 0, 0");
   Match match;
   match.width = static_cast<std::uint32_t>(window.max.x + 1);
   match.height = static_cast<std::uint32_t>(window.max.y + 1);
-  read_attributes(header, path, match);
+  read_attributes(header, file, match);
 
   const std::size_t count = std::size_t{match.width} * match.height;
+  check_memory(image_failure(file, kKind), "dataWindow",
+               "its " + std::to_string(count) + " samples", kSampleBytes * count + plan.buffers);
   match.triangle.resize(count);
   match.u.resize(count);
   match.v.resize(count);
@@ -170,8 +182,8 @@ Match read_match(const std::filesystem::path& path) {
   add_slice(buffer, "v", Imf::FLOAT, match.v.data(), match.width);
   add_slice(buffer, "distance", Imf::FLOAT, match.distance.data(), match.width);
   add_slice(buffer, "status", Imf::UINT, status.data(), match.width);
-  file.setFrameBuffer(buffer);
-  file.readPixels(0, window.max.y);
+  input.setFrameBuffer(buffer);
+  input.readPixels(0, window.max.y);
   std::transform(status.begin(), status.end(), match.status.begin(), [](std::uint32_t value) {
     return static_cast<std::uint8_t>(std::min(value, 255U));
   });
@@ -207,24 +219,38 @@ void save_match(const Match& match, const std::filesystem::path& path) {
   });
 }
 
-Match load_match(const std::filesystem::path& path) {
-  std::error_code unknown;
-  if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown)) {
-    fail(path, "it is not a regular file");
-  }
-  check_exr_headers(path, kLargestSide);
+Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  // Of every failure, one remedy.
+  const FailWith failure = [inner = image_failure(file, kKind)](
+                               const std::string& place, const std::string& problem,
+                               const std::string&) {
+    inner(place, problem, "Save the match again with --save-match.");
+  };
+  const ExrPlan plan = check_exr(source, failure, kLargestSide, limits);
   Match match;
   try {
-    match = read_match(path);
+    match = read_match(source, file, plan);
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
-    fail(path, error.what());
+    fail(file, error.what());
   }
-  check_contents(match, path);
+  check_contents(match, file);
   return match;
+}
+
+Match load_match(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  const FailWith failure = image_failure(file, kKind);
+  const std::unique_ptr<ByteSource> source = open_file(path, failure);
+  try {
+    return parse_match(*source, file, {std::uint64_t{kLargestSide} * kLargestSide});
+  } catch (const std::bad_alloc&) {
+    failure("samples", "memory ran out", "Free some memory.");
+    throw;
+  }
 }
 
 }  // namespace kiln

@@ -23,10 +23,4 @@ namespace kiln {
 void save_png(const Image& image, const std::filesystem::path& path, int bits, bool dither,
               int threads);
 
-/// Reads any PNG: palettes and transparency are expanded, 1 to 16 bits become [0, 1] by division, gamma
-/// and colour profiles are left alone.
-/// \throws Error(input) that names the file. A header that promises more than the file can hold is
-///         refused before memory is taken.
-Image load_png(const std::filesystem::path& path);
-
 }  // namespace kiln

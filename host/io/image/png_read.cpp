@@ -5,26 +5,25 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <exception>
+#include <new>
 #include <string>
 #include <vector>
 
 #include "base/parallel.h"
-#include "io/image/png.h"
+#include "io/image/image_reader.h"
 
 namespace kiln {
 namespace {
-
-constexpr std::uint64_t kLargestSide = 65536;
-// Deflate makes at most 258 bytes of 2 bits: about 1032 of one byte. A header that asks for more than
-// the whole file could hold is damaged, and is refused before memory is taken.
-constexpr std::uint64_t kLargestRatio = 1032;
 
 // libpng reports errors by longjmp, which must not cross a frame that owns anything: all that is owned
 // lives here, outside the functions that call setjmp.
 struct Reader {
   png_structp png = nullptr;
   png_infop info = nullptr;
-  std::FILE* file = nullptr;
+  const ByteSource* source = nullptr;
+  std::uint64_t at = 0;
+  std::exception_ptr error;  // the source's own
   char message[256] = "damaged";
   png_uint_32 width = 0, height = 0;
   int channels = 0, bits = 0, passes = 0;
@@ -33,10 +32,7 @@ struct Reader {
   Reader() = default;
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
-  ~Reader() {
-    png_destroy_read_struct(&png, &info, nullptr);
-    if (file != nullptr) std::fclose(file);
-  }
+  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
 [[noreturn]] void on_error(png_structp png, png_const_charp text) {
@@ -47,11 +43,27 @@ struct Reader {
 
 void on_warning(png_structp, png_const_charp) {}  // About colour profiles and comments: not used.
 
+// No exception may pass through libpng either.
+void on_read(png_structp png, png_bytep to, std::size_t count) {
+  auto* reader = static_cast<Reader*>(png_get_io_ptr(png));
+  std::size_t got = 0;
+  try {
+    got = reader->source->read_at(reader->at, to, count);
+  } catch (...) {
+    reader->error = std::current_exception();
+  }
+  reader->at += got;
+  if (got != count) png_error(png, "the file is cut short");
+}
+
 bool read_header(Reader& reader) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
-  png_init_io(reader.png, reader.file);
-  png_set_user_limits(reader.png, kLargestSide, kLargestSide);
+  png_set_read_fn(reader.png, &reader, on_read);
+  png_set_user_limits(reader.png, kLargestImageSide, kLargestImageSide);
   png_set_chunk_malloc_max(reader.png, 8000000);
+  // Passed over: text, profiles and all else that is no pixel. libpng would keep a thousand texts, each
+  // inflated to 8 MB.
+  png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(reader.png, reader.info);
   png_set_expand(reader.png);  // Palette to RGB, below 8 bits to 8, transparency to alpha.
   if (std::endian::native == std::endian::little) png_set_swap(reader.png);
@@ -93,42 +105,47 @@ void to_floats(const Reader& reader, const std::uint8_t* row, float* to) {
   }
 }
 
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
-  throw Error(ErrorCode::input, "Could not read '" + path.string() + "' as PNG: " + what +
-                                    ". Export or copy the file again.");
+// Bytes for the pixels and for the rows before they are floats.
+std::uint64_t memory_for(const Reader& reader, std::size_t band) {
+  return std::uint64_t{reader.width} * reader.height * static_cast<unsigned>(reader.channels) *
+             sizeof(float) +
+         std::uint64_t{band} * reader.row_bytes;
 }
 
 }  // namespace
 
-Image load_png(const std::filesystem::path& path) {
+Image parse_png(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  const FailWith fail = image_failure(file, "PNG");
+  check_png(source, fail, limits);
   Reader reader;
-  reader.file = std::fopen(path.c_str(), "rbe");
-  if (reader.file == nullptr) fail(path, "it cannot be opened");
+  reader.source = &source;
+  const auto check = [&](bool good) {
+    if (good) return;
+    if (reader.error) std::rethrow_exception(reader.error);
+    fail("", reader.message, "Export or copy the file again.");
+  };
   reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_error, on_warning);
   if (reader.png != nullptr) reader.info = png_create_info_struct(reader.png);
   if (reader.info == nullptr) throw std::bad_alloc();
-  if (!read_header(reader)) fail(path, reader.message);
+  check(read_header(reader));
 
-  const std::uint64_t file_bytes = std::filesystem::file_size(path);
-  // Expanding makes at most 32 bytes of one (1-bit palette with transparency).
-  const std::uint64_t raw_bytes = std::uint64_t{reader.row_bytes} * reader.height;
-  if (raw_bytes / 32 > file_bytes * kLargestRatio) {
-    fail(path, "its header says " + std::to_string(reader.width) + " x " +
-                   std::to_string(reader.height) + " pixels, more than the file can hold");
-  }
+  // Interlaced images need all rows at once and several passes; others go in bands.
+  const std::size_t band = reader.passes > 1 ? reader.height : std::min(reader.height, 256U);
+  check_memory(fail, "IHDR",
+               "its " + std::to_string(reader.width) + " x " + std::to_string(reader.height) +
+                   " pixels",
+               memory_for(reader, band));
   Image image;
   image.width = reader.width;
   image.height = reader.height;
   image.channels = static_cast<std::uint32_t>(reader.channels);
   image.pixels.resize(std::size_t{image.width} * image.height * image.channels);
 
-  // Interlaced images need all rows at once and several passes; others go in bands.
-  const std::size_t band = reader.passes > 1 ? image.height : std::min(image.height, 256U);
   std::vector<std::uint8_t> rows(band * reader.row_bytes);
   for (std::size_t first = 0; first < image.height; first += band) {
     const std::size_t count = std::min<std::size_t>(band, image.height - first);
     for (int pass = 0; pass < reader.passes; ++pass) {
-      if (!read_rows(reader, rows.data(), count)) fail(path, reader.message);
+      check(read_rows(reader, rows.data(), count));
     }
     parallel_for(count, 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
@@ -136,7 +153,7 @@ Image load_png(const std::filesystem::path& path) {
       }
     });
   }
-  if (!read_end(reader)) fail(path, reader.message);
+  check(read_end(reader));
   return image;
 }
 

@@ -1,15 +1,14 @@
 // Reading a mesh: from a path to the right reader.
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <cstring>
+#include <memory>
+#include <new>
 #include <optional>
 #include <string>
 
+#include "io/file/bounds.h"
+#include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
 #include "io/mesh/mesh_reader.h"
 #include "kiln/mesh.h"
@@ -73,40 +72,14 @@ Guess guess(std::string_view bytes) {
   return {};
 }
 
-/// The whole file. Opened before it is looked at, so that what is checked is what is read.
+/// The whole file.
 std::string read_file(const MeshInput& input, const std::filesystem::path& path) {
-  const auto because = [](int error) { return std::string(std::strerror(error)); };
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file < 0) {
-    const int error = errno;
-    if (error == ENOENT) input.fail("", "there is no such file", "Check the path.");
-    input.fail("", "it cannot be opened: " + because(error), "Check the path and its permissions.");
-  }
-  struct Closer {
-    int file;
-    ~Closer() { ::close(file); }
-  } const closer{file};
-  struct stat status {};
-  if (::fstat(file, &status) != 0) {
-    input.fail("", "it cannot be examined: " + because(errno), "Check the disk.");
-  }
-  if (S_ISDIR(status.st_mode)) input.fail("", "it is a directory", "Name a mesh file in it.");
-  if (!S_ISREG(status.st_mode)) {
-    input.fail("", "it is not a regular file", "Copy the mesh to a file first.");
-  }
-  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
-  std::size_t have = 0;
-  while (have < bytes.size()) {
-    const ssize_t got = ::read(file, bytes.data() + have, bytes.size() - have);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      input.fail("byte " + std::to_string(have), "it cannot be read: " + because(errno),
-                 "Check the disk.");
-    }
-    if (got == 0) break;
-    have += static_cast<std::size_t>(got);
-  }
-  bytes.resize(have);
+  const FailWith fail = [&input](const std::string& place, const std::string& problem,
+                                 const std::string& remedy) { input.fail(place, problem, remedy); };
+  const std::unique_ptr<ByteSource> source = open_file(path, fail);
+  check_memory(fail, "", "its bytes", source->size());
+  std::string bytes(static_cast<std::size_t>(source->size()), '\0');
+  bytes.resize(source->read_at(0, bytes.data(), bytes.size()));
   return bytes;
 }
 
@@ -159,8 +132,9 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }
 
-Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings) {
-  MeshInput input{path.string(), {}, warnings};
+namespace {
+
+Mesh load(MeshInput input, const std::filesystem::path& path) {
   const auto format = format_of(path);
   std::string bytes = read_file(input, path);
   input.bytes = bytes;
@@ -176,6 +150,17 @@ Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings
   Mesh mesh = parse_mesh(input, *format);
   mesh.name = path.stem().string();
   return mesh;
+}
+
+}  // namespace
+
+Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings) {
+  const MeshInput input{path.string(), {}, warnings};
+  try {
+    return load(input, path);
+  } catch (const std::bad_alloc&) {
+    input.fail("", "memory ran out while it was read", "Free some memory, or use a lighter mesh.");
+  }
 }
 
 }  // namespace kiln

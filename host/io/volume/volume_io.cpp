@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <memory>
+#include <new>
 #include <optional>
 #include <string>
 
@@ -126,8 +128,9 @@ bool is_volume_name(const std::filesystem::path& path) {
   return format_of(name.extension).has_value() || name.extension == ".vdb";
 }
 
-Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings) {
-  VolumeInput input = input_for(path, warnings);
+namespace {
+
+Volume load(VolumeInput input, const std::filesystem::path& path) {
   const auto source = open_file(path, input.fail_with());
   input.source = source.get();
   const Name name = split(path);
@@ -156,6 +159,17 @@ Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warn
   }
   volume.name = name.stem;
   return volume;
+}
+
+}  // namespace
+
+Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings) {
+  const VolumeInput input = input_for(path, warnings);
+  try {
+    return load(input, path);
+  } catch (const std::bad_alloc&) {
+    input.fail("voxels", "memory ran out", "Free some memory, or use a smaller volume.");
+  }
 }
 
 Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout& layout,

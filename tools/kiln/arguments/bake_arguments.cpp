@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "arguments/likelihoods.h"
 #include "arguments/parse.h"
 
 namespace kiln::cli {

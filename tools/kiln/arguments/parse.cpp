@@ -4,9 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <locale>
-#include <sstream>
 #include <string_view>
 
 namespace kiln::cli {
@@ -132,41 +129,6 @@ Vec3 parse_direction(const std::string& text) {
     bad("--view", text, "a direction from the mesh to the viewer, X,Y,Z, such as 0,0.5,1");
   }
   return {values[0], values[1], values[2]};
-}
-
-std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) {
-    throw Error(ErrorCode::input, "--view-weight '" + path +
-                                      "' is neither all, horizon nor up, nor a file that can be "
-                                      "read.");
-  }
-  std::vector<VisibilityOptions::Likelihood> result;
-  std::string line;
-  for (std::size_t number = 1; std::getline(file, line); ++number) {
-    line.erase(std::min(line.find('#'), line.size()));
-    std::istringstream words(line);
-    words.imbue(std::locale::classic());
-    VisibilityOptions::Likelihood entry;
-    std::string rest;
-    if (!(words >> rest)) continue;
-    words.clear();
-    words.seekg(0);
-    const bool read = static_cast<bool>(words >> entry.direction.x >> entry.direction.y >>
-                                        entry.direction.z >> entry.weight);
-    const bool whole = read && !(words >> rest);
-    const Vec3& d = entry.direction;
-    if (!whole || entry.weight < 0 || (d.x == 0 && d.y == 0 && d.z == 0)) {
-      throw Error(ErrorCode::input, "'" + path + "', line " + std::to_string(number) +
-                                        ": expected \"X Y Z WEIGHT\", a direction to the viewer "
-                                        "that is not 0 and a weight of 0 or more.");
-    }
-    result.push_back(entry);
-  }
-  if (result.empty()) {
-    throw Error(ErrorCode::input, "'" + path + "' has no line \"X Y Z WEIGHT\".");
-  }
-  return result;
 }
 
 std::uint32_t parse_views(const std::string& text) {

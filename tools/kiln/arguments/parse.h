@@ -38,10 +38,6 @@ std::pair<double, double> parse_extent(const std::string& text);
 /// "X,Y,Z", not all 0. \throws Error(usage)
 Vec3 parse_direction(const std::string& text);
 
-/// Reads a file of lines "X Y Z WEIGHT": directions from the mesh to the viewer, and how likely each is.
-/// Empty lines, and what follows a #, are skipped. \throws Error(input)
-std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path);
-
 /// A number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);
 

@@ -1,7 +1,9 @@
 #include "arguments/paths.h"
 
 #include <cstdio>
-#include <fstream>
+
+#include "arguments/small_file.h"
+#include "report/json_text.h"
 
 namespace kiln::cli {
 namespace {
@@ -48,11 +50,7 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
 
 void check_not_foreign(const fs::path& obj, bool force) {
   if (force) return;
-  std::ifstream stream(obj, std::ios::binary);
-  if (!stream) return;
-  std::string line;
-  std::getline(stream, line);
-  if (line.rfind("# Kiln", 0) == 0) return;
+  if (!is_readable_file(obj) || head_of_file(obj, 6) == "# Kiln") return;
   throw Error(ErrorCode::output,
               "'" + obj.string() +
                   "' is there already, and Kiln did not write it: choose another "
@@ -64,7 +62,7 @@ void prepare_parent(const fs::path& file) {
 }
 
 void save_report(const fs::path& path, const Json& report) {
-  const std::string text = report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string text = to_text(report);
   if (path != "-") {
     save_text(path, text);
     return;

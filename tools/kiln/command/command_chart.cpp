@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <fstream>
 #include <memory>
 
 #include "arguments/dense_input.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "arguments/small_file.h"
 #include "arguments/surface_arguments.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -201,7 +201,7 @@ int run_chart_command(const ChartArguments& arguments) {
   const std::size_t count = arguments.meshes.size() / 2;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string& high = arguments.meshes[2 * i];
-    if (!std::ifstream(high)) load_dense(high, {}, warnings);  // says what is wrong with it
+    if (!is_readable_file(high)) load_dense(high, {}, warnings);  // says what is wrong with it
     const std::string& low = arguments.meshes[2 * i + 1];
     if (!console.progress(0, "reading " + low)) return kExitCancelled;
     lows.push_back(load_light(low, "", warnings));
@@ -298,7 +298,7 @@ int run_volumes_command(const ChartArguments& a) {
   const Device device = Device::open(a.device);
   for (const std::string& path : a.meshes) {
     std::vector<Warning> none;
-    if (!std::ifstream(path)) read_volume(path, a.surface, none);  // says what is wrong with it
+    if (!is_readable_file(path)) read_volume(path, a.surface, none);  // says what is wrong with it
   }
   std::vector<Warning> warnings;
   std::vector<VolumeChart> charts;

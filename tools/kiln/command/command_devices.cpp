@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "kiln/kiln.h"
+#include "report/json_text.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -33,7 +34,7 @@ Run add_devices(CLI::App& app) {
     if (*json) {
       Json list = Json::array();
       for (const DeviceInfo& info : devices) list.push_back(describe(info));
-      std::printf("%s\n", list.dump(2).c_str());
+      std::fputs(to_text(list).c_str(), stdout);
       return 0;
     }
     if (devices.empty()) Device::open();  // says how to get one

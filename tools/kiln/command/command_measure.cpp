@@ -14,6 +14,7 @@
 #include "lab/study_output.h"
 #include "report/check_result.h"
 #include "report/console.h"
+#include "report/json_text.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -153,7 +154,7 @@ int run_one_study(const MeasureArguments& arguments) {
     json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
     json["outputs"] = outputs;
     json["warnings"] = cli::describe(warnings);
-    save_text(arguments.json, json.dump(2) + "\n");
+    save_text(arguments.json, to_text(json));
   }
   console.progress(1, "done");
   std::vector<Warning> of_settings;

@@ -1,0 +1,44 @@
+// What a file can hold and memory can take: asked before memory is taken.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "io/file/byte_source.h"
+
+namespace kiln {
+
+/// How bytes are packed in a file.
+enum class Packing {
+  none,
+  deflate,    ///< zlib, gzip, PNG, OpenEXR's ZIP and ZIPS
+  exr_rle,
+  exr_piz,
+  exr_pxr24,
+  exr_b44,    ///< And B44A
+  exr_dwa,    ///< DWAA and DWAB
+};
+
+/// No `packed` bytes unpack to more than this, whatever they are: a bound from the format itself, not
+/// from experience. At most 2^64 - 1. Where the numbers come from: the source.
+std::uint64_t most_unpacked(Packing packing, std::uint64_t packed);
+
+/// a * b, at most 2^64 - 1.
+std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
+
+/// What an image of a file may ask for, beside what the file can hold.
+struct ImageLimits {
+  /// Of one image; a height field of 2^30 would have more triangles than Kiln takes.
+  std::uint64_t pixels = (std::uint64_t{1} << 30) - 1;
+};
+
+/// Bytes that this process can still take: of the machine's memory, swap included, of its control group
+/// and of its address space (ulimit -v). 2^64 - 1 where the system does not say.
+std::uint64_t free_memory();
+
+/// Calls `fail` where more than the free memory is needed for `what`, such as "the pixels". Costs some
+/// tens of microseconds; less than 16 MiB are not looked up.
+void check_memory(const FailWith& fail, const std::string& place, const std::string& what,
+                  std::uint64_t bytes);
+
+}  // namespace kiln

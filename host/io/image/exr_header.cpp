@@ -1,0 +1,242 @@
+#include "io/image/exr_header.h"
+
+#include <algorithm>
+#include <array>
+
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLargestHeader = std::size_t{1} << 20;
+constexpr std::size_t kLargestChannels = 1024;
+constexpr std::size_t kLargestParts = 1024;
+constexpr std::uint32_t kTiled = 1U << 9;
+constexpr std::uint32_t kDeep = 1U << 11;
+constexpr std::uint32_t kMultiPart = 1U << 12;
+
+struct Compression {
+  const char* name;
+  Packing packing;
+  std::uint64_t rows;  // Scan lines of a block
+};
+constexpr std::array<Compression, 10> kCompressions = {{{"none", Packing::none, 1},
+                                                        {"RLE", Packing::exr_rle, 1},
+                                                        {"ZIPS", Packing::deflate, 1},
+                                                        {"ZIP", Packing::deflate, 16},
+                                                        {"PIZ", Packing::exr_piz, 32},
+                                                        {"PXR24", Packing::exr_pxr24, 16},
+                                                        {"B44", Packing::exr_b44, 32},
+                                                        {"B44A", Packing::exr_b44, 32},
+                                                        {"DWAA", Packing::exr_dwa, 32},
+                                                        {"DWAB", Packing::exr_dwa, 256}}};
+
+class Cursor {
+ public:
+  Cursor(const std::string& bytes, bool whole, const FailWith& fail)
+      : bytes_(bytes), whole_(whole), fail_(fail) {}
+
+  [[noreturn]] void fail(const std::string& field, const std::string& what) const {
+    fail_(field, what, "Export or copy the file again.");
+    throw Error(ErrorCode::internal, "a reader's failure was not thrown");
+  }
+  [[noreturn]] void fail_short() const {
+    fail("header", whole_ ? "the file ends inside (truncated)" : "it is longer than 1 MiB");
+  }
+  std::size_t at() const { return at_; }
+  void go_to(std::size_t at) { at_ = at; }
+  std::size_t left() const { return bytes_.size() - at_; }
+  unsigned byte() {
+    if (left() < 1) fail_short();
+    return static_cast<unsigned char>(bytes_[at_++]);
+  }
+  std::uint32_t word() {
+    if (left() < 4) fail_short();
+    std::uint32_t value = 0;
+    for (unsigned i = 0; i < 4; ++i) value |= std::uint32_t{byte()} << (8 * i);
+    return value;
+  }
+  std::int64_t number() { return static_cast<std::int32_t>(word()); }
+  std::string text() {
+    const std::size_t end = bytes_.find('\0', at_);
+    if (end == std::string::npos) fail_short();
+    std::string result = bytes_.substr(at_, end - at_);
+    at_ = end + 1;
+    return result;
+  }
+  std::string text(std::size_t size) {
+    std::string result = bytes_.substr(at_, size);
+    at_ += result.size();
+    return result;
+  }
+
+ private:
+  const std::string& bytes_;
+  bool whole_;
+  const FailWith& fail_;
+  std::size_t at_ = 0;
+};
+
+ExrBox read_box(Cursor& cursor, const std::string& name, std::uint32_t largest) {
+  ExrBox box;
+  box.x0 = cursor.number(), box.y0 = cursor.number();
+  box.x1 = cursor.number(), box.y1 = cursor.number();
+  for (const std::int64_t size : {box.x1 - box.x0 + 1, box.y1 - box.y0 + 1}) {
+    if (size < 1 || size > static_cast<std::int64_t>(largest)) {
+      cursor.fail(name, "it says " + std::to_string(size) + " pixels a side, but 1 to " +
+                            std::to_string(largest) + " are possible");
+    }
+  }
+  return box;
+}
+
+std::vector<ExrChannel> read_channels(Cursor& cursor, std::size_t end) {
+  std::vector<ExrChannel> channels;
+  while (cursor.at() < end && !cursor.text().empty()) {
+    ExrChannel channel;
+    const std::uint32_t type = cursor.word();
+    if (type > 2) cursor.fail("channels", "type " + std::to_string(type) + " is none of OpenEXR's");
+    channel.bytes = type == 1 ? 2 : 4;
+    cursor.word();  // a linear flag
+    channel.dx = cursor.number(), channel.dy = cursor.number();
+    if (channel.dx < 1 || channel.dy < 1) cursor.fail("channels", "a sampling rate is below 1");
+    channels.push_back(channel);
+    if (channels.size() > kLargestChannels) cursor.fail("channels", "there are more than 1024");
+  }
+  return channels;
+}
+
+void read_compression(Cursor& cursor, ExrPart& part) {
+  const unsigned number = cursor.byte();
+  if (number >= kCompressions.size()) {
+    cursor.fail("compression", std::to_string(number) + " is none of OpenEXR's, 0 to 9");
+  }
+  const Compression& compression = kCompressions[number];
+  part.compression = compression.name;
+  part.packing = compression.packing;
+  part.block_rows = compression.rows;
+}
+
+void read_tiles(Cursor& cursor, std::uint32_t largest, ExrPart& part) {
+  part.tile_width = cursor.word();
+  part.tile_height = cursor.word();
+  const unsigned mode = cursor.byte();
+  part.level_mode = mode & 15;
+  part.round_up = mode >> 4 != 0;
+  const auto [least, most] = std::minmax(part.tile_width, part.tile_height);
+  if (least < 1 || most > largest || part.level_mode > 2) {
+    cursor.fail("tiles", "it says " + std::to_string(part.tile_width) + " x " +
+                             std::to_string(part.tile_height) + " pixels and level mode " +
+                             std::to_string(part.level_mode) + ", which cannot be");
+  }
+}
+
+/// Reads one header; false at the empty one that ends a list of them.
+bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part) {
+  bool any = false;
+  for (;;) {
+    const std::string name = cursor.text();
+    if (name.empty()) return any;
+    any = true;
+    const std::string type = cursor.text();
+    const std::uint32_t size = cursor.word();
+    if (size > cursor.left()) cursor.fail_short();
+    const std::size_t end = cursor.at() + size;
+    if (type == "box2i" && name == "dataWindow") part.data = read_box(cursor, name, largest);
+    if (type == "box2i" && name == "displayWindow") part.display = read_box(cursor, name, largest);
+    if (type == "tiledesc" && name == "tiles") read_tiles(cursor, largest, part);
+    if (type == "chlist" && name == "channels") part.channels = read_channels(cursor, end);
+    if (type == "compression" && name == "compression") read_compression(cursor, part);
+    if (type == "string" && name == "type") part.type = cursor.text(size);
+    cursor.go_to(end);
+  }
+}
+
+void check_complete(const Cursor& cursor, const ExrPart& part) {
+  const auto lacks = [&](const char* field) { cursor.fail(field, "the header does not have it"); };
+  if (part.data.x1 < part.data.x0) lacks("dataWindow");
+  if (part.display.x1 < part.display.x0) lacks("displayWindow");
+  if (part.channels.empty()) lacks("channels");
+  if (part.compression.empty()) lacks("compression");
+  if (part.tiled && part.tile_width == 0) lacks("tiles");
+}
+
+/// Numbers from a to b that the step divides.
+std::uint64_t samples(std::int64_t a, std::int64_t b, std::int64_t step) {
+  const auto floor = [step](std::int64_t v) { return v >= 0 ? v / step : -((-v + step - 1) / step); };
+  return static_cast<std::uint64_t>(floor(b) - floor(a - 1));
+}
+
+/// Sides of the levels of one axis, the finest first.
+std::vector<std::uint64_t> levels(std::uint64_t size, std::uint64_t until, bool round_up) {
+  std::vector<std::uint64_t> result;
+  for (std::uint64_t span = 1, k = 0;; span *= 2, ++k) {
+    const std::uint64_t add = round_up ? span - 1 : 0;
+    result.push_back(std::max<std::uint64_t>(1, (size + add) >> k));
+    if ((until + add) >> k <= 1) return result;
+  }
+}
+
+}  // namespace
+
+std::uint64_t ExrPart::bytes_of(const ExrBox& box) const {
+  std::uint64_t sum = 0;
+  for (const ExrChannel& channel : channels) {
+    const bool all = channel.dx == 1 && channel.dy == 1;
+    sum += channel.bytes * (all ? box.pixels()
+                                : samples(box.x0, box.x1, channel.dx) *
+                                      samples(box.y0, box.y1, channel.dy));
+  }
+  return sum;
+}
+
+std::uint64_t ExrPart::blocks() const {
+  return tiled ? tiles_x() * tiles_y() : (data.height() + block_rows - 1) / block_rows;
+}
+
+std::uint64_t ExrPart::blocks_of_all_levels() const {
+  if (!tiled || level_mode == 0) return blocks();
+  const std::uint64_t larger = std::max(data.width(), data.height());
+  const bool mip = level_mode == 1;
+  const auto wide = levels(data.width(), mip ? larger : data.width(), round_up);
+  const auto high = levels(data.height(), mip ? larger : data.height(), round_up);
+  const auto tiles = [](std::uint64_t size, std::uint64_t tile) { return (size + tile - 1) / tile; };
+  std::uint64_t sum = 0;
+  for (std::size_t y = 0; y < high.size(); ++y) {
+    for (std::size_t x = 0; x < wide.size(); ++x) {
+      if (!mip || x == y) sum += tiles(wide[x], tile_width) * tiles(high[y], tile_height);
+    }
+  }
+  return sum;
+}
+
+ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std::uint32_t largest) {
+  const std::string bytes = source.head(kLargestHeader);
+  Cursor cursor(bytes, bytes.size() == source.size(), fail);
+  if (cursor.word() != 20000630) cursor.fail("byte 0", "it is no OpenEXR file");
+  const std::uint32_t version = cursor.word();
+  ExrHeaders headers;
+  headers.multi_part = (version & kMultiPart) != 0;
+  for (;;) {
+    ExrPart part;
+    if (!read_part(cursor, largest, part)) {
+      if (headers.parts.empty()) cursor.fail("header", "it is empty");
+      break;
+    }
+    part.tiled = headers.multi_part ? part.type == "tiledimage" || part.type == "deeptile"
+                                    : (version & kTiled) != 0;
+    check_complete(cursor, part);
+    headers.parts.push_back(std::move(part));
+    if (!headers.multi_part) break;
+    if (headers.parts.size() > kLargestParts) cursor.fail("header", "it has more than 1024 parts");
+  }
+  const std::string& type = headers.parts.front().type;
+  // A deep type without the flag would be taken for deep, too.
+  if ((!headers.multi_part && (version & kDeep) != 0) || type.starts_with("deep")) {
+    cursor.fail("type", "it holds deep data; flatten it to one value a pixel");
+  }
+  headers.end = cursor.at();
+  return headers;
+}
+
+}  // namespace kiln

@@ -1,0 +1,17 @@
+// A saved match from memory; load_match() reads it from a file.
+#pragma once
+
+#include <string>
+
+#include "io/file/bounds.h"
+#include "io/file/byte_source.h"
+#include "kiln/bake.h"
+
+namespace kiln {
+
+/// \param file    for messages
+/// \param limits  of samples
+/// \throws Error(input) that names the file and the field
+Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits);
+
+}  // namespace kiln

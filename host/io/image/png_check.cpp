@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+
+#include "io/image/image_reader.h"
+
+// libpng believes a header. Its pixels are those of the IDAT chunks alone: other chunks may be as long as
+// they like and hold none. "Portable Network Graphics, Third Edition", https://www.w3.org/TR/png-3/.
+namespace kiln {
+namespace {
+
+const std::string kAgain = "Export or copy the file again.";
+
+/// Few bytes at a time, in order: chunks may be millions, and empty.
+class Window {
+ public:
+  explicit Window(const ByteSource& source) : source_(source) {}
+  /// Null where the file ends before.
+  const unsigned char* at(std::uint64_t offset, std::size_t count) {
+    if (offset < begin_ || offset + count > begin_ + size_) {
+      begin_ = offset;
+      size_ = source_.read_at(offset, bytes_.data(), bytes_.size());
+    }
+    return offset + count <= begin_ + size_ ? bytes_.data() + (offset - begin_) : nullptr;
+  }
+
+ private:
+  const ByteSource& source_;
+  std::array<unsigned char, 4096> bytes_{};
+  std::uint64_t begin_ = 0;
+  std::size_t size_ = 0;
+};
+
+std::uint32_t big_endian(const unsigned char* bytes) {
+  return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 |
+         std::uint32_t{bytes[2]} << 8 | std::uint32_t{bytes[3]};
+}
+
+struct Header {
+  std::uint64_t width = 0, height = 0, bits_per_pixel = 0;
+  bool interlaced = false;
+};
+
+std::string sides(const Header& header) {
+  return "it says " + std::to_string(header.width) + " x " + std::to_string(header.height) +
+         " pixels";
+}
+
+Header read_header(const unsigned char* bytes, const FailWith& fail) {
+  Header header;
+  header.width = big_endian(bytes);
+  header.height = big_endian(bytes + 4);
+  constexpr std::array<std::uint64_t, 7> kChannels = {1, 0, 3, 1, 2, 0, 4};
+  const unsigned bits = bytes[8], colour = bytes[9];
+  if (std::min(header.width, header.height) < 1 ||
+      std::max(header.width, header.height) > kLargestImageSide) {
+    fail("IHDR", sides(header) + ", but 1 to 65536 a side are possible", kAgain);
+  }
+  if (colour >= kChannels.size() || kChannels[colour] == 0 || bits == 0 || bits > 16) {
+    fail("IHDR",
+         "it says colour type " + std::to_string(colour) + " of " + std::to_string(bits) +
+             " bits, which PNG does not have",
+         kAgain);
+  }
+  header.bits_per_pixel = bits * kChannels[colour];
+  header.interlaced = bytes[12] != 0;
+  return header;
+}
+
+/// What the image data must inflate to: a byte for the filter and the pixels, a row of a pass.
+std::uint64_t raw_bytes(const Header& header) {
+  const auto pass = [&](std::uint64_t width, std::uint64_t height) {
+    return width == 0 ? 0 : height * (1 + (width * header.bits_per_pixel + 7) / 8);
+  };
+  if (!header.interlaced) return pass(header.width, header.height);
+  struct Pass {
+    std::uint64_t x, y, dx, dy;
+  };
+  constexpr std::array<Pass, 7> kAdam7 = {{{0, 0, 8, 8},
+                                           {4, 0, 8, 8},
+                                           {0, 4, 4, 8},
+                                           {2, 0, 4, 4},
+                                           {0, 2, 2, 4},
+                                           {1, 0, 2, 2},
+                                           {0, 1, 1, 2}}};
+  std::uint64_t sum = 0;
+  for (const Pass& p : kAdam7) {
+    sum += pass((header.width + p.dx - 1 - p.x) / p.dx, (header.height + p.dy - 1 - p.y) / p.dy);
+  }
+  return sum;
+}
+
+}  // namespace
+
+void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits& limits) {
+  Window window(source);
+  const auto cut_short = [&](const std::string& place) {
+    fail(place, "the file ends inside (truncated)", kAgain);
+  };
+  const unsigned char* start = window.at(0, 33);
+  if (start == nullptr) return cut_short("IHDR");
+  if (std::memcmp(start, "\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR", 16) != 0) {
+    return fail("byte 8", "its first chunk is not IHDR", kAgain);
+  }
+  const Header header = read_header(start + 16, fail);
+  if (header.width * header.height > limits.pixels) {
+    fail("IHDR", sides(header) + ", but at most " + std::to_string(limits.pixels) + " are read",
+         "Scale the image down.");
+  }
+  std::uint64_t data = 0;
+  for (std::uint64_t at = 8;;) {
+    const unsigned char* chunk = window.at(at, 8);
+    if (chunk == nullptr) return cut_short("byte " + std::to_string(at));
+    const std::uint64_t length = big_endian(chunk);
+    const bool image = std::memcmp(chunk + 4, "IDAT", 4) == 0;
+    const bool end = std::memcmp(chunk + 4, "IEND", 4) == 0;
+    if (length + 12 > source.size() - at) {
+      return cut_short("chunk at byte " + std::to_string(at));
+    }
+    if (image) data += length;
+    if (end) break;
+    at += length + 12;
+  }
+  const std::uint64_t most = most_unpacked(Packing::deflate, data);
+  if (raw_bytes(header) > most) {
+    fail("IHDR",
+         sides(header) + " of " + std::to_string(header.bits_per_pixel) + " bits, " +
+             std::to_string(raw_bytes(header)) + " bytes, but the " + std::to_string(data) +
+             " bytes of its IDAT chunks hold at most " + std::to_string(most),
+         kAgain);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,7 @@
+#include "image_fuzz.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return kiln::test::fuzz_bytes(data, size, [](const kiln::ByteSource& source) {
+    kiln::test::check_image(kiln::parse_png(source, "input", kiln::test::kFuzzLimits));
+  });
+}

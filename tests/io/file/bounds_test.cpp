@@ -1,0 +1,62 @@
+#include "io/file/bounds.h"
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+
+const FailWith kFail = [](const std::string& place, const std::string& problem,
+                          const std::string& remedy) {
+  throw Error(ErrorCode::input, "file: " + place + ": " + problem + ". " + remedy);
+};
+
+TEST(Bounds, ProductsAreCapped) {
+  EXPECT_EQ(capped_product(0, kMost), 0u);
+  EXPECT_EQ(capped_product(kMost, 0), 0u);
+  EXPECT_EQ(capped_product(kMost, 1), kMost);
+  EXPECT_EQ(capped_product(kMost, 2), kMost);
+  EXPECT_EQ(capped_product(std::uint64_t{1} << 32, std::uint64_t{1} << 32), kMost);
+  EXPECT_EQ(capped_product(std::uint64_t{1} << 32, (std::uint64_t{1} << 32) - 1),
+            (std::uint64_t{1} << 32) * ((std::uint64_t{1} << 32) - 1));
+  EXPECT_EQ(most_unpacked(Packing::exr_dwa, kMost), kMost);
+}
+
+// Nothing becomes larger than the bound, and the bound is no larger than it must be.
+TEST(Bounds, DeflateComesNearItsBound) {
+  const std::vector<Bytef> zeros(std::size_t{64} << 20);
+  std::vector<Bytef> packed(compressBound(zeros.size()));
+  uLongf size = packed.size();
+  ASSERT_EQ(compress2(packed.data(), &size, zeros.data(), zeros.size(), 9), Z_OK);
+  EXPECT_GE(most_unpacked(Packing::deflate, size), zeros.size());
+  EXPECT_LE(most_unpacked(Packing::deflate, size), zeros.size() + zeros.size() / 100);
+}
+
+TEST(Bounds, PlainBytesHoldThemselves) { EXPECT_EQ(most_unpacked(Packing::none, 325), 325u); }
+
+TEST(Bounds, MoreThanTheFreeMemoryIsRefused) {
+  EXPECT_GT(free_memory(), std::uint64_t{1} << 20);
+  EXPECT_NO_THROW(check_memory(kFail, "pixels", "its pixels", 1 << 20));
+  if (free_memory() == kMost) GTEST_SKIP() << "the system does not say how much is free";
+  try {
+    check_memory(kFail, "pixels", "its 9 x 9 pixels", std::uint64_t{1} << 60);
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    const std::string text = error.what();
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    EXPECT_NE(text.find("pixels: its 9 x 9 pixels take 1099511627776 MiB"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("Free some memory"), std::string::npos) << text;
+  }
+}
+
+}  // namespace
+}  // namespace kiln

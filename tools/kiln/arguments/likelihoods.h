@@ -1,0 +1,22 @@
+// --view-weight FILE: from where a mesh will be looked at.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kiln/bake.h"
+
+namespace kiln::cli {
+
+/// Lines "X Y Z WEIGHT", ended by LF, CR LF or CR: directions from the mesh to the viewer, and how likely
+/// each is. Empty lines, and what follows a #, are skipped. At most 65,536 directions.
+/// \param name  for messages
+/// \throws Error(input) that names the line
+std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view text,
+                                                             const std::string& name);
+
+/// The same of a file: a regular one of at most 16 MiB. \throws Error(input)
+std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path);
+
+}  // namespace kiln::cli
