@@ -63,8 +63,29 @@ std::vector<std::string> read_lines(const fs::path& path) {
   return lines;
 }
 
-bool has_gnuplot() {
-  return test::run_process({"/bin/sh", "-c", "command -v gnuplot"}).exit_code == 0;
+/// Charts without a picture, which takes Python seconds.
+ProcessOptions without_python() {
+  ProcessOptions options;
+  options.environment = {{"PATH", test::path_without("python3")}};
+  return options;
+}
+
+/// The picture of so many groups of panels. Beside it lies no script: that is for where there is no picture.
+void expect_picture(const fs::path& out, std::uint32_t groups, std::uint32_t lines_of_panels) {
+  EXPECT_EQ(fs::exists(out / "kiln_plot.py"), !test::has_matplotlib());
+  if (!test::has_matplotlib()) return;
+  const Image picture = load_image(out / "chart.png");
+  EXPECT_EQ(picture.width, 1900U);
+  EXPECT_EQ(picture.height, 176 + groups * (106 + lines_of_panels * 632));
+}
+
+std::size_t count_warnings(const json& report, const std::string& code, const std::string& words) {
+  std::size_t count = 0;
+  for (const json& warning : report["warnings"]) {
+    const std::string text = warning.dump();
+    count += warning["code"] == code && text.find(words) != std::string::npos ? 1U : 0U;
+  }
+  return count;
 }
 
 json find(const json& pair, const std::string& name) {
@@ -228,31 +249,44 @@ TEST(ChartCommand, MeasuresEverySetting) {
                           [](const std::string& line) { return line.starts_with("|"); }),
             static_cast<long>(kSettings.size() + 2));
 
-  EXPECT_TRUE(fs::exists(out / "chart.gp"));
-  if (!has_gnuplot()) return;
-  EXPECT_GT(load_image(out / "chart.png").width, 1000U);
-  // By hand, as the script says: it draws the same without a complaint.
-  fs::remove(out / "chart.png");
-  const ProcessResult again =
-      test::run_process({"/bin/sh", "-c", "cd '" + out.string() + "' && gnuplot chart.gp"});
-  EXPECT_EQ(again.exit_code, 0);
-  EXPECT_EQ(again.errors, "");
-  EXPECT_TRUE(fs::exists(out / "chart.png"));
+  // What the picture shows is what the report says.
+  const json plot = read_json(out / "chart_plot.json");
+  EXPECT_EQ(plot["kind"], "chart");
+  ASSERT_EQ(plot["groups"].size(), 1U);
+  const json& panels = plot["groups"][0]["panels"];
+  ASSERT_EQ(panels.size(), 4U);
+  for (std::size_t p = 0; p < 4; ++p) {
+    const std::string measure = panels[p]["name"];
+    ASSERT_EQ(panels[p]["marks"].size(), kSettings.size());
+    for (std::size_t i = 0; i < kSettings.size(); ++i) {
+      const json& mark = panels[p]["marks"][i];
+      const json& setting = pair["settings"][i];
+      EXPECT_EQ(mark["seconds"], setting["seconds"]["correspondence"]);
+      EXPECT_EQ(mark["runs"].size(), 3U);
+      EXPECT_EQ(mark["error"],
+                p < 2 ? setting[measure]["mean_angle_degrees"] : setting[measure + "_percent"]);
+      EXPECT_EQ(mark["front"], setting["on_front"][measure]);
+      EXPECT_EQ(mark["family"], setting["family"]);
+      EXPECT_EQ(std::count_if(plot["styles"].begin(), plot["styles"].end(),
+                              [&](const json& s) { return s["family"] == mark["family"]; }),
+                1);
+    }
+  }
+  EXPECT_EQ(panels[0]["marks"][2]["label"], "rays, 4×4 samples: the reference itself");
+  expect_picture(out, 1, 2);
 }
 
-TEST(ChartCommand, TakesSeveralPairsAndNeedsNoGnuplot) {
+TEST(ChartCommand, TakesSeveralPairsAndNeedsNoPython) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(2000);
   save_obj(test::BumpyTorus::dense(3000), scene / "ring_high.obj");
   save_obj(test::BumpyTorus::light(24, 12), scene / "ring_low.obj");
   const fs::path out = scene / "out";
-  ProcessOptions options;
-  options.environment = {{"PATH", test::path_without("gnuplot")}};
   const ProcessResult result =
       run_kiln({"chart", scene / "high.obj", scene / "low.obj", scene / "ring_high.obj",
                 scene / "ring_low.obj", "--out", out, "--size", "64", "--repeat", "1",
                 "--max-distance", "10%", "--quiet", "--settings", "views_12_512,views_6,ray"},
-               options);
+               without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output + result.errors, "");
   const json report = read_json(out / "chart.json");
@@ -264,8 +298,16 @@ TEST(ChartCommand, TakesSeveralPairsAndNeedsNoGnuplot) {
             std::string::npos);
   EXPECT_EQ(read_lines(out / "chart.csv").size(), 1 + 2 * names.size());
   EXPECT_FALSE(fs::exists(out / "chart.png"));
-  const auto is_no_plot = [](const json& warning) { return warning["code"] == "no-plot"; };
-  EXPECT_EQ(std::count_if(report["warnings"].begin(), report["warnings"].end(), is_no_plot), 1);
+  EXPECT_EQ(count_warnings(report, "no-plot", "python3-matplotlib"), 1U);
+  // As the warning says: the data and the script that came along are enough for the picture.
+  if (!test::has_matplotlib()) return;
+  const ProcessResult by_hand = test::run_process(
+      {"/bin/sh", "-c",
+       "cd '" + out.string() +
+           "'; IFS=:; for f in $PATH; do \"$f/python3\" kiln_plot.py chart_plot.json chart.png "
+           "2>/dev/null && exit 0; done; exit 1"});
+  EXPECT_EQ(by_hand.exit_code, 0);
+  EXPECT_EQ(load_image(out / "chart.png").height, 176U + 2 * (106 + 2 * 632));
 }
 
 Volume bumpy_ball() {
@@ -342,8 +384,18 @@ TEST(ChartCommand, ComparesWaysToMapAVolume) {
     EXPECT_NE(result.output.find(name + " "), std::string::npos) << name;
   }
   EXPECT_TRUE(fs::exists(out / "chart.md"));
-  if (!has_gnuplot()) return;
-  EXPECT_GT(load_image(out / "chart.png").width, 1000U);
+  const json plot = read_json(out / "chart_plot.json");
+  ASSERT_EQ(plot["groups"].size(), 2U);
+  for (std::size_t v = 0; v < 2; ++v) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const json& setting = report["volumes"][v]["settings"][i];
+      const json& panels = plot["groups"][v]["panels"];
+      EXPECT_EQ(panels[0]["marks"][i]["error"], setting["gradient_error"]["mean_angle_degrees"]);
+      EXPECT_EQ(panels[1]["marks"][i]["error"], setting["normal_error"]["mean_angle_degrees"]);
+      EXPECT_EQ(panels[1]["marks"][i]["seconds"], setting["seconds"]["total"]);
+    }
+  }
+  expect_picture(out, 2, 1);
 }
 
 TEST(ChartCommand, TakesVolumesWithoutHeaderAndSomeWays) {
@@ -356,7 +408,8 @@ TEST(ChartCommand, TakesVolumesWithoutHeaderAndSomeWays) {
   const fs::path out = scene / "out";
   const ProcessResult result = run_kiln(
       {"chart", scene / "ball.raw", "--raw-size", "48x48x48", "--iso", "127.5", "--error", "0.5",
-       "--size", "128", "--repeat", "1", "--settings", "ray_2x2,direct", "--quiet", "--out", out});
+       "--size", "128", "--repeat", "1", "--settings", "ray_2x2,direct", "--quiet", "--out", out},
+      without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output + result.errors, "");
   const json report = read_json(out / "chart.json");
@@ -408,7 +461,8 @@ TEST(ChartCommand, MatchesByUvsWhereLayoutsAgree) {
   save_obj(turned, scene / "turned.obj");
   const auto chart = [&](const fs::path& low, const fs::path& out, const std::string& settings) {
     return run_kiln({"chart", scene / "high.obj", low, "--out", out, "--size", "64", "--repeat",
-                     "1", "--max-distance", "10%", "--quiet", "--settings", settings});
+                     "1", "--max-distance", "10%", "--quiet", "--settings", settings},
+                    without_python());
   };
   const ProcessResult result = chart(scene / "low.obj", scene / "out", "ray,uv");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -438,28 +492,35 @@ TEST(ChartCommand, TakesHeightFields) {
   save_obj(low, scene / "low.obj");
   Mesh mesh = height_field_mesh(image, {.width = 2, .height = 0.3});
   save_obj(mesh, scene / "mesh.obj");
-  const ProcessResult result = run_kiln({"chart",
-                                         scene / "field.png",
-                                         scene / "low.obj",
-                                         scene / "same.exr",
-                                         scene / "low.obj",
-                                         "--height",
-                                         "0.3",
-                                         "--extent",
-                                         "2",
-                                         "--out",
-                                         scene / "out",
-                                         "--size",
-                                         "64",
-                                         "--repeat",
-                                         "1",
-                                         "--max-distance",
-                                         "40%",
-                                         "--quiet",
-                                         "--settings",
-                                         "ray,uv"});
+  const std::vector<std::string> arguments = {"chart",
+                                              scene / "field.png",
+                                              scene / "low.obj",
+                                              scene / "same.exr",
+                                              scene / "low.obj",
+                                              "--height",
+                                              "0.3",
+                                              "--extent",
+                                              "2",
+                                              "--out",
+                                              scene / "out",
+                                              "--size",
+                                              "64",
+                                              "--repeat",
+                                              "1",
+                                              "--max-distance",
+                                              "40%",
+                                              "--settings",
+                                              "ray,uv"};
+  // One Python without matplotlib, and then one that fails: its own words are what to go by.
+  ProcessOptions options;
+  options.environment = {{"PATH", test::folder_with("python3", "exit 69") + ":" +
+                                      test::folder_with("python3", "echo broken >&2; exit 5") +
+                                      ":" + test::path_without("python3")}};
+  const ProcessResult result = run_kiln(arguments, options);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.errors.find("broken"), std::string::npos) << result.errors;
   const json report = read_json(scene / "out" / "chart.json");
+  EXPECT_EQ(count_warnings(report, "no-plot", "exit code 5: broken"), 1U);
   EXPECT_EQ(report["options"]["height"], 0.3);
   EXPECT_EQ(report["options"]["extent"], "2");
   ASSERT_EQ(report["pairs"].size(), 2U);

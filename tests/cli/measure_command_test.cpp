@@ -38,26 +38,26 @@ std::string read_text(const fs::path& path) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-bool has_gnuplot() {
-  return test::run_process({"/bin/sh", "-c", "command -v gnuplot"}).exit_code == 0;
+/// The data and the pixels of a picture of tiles belong together.
+void expect_tiles(const fs::path& out, const std::string& name, std::size_t tiles) {
+  const json plot = read_json(out / (name + "_plot.json"));
+  EXPECT_EQ(plot["kind"], "pictures");
+  const Image image = load_image(out / plot["image"].get<std::string>());
+  EXPECT_EQ(image.channels, 1U);
+  EXPECT_EQ(image.width, plot["tile"][0]);
+  EXPECT_EQ(image.height, plot["tile"][1].get<std::size_t>() * tiles);
 }
 
-/// The folder's files are those of a whole study, and its plot was drawn from data that it found.
-void expect_files(const fs::path& out, const std::string& name) {
-  for (const char* ending : {".csv", ".gp", "_error.png"}) {
-    EXPECT_TRUE(fs::exists(out / (name + ending))) << ending;
-  }
-  const Image picture = load_image(out / (name + "_error.png"));
-  EXPECT_GT(picture.width, 1900U);
-  if (!has_gnuplot()) return;
-  EXPECT_GT(load_image(out / (name + ".png")).width, 1000U);
-  // By hand, as the report says: it draws the same without a complaint.
-  fs::remove(out / (name + ".png"));
-  const ProcessResult again =
-      test::run_process({"/bin/sh", "-c", "cd '" + out.string() + "' && gnuplot " + name + ".gp"});
-  EXPECT_EQ(again.exit_code, 0);
-  EXPECT_EQ(again.errors, "");
-  EXPECT_TRUE(fs::exists(out / (name + ".png")));
+/// The folder's files are those of a whole study, and its pictures were drawn.
+void expect_files(const fs::path& out, const std::string& name, std::size_t panels) {
+  EXPECT_TRUE(fs::exists(out / (name + ".csv")));
+  expect_tiles(out, name + "_error", 3);
+  const json plot = read_json(out / (name + "_plot.json"));
+  EXPECT_EQ(plot["kind"], "study");
+  ASSERT_EQ(plot["panels"].size(), panels);
+  if (!test::has_matplotlib()) return;
+  EXPECT_EQ(load_image(out / (name + ".png")).width, 930 * panels);
+  EXPECT_GE(load_image(out / (name + "_error.png")).width, 820U);
 }
 
 /// The settings of a curve.
@@ -114,7 +114,7 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   EXPECT_GE(ray["rendered_normals"]["rms_angle_degrees"].get<double>(),
             ray["rendered_normals"]["mean_angle_degrees"].get<double>());
 
-  ASSERT_EQ(report["outputs"].size(), 7U);
+  ASSERT_EQ(report["outputs"].size(), 9U);
   for (const json& output : report["outputs"]) EXPECT_TRUE(fs::exists(output.get<std::string>()));
   const Image field = load_image(scene / "out" / "low_ray_object_distance.exr");
   EXPECT_EQ(field.width, 128U);
@@ -129,10 +129,68 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   // Texels of the sphere's map weigh alike here and by their area there.
   EXPECT_NEAR(sum / known, mean(ray["object_distance"]), 0.2 * mean(ray["object_distance"]));
 
+  // What measure.png shows: two shades, then a block a measure with a tile a method.
+  expect_tiles(scene / "out", "measure", 2 + 4 * 2);
+  const json plot = read_json(scene / "out" / "measure_plot.json");
+  ASSERT_EQ(plot["blocks"].size(), 4U);
+  const Image tiles = load_image(scene / "out" / "measure_plot.png");
+  const std::size_t pixels =
+      plot["tile"][0].get<std::size_t>() * plot["tile"][1].get<std::size_t>();
+  for (std::size_t i = 0; i < 2; ++i) {
+    const json& tile = plot["blocks"][0]["tiles"][i];
+    const json& method = report["methods"][i];
+    EXPECT_EQ(tile["captions"][0], method["method"]);
+    sum = known = 0;
+    for (std::size_t p = 0; p < pixels; ++p) {
+      const float code =
+          std::round(tiles.pixels[tile["index"].get<std::size_t>() * pixels + p] * 65535);
+      if (code < 3) continue;
+      sum += (code - 3) / 65532 * tile["most"].get<double>();
+      ++known;
+    }
+    // A ball covers three quarters of its square; one side of it stands for the whole.
+    EXPECT_NEAR(known, 0.76 * static_cast<double>(pixels), 0.12 * static_cast<double>(pixels));
+    const double percent = 100 * method["object_distance"]["mean_of_diagonal"].get<double>();
+    EXPECT_NEAR(sum / known, percent, 0.3 * percent);
+  }
+  EXPECT_GE(plot["tile"][0], 300);
+  if (test::has_matplotlib()) {
+    EXPECT_GE(load_image(scene / "out" / "measure.png").width, 4U * 300);
+  }
+
   EXPECT_EQ(run_kiln({"measure", scene / "high.obj"}).exit_code, 2);
   EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "low.obj", "--views", "3"}).exit_code,
             2);
   EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "none.obj"}).exit_code, 3);
+}
+
+TEST(MeasureCommand, ShowsAThinModelLarge) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  Mesh high = test::BumpySphere::dense(2000), low = test::BumpySphere::light(24, 12);
+  for (Mesh* mesh : {&high, &low}) {
+    for (Vec3& p : mesh->positions) p.y *= 20;
+    mesh->normals.clear();
+    mesh->normal_triangles.clear();
+  }
+  save_obj(high, scene / "high.obj");
+  save_obj(low, scene / "low.obj");
+  ProcessOptions options;
+  options.environment = {{"PATH", test::path_without("python3")}};
+  const ProcessResult result =
+      run_kiln({"measure", scene / "high.obj", scene / "low.obj", "--match", "closest", "--size",
+                "64", "--directions", "12", "--max-distance", "10%", "--out", scene / "out"},
+               options);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.errors.find("python3-matplotlib"), std::string::npos) << result.errors;
+  EXPECT_FALSE(fs::exists(scene / "out" / "measure.png"));
+  EXPECT_TRUE(fs::exists(scene / "out" / "kiln_plot.py"));
+  expect_tiles(scene / "out", "measure", 1 + 4);
+  const json tile = read_json(scene / "out" / "measure_plot.json")["tile"];
+  EXPECT_GE(tile[1], 900);
+  EXPECT_LE(tile[1], 960);
+  EXPECT_GE(tile[0], 40);
+  EXPECT_LE(tile[0], 120) << "nothing beside the mesh";
 }
 
 /// Waves on a plane with UVs, a plane under them with the same layout, and one whose layout is turned.
@@ -246,7 +304,7 @@ TEST(MeasureCommand, StudiesViews) {
                                               scene / "report.json"};
   const ProcessResult result = run_kiln(arguments);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  expect_files(out, "study_views");
+  expect_files(out, "study_views", 2);
 
   const json report = read_json(scene / "report.json");
   for (const char* key :
@@ -274,6 +332,16 @@ TEST(MeasureCommand, StudiesViews) {
     EXPECT_LT(mean_of(settings[0]), none);
     EXPECT_LT(mean_of(settings[6]), 0.5 * mean_of(settings[0])) << curve;
   }
+  const json panel = read_json(out / "study_views_plot.json")["panels"][0];
+  for (std::size_t c = 0; c < 2; ++c) {
+    const std::vector<json> settings = select(report, c == 0 ? "paper" : "kiln");
+    for (std::size_t i = 0; i < settings.size(); ++i) {
+      EXPECT_EQ(panel["curves"][c]["x"][i], settings[i]["views"]);
+      EXPECT_EQ(panel["curves"][c]["y"][i], mean_of(settings[i]));
+    }
+  }
+  EXPECT_EQ(panel["levels"][0]["y"], ray);
+  EXPECT_EQ(panel["levels"][1]["y"], none);
   EXPECT_NEAR(mean_of(select(report, "kiln")[6]), ray, 0.2 * ray);
   EXPECT_LT(mean_of(select(report, "kiln")[6]), mean_of(select(report, "paper")[6]));
 }
@@ -292,7 +360,7 @@ TEST(MeasureCommand, StudiesFaces) {
   const ProcessResult result = run_kiln(first);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output + result.errors, "");
-  expect_files(out, "study_faces");
+  expect_files(out, "study_faces", 2);
   const json report = read_json(scene / "report.json");
   const std::vector<json> settings = select(report, "kiln");
   ASSERT_EQ(settings.size(), 2U) << "500 and 1,000: the mesh has 1,568";
@@ -310,17 +378,28 @@ TEST(MeasureCommand, StudiesFaces) {
   }
   EXPECT_LT(settings[1]["distance_error"]["mean"], settings[0]["distance_error"]["mean"]);
 
-  // Without gnuplot, and on one thread: all the rest, the same bytes, and a word on how to get it.
+  const json plot = read_json(out / "study_faces_plot.json");
+  for (std::size_t i = 0; i < 2; ++i) {
+    const json& distance = settings[i]["distance_error"];
+    const json& curves = plot["panels"][0]["curves"];
+    EXPECT_EQ(curves[0]["y"][i], distance["max_percent_of_diagonal"]);
+    EXPECT_EQ(curves[1]["y"][i], distance["p95_percent_of_diagonal"]);
+    EXPECT_EQ(curves[2]["y"][i], distance["mean_percent_of_diagonal"]);
+    EXPECT_EQ(plot["x_ticks"][i], settings[i]["target_faces"]);
+  }
+
+  // Without Python, and on one thread: all the rest, the same bytes, and a word on how to get it.
   const fs::path other = scene / "other";
   ProcessOptions options;
-  options.environment = {{"PATH", test::path_without("gnuplot")},
+  options.environment = {{"PATH", test::path_without("python3")},
                          {"KILN_THREADS", "1"},
                          {"POCL_MAX_PTHREAD_COUNT", "1"}};
   const ProcessResult without = run_kiln(arguments(other), options);
   EXPECT_EQ(without.exit_code, 0) << without.errors;
-  EXPECT_NE(without.errors.find("gnuplot-nox"), std::string::npos) << without.errors;
+  EXPECT_NE(without.errors.find("python3-matplotlib"), std::string::npos) << without.errors;
   EXPECT_FALSE(fs::exists(other / "study_faces.png"));
-  for (const char* name : {"study_faces.csv", "study_faces.gp", "study_faces_error.png"}) {
+  for (const char* name : {"study_faces.csv", "study_faces_plot.json",
+                           "study_faces_error_plot.json", "study_faces_error_plot.png"}) {
     EXPECT_TRUE(read_text(other / name) == read_text(out / name)) << name;
   }
 }
@@ -333,13 +412,20 @@ TEST(MeasureCommand, StudiesSize) {
       run_kiln({"measure", scene / "high.obj", "--study", "size", "--out", out, "--views", "4",
                 "--view-size", "256", "--json", scene / "report.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  expect_files(out, "study_size");
+  expect_files(out, "study_size", 1);
   const json report = read_json(scene / "report.json");
   const std::vector<json> settings = select(report, "kiln");
   ASSERT_EQ(settings.size(), 10U);
   EXPECT_EQ(settings[0]["size"], 128);
   EXPECT_EQ(settings[4]["size"], 2048);
   EXPECT_GT(mean_of(settings[0]), mean_of(settings[4]));
+  const json panel = read_json(out / "study_size_plot.json")["panels"][0];
+  ASSERT_EQ(panel["curves"].size(), 2U);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    EXPECT_EQ(panel["curves"][i / 5]["x"][i % 5], settings[i]["size"]);
+    EXPECT_EQ(panel["curves"][i / 5]["y"][i % 5], mean_of(settings[i]));
+  }
+  EXPECT_EQ(panel["rings"]["x"][0], report["levels_off_at"]["500"]);
   ASSERT_TRUE(report["levels_off_at"].contains("500"));
   EXPECT_LE(report["levels_off_at"]["500"].get<int>(), 1024) << "2,048 is wasted on 500 faces";
 }

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
@@ -109,6 +110,21 @@ std::string path_without(const std::string& program) {
     }
   }
   return links.string();
+}
+
+std::string folder_with(const std::string& name, const std::string& script) {
+  const fs::path file = scratch_folder() / name;
+  std::ofstream(file) << "#!/bin/sh\n" << script << "\n";
+  fs::permissions(file, fs::perms::owner_all);
+  return file.parent_path().string();
+}
+
+bool has_matplotlib() {
+  constexpr const char* kScript =
+      "IFS=:; for folder in $PATH; do \"$folder/python3\" -c 'import importlib.util, sys; "
+      "sys.exit(importlib.util.find_spec(\"matplotlib\") is None)' 2>/dev/null && exit 0; done; "
+      "exit 1";
+  return run_process({"/bin/sh", "-c", kScript}).exit_code == 0;
 }
 
 }  // namespace kiln::test

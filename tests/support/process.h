@@ -34,4 +34,10 @@ ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions&
 /// the linker, which PoCL calls where a kernel isn't in its cache.)
 std::string path_without(const std::string& program);
 
+/// A folder with one program, NAME: a script for /bin/sh.
+std::string folder_with(const std::string& name, const std::string& script);
+
+/// Whether a python3 of PATH has matplotlib, so that pictures of data are drawn.
+bool has_matplotlib();
+
 }  // namespace kiln::test

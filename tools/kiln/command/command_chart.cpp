@@ -126,9 +126,10 @@ void check(const ChartArguments& a) {
   check_no_settings(a);
   has_volumes(a) ? check_volumes(a) : check_meshes(a);
   std::vector<fs::path> outputs;
-  for (const char* ending : {".json", ".csv", ".md", ".gp", ".png"}) {
+  for (const char* ending : {".json", ".csv", ".md"}) {
     outputs.push_back(fs::path(a.out) / file_name(ending));
   }
+  for (const std::string& file : plot_files(kChartName)) outputs.push_back(fs::path(a.out) / file);
   check_paths({a.meshes.begin(), a.meshes.end()}, outputs);
 }
 
@@ -163,7 +164,7 @@ struct Files {
   bool cancelled = false;
 };
 
-Files save_files(const fs::path& folder, const std::string& data, const std::string& script,
+Files save_files(const fs::path& folder, const std::string& data, const Plot& plot,
                  const std::string& table) {
   Files files;
   const auto save = [&](const char* ending, const std::string& text) {
@@ -171,16 +172,8 @@ Files save_files(const fs::path& folder, const std::string& data, const std::str
     files.outputs.push_back((folder / file_name(ending)).string());
   };
   save(".csv", data);
-  save(".gp", script);
   save(".md", table);
-  const std::string no_plot = draw_plot(folder, kChartName);
-  files.cancelled = interrupted();
-  if (files.cancelled) return files;
-  if (no_plot.empty()) {
-    files.outputs.push_back((folder / file_name(".png")).string());
-  } else {
-    files.warnings.push_back({"no-plot", no_plot, 1});
-  }
+  files.cancelled = !save_plots(folder, {plot}, files.outputs, files.warnings);
   files.outputs.push_back((folder / file_name(".json")).string());
   return files;
 }
@@ -237,7 +230,7 @@ int run_chart_command(const ChartArguments& arguments) {
 
   if (!console.progress(kAtSave, "writing")) return kExitCancelled;
   const Files files =
-      save_files(folder, chart_data(pairs), chart_script(pairs, options, device.info()),
+      save_files(folder, chart_data(pairs), chart_plot(pairs, options, device.info()),
                  chart_table(pairs, options, device.info()));
   if (files.cancelled) return kExitCancelled;
   const std::vector<std::string>& outputs = files.outputs;
@@ -326,7 +319,7 @@ int run_volumes_command(const ChartArguments& a) {
 
   if (!console.progress(kAtSave, "writing")) return kExitCancelled;
   const Files files = save_files(folder, volume_chart_data(charts),
-                                 volume_chart_script(charts, options, device.info()),
+                                 volume_chart_plot(charts, options, device.info()),
                                  volume_chart_table(charts, options, device.info()));
   if (files.cancelled) return kExitCancelled;
   warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
@@ -393,7 +386,11 @@ Run add_chart(CLI::App& app) {
                    "panels a pair. Or volumes with --iso, a row of panels each")
       ->type_name("LOW [HIGH2 LOW2 ...]")
       ->required();
-  command->add_option("--out", a->out, "Folder for chart.json, .csv, .md, .gp and .png")
+  command
+      ->add_option(
+          "--out", a->out,
+          "Folder for chart.json, .csv, .md and .png, and chart_plot.json, what the picture "
+          "shows")
       ->required();
   command
       ->add_option("--size", a->options.size,

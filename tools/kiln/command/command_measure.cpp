@@ -114,23 +114,13 @@ int run_one_study(const MeasureArguments& arguments) {
   warnings.insert(warnings.end(), study.warnings.begin(), study.warnings.end());
   const double seconds_study = watch.lap();
 
-  const std::string name = std::string("study_") + study_name(options.kind);
-  const Image picture = study_picture(study);
+  const Plot plot = study_plot(study, options, high.name);
   if (!console.progress(kAtSave, "writing")) return kExitCancelled;
-  std::vector<std::string> outputs;
-  const auto saved = [&](const std::string& file) { outputs.push_back((folder / file).string()); };
-  save_text(folder / (name + ".csv"), study_data(study));
-  saved(name + ".csv");
-  save_text(folder / (name + ".gp"), study_script(study, options, high.name));
-  saved(name + ".gp");
-  save_image(picture, folder / (name + "_error.png"), {ImageFormat::png8});
-  saved(name + "_error.png");
-  const std::string no_plot = draw_plot(folder, name);
-  if (interrupted()) return kExitCancelled;
-  if (no_plot.empty()) {
-    saved(name + ".png");
-  } else {
-    warnings.push_back({"no-plot", no_plot, 1});
+  const fs::path data = folder / (plot.name + ".csv");
+  save_text(data, study_data(study));
+  std::vector<std::string> outputs = {data.string()};
+  if (!save_plots(folder, {plot, error_plot(study, options)}, outputs, warnings)) {
+    return kExitCancelled;
   }
   const double seconds_save = watch.lap();
 
@@ -192,7 +182,11 @@ int run_rating(const MeasureArguments& a) {
   Console console(a.quiet, a.json);
   Stopwatch watch;
   const fs::path folder = a.out;
-  check_paths({a.high, a.low}, {a.json, options.pictures ? folder / "measure.png" : fs::path()});
+  std::vector<fs::path> files = {a.json};
+  if (options.pictures) {
+    for (const std::string& file : plot_files("measure")) files.push_back(folder / file);
+  }
+  check_paths({a.high, a.low}, files);
   if (options.pictures) prepare_output_folder(folder);
   if (!a.json.empty() && a.json != "-") prepare_parent(a.json);
 
@@ -214,18 +208,18 @@ int run_rating(const MeasureArguments& a) {
   std::vector<std::string> outputs;
   if (options.pictures) {
     if (!console.progress(0.95, "writing")) return kExitCancelled;
-    const auto save = [&](const Image& image, const std::string& name, ImageFormat format) {
-      save_image(image, folder / name, {format});
+    const auto save = [&](const Image& image, const std::string& name) {
+      save_image(image, folder / name, {ImageFormat::exr_float});
       outputs.push_back((folder / name).string());
     };
-    save(ratings_picture(*ratings), "measure.png", ImageFormat::png8);
     for (const Rating& row : ratings->rows) {
       const std::string stem = low.name + "_" + row.method;
       const AssessmentFields& fields = row.match.fields;
-      save(fields.object_distance, stem + "_object_distance.exr", ImageFormat::exr_float);
-      save(fields.image_distance, stem + "_image_distance.exr", ImageFormat::exr_float);
-      save(fields.stretch, stem + "_stretch.exr", ImageFormat::exr_float);
+      save(fields.object_distance, stem + "_object_distance.exr");
+      save(fields.image_distance, stem + "_image_distance.exr");
+      save(fields.stretch, stem + "_stretch.exr");
     }
+    if (!save_plots(folder, {ratings_plot(*ratings)}, outputs, warnings)) return kExitCancelled;
   }
   if (!a.json.empty()) {
     Json json = {
@@ -296,7 +290,8 @@ Run add_measure(CLI::App& app) {
       ->check(CLI::IsMember(names));
   command->add_option("--out", a->out,
                       "Folder for measure.png and the measures as textures (EXR); with --study for "
-                      "study_<what>.csv, .gp, .png and study_<what>_error.png");
+                      "study_<what>.csv and .png and study_<what>_error.png; and for what the "
+                      "pictures show, ..._plot.json and .png");
   command->add_option("--views", a->views, "Depth views, where they do not vary (default 12)")
       ->check(CLI::Range(1U, 128U));
   command

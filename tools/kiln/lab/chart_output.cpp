@@ -117,7 +117,6 @@ std::vector<const ChartRow*> front_rows(const ChartPair& pair, ChartMeasure meas
 }
 
 std::string chart_data(const std::vector<ChartPair>& pairs) {
-  // chart_script() knows the first columns by their numbers.
   std::string text =
       "pair,setting,family,seconds,map_error,normal_error,object_distance,image_distance,map_front,"
       "normal_front,object_front,image_front,seconds_least,seconds_most,seconds_build,seconds_"

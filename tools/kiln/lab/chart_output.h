@@ -1,10 +1,11 @@
-// What a chart leaves behind: data, a table, a plot's script, the report.
+// What a chart leaves behind: data, a table, a plot, the report.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "lab/chart.h"
+#include "lab/plot.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -29,10 +30,12 @@ std::string chart_data(const std::vector<ChartPair>& pairs);
 std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions& options,
                         const DeviceInfo& device);
 
-/// A gnuplot script that draws chart.csv, which lies beside it, to chart.png, or to standard output where the
-/// variable to_stdout exists: a row of panels a pair, one a measure.
-std::string chart_script(const std::vector<ChartPair>& pairs, const ChartOptions& options,
-                         const DeviceInfo& device);
+/// A row of panels a pair, one a measure.
+Plot chart_plot(const std::vector<ChartPair>& pairs, const ChartOptions& options,
+                const DeviceInfo& device);
+
+/// Ends a subtitle: how many runs the seconds come from.
+std::string runs_note(unsigned repeat);
 
 /// One line for a person.
 std::string summary(const ChartRow& row);

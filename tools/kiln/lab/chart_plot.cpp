@@ -4,28 +4,25 @@
 
 #include "arguments/parse.h"
 #include "lab/chart_output.h"
-#include "lab/chart_page.h"
 
 namespace kiln::cli {
 namespace {
-
-// Columns of chart_data().
-constexpr int kFirstErrorColumn = 5, kLeastColumn = 13, kMostColumn = 14;
 
 struct Style {
   ChartFamily family;
   const char* title;
   const char* mark;
+  const char* color;
 };
 // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
 constexpr std::array<Style, 7> kStyles = {
-    {{ChartFamily::rays, "rays", "pt 9 ps 2.3 lc rgb '#222222'"},
-     {ChartFamily::views, "depth views", "pt 7 ps 2 lc rgb '#0072b2'"},
-     {ChartFamily::views_rays, "views, then rays", "pt 13 ps 2.4 lc rgb '#009e73'"},
-     {ChartFamily::paper, "views as in the paper", "pt 5 ps 1.8 lc rgb '#d55e00'"},
-     {ChartFamily::closest, "nearest points", "pt 11 ps 2.3 lc rgb '#cc79a7'"},
-     {ChartFamily::visibility, "visibility", "pt 15 ps 2.3 lc rgb '#8a6d00'"},
-     {ChartFamily::uv, "same UVs", "pt 3 ps 2.3 lw 3 lc rgb '#56b4e9'"}}};
+    {{ChartFamily::rays, "rays", "^", "#222222"},
+     {ChartFamily::views, "depth views", "o", "#0072b2"},
+     {ChartFamily::views_rays, "views, then rays", "d", "#009e73"},
+     {ChartFamily::paper, "views as in the paper", "s", "#d55e00"},
+     {ChartFamily::closest, "nearest points", "v", "#cc79a7"},
+     {ChartFamily::visibility, "visibility", "p", "#8a6d00"},
+     {ChartFamily::uv, "same UVs", "x", "#56b4e9"}}};
 
 /// In the picture: where a number was chosen or an error is 0, it says so.
 std::string label_of(const ChartRow& row, ChartMeasure measure) {
@@ -56,64 +53,66 @@ std::string title_of(const ChartPair& pair, ChartMeasure measure) {
          std::string(figure) + "°)";
 }
 
-ChartPanel make_panel(const ChartPair& pair, ChartMeasure measure) {
+Json panel(const ChartPair& pair, ChartMeasure measure) {
   const bool is_angle = measure == ChartMeasure::map || measure == ChartMeasure::picture;
-  ChartPanel panel{measure_name(measure),
-                   title_of(pair, measure),
-                   is_angle ? "Mean angle, degrees" : "Mean, % of the diagonal",
-                   kFirstErrorColumn + static_cast<int>(measure),
-                   {}};
+  Json marks = Json::array();
   for (const ChartRow& row : pair.rows) {
-    ChartMark mark{label_of(row, measure),
-                   row.seconds.correspondence(),
-                   {},
-                   row.error(measure),
-                   row.front(measure)};
-    for (const ChartSeconds& run : row.runs) mark.runs.push_back(run.correspondence());
-    panel.marks.push_back(std::move(mark));
+    Json mark = {{"label", label_of(row, measure)},
+                 {"family", family_name(row.setting.family)},
+                 {"seconds", row.seconds.correspondence()},
+                 {"error", row.error(measure)},
+                 {"front", row.front(measure)}};
+    for (const ChartSeconds& run : row.runs) mark["runs"].push_back(run.correspondence());
+    marks.push_back(std::move(mark));
   }
-  return panel;
+  return {{"name", measure_name(measure)},
+          {"title", title_of(pair, measure)},
+          {"unit", is_angle ? "Mean angle, degrees" : "Mean, % of the diagonal"},
+          {"marks", std::move(marks)}};
 }
 
-ChartGroup make_group(const ChartPair& pair) {
-  ChartGroup group;
-  group.title = pair.high_name + ", " + with_commas(pair.high_faces) + " faces, to " +
-                pair.low_name + ", " + with_commas(pair.low_faces);
+Json group(const ChartPair& pair) {
+  Json json = {{"title", pair.high_name + ", " + with_commas(pair.high_faces) + " faces, to " +
+                             pair.low_name + ", " + with_commas(pair.low_faces)},
+               {"note", ""}};
   for (const ChartRow& row : pair.rows) {
     if (row.report.views && row.setting.bake.views.size == 0) {
-      group.note =
+      json["note"] =
           "views of " + std::to_string(row.report.views->size) + "² pixels where none are named";
     }
   }
-  for (const ChartMeasure measure : kChartMeasures) {
-    group.panels.push_back(make_panel(pair, measure));
-  }
-  return group;
+  for (const ChartMeasure measure : kChartMeasures) json["panels"].push_back(panel(pair, measure));
+  return json;
 }
 
 }  // namespace
 
-std::string chart_script(const std::vector<ChartPair>& pairs, const ChartOptions& options,
-                         const DeviceInfo& device) {
-  ChartPage page;
-  page.name = kChartName;
-  page.title = "Normal maps: speed against accuracy of every way to match";
-  page.subtitle = std::to_string(options.size) + " × " + std::to_string(options.size) + " maps, " +
-                  device.name + runs_note(options.repeat);
-  page.seconds_title = "Seconds to match, hierarchy and views included";
-  page.least_column = kLeastColumn;
-  page.most_column = kMostColumn;
+std::string runs_note(unsigned repeat) {
+  return repeat == 1
+             ? ", one run"
+             : ", median of " + std::to_string(repeat) + " runs (thin lines: fastest to slowest)";
+}
+
+Plot chart_plot(const std::vector<ChartPair>& pairs, const ChartOptions& options,
+                const DeviceInfo& device) {
+  Json data = {{"kind", "chart"},
+               {"title", "Normal maps: speed against accuracy of every way to match"},
+               {"subtitle", std::to_string(options.size) + " × " + std::to_string(options.size) +
+                                " maps, " + device.name + runs_note(options.repeat)},
+               {"seconds_title", "Seconds to match, hierarchy and views included"}};
   for (const Style& style : kStyles) {
     const bool occurs = std::any_of(pairs.begin(), pairs.end(), [&](const ChartPair& pair) {
       return std::any_of(pair.rows.begin(), pair.rows.end(),
                          [&](const ChartRow& row) { return row.setting.family == style.family; });
     });
-    if (occurs) {
-      page.styles.push_back({family_name(style.family), style.title, style.mark});
-    }
+    if (!occurs) continue;
+    data["styles"].push_back({{"family", family_name(style.family)},
+                              {"title", style.title},
+                              {"mark", style.mark},
+                              {"color", style.color}});
   }
-  for (const ChartPair& pair : pairs) page.groups.push_back(make_group(pair));
-  return page_script(page);
+  for (const ChartPair& pair : pairs) data["groups"].push_back(group(pair));
+  return {kChartName, std::move(data), std::nullopt};
 }
 
 }  // namespace kiln::cli

@@ -9,6 +9,7 @@
 
 #include "kiln/kiln.h"
 #include "lab/chart.h"
+#include "lab/plot.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -96,12 +97,12 @@ std::optional<VolumeChart> run_volume_chart(const Device& device, const Volume& 
                                             const VolumeChartOptions& options,
                                             const Progress& progress);
 
-/// Of chart.csv, .md and .gp.
+/// Of chart.csv, .md and .png.
 std::string volume_chart_data(const std::vector<VolumeChart>& charts);
 std::string volume_chart_table(const std::vector<VolumeChart>& charts,
                                const VolumeChartOptions& options, const DeviceInfo& device);
-std::string volume_chart_script(const std::vector<VolumeChart>& charts,
-                                const VolumeChartOptions& options, const DeviceInfo& device);
+Plot volume_chart_plot(const std::vector<VolumeChart>& charts, const VolumeChartOptions& options,
+                       const DeviceInfo& device);
 /// One line for a person.
 std::string summary(const VolumeRow& row);
 /// Everything of a volume's chart, for the report.

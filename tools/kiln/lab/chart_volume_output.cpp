@@ -4,7 +4,6 @@
 
 #include "arguments/parse.h"
 #include "lab/chart_output.h"
-#include "lab/chart_page.h"
 #include "lab/chart_volume.h"
 #include "lab/plot.h"
 #include "lab/study.h"
@@ -12,21 +11,18 @@
 namespace kiln::cli {
 namespace {
 
-// Columns of volume_chart_data().
-constexpr int kFirstErrorColumn = 5, kLeastColumn = 9, kMostColumn = 10;
-
 struct Style {
   const char* family;
   const char* title;
   const char* mark;
+  const char* color;
 };
 // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
-constexpr std::array<Style, 5> kStyles = {
-    {{"none", "no map", "pt 1 ps 2.4 lw 3 lc rgb '#777777'"},
-     {"direct", "direct", "pt 5 ps 1.8 lc rgb '#d55e00'"},
-     {"rays", "contour baked by rays", "pt 9 ps 2.3 lc rgb '#222222'"},
-     {"views", "by depth views", "pt 7 ps 2 lc rgb '#0072b2'"},
-     {"closest", "by nearest points", "pt 11 ps 2.3 lc rgb '#cc79a7'"}}};
+constexpr std::array<Style, 5> kStyles = {{{"none", "no map", "+", "#777777"},
+                                           {"direct", "direct", "s", "#d55e00"},
+                                           {"rays", "contour baked by rays", "^", "#222222"},
+                                           {"views", "by depth views", "o", "#0072b2"},
+                                           {"closest", "by nearest points", "v", "#cc79a7"}}};
 
 std::string missed_text(const VolumeRow& row) {
   if (!row.report || row.report->samples == 0) return "";
@@ -122,7 +118,6 @@ Json describe(const VolumeChart& chart) {
 }
 
 std::string volume_chart_data(const std::vector<VolumeChart>& charts) {
-  // volume_chart_script() knows the first columns by their numbers.
   std::string text =
       "volume,setting,family,seconds,gradient_error,normal_error,gradient_front,normal_front,"
       "seconds_least,seconds_most,seconds_contour,seconds_light,seconds_build,seconds_map,size,"
@@ -223,44 +218,48 @@ std::string volume_chart_table(const std::vector<VolumeChart>& charts,
   return text.str();
 }
 
-std::string volume_chart_script(const std::vector<VolumeChart>& charts,
-                                const VolumeChartOptions& options, const DeviceInfo& device) {
-  ChartPage page;
-  page.name = kChartName;
-  page.title = "Normal maps from volumes: straight from the voxels, or the full contour baked";
-  page.subtitle = device.name + runs_note(options.repeat);
-  page.seconds_title = "Seconds from the volume in memory to light mesh and map";
-  page.least_column = kLeastColumn;
-  page.most_column = kMostColumn;
+Plot volume_chart_plot(const std::vector<VolumeChart>& charts, const VolumeChartOptions& options,
+                       const DeviceInfo& device) {
+  Json data = {
+      {"kind", "chart"},
+      {"title", "Normal maps from volumes: straight from the voxels, or the full contour baked"},
+      {"subtitle", device.name + runs_note(options.repeat)},
+      {"seconds_title", "Seconds from the volume in memory to light mesh and map"}};
   for (const Style& style : kStyles) {
     const auto& rows = charts.front().rows;
-    if (std::any_of(rows.begin(), rows.end(),
-                    [&](const VolumeRow& row) { return row.family == style.family; })) {
-      page.styles.push_back({style.family, style.title, style.mark});
+    if (std::none_of(rows.begin(), rows.end(),
+                     [&](const VolumeRow& row) { return row.family == style.family; })) {
+      continue;
     }
+    data["styles"].push_back({{"family", style.family},
+                              {"title", style.title},
+                              {"mark", style.mark},
+                              {"color", style.color}});
   }
   for (const VolumeChart& chart : charts) {
-    ChartGroup group;
-    group.title = chart.name + ", full contour of " + with_commas(chart.dense_triangles) +
-                  " faces, to " + with_commas(chart.light.faces);
+    Json group = {{"title", chart.name + ", full contour of " + with_commas(chart.dense_triangles) +
+                                " faces, to " + with_commas(chart.light.faces)},
+                  {"note", ""}};
     for (const VolumeMeasure measure : kVolumeMeasures) {
-      ChartPanel panel;
-      panel.name = measure_name(measure);
-      panel.title = measure == VolumeMeasure::gradient
-                        ? "Error of the map: angle to the volume's gradient"
-                        : "Error of the picture: rendered normals to the full contour's";
-      panel.unit = "Mean angle, degrees";
-      panel.column = kFirstErrorColumn + static_cast<int>(measure);
+      Json panel = {{"name", measure_name(measure)},
+                    {"title", measure == VolumeMeasure::gradient
+                                  ? "Error of the map: angle to the volume's gradient"
+                                  : "Error of the picture: rendered normals to the full contour's"},
+                    {"unit", "Mean angle, degrees"}};
       for (const VolumeRow& row : chart.rows) {
-        ChartMark mark{row.label, row.seconds.total, {}, row.error(measure), row.front(measure)};
-        for (const VolumeSeconds& run : row.runs) mark.runs.push_back(run.total);
-        panel.marks.push_back(std::move(mark));
+        Json mark = {{"label", row.label},
+                     {"family", row.family},
+                     {"seconds", row.seconds.total},
+                     {"error", row.error(measure)},
+                     {"front", row.front(measure)}};
+        for (const VolumeSeconds& run : row.runs) mark["runs"].push_back(run.total);
+        panel["marks"].push_back(std::move(mark));
       }
-      group.panels.push_back(std::move(panel));
+      group["panels"].push_back(std::move(panel));
     }
-    page.groups.push_back(std::move(group));
+    data["groups"].push_back(std::move(group));
   }
-  return page_script(page);
+  return {kChartName, std::move(data), std::nullopt};
 }
 
 std::string summary(const VolumeRow& row) {

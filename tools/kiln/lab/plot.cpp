@@ -1,25 +1,45 @@
 #include "lab/plot.h"
 
+#include <unistd.h>
+
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <optional>
+#include <cstdlib>
 #include <sstream>
 #include <string_view>
 
+#include "interrupt.h"
 #include "kiln/files.h"
 #include "lab/program.h"
 
 namespace kiln::cli {
 
-std::string quoted(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (std::string_view("_^@{}~&\\").find(c) != std::string_view::npos) result += '\\';
-    result += c == '\'' ? "''" : std::string(1, c);
+extern const char kPlotScript[];  // lab/plot.py, by CMakeLists.txt
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kNoMatplotlib = 69;      // the script's exit code
+constexpr double kLimitSeconds = 300;  // matplotlib's first run lists all fonts
+constexpr const char* kScriptName = "kiln_plot.py";
+
+/// \returns nothing where no python3 of PATH has matplotlib
+std::optional<ProgramResult> run_script(const fs::path& data) {
+  const char* set = std::getenv("PATH");
+  std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path python = fs::path(folder) / "python3";
+    if (folder.empty() || access(python.c_str(), X_OK) != 0) continue;
+    // Not in the plot's folder: Python would take a json.py there for its own.
+    std::optional<ProgramResult> result =
+        run_program({python, "-c", kPlotScript, fs::absolute(data), "-"}, "/", kLimitSeconds);
+    if (interrupted() || (result && result->exit_code != kNoMatplotlib)) return result;
   }
-  return "'" + result + "'";
+  return std::nullopt;
 }
+
+}  // namespace
 
 std::string join(const std::vector<std::string>& parts, const char* between) {
   std::string text;
@@ -39,51 +59,52 @@ std::string exact_text(double value) {
   return text;
 }
 
-std::string logarithmic_tics(double above) {
-  std::vector<std::string> texts;
-  for (int power = -9; power <= 9; ++power) {
-    for (const int factor : {1, 2, 5}) {
-      const double value = factor * std::pow(10.0, power);
-      if (value <= above) continue;
-      const std::string tic = text_of(value);
-      texts.push_back("'" + tic + "' " + tic);
+std::vector<std::string> plot_files(const std::string& name) {
+  return {name + "_plot.json", name + "_plot.png", name + ".png", kScriptName};
+}
+
+bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
+                std::vector<std::string>& outputs, std::vector<Warning>& warnings) {
+  std::vector<std::string> by_hand;
+  for (const Plot& plot : plots) {
+    const auto saved = [&](const std::string& file) {
+      outputs.push_back((folder / file).string());
+      return folder / file;
+    };
+    if (plot.tiles) {
+      save_image(*plot.tiles, saved(plot.name + "_plot.png"), {ImageFormat::png16});
+    }
+    const fs::path data = saved(plot.name + "_plot.json");
+    save_text(data, plot.data.dump(1) + "\n");
+    const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
+                                "_plot.json " + plot.name + ".png";
+    // Where one finds no Python, no other does.
+    const std::optional<ProgramResult> result = by_hand.empty() ? run_script(data) : std::nullopt;
+    if (interrupted()) return false;
+    constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
+    if (!result) {
+      by_hand.push_back(command);
+    } else if (result->exit_code != 0 || result->output.substr(0, kPng.size()) != kPng) {
+      std::string reason = result->errors;
+      std::replace(reason.begin(), reason.end(), '\n', ' ');
+      warnings.push_back({"no-plot",
+                          plot.name + ".png is not drawn: Python ended with exit code " +
+                              std::to_string(result->exit_code) + ": " + reason,
+                          1});
+    } else {
+      save_text(saved(plot.name + ".png"), result->output);
     }
   }
-  return join(texts, ", ");
-}
-
-std::string plot_header(const std::string& name, int width, int height, const std::string& title) {
-  std::ostringstream text;
-  text << "# Draws " << name << ".png from " << name << ".csv: gnuplot " << name << ".gp\n"
-       << "set terminal pngcairo size " << width << "," << height << " font 'sans,17' enhanced\n"
-       << "if (!exists('to_stdout')) set output '" << name << ".png'\n"
-       << "set datafile separator ','\n"
-       << "set border 3 lw 1.2 lc rgb '#555555'\n"
-       << "set grid x y lt 1 lw 1 lc rgb '#d8d8d8'\n"
-       << "set tics nomirror textcolor rgb '#222222'\n"
-       << "set key Left reverse samplen 2.5 spacing 1.25\n"
-       << title;
-  return text.str();
-}
-
-std::string draw_plot(const std::filesystem::path& folder, const std::string& name) {
-  const std::string by_hand = "'gnuplot " + name + ".gp' in " + folder.string();
-  const std::optional<ProgramResult> result =
-      run_program({"gnuplot", "--default-settings", "-e", "to_stdout = 1", name + ".gp"}, folder);
-  if (!result) {
-    return "gnuplot is not installed, so there is no plot: install the package gnuplot-nox, then "
-           "run " +
-           by_hand + ".";
+  if (!by_hand.empty()) {
+    save_text(folder / kScriptName, kPlotScript);
+    outputs.push_back((folder / kScriptName).string());
+    warnings.push_back({"no-plot",
+                        "Python with matplotlib is not installed, so there is no picture: install "
+                        "the package python3-matplotlib, then run '" +
+                            join(by_hand, " && ") + "' in " + folder.string() + ".",
+                        1});
   }
-  constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
-  if (result->exit_code != 0 || result->output.substr(0, kPng.size()) != kPng) {
-    std::string reason = result->errors;
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    return "gnuplot drew no plot (exit code " + std::to_string(result->exit_code) + "): " + reason +
-           "Try " + by_hand + ".";
-  }
-  save_text(folder / (name + ".png"), result->output);
-  return {};
+  return true;
 }
 
 }  // namespace kiln::cli

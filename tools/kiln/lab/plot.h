@@ -1,14 +1,15 @@
-// Plots by gnuplot: what all scripts share.
+// Pictures of data: C++ writes what they show, lab/plot.py draws it.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
-namespace kiln::cli {
+#include "kiln/image.h"
+#include "report/report.h"
 
-/// Inside single quotes of gnuplot, without its markup.
-std::string quoted(const std::string& text);
+namespace kiln::cli {
 
 std::string join(const std::vector<std::string>& parts, const char* between);
 
@@ -18,17 +19,22 @@ std::string text_of(double value);
 /// A number as data: nine digits.
 std::string exact_text(double value);
 
-/// Of an axis, for "set xtics (...)": 1, 2 and 5 times the powers of ten, as plain numbers.
-/// \param above  none at or below this
-std::string logarithmic_tics(double above = 0);
+/// One picture, NAME.png.
+struct Plot {
+  std::string name;
+  Json data;                   ///< As lab/plot.py reads it; saved as NAME_plot.json
+  std::optional<Image> tiles;  ///< One channel of 16 bits; saved as NAME_plot.png
+};
 
-/// Draws NAME.csv to NAME.png in its own folder, or to standard output where the variable to_stdout exists.
-/// \param width,height  pixels
-/// \param title  lines of the script that end it
-std::string plot_header(const std::string& name, int width, int height, const std::string& title);
+/// The files that save_plots() may write.
+std::vector<std::string> plot_files(const std::string& name);
 
-/// Runs gnuplot on FOLDER/NAME.gp and saves FOLDER/NAME.png. \returns why there is none, or nothing
+/// Saves what plots show, and draws them by the first python3 of PATH that has matplotlib. Where there is
+/// none, a warning says what to install, and the script comes along to draw them by hand.
+/// \param outputs,warnings  files written, and what went wrong; added to
+/// \returns false where interrupted
 /// \throws Error(output)
-std::string draw_plot(const std::filesystem::path& folder, const std::string& name);
+bool save_plots(const std::filesystem::path& folder, const std::vector<Plot>& plots,
+                std::vector<std::string>& outputs, std::vector<Warning>& warnings);
 
 }  // namespace kiln::cli

@@ -9,8 +9,11 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
+#include <cmath>
 #include <cstring>
 
+#include "interrupt.h"
 #include "kiln/error.h"
 
 extern char** environ;
@@ -37,12 +40,19 @@ struct Pipe {
 };
 
 /// Reads both until they end: in turn, so that neither fills up and stops the program.
-void drain(const Pipe& output, const Pipe& errors, ProgramResult& result) {
+/// \returns false where it took too long, or was interrupted
+bool drain(const Pipe& output, const Pipe& errors, double limit_seconds, ProgramResult& result) {
+  const auto deadline =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_seconds);
   std::array<pollfd, 2> ends = {{{output.read_end, POLLIN, 0}, {errors.read_end, POLLIN, 0}}};
   const std::array<std::string*, 2> texts = {&result.output, &result.errors};
   std::array<char, 65536> buffer;
   while (ends[0].fd >= 0 || ends[1].fd >= 0) {
-    if (poll(ends.data(), ends.size(), -1) < 0 && errno != EINTR) break;
+    constexpr int kMilliseconds = 100;
+    const int ready = poll(ends.data(), ends.size(), kMilliseconds);
+    if (interrupted() || std::chrono::steady_clock::now() > deadline) return false;
+    if (ready < 0 && errno != EINTR) break;
+    if (ready <= 0) continue;
     for (std::size_t i = 0; i < ends.size(); ++i) {
       if (ends[i].fd < 0 || ends[i].revents == 0) continue;
       const ssize_t count = read(ends[i].fd, buffer.data(), buffer.size());
@@ -53,12 +63,14 @@ void drain(const Pipe& output, const Pipe& errors, ProgramResult& result) {
       }
     }
   }
+  return true;
 }
 
 }  // namespace
 
 std::optional<ProgramResult> run_program(std::vector<std::string> command,
-                                         const std::filesystem::path& folder) {
+                                         const std::filesystem::path& folder,
+                                         double limit_seconds) {
   Pipe output;
   Pipe errors;
   posix_spawn_file_actions_t actions;
@@ -93,7 +105,10 @@ std::optional<ProgramResult> run_program(std::vector<std::string> command,
   output.close_write();
   errors.close_write();
   ProgramResult result;
-  drain(output, errors, result);
+  if (!drain(output, errors, limit_seconds, result)) {
+    kill(process, SIGKILL);
+    result.errors += "stopped after " + std::to_string(std::lround(limit_seconds)) + " seconds";
+  }
   int ended = 0;
   while (waitpid(process, &ended, 0) < 0 && errno == EINTR) {
   }

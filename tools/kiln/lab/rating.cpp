@@ -8,12 +8,13 @@
 
 #include "arguments/bake_arguments.h"
 #include "lab/study.h"
+#include "lab/value_tiles.h"
 #include "report/check_result.h"
 
 namespace kiln::cli {
 namespace {
 
-constexpr std::uint32_t kPictureSize = 360;
+constexpr double kPictureSide = 330;  // of a square with the mesh's area in a picture
 constexpr float kBeside = -99;
 constexpr int kSpread = 6;  ///< Texels that fields reach beyond charts, for pictures
 
@@ -77,16 +78,11 @@ Image draw_field(const Device& device, const Mesh& low, const Image& field, floa
 void draw_pictures(const Device& device, const Mesh& high, const Mesh& low, const Image& map,
                    const RatingOptions& options, Rating& row) {
   RenderOptions view;
-  view.size = kPictureSize;
   view.frame = &high;
   view.z_up = options.z_up;
   const Scene scene(device, low, {&map});
-  const Image clay = scene.draw(view);
-  row.shape = {clay.width, clay.height, 1, {}};
-  for (std::size_t i = 0; i < clay.pixels.size(); i += 3) {
-    row.shape.pixels.push_back(clay.pixels[i] * 0.3F + clay.pixels[i + 1] * 0.6F +
-                               clay.pixels[i + 2] * 0.1F);
-  }
+  view.size = picture_size(scene, view, kPictureSide);
+  row.shape = gray(scene.draw(view));
   const AssessmentFields& fields = row.match.fields;
   row.object_distance = draw_field(device, low, fields.object_distance, -1, view);
   row.image_distance = draw_field(device, low, fields.image_distance, -1, view);
@@ -183,6 +179,60 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     ratings.rows.push_back(std::move(row));
   }
   return ratings;
+}
+
+Plot ratings_plot(const Ratings& ratings) {
+  struct Measure {
+    const char* title;
+    const char* unit;
+    const Image Rating::*picture;
+    double (*value)(const Rating&, float);  ///< Of a pixel, as ValueTiles has it
+  };
+  const auto share = [](const Rating& row, float pixel) {
+    return pixel == kBeside ? ValueTiles::kBeside
+           : pixel < 0      ? ValueTiles::kNotKnown
+                            : 100 * pixel / row.match.diagonal;
+  };
+  const auto stretch = [](const Rating& row, float pixel) {
+    // Between folded (-63) and what is there, the map's filter makes values that are neither.
+    return pixel == kBeside ? ValueTiles::kBeside
+           : pixel < -63.5F ? ValueTiles::kNotKnown
+           : pixel < -17    ? ValueTiles::kFolded
+                            : std::abs(pixel - row.match.mean_stretch);
+  };
+  const auto angle = [](const Rating&, float pixel) {
+    return pixel == -1 ? ValueTiles::kBeside : pixel < 0 ? ValueTiles::kNotKnown : double{pixel};
+  };
+  const std::array<Measure, 4> measures = {
+      {{"distance in space", "% of the diagonal", &Rating::object_distance, share},
+       {"distance in pictures", "% of the diagonal", &Rating::image_distance, share},
+       {"uneven sampling", "octaves", &Rating::stretch, stretch},
+       {"error of the normal", "degrees", &Rating::angle, angle}}};
+  ValueTiles tiles;
+  std::vector<Json> shades;
+  for (const Rating& row : ratings.rows) shades.push_back(tiles.add_gray(row.shape)["index"]);
+  Json blocks = Json::array();
+  for (const Measure& measure : measures) {
+    Json block = {{"title", measure.title}, {"unit", measure.unit}};
+    for (std::size_t i = 0; i < ratings.rows.size(); ++i) {
+      const Rating& row = ratings.rows[i];
+      Json tile =
+          tiles.add(row.*measure.picture, [&](float pixel) { return measure.value(row, pixel); });
+      tile["shade"] = shades[i];
+      tile["captions"] = Json::array({row.method});
+      block["tiles"].push_back(std::move(tile));
+    }
+    blocks.push_back(std::move(block));
+  }
+  return {"measure",
+          {{"kind", "pictures"},
+           {"image", "measure_plot.png"},
+           {"tile", tiles.size()},
+           {"blocks", blocks},
+           {"legend",
+            {{{"code", 1}, {"text", "missed, never visible, or seen of one mesh only"}},
+             {{"code", 2}, {"text", "folded over"}}}}},
+          tiles.image()};
 }
 
 Json describe(const Ratings& ratings) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "lab/plot.h"
 #include "lab/uv_fit.h"
 #include "report/report.h"
 
@@ -28,9 +29,9 @@ struct Rating {
   BakeReport bake;
   MatchAssessment match;
   NormalError normal;  ///< Rendered normals against the dense mesh's, over held-out views
-  // With pictures: the light mesh coloured by each field, and by the error of the normal; degrees -1 and -2
-  // as normal_angles() has them.
-  Image shape;  ///< Clay, one channel: shading for the others
+  // With pictures, one channel: each field as it lies on the light mesh, and the error of the normal; degrees
+  // -1 and -2 as normal_angles() has them.
+  Image shape;  ///< Clay: shading for the others
   Image object_distance, image_distance,
       stretch;  ///< Values as AssessmentFields, by pixel; -99 beside
   Image angle;
@@ -50,8 +51,8 @@ struct Ratings {
 std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& low,
                             const RatingOptions& options, const Progress& progress);
 
-/// A row of pictures a method, a column a measure, with scale bars. RGB.
-Image ratings_picture(const Ratings& ratings);
+/// measure.png: a block of pictures a measure, each with its scale.
+Plot ratings_plot(const Ratings& ratings);
 
 Json describe(const Ratings& ratings);
 /// A table for people.

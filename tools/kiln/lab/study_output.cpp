@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "lab/plot.h"
-
 namespace kiln::cli {
 namespace {
 
@@ -66,7 +64,6 @@ const char* study_name(StudyKind kind) {
 }
 
 std::string study_data(const Study& study) {
-  // study_script() knows the columns by their numbers.
   std::string text =
       "curve,views,target_faces,faces,size,pixels,mean_degrees,median_degrees,p95_degrees,"
       "p99_degrees,max_degrees,mean_8bit,above_4,above_8,above_16,above_32,above_64,samples,missed,"

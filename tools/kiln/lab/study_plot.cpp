@@ -1,80 +1,12 @@
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <sstream>
 
 #include "arguments/parse.h"
-#include "lab/plot.h"
 #include "lab/study_output.h"
+#include "lab/value_tiles.h"
 
 namespace kiln::cli {
 namespace {
-
-// Columns of study_data().
-enum Column {
-  views = 2,
-  target_faces = 3,
-  size = 5,
-  mean = 7,
-  p95 = 9,
-  eight_bit = 12,
-  distance_mean = 23,
-  distance_p95 = 24,
-  distance_max = 25
-};
-
-// Told apart by lightness too (after Okabe and Ito's colours for all kinds of sight).
-constexpr const char* kPaper = "lw 3 pt 5 ps 1.4 lc rgb '#d55e00'";
-constexpr const char* kKiln = "lw 3 pt 7 ps 1.5 lc rgb '#0072b2'";
-constexpr const char* kRay = "lw 2.5 dt 2 pt 9 ps 1.4 lc rgb '#333333'";
-constexpr const char* kNone = "lw 2 dt 3 pt 4 ps 1.2 lc rgb '#888888'";
-
-/// "'study_views.csv' using (condition ? $x : NaN):y skip 1 ..."
-std::string curve(const std::string& file, const std::string& condition, int x, int y,
-                  const std::string& title, const std::string& style) {
-  std::ostringstream text;
-  text << "  '" << file << "'"
-       << " skip 1 using (" << condition << " ? $" << x << " : NaN):" << y << " title "
-       << quoted(title) << " with linespoints " << style;
-  return text.str();
-}
-
-std::string of(Curve which) { return std::string("strcol(1) eq '") + curve_name(which) + "'"; }
-
-std::string plot(const std::vector<std::string>& curves) {
-  return "plot \\\n" + join(curves, ", \\\n") + "\n";
-}
-
-template <typename List>
-std::string tics(const List& values) {
-  std::vector<std::string> texts;
-  for (const std::uint32_t value : values) {
-    texts.push_back("'" + with_commas(value) + "' " + std::to_string(value));
-  }
-  return "set xtics (" + join(texts, ", ") + ")\n";
-}
-
-/// The axis upwards for such values: logarithmic where they span much, with few tics and plain numbers.
-std::string y_axis(const std::string& label, std::vector<double> values) {
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  if (!(*least > 0) || *most < 3 * *least) {
-    return "unset logscale y\nset yrange [0:" + text_of(std::max(*most * 1.5, 1e-9)) +
-           "]\nset ytics autofreq\nset ylabel '" + label + "'\n";
-  }
-  return "set logscale y 10\nset yrange [" + text_of(*least / 1.3) + ":" + text_of(*most * 1.25) +
-         "]\nset ytics (" + logarithmic_tics() + ")\nset ylabel '" + label + " (logarithmic)'\n";
-}
-
-std::vector<double> means(const Study& study) {
-  std::vector<double> values;
-  for (const Setting& setting : study.settings) values.push_back(setting.normal.mean_degrees);
-  return values;
-}
-
-std::string two_panels(const std::string& title) {
-  return "set multiplot layout 1,2 title " + title +
-         " font 'sans,20' offset 0,-0.4 margins 0.062,0.985,0.105,0.87 spacing 0.075,0.1\n";
-}
 
 std::string figure(double value) {
   char text[32];
@@ -83,140 +15,163 @@ std::string figure(double value) {
 }
 
 std::string size_text(std::uint32_t size) {
-  return std::to_string(size) + "x" + std::to_string(size);
+  return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
-std::string views_script(const Study& study, const StudyOptions&, const std::string& mesh) {
+std::string plural(std::uint64_t count, const char* what) {
+  return with_commas(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+double mean_degrees(const Setting& s) { return s.normal.mean_degrees; }
+double mean_8bit(const Setting& s) { return s.normal.mean_8bit; }
+double by_views(const Setting& s) { return s.views; }
+double by_faces(const Setting& s) { return s.target_faces; }
+double by_size(const Setting& s) { return s.size; }
+
+using Figure = std::function<double(const Setting&)>;
+
+/// \param look  as lab/plot.py knows it: a name, or a share from light to dark
+Json curve(const std::string& title, const Json& look, const std::vector<const Setting*>& series,
+           const Figure& x, const Figure& y) {
+  Json json = {{"title", title}, {"look", look}, {"x", Json::array()}, {"y", Json::array()}};
+  for (const Setting* setting : series) {
+    json["x"].push_back(x(*setting));
+    json["y"].push_back(y(*setting));
+  }
+  return json;
+}
+
+Json panel(const char* title) {
+  return {{"y_title", title},
+          {"curves", Json::array()},
+          {"levels", Json::array()},
+          {"rings", {{"title", ""}, {"x", Json::array()}, {"y", Json::array()}}}};
+}
+
+Json paper_and_kiln(const Study& study, const Figure& x, const Figure& y) {
+  return {curve("paper: least depth difference", "paper", select(study, Curve::paper), x, y),
+          curve("Kiln: best angle, refined", "kiln", select(study, Curve::kiln), x, y)};
+}
+
+Json views_plot(const Study& study, const StudyOptions&, const std::string& mesh) {
   const Setting& ray = *select(study, Curve::ray).front();
   const Setting& none = *select(study, Curve::none).front();
-  const std::string file = "study_views.csv";
-  std::string text = plot_header(
-      "study_views", 1800, 860,
-      two_panels(quoted("Normal error against the number of views matched from: " + mesh + ", " +
-                        with_commas(ray.faces) + " faces, " + size_text(ray.size) + " map")));
-  text += "set logscale x 2\nset xrange [0.9:53]\n" + tics(kStudyViews);
-  text += "set xlabel 'Depth views matched from (logarithmic)'\n";
-  text += "set arrow 1 from 12, graph 0 to 12, graph 0.6 nohead lw 2 lc rgb '#bbbbbb' back\n";
-  text += "set label 1 \"12: the paper's\\nchoice\" at 12.6, graph 0.4 left tc rgb '#777777'\n";
-  const auto panel = [&](const std::string& label, int column, double ray_value, double none_value,
-                         const std::string& unit) {
-    std::vector<double> values;
-    for (const Setting& setting : study.settings) {
-      values.push_back(column == eight_bit ? setting.normal.mean_8bit
-                                           : setting.normal.mean_degrees);
-    }
-    std::string part = y_axis(label, values) + "set key at graph 0.99, graph 0.86 right top\n";
-    part +=
-        plot({curve(file, of(Curve::paper), views, column, "paper: least depth difference", kPaper),
-              curve(file, of(Curve::kiln), views, column, "Kiln: best angle, refined", kKiln),
-              "  " + std::to_string(ray_value) + " title 'rays (no views): " + figure(ray_value) +
-                  unit + "' with lines " + "lw 2.5 dt 2 lc rgb '#333333'",
-              "  " + std::to_string(none_value) + " title 'no map: " + figure(none_value) + unit +
-                  "' with lines lw 2 dt 3 lc rgb '#888888'"});
-    return part;
+  const auto panel_of = [&](const char* title, const Figure& y, const char* unit) {
+    Json json = panel(title);
+    json["curves"] = paper_and_kiln(study, by_views, y);
+    json["levels"] = {
+        {{"title", "rays (no views): " + figure(y(ray)) + unit}, {"look", "ray"}, {"y", y(ray)}},
+        {{"title", "no map: " + figure(y(none)) + unit}, {"look", "none"}, {"y", y(none)}}};
+    return json;
   };
-  text += panel("Mean angle between normals, degrees", mean, ray.normal.mean_degrees,
-                none.normal.mean_degrees, " degrees");
-  text += panel("Mean 8-bit difference of normals, 0 to 255", eight_bit, ray.normal.mean_8bit,
-                none.normal.mean_8bit, "");
-  return text + "unset multiplot\n";
+  return {{"title", "Normal error against the number of views matched from: " + mesh + ", " +
+                        plural(ray.faces, "face") + ", " + size_text(ray.size)},
+          {"x_title", "Depth views matched from"},
+          {"x_ticks", kStudyViews},
+          {"x_note", {{"x", 12}, {"text", "12: the paper's choice"}}},
+          {"panels",
+           {panel_of("Mean angle between normals, degrees", mean_degrees, " degrees"),
+            panel_of("Mean 8-bit difference of normals, 0 to 255", mean_8bit, "")}}};
 }
 
-std::string faces_script(const Study& study, const StudyOptions& options, const std::string& mesh) {
-  const std::string file = "study_faces.csv";
-  std::vector<std::uint32_t> faces;
-  for (const Setting* s : select(study, Curve::kiln)) faces.push_back(s->target_faces);
-  std::string text =
-      plot_header("study_faces", 1800, 860,
-                  two_panels(quoted("Errors against the light mesh's faces: " + mesh + ", " +
-                                    std::to_string(options.views) + " views, " +
-                                    size_text(options.size) + " map")));
-  text += "set logscale x 2\n" + tics(faces);
-  text += "set xrange [" + std::to_string(faces.front() * 0.85) + ":" +
-          std::to_string(faces.back() * 1.18) + "]\n";
-  text += "set xlabel 'Faces of the light mesh (logarithmic)'\nset key bottom left\n";
-  std::vector<double> distances;
-  for (const Setting* s : select(study, Curve::kiln)) {
-    distances.push_back(100 * s->distance.mean / study.diagonal);
-    distances.push_back(100 * s->distance.max / study.diagonal);
-  }
-  text += y_axis("Distance light to dense, % of the diagonal", distances);
-  const std::string own = of(Curve::kiln);
-  text += plot(
-      {curve(file, own, target_faces, distance_max,
-             "farthest (looked " + text_of(100 * study.max_distance / study.diagonal) + "% far)",
-             "lw 2 dt 3 pt 8 ps 1.4 lc rgb '#7f3b08'"),
-       curve(file, own, target_faces, distance_p95, "95% are nearer",
-             "lw 2.5 dt 2 pt 5 ps 1.3 lc rgb '#d55e00'"),
-       curve(file, own, target_faces, distance_mean, "mean", "lw 3 pt 7 ps 1.5 lc rgb '#e69f00'")});
-  text += y_axis("Mean angle between normals, degrees", means(study));
-  text += plot(
-      {curve(file, of(Curve::none), target_faces, mean, "no map", kNone),
-       curve(file, of(Curve::paper), target_faces, mean, "paper: least depth difference", kPaper),
-       curve(file, own, target_faces, mean, "Kiln: best angle, refined", kKiln),
-       curve(file, of(Curve::ray), target_faces, mean, "rays (no views)", kRay)});
-  return text + "unset multiplot\n";
+Json faces_plot(const Study& study, const StudyOptions& options, const std::string& mesh) {
+  const std::vector<const Setting*> own = select(study, Curve::kiln);
+  const auto percent = [&](double distance) { return 100 * distance / study.diagonal; };
+  Json distances = panel("Distance light to dense, % of the diagonal");
+  distances["curves"] = {
+      curve("farthest (looked " + figure(percent(study.max_distance)) + "% far)", "max", own,
+            by_faces, [&](const Setting& s) { return percent(s.distance.max); }),
+      curve("95% are nearer", "p95", own, by_faces,
+            [&](const Setting& s) { return percent(s.distance.p95); }),
+      curve("mean", "mean", own, by_faces,
+            [&](const Setting& s) { return percent(s.distance.mean); })};
+  Json angles = panel("Mean angle between normals, degrees");
+  angles["curves"] = paper_and_kiln(study, by_faces, mean_degrees);
+  angles["curves"].push_back(
+      curve("rays (no views)", "ray", select(study, Curve::ray), by_faces, mean_degrees));
+  angles["curves"].push_back(
+      curve("no map", "none", select(study, Curve::none), by_faces, mean_degrees));
+  Json ticks = Json::array();
+  for (const Setting* setting : own) ticks.push_back(setting->target_faces);
+  return {{"title", "Errors against the light mesh's faces: " + mesh + ", " +
+                        plural(options.views, "view") + ", " + size_text(options.size)},
+          {"x_title", "Faces of the light mesh"},
+          {"x_ticks", ticks},
+          {"panels", {distances, angles}}};
 }
 
-std::string size_script(const Study& study, const StudyOptions& options, const std::string& mesh) {
-  const std::string file = "study_size.csv";
-  const Study& s = study;
-  std::vector<std::string> curves;
-  std::vector<std::string> knees;
-  const std::vector<const Setting*> without = select(s, Curve::none);
+Json size_plot(const Study& study, const StudyOptions& options, const std::string& mesh) {
+  Json angles = panel("Mean angle between normals, degrees");
+  angles["rings"]["title"] = "larger maps gain less than 5%";
+  const std::vector<const Setting*> without = select(study, Curve::none);
   for (std::size_t i = 0; i < without.size(); ++i) {
-    const std::uint32_t faces = without[i]->target_faces;
-    // From light to dark: an order, not names.
-    const double t = without.size() < 2 ? 1 : static_cast<double>(i) / (without.size() - 1);
-    char color[16];
-    std::snprintf(
-        color, sizeof color, "#%02x%02x%02x", static_cast<int>(std::lround(250 - 225 * t)),
-        static_cast<int>(std::lround(180 - 150 * t)), static_cast<int>(std::lround(80 + 20 * t)));
-    curves.push_back(curve(
-        file, of(Curve::kiln) + " && $3 == " + std::to_string(faces), size, mean,
-        with_commas(faces) + " faces (no map: " + figure(without[i]->normal.mean_degrees) + ")",
-        std::string("lw 3 pt 7 ps 1.3 lc rgb '") + color + "'"));
-    const std::vector<const Setting*> series = select(s, Curve::kiln, faces);
+    const Setting& none = *without[i];
+    const double last = static_cast<double>(std::max<std::size_t>(2, without.size()) - 1);
+    const auto series = select(study, Curve::kiln, none.target_faces);
+    angles["curves"].push_back(curve(with_commas(none.target_faces) + " faces (no map: " +
+                                         figure(none.normal.mean_degrees) + ")",
+                                     static_cast<double>(i) / last, series, by_size, mean_degrees));
     const Setting* enough = levels_off(series);
-    if (enough != series.back()) {
-      knees.push_back(std::to_string(enough->size) + " " +
-                      std::to_string(enough->normal.mean_degrees));
-    }
+    if (enough == series.back()) continue;
+    angles["rings"]["x"].push_back(enough->size);
+    angles["rings"]["y"].push_back(enough->normal.mean_degrees);
   }
-  std::string text = plot_header("study_size", 1300, 860,
-                                 "set tmargin 4\nset label 99 " +
-                                     quoted("Normal error against map size and faces: " + mesh +
-                                            ", " + std::to_string(options.views) + " views") +
-                                     " at screen 0.5, 0.955 center font 'sans,20'\n");
-  text += "set logscale x 2\nset xrange [110:2400]\n" + tics(kStudySizes);
-  text += "set xlabel 'Texels a side of the map (logarithmic)'\n";
-  std::vector<double> shown;
-  for (const Setting* setting : select(s, Curve::kiln))
-    shown.push_back(setting->normal.mean_degrees);
-  text += y_axis("Mean angle between normals, degrees", shown);
-  text += "set key outside right center vertical Left reverse\n";
-  if (!knees.empty()) {
-    text += "$enough << EOD\n" + join(knees, "\n") + "\nEOD\n";
-    // Its numbers are parted by blanks, so that the separator stands for the file alone.
-    curves.push_back(
-        "  $enough using (real(word(strcol(1), 1))):(real(word(strcol(1), 2))) title "
-        "'larger maps gain less than 5%' with points pt 6 ps 3 lw 3 lc rgb '#009e73'");
-  }
-  return text + plot(curves);
+  return {{"title", "Normal error against map size and faces: " + mesh + ", " +
+                        plural(options.views, "view")},
+          {"x_title", "Texels a side of the map"},
+          {"x_ticks", kStudySizes},
+          {"panels", Json::array({angles})}};
+}
+
+/// What a picture shows, how its map was made, its figures.
+Json captions(const char* rank, const Setting& setting) {
+  char figures[96];
+  std::snprintf(figures, sizeof figures, "mean %.2f degrees, 95%% under %.1f, over %u views",
+                setting.normal.mean_degrees, setting.normal.p95_degrees, kHeldOutViews);
+  return {std::string(rank) + ": " +
+              (setting.curve == Curve::paper ? "as in the paper, " : "Kiln's own matching, ") +
+              plural(setting.views, "view"),
+          plural(setting.faces, "face") + ", " + size_text(setting.size), figures};
 }
 
 }  // namespace
 
-std::string study_script(const Study& study, const StudyOptions& options, const std::string& mesh) {
-  switch (options.kind) {
-    case StudyKind::faces:
-      return faces_script(study, options, mesh);
-    case StudyKind::size:
-      return size_script(study, options, mesh);
-    case StudyKind::views:
-      break;
-  }
-  return views_script(study, options, mesh);
+Plot study_plot(const Study& study, const StudyOptions& options, const std::string& mesh) {
+  Json data = {{"kind", "study"}};
+  data.update(options.kind == StudyKind::faces  ? faces_plot(study, options, mesh)
+              : options.kind == StudyKind::size ? size_plot(study, options, mesh)
+                                                : views_plot(study, options, mesh));
+  return {std::string("study_") + study_name(options.kind), std::move(data), {}};
+}
+
+Plot error_plot(const Study& study, const StudyOptions& options) {
+  const std::string name = std::string("study_") + study_name(options.kind) + "_error";
+  ValueTiles tiles;
+  Json original = tiles.add_gray(gray(study.original));
+  original["captions"] = {"the dense mesh", "the original: its normals are the reference"};
+  Json shown = Json::array({original});
+  const auto add = [&](const char* rank, const ErrorPicture& picture) {
+    // Pixels that neither mesh covers are -1, those that one does below.
+    Json tile = tiles.add(picture.degrees, [](float degrees) {
+      return degrees >= 0    ? double{degrees}
+             : degrees == -1 ? ValueTiles::kBeside
+                             : ValueTiles::kNotKnown;
+    });
+    tile["captions"] = captions(rank, study.settings[picture.setting]);
+    shown.push_back(std::move(tile));
+  };
+  add("worst", study.worst);
+  add("best", study.best);
+  return {
+      name,
+      {{"kind", "pictures"},
+       {"image", name + "_plot.png"},
+       {"tile", tiles.size()},
+       {"blocks",
+        Json::array({{{"title", "error of the normal"}, {"unit", "degrees"}, {"tiles", shown}}})},
+       {"legend", Json::array({{{"code", 1},
+                                {"text", "seen of only one of the two meshes: not measured"}}})}},
+      tiles.image()};
 }
 
 }  // namespace kiln::cli

@@ -1,0 +1,353 @@
+#!/usr/bin/env python3
+"""Draws what `kiln chart` and `kiln measure` found. Needs matplotlib (Debian: python3-matplotlib).
+
+    python3 plot.py DATA.json OUT.png        OUT.png may be -, standard output
+
+DATA.json says what to draw by its "kind":
+
+    chart     seconds against errors: groups of panels of marks, each with its name beside it
+    study     curves over views, faces or map size: a row of panels
+    pictures  values on a mesh as colours. A PNG of 16 bits beside DATA.json holds tiles below each
+              other: 0 beside the mesh, 1 not known, 2 folded over, 3 to 65535 values up to "most"
+
+Every size here is in pixels. The same data give the same bytes.
+"""
+import json
+import os
+import sys
+
+try:
+    import matplotlib.image
+    import numpy as np
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+    from matplotlib.ticker import MaxNLocator
+    from matplotlib.transforms import IdentityTransform
+except ImportError as missing:
+    print(missing, file=sys.stderr)
+    sys.exit(69)  # EX_UNAVAILABLE
+# In the command, that file stands in this line's place.
+from plot_labels import around, place_labels, shared_area
+
+INK, SOFT, PALE, GRID = "#222222", "#555555", "#999999", "#d8d8d8"
+FRONT, RANGE, NOT_KNOWN, FOLDED = "#f0c070", "#b0b0b0", "#8c99ad", "#1abfd9"
+SMALL, NORMAL, LARGE, LARGEST = (size * 0.72 for size in (13, 15, 19, 24))  # points of 1/72 inch
+DPI = 100
+
+
+class Page:
+    """A picture measured from its top left corner."""
+
+    def __init__(self, width, height):
+        self.width, self.height = round(width), round(height)
+        self.figure = Figure((self.width / DPI, self.height / DPI), DPI, facecolor="white")
+        self.renderer = FigureCanvasAgg(self.figure).get_renderer()
+
+    def text(self, x, y, words, size=NORMAL, color=INK, **look):
+        return self.figure.text(x / self.width, 1 - y / self.height, words, size=size, color=color,
+                                **{"va": "center", **look})
+
+    def axes(self, x, y, width, height):
+        return self.figure.add_axes((x / self.width, 1 - (y + height) / self.height,
+                                     width / self.width, height / self.height))
+
+    def extent(self, artist):
+        """Left, bottom, right, top; upwards."""
+        return np.array(artist.get_window_extent(self.renderer).extents)
+
+    def legend(self, handles, y, loc, x=0.5):
+        self.figure.legend(handles=handles, loc=loc, ncol=len(handles), frameon=False,
+                           fontsize=NORMAL, bbox_to_anchor=(x, y / self.height), borderpad=0,
+                           columnspacing=1.4, handletextpad=0.5)
+
+    def save(self, path):
+        self.figure.savefig(sys.stdout.buffer if path == "-" else path, format="png", dpi=DPI,
+                            metadata={"Software": None})
+
+
+def style_axes(axes, x_title, y_title):
+    axes.set_axisbelow(True)
+    axes.grid(True, color=GRID, linewidth=0.7)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(SOFT)
+    axes.tick_params(labelsize=NORMAL, labelcolor=INK, color=SOFT)
+    axes.set_xlabel(x_title, size=NORMAL, color=INK, labelpad=6)
+    axes.set_ylabel(y_title, size=NORMAL, color=INK, labelpad=8)
+
+
+def numbers(values):
+    return [f"{value:,.6g}" for value in values]
+
+
+def log_ticks(low, high):
+    """1, 2 and 5 times the powers of ten; where they are too many or too few, fewer or others."""
+    for factors in ((1, 2, 5), (1,)):
+        values = [float(f"{factor}e{power}") for power in range(-12, 13) for factor in factors]
+        values = [value for value in values if low <= value <= high]
+        if len(values) <= 12:
+            break
+    if len(values) < 3:
+        values = [value for value in MaxNLocator(5).tick_values(low, high) if low <= value <= high]
+    return values
+
+
+def set_log(axes, side, low, high, ticks, labels=None):
+    axis = getattr(axes, side + "axis")
+    getattr(axes, f"set_{side}scale")("log")
+    getattr(axes, f"set_{side}lim")(low, high)
+    axis.set_ticks(ticks, labels=labels or numbers(ticks))
+    axis.set_ticks([], minor=True)
+
+
+# ---- chart ---------------------------------------------------------------------------------------
+def error_axis(errors):
+    """\\returns low, high, whether logarithmic, and then the place of 0: value, break above"""
+    some = [error for error in errors if error > 0]
+    has_zero = len(some) < len(errors)
+    if not some:
+        return 0, 1, False, None
+    least, most = min(some), max(some)
+    if most < 4 * least:
+        margin = max(0.12 * (most - least), 0.02 * most)
+        return -margin if has_zero else max(0, least - margin), most + margin, False, None
+    step = (most / least) ** 0.1 * 1.05
+    if not has_zero:
+        return least / step, most * step, True, None
+    zero = least / step ** 1.8
+    return zero / step, most * step, True, (zero, least / step ** 0.8)
+
+
+def look_of(style):
+    mark, color = style["mark"], style["color"]
+    edge, width = (color, 2) if mark in "x+" else ("white", 0.6)
+    return {"marker": mark, "color": color, "linestyle": "none", "markersize": 9,
+            "markeredgecolor": edge, "markeredgewidth": width}
+
+
+def draw_panel(page, data, panel, corner, size):
+    marks = [{**mark, "runs": [max(run, 1e-9) for run in mark["runs"]]} for mark in panel["marks"]]
+    low, high, is_log, broken = error_axis([mark["error"] for mark in marks])
+    axes = page.axes(*corner, *size)
+    style_axes(axes, data["seconds_title"] + " (logarithmic)",
+               panel["unit"] + (" (logarithmic)" if is_log else " (not from 0)"))
+    page.text(corner[0], corner[1] - 22, panel["title"])
+    runs = [run for mark in marks for run in mark["runs"]]
+    widened = (max(runs) / min(runs)) ** 0.12 * 1.05
+    least, most = min(runs) / widened, max(runs) * widened
+    set_log(axes, "x", least, most, log_ticks(least, most))
+    axes.set_ylim(low, high)
+    if is_log:
+        ticks = log_ticks(broken[1] if broken else low, high)
+        zero, zero_text = ([broken[0]], ["0"]) if broken else ([], [])
+        set_log(axes, "y", low, high, zero + ticks, zero_text + numbers(ticks))
+
+    def pixel(mark, seconds=None):
+        error = mark["error"] if mark["error"] > 0 or not broken else broken[0]
+        return axes.transData.transform((max(seconds or mark["seconds"], 1e-9), error))
+
+    def line(points, **look):
+        axes.add_line(Line2D(*zip(*points), transform=IdentityTransform(), clip_on=False, **look))
+
+    def words(x, y, text, **look):
+        return axes.text(x, y, text, transform=IdentityTransform(), **look)
+
+    left, bottom, right, top = page.extent(axes.patch)
+    points = [pixel(mark) for mark in marks]
+    kept = []
+    if broken:
+        y = axes.transData.transform((least, broken[1]))[1]
+        line([(left, y), (right, y)], color="#888888", linewidth=1.2, linestyle="--")
+        kept.append(page.extent(words(right - 8, y - 5, "below this line: no error at all (0)",
+                                      ha="right", va="top", size=SMALL, color="#888888")))
+    better = np.array([left + 4, bottom + 4, left + 138, bottom + 70])
+    if not any(shared_area(better, around(point)) > 0 for point in points):
+        kept.append(better)
+        axes.annotate("", (left + 14, bottom + 14), (left + 54, bottom + 54),
+                      xycoords="figure pixels", textcoords="figure pixels",
+                      arrowprops={"arrowstyle": "-|>", "color": "#bbbbbb", "linewidth": 2.2,
+                                  "shrinkA": 0, "shrinkB": 0, "mutation_scale": 18})
+        words(left + 62, bottom + 46, "better", color=PALE, size=NORMAL)
+    front = [pixel(mark) for mark in sorted(marks, key=lambda m: m["seconds"]) if mark["front"]]
+    lines = list(zip(front, front[1:]))
+    if front:
+        line(front, color=FRONT, linewidth=4, zorder=1.5)
+    for mark, point in zip(marks, points):
+        lines.append((pixel(mark, min(mark["runs"])), pixel(mark, max(mark["runs"]))))
+        line(lines[-1], color=RANGE, linewidth=1.2, zorder=1.8)
+        style = next(style for style in data["styles"] if style["family"] == mark["family"])
+        line([point], zorder=3, **look_of(style))
+    texts = [words(0, 0, mark["label"], ha="center", va="center_baseline", zorder=4, size=NORMAL,
+                   color="#111111" if mark["front"] else SOFT,
+                   weight="bold" if mark["front"] else "normal") for mark in marks]
+    boxes = [page.extent(text) for text in texts]
+    sizes = [(box[2] - box[0] + 6, 20) for box in boxes]
+    places = place_labels(points, sizes, (left + 4, bottom + 4, right - 4, top - 4), kept, lines)
+    for text, point, (box, end) in zip(texts, points, places):
+        text.set_position((box[:2] + box[2:]) / 2)
+        if end is not None:
+            line([point, end], color=PALE, linewidth=0.8, zorder=1.9)
+
+
+def draw_chart(data, _):
+    width, head, foot, group_head, panel_height, panel_foot = 1900, 112, 64, 106, 520, 112
+    left, between, right, columns = 130, 140, 30, 2
+    heights = [group_head + (panel_height + panel_foot) * -(-len(group["panels"]) // columns)
+               for group in data["groups"]]
+    page = Page(width, head + foot + sum(heights))
+    page.text(width / 2, 36, data["title"], LARGEST, ha="center")
+    page.text(width / 2, 76, data["subtitle"], NORMAL, SOFT, ha="center")
+    panel_width = (width - left - between - right) / columns
+    for k, group in enumerate(data["groups"]):
+        top = head + sum(heights[:k])
+        page.text(width / 2, top + 18, group["title"], LARGE, ha="center", weight="bold")
+        page.text(width / 2, top + 46, group["note"], NORMAL, SOFT, ha="center")
+        for i, panel in enumerate(group["panels"]):
+            corner = (left + i % columns * (panel_width + between),
+                      top + group_head + i // columns * (panel_height + panel_foot))
+            draw_panel(page, data, panel, corner, (panel_width, panel_height))
+    page.legend([Line2D([], [], color=FRONT, linewidth=4,
+                        label="the best: nothing else is both faster and closer")] +
+                [Line2D([], [], label=one["title"], **look_of(one)) for one in data["styles"]],
+                20, "lower center")
+    return page
+
+
+# ---- study ---------------------------------------------------------------------------------------
+# Told apart by lightness and shape too (after Okabe and Ito's colours for all kinds of sight).
+LOOKS = {"paper": ("#d55e00", "s", "-"), "kiln": ("#0072b2", "o", "-"),
+         "ray": ("#333333", "^", "--"), "none": ("#888888", "D", ":"),
+         "max": ("#7f3b08", "v", ":"), "p95": ("#d55e00", "s", "--"), "mean": ("#e69f00", "o", "-")}
+
+
+def curve_look(look):
+    """\\param look  a name, or a share from light to dark: an order"""
+    shade = None if isinstance(look, str) else np.array(
+        [250 - 225 * look, 180 - 150 * look, 80 + 20 * look]) / 255
+    color, marker, style = LOOKS[look] if shade is None else (tuple(shade), "o", "-")
+    return {"color": color, "marker": marker, "linestyle": style, "linewidth": 2, "markersize": 7}
+
+
+def draw_study(data, _):
+    panels, left, right, top, height, width = data["panels"], 110, 40, 90, 600, 780
+    entries = max(len(panel["curves"]) + len(panel["levels"]) for panel in panels)
+    page = Page(len(panels) * (left + width + right), top + height + 124 + 13 * entries)
+    page.text(page.width / 2, 40, data["title"], LARGEST, ha="center")
+    ticks = data["x_ticks"]
+    for i, panel in enumerate(panels):
+        axes = page.axes(i * (left + width + right) + left, top, width, height)
+        values = [y for curve in panel["curves"] for y in curve["y"]]
+        values += [level["y"] for level in panel["levels"]]
+        is_log = min(values) > 0 and max(values) >= 3 * min(values)
+        style_axes(axes, data["x_title"] + " (logarithmic)",
+                   panel["y_title"] + (" (logarithmic)" if is_log else ""))
+        set_log(axes, "x", ticks[0] / 1.15, ticks[-1] * 1.15, ticks)
+        if is_log:
+            low, high = min(values) / 1.3, max(values) * 1.25
+            set_log(axes, "y", low, high, log_ticks(low, high))
+        else:
+            axes.set_ylim(0, max(max(values) * 1.25, 1e-9))
+        if "x_note" in data:
+            axes.axvline(data["x_note"]["x"], color="#bbbbbb", linewidth=1.5, zorder=1)
+            axes.text(data["x_note"]["x"] * 1.04, 0.98, data["x_note"]["text"], color="#777777",
+                      va="top", size=NORMAL, transform=axes.get_xaxis_transform())
+        for curve in panel["curves"]:
+            axes.plot(curve["x"], curve["y"], label=curve["title"], **curve_look(curve["look"]))
+        for level in panel["levels"]:
+            look = {**curve_look(level["look"]), "marker": ""}
+            axes.axhline(level["y"], label=level["title"], **look)
+        if panel["rings"]["x"]:
+            axes.plot(panel["rings"]["x"], panel["rings"]["y"], "o", markersize=16, color="#009e73",
+                      markerfacecolor="none", markeredgewidth=2, label=panel["rings"]["title"])
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -64 / height), ncol=2, frameon=False,
+                    fontsize=NORMAL, borderpad=0, handlelength=2.6)
+    return page
+
+
+# ---- pictures ------------------------------------------------------------------------------------
+def scale_end(values):
+    """A round number that few values exceed."""
+    wanted = max(np.percentile(values, 97), 1e-12) if values.size else 1
+    power = 10.0 ** np.floor(np.log10(wanted))
+    steps = [float(step * power) for step in (1, 2, 5, 10)]
+    return next(step for step in steps if step >= wanted * (1 - 1e-9))
+
+
+def values_of(codes, tile):
+    return (codes - 3) / 65532 * tile["most"]
+
+
+def colored(tiles, tile, end):
+    """RGB. The shape shows through, but darkens little: the scale's colours stay readable."""
+    codes = tiles[tile["index"]]
+    if tile["gray"]:
+        return np.repeat(codes[..., None] / 65535, 3, axis=-1)
+    colors = matplotlib.colormaps["inferno"](np.clip(values_of(codes, tile) / end, 0, 1))[..., :3]
+    colors[codes == 1] = matplotlib.colors.to_rgb(NOT_KNOWN)
+    colors[codes == 2] = matplotlib.colors.to_rgb(FOLDED)
+    if "shade" in tile:
+        colors *= (0.65 + 0.35 * np.minimum(1, tiles[tile["shade"]] / 65535 / 0.75))[..., None]
+    colors[codes == 0] = 1
+    return colors
+
+
+def draw_pictures(data, folder):
+    """Blocks, one a scale, of tiles: side by side as far as there is room, and so the blocks."""
+    image = matplotlib.image.imread(os.path.join(folder, data["image"]))
+    width, height = data["tile"]
+    tiles = np.rint(image * 65535.0).astype(int).reshape(-1, height, width)
+    margin, gap, between, head, line, room = 28, 18, 50, 104, 22, 1960
+    captions = [tile["captions"] for block in data["blocks"] for tile in block["tiles"]]
+    cell = max([width] + [round(8.6 * len(words)) for lines in captions for words in lines]) + gap
+    cell_height = line * max(len(lines) for lines in captions) + 8 + height + gap
+    count = max(len(block["tiles"]) for block in data["blocks"])
+    across = max(1, min(count, (room + gap) // cell))
+    block_width = max(across * cell - gap, 450)
+    block_height = head + cell_height * -(-count // across)
+    blocks_down = -(-len(data["blocks"]) // max(1, (room + between) // (block_width + between)))
+    blocks_across = -(-len(data["blocks"]) // blocks_down)
+    page = Page(max(2 * margin + blocks_across * (block_width + between) - between, 820),
+                2 * margin + block_height * blocks_down + line)
+    canvas = np.full((page.height, page.width, 3), 255, np.uint8)
+    for k, block in enumerate(data["blocks"]):
+        left = margin + k % blocks_across * (block_width + between)
+        top = margin + k // blocks_across * block_height + 12
+        known = [values_of(tiles[tile["index"]], tile)[tiles[tile["index"]] >= 3]
+                 for tile in block["tiles"] if not tile["gray"]]
+        end = scale_end(np.concatenate(known))
+        title = page.text(left, top + 8, block["title"], LARGE, weight="bold")
+        page.text(page.extent(title)[2] + 14, top + 9, block["unit"], NORMAL, SOFT)
+        bar = page.axes(left, top + 30, 380, 14)
+        bar.imshow(np.linspace(0, 1, 256)[None], aspect="auto", cmap="inferno",
+                   extent=(0, end, 0, 1))
+        bar.set_yticks([])
+        ticks = numbers(np.linspace(0, end, 6))
+        bar.set_xticks(np.linspace(0, end, 6), labels=ticks[:-1] + [ticks[-1] + " or more"])
+        bar.tick_params(labelsize=SMALL, labelcolor=INK, color=SOFT, pad=2)
+        for i, tile in enumerate(block["tiles"]):
+            x, y = left + i % across * cell, top + head + i // across * cell_height
+            for number, words in enumerate(tile["captions"]):
+                page.text(x, y + line * number, words, NORMAL, SOFT if number else INK)
+            y += cell_height - height - gap
+            canvas[y:y + height, x:x + width] = colored(tiles, tile, end) * 255 + 0.5
+    page.figure.figimage(canvas, zorder=-1)
+    page.legend([Patch(color=NOT_KNOWN if entry["code"] == 1 else FOLDED, label=entry["text"])
+                 for entry in data["legend"]], 20, "lower left", margin / page.width)
+    return page
+
+
+def draw(path):
+    """\\returns the page of a file of data"""
+    matplotlib.rcdefaults()  # whatever the user's own settings are
+    matplotlib.rcParams["text.parse_math"] = False  # names of meshes are no formulas
+    with open(path, encoding="utf-8") as file:
+        data = json.load(file)
+    draw_kind = {"chart": draw_chart, "study": draw_study, "pictures": draw_pictures}[data["kind"]]
+    return draw_kind(data, os.path.dirname(os.path.abspath(path)))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit("usage: python3 plot.py DATA.json OUT.png")
+    draw(sys.argv[1]).save(sys.argv[2])

@@ -1,0 +1,109 @@
+"""Where the names of marks go, so that none covers another: a part of plot.py.
+
+Local search over places around each mark (after Christensen, Marks and Shieber 1995, "An Empirical
+Study of Algorithms for Point-Feature Label Placement"). A box: left, bottom, right, top; upwards.
+"""
+import random
+
+import numpy as np
+
+RADIUS = 10  # of a mark
+GAPS, ANGLES, LEADER_GAP, ORDERS = (4, 12, 24, 38, 54, 74, 98, 130, 170, 220, 280), 20, 10, 6
+# Costs: what is never wanted by far above what is merely not nice.
+OUTSIDE, ON_LABEL, ON_MARK, ON_LINE = 1e7, 1e5, 3e4, 800
+LEADER_ON_LABEL, LEADERS_CROSS, LEADER_ON_MARK, NEARER_OTHER = 5000, 3000, 2000, 600
+
+
+def shared_area(a, b):
+    sides = np.minimum(a[..., 2:], b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
+    return np.prod(np.maximum(sides, 0), axis=-1)
+
+
+def inside(start, end, box):
+    """The part of a line inside a box, 0 to 1 of its length (Liang and Barsky 1984)."""
+    step = np.where(end == start, 1e-9, end - start)
+    one, two = (box[..., :2] - start) / step, (box[..., 2:] - start) / step
+    enter = np.maximum(np.minimum(one, two).max(-1), 0)
+    return np.maximum(np.minimum(np.maximum(one, two).min(-1), 1) - enter, 0)
+
+
+def cross(a, b, c, d):
+    def side(p, q, r):
+        u, v = q - p, r - p
+        return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
+
+
+def around(mark):
+    return np.concatenate([mark - RADIUS, mark + RADIUS])
+
+
+class Places:
+    """Of one label: boxes, where lines to the mark end, whether one is needed, the cost alone."""
+
+    def __init__(self, mark, size, marks, panel, kept, lines):
+        angle = np.tile(2 * np.pi * np.arange(ANGLES) / ANGLES, len(GAPS))
+        gap = np.repeat(np.array(GAPS, float), ANGLES)
+        toward = np.stack([np.cos(angle), np.sin(angle)], -1)
+        center = mark + toward * (RADIUS + gap)[:, None] + np.clip(2 * toward, -1, 1) * size / 2
+        self.boxes = boxes = np.concatenate([center - size / 2, center + size / 2], -1)
+        self.ends = np.clip(mark, boxes[:, :2], boxes[:, 2:])
+        self.mark, self.leader, self.known = mark, gap >= LEADER_GAP, {}
+        # Beside a mark reads better than above or below it.
+        cost = 6 * gap + 30 * np.abs(center[:, 1] - mark[1]) / (size[1] + RADIUS)
+        cost += OUTSIDE * ((boxes[:, :2] < panel[:2]) | (boxes[:, 2:] > panel[2:])).any(-1)
+        for box in list(kept) + [around(other) for other in marks]:
+            cost += ON_MARK * (shared_area(boxes, box) > 0)
+        for start, end in lines:
+            length = np.hypot(*(end - start)) * inside(start, end, boxes)
+            cost += np.where(length > 0, ON_LINE + 10 * length, 0)
+        own = np.hypot(*(self.ends - mark).T)
+        for other in marks:
+            if (other == mark).all():
+                continue
+            away = np.hypot(*(np.clip(other, boxes[:, :2], boxes[:, 2:]) - other).T)
+            cost += NEARER_OTHER * (away < own + 6) / np.where(self.leader, 4, 1)
+            cost += LEADER_ON_MARK * (self.leader & (inside(mark, self.ends, around(other)) > 0))
+        self.cost = cost
+
+    def cost_beside(self, other, place):
+        """Of every place here with another label at one of its own."""
+        if (other, place) not in self.known:
+            box, end = other.boxes[place], other.ends[place]
+            area = shared_area(self.boxes, box)
+            cost = np.where(area > 0, ON_LABEL + area, 0)
+            cost += LEADER_ON_LABEL * (self.leader & (inside(self.mark, self.ends, box) > 0))
+            if other.leader[place]:
+                cost += LEADER_ON_LABEL * (inside(other.mark, end, self.boxes) > 0)
+                cost += LEADERS_CROSS * (self.leader & cross(self.mark, self.ends, other.mark, end))
+            self.known[other, place] = cost
+        return self.known[other, place]
+
+
+def place_labels(marks, sizes, panel, kept=(), lines=()):
+    """\\returns for each mark the label's box, and the end of a line to it or None"""
+    marks = np.array(marks, float)
+    labels = [Places(mark, np.array(size, float), marks, np.array(panel), kept, lines)
+              for mark, size in zip(marks, sizes)]
+    best, least = {}, np.inf
+    for order in range(ORDERS):  # of turns: the search ends in another place
+        turns = list(range(len(labels)))
+        random.Random(order).shuffle(turns)
+        chosen, costs, before = {}, {}, None
+        for _ in range(30):
+            if chosen == before:
+                break
+            before = dict(chosen)
+            for i in turns:
+                cost = labels[i].cost.copy()
+                for k, place in chosen.items():
+                    if k != i:
+                        cost += labels[i].cost_beside(labels[k], place)
+                # The present one is kept among equals, so that the search ends.
+                if i not in chosen or cost.min() < cost[chosen[i]]:
+                    chosen[i] = int(cost.argmin())
+                costs[i] = cost[chosen[i]]
+        if sum(costs.values()) < least:
+            best, least = chosen, sum(costs.values())
+    return [(label.boxes[best[i]], label.ends[best[i]] if label.leader[best[i]] else None)
+            for i, label in enumerate(labels)]
