@@ -483,10 +483,10 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--match", "views", "--cage", "2%"}), 2, {"--fallback ray"}, out);
   expect_failure(bake({"--match", "closest", "--cage", "2%"}), 2, {"--fallback ray"}, out);
   expect_failure(bake({"--match", "nearest"}), 2, {"--match", "closest"}, out);
-  expect_failure(bake({"--fallback", "hybrid"}), 2, {"--fallback", "closest"}, out);
+  expect_failure(bake({"--fallback", "uv"}), 2, {"--fallback", "closest"}, out);
   expect_failure(bake({"--fallback", "fill", "--miss", "mark"}), 2, {"--fallback fill", "--miss"},
                  out);
-  expect_failure(bake({"--match", "views", "--fallback", "views"}), 2, {"itself"}, out);
+  expect_failure(bake({"--match", "views", "--fallback", "views"}), 2, {"undecided"}, out);
   expect_failure(bake({"--directions", "100"}), 2, {"--directions", "--match visibility"}, out);
   expect_failure(bake({"--match", "hybrid", "--directions", "0"}), 2, {"--directions", "4096"},
                  out);
@@ -495,9 +495,9 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--match", "visibility", "--view-weight", "nowhere.txt"}), 3,
                  {"nowhere.txt", "horizon"}, out);
   expect_failure(bake({"--match", "visibility", "--cage", "2%"}), 2, {"--fallback ray"}, out);
-  expect_failure(bake({"--fallback", "ray"}), 2, {"--fallback ray", "itself"}, out);
+  expect_failure(bake({"--fallback", "ray"}), 2, {"--fallback ray", "undecided"}, out);
   expect_failure(bake({"--match", "closest", "--fallback", "closest"}), 2,
-                 {"--fallback closest", "itself"}, out);
+                 {"--fallback closest", "undecided"}, out);
   expect_failure(bake({"--load-match", "a.exr", "--match", "closest"}), 2, {"--match"}, out);
   expect_failure(bake({"--match", "visibility", "--visibility-deviation", "0.5"}), 2,
                  {"--visibility-clusters"}, out);

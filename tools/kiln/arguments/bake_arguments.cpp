@@ -61,10 +61,6 @@ const std::map<std::string, ViewLikelihood> kLikelihoods = {
 const std::map<std::string, ViewCriterion> kCriteria = {{"depth", ViewCriterion::depth},
                                                         {"distance", ViewCriterion::distance},
                                                         {"angle", ViewCriterion::angle}};
-const std::map<std::string, Fallback> kFallbacks = {{"low", Fallback::low},
-                                                    {"ray", Fallback::ray},
-                                                    {"closest", Fallback::closest},
-                                                    {"views", Fallback::views}};
 const std::map<std::string, ImageFormat> kFormats = {{"exr", ImageFormat::exr_half},
                                                      {"exr32", ImageFormat::exr_float},
                                                      {"png16", ImageFormat::png16},
@@ -86,26 +82,65 @@ std::string name_of(const std::map<std::string, T>& values, T wanted) {
   throw Error(ErrorCode::internal, "An option's value has no name.");
 }
 
-/// Other ways to say --miss.
-const std::map<std::string, MissPolicy> kFallbackMisses = {{"fill", MissPolicy::fill},
-                                                           {"none", MissPolicy::mark}};
+/// What --fallback can end with: other ways to say --miss.
+const std::map<std::string, MissPolicy> kFallbackMisses = {
+    {"low", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"none", MissPolicy::mark}};
 
 std::vector<std::string> fallback_names() {
   std::vector<std::string> names;
-  for (const auto& [name, value] : kFallbacks) names.push_back(name);
+  for (const MatchInfo& match : matches()) {
+    if (match.may_follow) names.emplace_back(match.method.name);
+  }
   for (const auto& [name, value] : kFallbackMisses) names.push_back(name);
   return names;
 }
 
-/// What the fallback says of misses, or else --miss.
+/// What the chain of fallbacks says of misses at its end, or else --miss.
 MissPolicy miss_policy(const BakeArguments& a) {
-  const auto said = kFallbackMisses.find(a.fallback);
-  return said != kFallbackMisses.end() ? said->second : kMisses.at(a.miss);
+  const auto said = kFallbackMisses.find(a.fallback.back());
+  return said != kFallbackMisses.end() && said->second != MissPolicy::keep ? said->second
+                                                                           : kMisses.at(a.miss);
 }
 
-/// Whether what the match leaves undecided is looked for in another way.
-bool fallback_searches(const BakeArguments& a) {
-  return a.fallback != "low" && !kFallbackMisses.contains(a.fallback);
+/// The matches that are asked in turn for what the match leaves undecided.
+std::vector<MatchMethod> fallback_methods(const BakeArguments& a) {
+  std::vector<MatchMethod> methods;
+  for (const std::string& name : a.fallback) {
+    if (!kFallbackMisses.contains(name)) methods.push_back(find_match(name).method);
+  }
+  return methods;
+}
+
+/// Whether a match is the one asked for, or one of its fallbacks.
+bool matches_by(const BakeArguments& a, MatchMethod method) {
+  return a.match == method.name ||
+         std::find(a.fallback.begin(), a.fallback.end(), method.name) != a.fallback.end();
+}
+
+/// \throws Error(usage) for a chain of fallbacks that asks a match twice, or goes on after its end
+void check_fallback(const BakeArguments& a) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  std::vector<std::string> asked = {a.match};
+  for (std::size_t i = 0; i < a.fallback.size(); ++i) {
+    const std::string& name = a.fallback[i];
+    if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
+      fail("--fallback " + name + " leaves the same samples undecided as before: name each match once.");
+    }
+    if (kFallbackMisses.contains(name) && i + 1 != a.fallback.size()) {
+      fail("--fallback " + name + " decides all that is left: nothing can follow it.");
+    }
+    asked.push_back(name);
+  }
+  if (miss_policy(a) != kMisses.at(a.miss) && a.miss != "keep") {
+    fail("--fallback " + a.fallback.back() + " is another --miss than " + a.miss +
+         ": leave one of them out.");
+  }
+  if (!a.load_match.empty() && a.fallback != BakeArguments().fallback) {
+    fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
+  }
+  if (a.fallback_blend != 0 && fallback_methods(a).empty()) {
+    fail("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
+  }
 }
 
 /// Percent, 0 to 100.
@@ -191,9 +226,11 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->group(group_match);
   command
       .add_option("--fallback", a.fallback,
-                  "What decides samples that the match leaves undecided: low (LOW's normal; they "
-                  "count as missed), ray, closest, views, fill (the map around them, as --miss "
-                  "fill), or none (marked, as --miss mark)")
+                  "What decides samples that the match leaves undecided: other matches, asked in "
+                  "turn, as in ray,closest. At the end of the chain low (LOW's normal; such samples "
+                  "count as missed), fill (the map around them, as --miss fill), or none (marked, as "
+                  "--miss mark)")
+      ->delimiter(',')
       ->check(CLI::IsMember(fallback_names(), CLI::ignore_case))
       ->capture_default_str()
       ->group(group_match);
@@ -365,7 +402,7 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
 }
 
 bool by_visibility(const BakeArguments& a) {
-  return a.load_match.empty() && (a.match == "visibility" || a.match == "hybrid");
+  return a.load_match.empty() && (matches_by(a, MatchMethod::visibility) || matches_by(a, MatchMethod::hybrid));
 }
 
 void check(const BakeArguments& a) {
@@ -392,13 +429,13 @@ void check(const BakeArguments& a) {
   if (a.low.empty() && !a.cage_mesh.empty()) {
     fail("--cage-mesh needs the LOW that it belongs to.");
   }
-  const bool views = a.match == "views" || a.fallback == "views";
-  const bool by_direction = !automatic && find_match(a.match).needs_direction;
+  const bool views = matches_by(a, MatchMethod::views);
+  const bool by_direction = matches_by(a, MatchMethod::axis);
   if (!views && (!a.views.empty() || a.view_size != 0 || (!by_direction && !a.view.empty()))) {
     fail("--views, --view and --view-size are for --match views.");
   }
   if (by_direction && a.view.size() != 1) {
-    fail("--match " + a.match + " looks along one direction: give one --view, such as 0,0,1.");
+    fail("--match axis looks along one direction: give one --view, such as 0,0,1.");
   }
   const BakeArguments defaults;
   if (!by_visibility(a) &&
@@ -411,7 +448,7 @@ void check(const BakeArguments& a) {
        a.view_weight != defaults.view_weight)) {
     fail(
         "--visibility-..., --directions and --view-weight are for --match visibility and "
-        "--match hybrid.");
+        "--match hybrid, or such a --fallback.");
   }
   if (a.visibility_clusters > 1 && (a.match != "visibility" || a.visibility_at != "texel")) {
     fail("--visibility-clusters is for --match visibility with --visibility-at texel.");
@@ -429,11 +466,7 @@ void check(const BakeArguments& a) {
   if (a.visibility_clusters > 1 && !a.save_match.empty()) {
     fail("--visibility-clusters makes several matches, --save-match saves one: leave one out.");
   }
-  if (kFallbackMisses.contains(a.fallback) && a.miss != "keep" &&
-      kMisses.at(a.miss) != miss_policy(a)) {
-    fail("--fallback " + a.fallback + " is another --miss than " + a.miss +
-         ": leave one of them out.");
-  }
+  check_fallback(a);
   if (is_height_field(a.high)) {
     if (a.low.empty() && a.unwrap) fail("--unwrap is for a given LOW.");
     height_field_options(a.heights);
@@ -451,24 +484,13 @@ void check(const BakeArguments& a) {
     fail("--height and --extent are for a HIGH that is a height field, a PNG or EXR.");
   }
   if (a.match != "uv" && a.force_uv) fail("--force-uv is for --match uv.");
-  if (a.match == "uv" && !fallback_searches(a) && !a.max_distance.empty()) {
+  if (a.match == "uv" && fallback_methods(a).empty() && !a.max_distance.empty()) {
     fail("--max-distance is for searching, but --match uv does not search: leave one out.");
   }
   if (!a.load_match.empty() && (a.match_given || a.force_uv)) {
     fail("--load-match takes a match as it is: leave --match and --force-uv out.");
   }
-  if (!a.load_match.empty() && a.fallback != "low") {
-    fail("--fallback is for matching, but --load-match takes a match as it is: leave one out.");
-  }
-  if (a.fallback_blend != 0 && !fallback_searches(a)) {
-    fail("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
-  }
-  if (a.match == a.fallback) {
-    fail("--fallback " + a.fallback +
-         " is the match itself, which leaves the same samples "
-         "undecided: choose another.");
-  }
-  if (!automatic && a.match != "ray" && a.fallback != "ray" &&
+  if (!automatic && !matches_by(a, MatchMethod::ray) &&
       (!a.cage.empty() || !a.cage_mesh.empty())) {
     fail("A cage is for rays: with --match " + a.match + " it needs --fallback ray.");
   }
@@ -490,7 +512,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   }
   if (a.match != kAutomatic) options.method = find_match(a.match).method;
   options.views.criterion = kCriteria.at(a.view_criterion);
-  if (!kFallbackMisses.contains(a.fallback)) options.fallback = kFallbacks.at(a.fallback);
+  options.fallback = fallback_methods(a);
   options.fallback_blend = a.fallback_blend;
   options.visibility.at = kVisibilityAt.at(a.visibility_at);
   options.visibility.test = kVisibilityTests.at(a.visibility_test);
@@ -554,7 +576,11 @@ std::vector<std::string> match_names() {
   }
   return names;
 }
-std::string fallback_name(Fallback fallback) { return name_of(kFallbacks, fallback); }
+std::string chain_name(const std::vector<MatchMethod>& fallback) {
+  std::string names;
+  for (const MatchMethod next : fallback) names += (names.empty() ? "" : ",") + match_name(next);
+  return names.empty() ? "low" : names;
+}
 std::string criterion_name(ViewCriterion criterion) { return name_of(kCriteria, criterion); }
 
 bool onto_plane(const BakeArguments& a) {
@@ -585,7 +611,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
   return {{"size", a.size},
           {"maps", a.maps},
           {"match", a.load_match.empty() ? a.match : "loaded"},
-          {"views", a.match == "views" || a.fallback == "views"
+          {"views", matches_by(a, MatchMethod::views)
                         ? Json(a.views.empty() ? "default" : a.views)
                         : Json()},
           {"view", a.view},

@@ -32,7 +32,7 @@ struct BakeArguments {
   std::uint32_t visibility_clusters = 1;
   double visibility_deviation = 0.8;
   std::string view_weight = "all";
-  std::string fallback = "low";
+  std::vector<std::string> fallback = {"low"};
   std::uint32_t fallback_blend = 0;
   std::string cage, cage_mesh;
   bool two_sided = false;
@@ -75,7 +75,8 @@ std::string match_name(MatchMethod method);
 MatchMethod match_method(const std::string& name);
 /// Those that need to be told nothing more.
 std::vector<std::string> match_names();
-std::string fallback_name(Fallback fallback);
+/// As --fallback takes it.
+std::string chain_name(const std::vector<MatchMethod>& fallback);
 std::string criterion_name(ViewCriterion criterion);
 
 /// Whether directions of visibility are asked for.

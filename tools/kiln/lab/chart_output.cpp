@@ -34,7 +34,7 @@ Json describe_match(const ChartRow& row) {
   const BakeOptions& bake = row.setting.bake;
   Json json = {{"samples", bake.samples},
                {"match", match_name(bake.method)},
-               {"fallback", fallback_name(bake.fallback)}};
+               {"fallback", chain_name(bake.fallback)}};
   if (!row.report.views) return json;
   json["views_chosen"] = bake.views.automatic;
   json["view_size_given"] = bake.views.size != 0;
