@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "bake/match_stage.h"
+#include "kiln/session.h"
 #include "match/match_array.h"
 #include "match/view_plan.h"
 #include "match/views.h"
