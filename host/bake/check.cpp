@@ -53,7 +53,8 @@ void check_fallback(const BakeOptions& options) {
   for (const MatchMethod next : options.fallback) {
     if (!match_row(next).info.may_follow) {
       usage("'" + std::string(next.name) +
-            "' cannot be a fallback, since it searches nothing: choose one that searches, such as ray.");
+            "' cannot be a fallback, since it searches nothing: choose one that searches, such as "
+            "ray.");
     }
     if (std::find(asked.begin(), asked.end(), next) != asked.end()) {
       usage("'" + std::string(next.name) +
@@ -82,9 +83,11 @@ void check_options(const BakeOptions& options) {
     usage("Both a cage distance and a cage mesh were given: choose one.");
   }
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
-    usage("occlusion.rays is " + std::to_string(options.occlusion.rays) + ": it must be 1 to 4096.");
+    usage("occlusion.rays is " + std::to_string(options.occlusion.rays) +
+          ": it must be 1 to 4096.");
   }
-  if (options.occlusion.distance) check_length("occlusion.distance", *options.occlusion.distance, false);
+  if (options.occlusion.distance)
+    check_length("occlusion.distance", *options.occlusion.distance, false);
   if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
   if (options.gutter < -1 || options.gutter > 4096) {
     usage("gutter is " + std::to_string(options.gutter) +

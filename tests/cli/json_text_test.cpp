@@ -24,11 +24,11 @@ TEST(JsonText, TextStaysAsItIs) {
 TEST(JsonText, OtherBytesAreEscaped) {
   EXPECT_EQ(escape_bytes("caf\xE9.obj"), "caf\\xe9.obj");
   EXPECT_EQ(escape_bytes("\x80\xFF"), "\\x80\\xff");
-  EXPECT_EQ(escape_bytes("\xC3"), "\\xc3");                          // cut off
-  EXPECT_EQ(escape_bytes("\xC0\xAF"), "\\xc0\\xaf");                 // a form too long
-  EXPECT_EQ(escape_bytes("\xED\xA0\x80"), "\\xed\\xa0\\x80");        // half of a surrogate
+  EXPECT_EQ(escape_bytes("\xC3"), "\\xc3");                             // cut off
+  EXPECT_EQ(escape_bytes("\xC0\xAF"), "\\xc0\\xaf");                    // a form too long
+  EXPECT_EQ(escape_bytes("\xED\xA0\x80"), "\\xed\\xa0\\x80");           // half of a surrogate
   EXPECT_EQ(escape_bytes("\xF4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");  // beyond U+10FFFF
-  EXPECT_EQ(escape_bytes("is\\xe9"), "is\\x5cxe9");                  // reads as an escape
+  EXPECT_EQ(escape_bytes("is\\xe9"), "is\\x5cxe9");                     // reads as an escape
 }
 
 TEST(JsonText, EveryNameComesBack) {

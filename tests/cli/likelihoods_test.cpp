@@ -37,9 +37,9 @@ std::string refused_text(const std::string& text) {
 
 TEST(Likelihoods, LinesByAnyEnd) {
   for (const std::string end : {"\n", "\r", "\r\n"}) {
-    const auto list = parse_likelihoods(
-        "\xEF\xBB\xBF# from the front" + end + end + " 0 0\t1 2" + end + "+1 -2e-1 0 .5 # side" + end,
-        "views.txt");
+    const auto list = parse_likelihoods("\xEF\xBB\xBF# from the front" + end + end + " 0 0\t1 2" +
+                                            end + "+1 -2e-1 0 .5 # side" + end,
+                                        "views.txt");
     ASSERT_EQ(list.size(), 2u);
     EXPECT_EQ(list[0].direction, (Vec3{0, 0, 1}));
     EXPECT_EQ(list[0].weight, 2);
@@ -49,9 +49,9 @@ TEST(Likelihoods, LinesByAnyEnd) {
 }
 
 TEST(Likelihoods, BadLinesAreNamed) {
-  for (const char* line : {"0 0 1", "0 0 1 2 3", "0 0 0 1", "0 0 1 -1", "a 0 1 1", "0 0 1 x",
-                           "nan 0 1 1", "0 0 1 inf", "1e300 0 0 1", "1e-60 0 0 1", "0 0 1 1e999",
-                           "0 0 1 2x"}) {
+  for (const char* line :
+       {"0 0 1", "0 0 1 2 3", "0 0 0 1", "0 0 1 -1", "a 0 1 1", "0 0 1 x", "nan 0 1 1", "0 0 1 inf",
+        "1e300 0 0 1", "1e-60 0 0 1", "0 0 1 1e999", "0 0 1 2x"}) {
     const std::string text = refused_text("1 0 0 1\n\n" + std::string(line) + "\n");
     EXPECT_NE(text.find("'views.txt', line 3"), std::string::npos) << text;
   }

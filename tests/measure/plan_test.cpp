@@ -386,8 +386,7 @@ TEST(Plan, KnowsWhatAFallbackAddsToUvs) {
   const NormalProbe::Limit half = probe.limit(options, field);
   EXPECT_NEAR(half.missed, 0.5, 0.02);
   EXPECT_GT(half.error.mean_degrees, 1.2 * by_rays);
-  for (const MatchMethod fallback :
-       {MatchMethod::ray, MatchMethod::closest, MatchMethod::views}) {
+  for (const MatchMethod fallback : {MatchMethod::ray, MatchMethod::closest, MatchMethod::views}) {
     options.fallback = {fallback};
     const NormalProbe::Limit whole = probe.limit(options, field);
     EXPECT_LT(whole.missed, 0.01);

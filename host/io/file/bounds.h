@@ -11,12 +11,12 @@ namespace kiln {
 /// How bytes are packed in a file.
 enum class Packing {
   none,
-  deflate,    ///< zlib, gzip, PNG, OpenEXR's ZIP and ZIPS
+  deflate,  ///< zlib, gzip, PNG, OpenEXR's ZIP and ZIPS
   exr_rle,
   exr_piz,
   exr_pxr24,
-  exr_b44,    ///< And B44A
-  exr_dwa,    ///< DWAA and DWAB
+  exr_b44,  ///< And B44A
+  exr_dwa,  ///< DWAA and DWAB
 };
 
 /// No `packed` bytes unpack to more than this, whatever they are: a bound from the format itself, not

@@ -34,7 +34,8 @@ void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits&
   const bool framed = part.data.inside(part.display);
   const auto check = [&](const char* field, const ExrBox& box) {
     if (box.pixels() <= limits.pixels) return;
-    fail(field, "it says " + sides(box) + ", but at most " + std::to_string(limits.pixels) + " are read",
+    fail(field,
+         "it says " + sides(box) + ", but at most " + std::to_string(limits.pixels) + " are read",
          "Scale the image down.");
   };
   check("dataWindow", part.data);
@@ -98,15 +99,15 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
     unsigned char head[24] = {};
     if (at < headers.end || at > source.size() ||
         source.read_at(at, head, static_cast<std::size_t>(head_bytes)) != head_bytes) {
-      fail(place,
-           "the file does not have it (truncated, or the program that wrote it was stopped)", kAgain);
+      fail(place, "the file does not have it (truncated, or the program that wrote it was stopped)",
+           kAgain);
     }
     const ExrBox box = block_box(part, i);
     const auto field = [&](unsigned k) { return little_endian(head + part_bytes + 4 * k, 4); };
-    const bool placed =
-        part.tiled ? field(0) == i % part.tiles_x() && field(1) == i / part.tiles_x() &&
-                         field(2) == 0 && field(3) == 0
-                   : field(0) == static_cast<std::uint32_t>(box.y0);
+    const bool placed = part.tiled
+                            ? field(0) == i % part.tiles_x() && field(1) == i / part.tiles_x() &&
+                                  field(2) == 0 && field(3) == 0
+                            : field(0) == static_cast<std::uint32_t>(box.y0);
     if (!placed || (headers.multi_part && little_endian(head, 4) != 0)) {
       fail(place, "another stands in its place", kAgain);
     }
@@ -150,8 +151,8 @@ ExrPlan check_exr(const ByteSource& source, const FailWith& fail, std::uint32_t 
   plan.threads = most < 2 ? 0 : static_cast<int>(std::min(all, most));
   plan.buffers = each * static_cast<std::uint64_t>(std::max(1, plan.threads));
   if (part.tiled) {
-    plan.buffers += std::max(part.data.width(), part.tile_width) * part.tile_height * 4 *
-                    part.channels.size();
+    plan.buffers +=
+        std::max(part.data.width(), part.tile_width) * part.tile_height * 4 * part.channels.size();
   }
   return plan;
 }

@@ -163,7 +163,9 @@ void check_complete(const Cursor& cursor, const ExrPart& part) {
 
 /// Numbers from a to b that the step divides.
 std::uint64_t samples(std::int64_t a, std::int64_t b, std::int64_t step) {
-  const auto floor = [step](std::int64_t v) { return v >= 0 ? v / step : -((-v + step - 1) / step); };
+  const auto floor = [step](std::int64_t v) {
+    return v >= 0 ? v / step : -((-v + step - 1) / step);
+  };
   return static_cast<std::uint64_t>(floor(b) - floor(a - 1));
 }
 
@@ -183,9 +185,9 @@ std::uint64_t ExrPart::bytes_of(const ExrBox& box) const {
   std::uint64_t sum = 0;
   for (const ExrChannel& channel : channels) {
     const bool all = channel.dx == 1 && channel.dy == 1;
-    sum += channel.bytes * (all ? box.pixels()
-                                : samples(box.x0, box.x1, channel.dx) *
-                                      samples(box.y0, box.y1, channel.dy));
+    sum += channel.bytes *
+           (all ? box.pixels()
+                : samples(box.x0, box.x1, channel.dx) * samples(box.y0, box.y1, channel.dy));
   }
   return sum;
 }
@@ -200,7 +202,9 @@ std::uint64_t ExrPart::blocks_of_all_levels() const {
   const bool mip = level_mode == 1;
   const auto wide = levels(data.width(), mip ? larger : data.width(), round_up);
   const auto high = levels(data.height(), mip ? larger : data.height(), round_up);
-  const auto tiles = [](std::uint64_t size, std::uint64_t tile) { return (size + tile - 1) / tile; };
+  const auto tiles = [](std::uint64_t size, std::uint64_t tile) {
+    return (size + tile - 1) / tile;
+  };
   std::uint64_t sum = 0;
   for (std::size_t y = 0; y < high.size(); ++y) {
     for (std::size_t x = 0; x < wide.size(); ++x) {

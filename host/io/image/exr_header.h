@@ -62,7 +62,7 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
 
 /// What reading the first part takes.
 struct ExrPlan {
-  int threads = 0;            ///< For OpenEXR: its buffers, two a thread, stay below the image's size
+  int threads = 0;  ///< For OpenEXR: its buffers, two a thread, stay below the image's size
   std::uint64_t buffers = 0;  ///< Bytes of them
 };
 

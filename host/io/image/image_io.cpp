@@ -71,9 +71,9 @@ void check_mips(const Image& image, const std::vector<Image>& mips) {
 FailWith image_failure(std::string file, std::string kind) {
   return [file = std::move(file), kind = std::move(kind)](
              const std::string& place, const std::string& problem, const std::string& remedy) {
-    throw Error(ErrorCode::input, "Could not read '" + file + "'" +
-                                      (kind.empty() ? "" : " as " + kind) + ": " +
-                                      (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
+    throw Error(ErrorCode::input,
+                "Could not read '" + file + "'" + (kind.empty() ? "" : " as " + kind) + ": " +
+                    (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
   };
 }
 

@@ -18,7 +18,8 @@ inline constexpr std::uint32_t kLargestImageSide = 65536;
 FailWith image_failure(std::string file, std::string kind);
 
 /// PNG or OpenEXR by its first bytes. \param file  for messages \throws Error(input)
-Image parse_image(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
+Image parse_image(const ByteSource& source, const std::string& file,
+                  const ImageLimits& limits = {});
 
 /// Any PNG: palettes and transparency are expanded, 1 to 16 bits become [0, 1] by division, gamma and
 /// colour profiles are left alone. \throws Error(input), as below

@@ -221,9 +221,9 @@ void save_match(const Match& match, const std::filesystem::path& path) {
 
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
   // Of every failure, one remedy.
-  const FailWith failure = [inner = image_failure(file, kKind)](
-                               const std::string& place, const std::string& problem,
-                               const std::string&) {
+  const FailWith failure = [inner = image_failure(file, kKind)](const std::string& place,
+                                                                const std::string& problem,
+                                                                const std::string&) {
     inner(place, problem, "Save the match again with --save-match.");
   };
   const ExrPlan plan = check_exr(source, failure, kLargestSide, limits);

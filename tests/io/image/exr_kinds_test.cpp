@@ -56,7 +56,8 @@ void expect_flat(const std::filesystem::path& path) {
   const Image image = load_image(path);
   EXPECT_EQ(image.width, static_cast<std::uint32_t>(kWidth));
   EXPECT_EQ(image.height, static_cast<std::uint32_t>(kHeight));
-  EXPECT_TRUE(std::all_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v == 3; }));
+  EXPECT_TRUE(
+      std::all_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v == 3; }));
 }
 
 TEST(ExrKinds, EveryCompressionOfScanLinesAndTiles) {

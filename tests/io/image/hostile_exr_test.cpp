@@ -28,8 +28,8 @@ struct Box {
 struct Spec {
   int compression = 0;
   Box data = {}, display = {};
-  std::string more = {};       // Attributes
-  std::uint32_t flags = 0;     // Beside the version, 2
+  std::string more = {};    // Attributes
+  std::uint32_t flags = 0;  // Beside the version, 2
   std::vector<std::string> channels = {"Y"};
 };
 
@@ -59,7 +59,8 @@ std::string header(const Spec& spec) {
   list += '\0';
   return little_endian(20000630, 4) + little_endian(2 | spec.flags, 4) +
          attribute("channels", "chlist", list) +
-         attribute("compression", "compression", std::string(1, static_cast<char>(spec.compression))) +
+         attribute("compression", "compression",
+                   std::string(1, static_cast<char>(spec.compression))) +
          attribute("dataWindow", "box2i", box(spec.data)) +
          attribute("displayWindow", "box2i", box(spec.display)) +
          attribute("lineOrder", "lineOrder", std::string(1, '\0')) +
@@ -96,8 +97,7 @@ Image read(const std::string& bytes) { return parse_image(*bytes_in_memory(bytes
 
 std::string refusal(const std::string& bytes) {
   const test::AddressLimit limited;
-  return test::refusal(bytes,
-                       [](const ByteSource& source) { parse_image(source, "hostile.exr"); });
+  return test::refusal(bytes, [](const ByteSource& source) { parse_image(source, "hostile.exr"); });
 }
 
 std::string contents(const std::filesystem::path& path) {
@@ -128,11 +128,12 @@ TEST(HostileExr, FramesOfFilmMayBeNearlyEmpty) {
   const Image image = read(plain({.data = {100, 50, 101, 51}, .display = {0, 0, 2047, 1079}}));
   EXPECT_EQ(image.width, 2048u);
   EXPECT_EQ(image.height, 1080u);
-  EXPECT_TRUE(std::all_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v == 0; }));
+  EXPECT_TRUE(
+      std::all_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v == 0; }));
 }
 
 TEST(HostileExr, ABlockMustHoldItsPixels) {
-  const char* const names[] = {"none", "RLE", "ZIPS", "ZIP", "PIZ",
+  const char* const names[] = {"none",  "RLE", "ZIPS", "ZIP",  "PIZ",
                                "PXR24", "B44", "B44A", "DWAA", "DWAB"};
   const int rows[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
   for (int c = 0; c < 10; ++c) {
@@ -183,8 +184,8 @@ TEST(HostileExr, BlocksOutOfPlace) {
 
 TEST(HostileExr, HugeTiles) {
   const auto tiled = [](std::uint32_t width, std::uint32_t height, char mode) {
-    const std::string tiles = attribute(
-        "tiles", "tiledesc", little_endian(width, 4) + little_endian(height, 4) + mode);
+    const std::string tiles =
+        attribute("tiles", "tiledesc", little_endian(width, 4) + little_endian(height, 4) + mode);
     const std::string head = header({.more = tiles, .flags = 1U << 9});
     return with_blocks(head, {std::string(16, '\0') + little_endian(4, 4) + number(0.5F)});
   };

@@ -109,8 +109,8 @@ TEST(HostilePng, CutShortAnywhere) {
     for (int i = 0; i < 9 * 40; ++i) raw += static_cast<char>(i % 9 == 0 ? 0 : i * 7);
     // Adam7's seven passes of 8 x 40.
     if (interlaced == 1) raw = std::string(10 + 10 + 15 + 30 + 50 + 100 + 180, '\0');
-    const std::string whole = header(8, 40, 8, 0, interlaced) + chunk("tIME", "1234567") +
-                              image_data(raw);
+    const std::string whole =
+        header(8, 40, 8, 0, interlaced) + chunk("tIME", "1234567") + image_data(raw);
     EXPECT_EQ(parse_image(*bytes_in_memory(whole), "hostile.png").height, 40u);
     for (std::size_t length = 0; length < whole.size(); ++length) {
       SCOPED_TRACE(length);

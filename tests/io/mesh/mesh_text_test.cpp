@@ -85,8 +85,9 @@ TEST(MeshText, ScannerKnowsItsLines) {
 
 // kiln/mesh.h: what stands for a missing UV is no place on the map.
 TEST(MeshText, MissingUvsAreNaN) {
-  const Mesh mesh = parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 1 2 3\n",
-                          MeshFormat::obj);
+  const Mesh mesh =
+      parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 1 2 3\n",
+            MeshFormat::obj);
   ASSERT_EQ(mesh.uv_triangles.size(), 2u);
   for (const std::uint32_t corner : mesh.uv_triangles[1]) {
     EXPECT_TRUE(std::isnan(mesh.uvs[corner].x) && std::isnan(mesh.uvs[corner].y));

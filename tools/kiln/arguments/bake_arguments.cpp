@@ -124,7 +124,8 @@ void check_fallback(const BakeArguments& a) {
   for (std::size_t i = 0; i < a.fallback.size(); ++i) {
     const std::string& name = a.fallback[i];
     if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
-      fail("--fallback " + name + " leaves the same samples undecided as before: name each match once.");
+      fail("--fallback " + name +
+           " leaves the same samples undecided as before: name each match once.");
     }
     if (kFallbackMisses.contains(name) && i + 1 != a.fallback.size()) {
       fail("--fallback " + name + " decides all that is left: nothing can follow it.");
@@ -225,11 +226,12 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_match);
   command
-      .add_option("--fallback", a.fallback,
-                  "What decides samples that the match leaves undecided: other matches, asked in "
-                  "turn, as in ray,closest. At the end of the chain low (LOW's normal; such samples "
-                  "count as missed), fill (the map around them, as --miss fill), or none (marked, as "
-                  "--miss mark)")
+      .add_option(
+          "--fallback", a.fallback,
+          "What decides samples that the match leaves undecided: other matches, asked in "
+          "turn, as in ray,closest. At the end of the chain low (LOW's normal; such samples "
+          "count as missed), fill (the map around them, as --miss fill), or none (marked, as "
+          "--miss mark)")
       ->delimiter(',')
       ->check(CLI::IsMember(fallback_names(), CLI::ignore_case))
       ->capture_default_str()
@@ -402,7 +404,8 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
 }
 
 bool by_visibility(const BakeArguments& a) {
-  return a.load_match.empty() && (matches_by(a, MatchMethod::visibility) || matches_by(a, MatchMethod::hybrid));
+  return a.load_match.empty() &&
+         (matches_by(a, MatchMethod::visibility) || matches_by(a, MatchMethod::hybrid));
 }
 
 void check(const BakeArguments& a) {
@@ -490,8 +493,7 @@ void check(const BakeArguments& a) {
   if (!a.load_match.empty() && (a.match_given || a.force_uv)) {
     fail("--load-match takes a match as it is: leave --match and --force-uv out.");
   }
-  if (!automatic && !matches_by(a, MatchMethod::ray) &&
-      (!a.cage.empty() || !a.cage_mesh.empty())) {
+  if (!automatic && !matches_by(a, MatchMethod::ray) && (!a.cage.empty() || !a.cage_mesh.empty())) {
     fail("A cage is for rays: with --match " + a.match + " it needs --fallback ray.");
   }
   if (a.raw && !is_exr(image_options(a)))
@@ -611,9 +613,8 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
   return {{"size", a.size},
           {"maps", a.maps},
           {"match", a.load_match.empty() ? a.match : "loaded"},
-          {"views", matches_by(a, MatchMethod::views)
-                        ? Json(a.views.empty() ? "default" : a.views)
-                        : Json()},
+          {"views", matches_by(a, MatchMethod::views) ? Json(a.views.empty() ? "default" : a.views)
+                                                      : Json()},
           {"view", a.view},
           {"view_size", report.views ? Json(report.views->size) : Json()},
           {"view_criterion", report.views ? Json(a.view_criterion) : Json()},
