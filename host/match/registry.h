@@ -22,10 +22,10 @@ struct MatchRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   std::uint32_t width = 0, height = 0, samples = 1;  ///< Of the map
-  double distance = 0;         ///< How far to look; with a cage, from the cage inward
+  double distance = 0;              ///< How far to look; with a cage, from the cage inward
   std::optional<double> cage = {};  ///< Start rays this far outside, inward, first hit
-  bool cage_mesh = false;      ///< ... or where the surface's directions end
-  bool two_sided = false;      ///< Back faces of the high poly are hit, too
+  bool cage_mesh = false;           ///< ... or where the surface's directions end
+  bool two_sided = false;           ///< Back faces of the high poly are hit, too
   ViewOptions views = {};
   VisibilityOptions visibility = {};
   UvOptions uv = {};

@@ -21,7 +21,7 @@ struct BakeOptions {
   std::vector<MapKind> maps = std::vector<MapKind>(1, MapKind::normal);
 
   MatchMethod method = MatchMethod::ray;
-  ViewOptions views = {};            ///< For MatchMethod::views; its directions for axis
+  ViewOptions views = {};             ///< For MatchMethod::views; its directions for axis
   VisibilityOptions visibility = {};  ///< For MatchMethod::visibility and hybrid
   UvOptions uv = {};                  ///< For MatchMethod::uv
   /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
@@ -42,9 +42,9 @@ struct BakeOptions {
                                     ///< from the light surface are turned to it
 
   NormalMapSpace space = NormalMapSpace::tangent;
-  bool flip_y = false;         ///< Green down (DirectX); default up (OpenGL)
-  bool two_component = false;  ///< Third component left out (0): z = sqrt(1 - x^2 - y^2)
-  bool raw = false;            ///< Components in [-1, 1] instead of n/2 + 1/2
+  bool flip_y = false;              ///< Green down (DirectX); default up (OpenGL)
+  bool two_component = false;       ///< Third component left out (0): z = sqrt(1 - x^2 - y^2)
+  bool raw = false;                 ///< Components in [-1, 1] instead of n/2 + 1/2
   OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
   /// given: 0.5% of the diagonal.

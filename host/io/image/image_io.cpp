@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 #include <memory>
 #include <new>
 #include <string>
@@ -99,10 +100,25 @@ Image load_image(const std::filesystem::path& path) {
   }
 }
 
+namespace {
+
+/// A name that ends in the extension of another format would mislead whoever reads the file.
+void check_extension(const std::filesystem::path& path, ImageFormat format) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool exr = format == ImageFormat::exr_half || format == ImageFormat::exr_float;
+  if (extension != (exr ? ".png" : ".exr")) return;
+  throw Error(ErrorCode::usage, "'" + path.string() + "' would hold " + (exr ? "OpenEXR" : "PNG") +
+                                    ": set SaveImageOptions::format to what the name says.");
+}
+
+}  // namespace
+
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options) {
   check_image(image);
   check_threads(options);
+  check_extension(path, options.format);
   switch (options.format) {
     case ImageFormat::exr_half:
       return save_exr(image, path, true, options.threads);

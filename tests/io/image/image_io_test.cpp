@@ -451,5 +451,30 @@ TEST(ImageIo, FlatImagesAreStillRead) {
   }
 }
 
+TEST(SaveImage, TheNameAndTheFormatAgree) {
+  const fs::path folder = test::scratch_folder();
+  const Image image{1, 1, 1, {0.5F}};
+  const auto save = [&](const char* name, ImageFormat format) {
+    SaveImageOptions options;
+    options.format = format;
+    save_image(image, folder / name, options);
+  };
+  for (const auto& [name, format] :
+       {std::pair("x.png", ImageFormat::exr_half), std::pair("x.PNG", ImageFormat::exr_float),
+        std::pair("x.exr", ImageFormat::png8), std::pair("x.Exr", ImageFormat::png16)}) {
+    try {
+      save(name, format);
+      ADD_FAILURE() << name;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos);
+    }
+    EXPECT_FALSE(fs::exists(folder / name));
+  }
+  save("x.png", ImageFormat::png8);
+  save("y.exr", ImageFormat::exr_half);
+  save("without", ImageFormat::exr_half);
+}
+
 }  // namespace
 }  // namespace kiln
