@@ -94,7 +94,6 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       .add_option("--load-match", a.load_match, "Use a saved correspondence instead of matching")
       ->excludes(save)
       ->group(group_match);
-  ->group(group_visibility);
   command
       .add_flag(
           "--force-uv", a.force_uv,

@@ -86,6 +86,7 @@ void add_view_flags(CLI::App& command, BakeArguments& a) {
                   "clusters; that of an open plane is 0.745")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
+      ->group(group_visibility);
 }
 
 }  // namespace kiln::cli

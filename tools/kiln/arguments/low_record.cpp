@@ -1,6 +1,5 @@
 #include "arguments/low_record.h"
 
-#include <algorithm>
 #include <system_error>
 
 #include "arguments/small_file.h"
@@ -28,6 +27,18 @@ fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   return folder / unescape_bytes(json["low"].get<std::string>());
 }
 
+/// A map in a folder; empty where there is none.
+fs::path map_of(const fs::path& folder, const std::string& stem) {
+  for (const MapInfo& map : maps()) {
+    for (const char* ending : {".png", ".exr"}) {
+      const fs::path path = folder / (stem + "_" + std::string(map.kind.name) + ending);
+      std::error_code none;
+      if (fs::exists(path, none)) return path;
+    }
+  }
+  return {};
+}
+
 bool same(const fs::path& a, const fs::path& b) {
   std::error_code error;
   return fs::equivalent(a, b, error);
@@ -35,21 +46,19 @@ bool same(const fs::path& a, const fs::path& b) {
 
 }  // namespace
 
-void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source,
-                      const std::vector<fs::path>& maps) {
-  std::error_code none;
-  const auto there = std::find_if(maps.begin(), maps.end(),
-                                  [&](const fs::path& map) { return fs::exists(map, none); });
+void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
+  const fs::path map = map_of(folder, stem);
   const fs::path recorded = recorded_source(folder, stem);
+  std::error_code none;
   // A mesh that is gone may have been renamed.
-  if (there == maps.end() || recorded.empty() || !fs::exists(recorded, none)) return;
+  if (map.empty() || recorded.empty() || !fs::exists(recorded, none)) return;
   // The low poly that Kiln wrote here is the one that these maps belong to.
   const fs::path made = folder / (stem + ".obj");
   if (same(recorded, source) || same(recorded, made) || same(source, made)) return;
-  throw Error(ErrorCode::usage, "'" + there->string() + "' is a map of '" +
-                                    recorded.lexically_normal().string() + "', and '" +
+  throw Error(ErrorCode::usage, "'" + map.string() + "' is a map of '" +
+                                    recorded.lexically_normal().string() + "', and maps of '" +
                                     source.string() +
-                                    "' would write over it. Choose another --out, rename one of "
+                                    "' would have its name. Choose another --out, rename one of "
                                     "the meshes, or add --force.");
 }
 

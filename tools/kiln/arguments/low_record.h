@@ -3,18 +3,15 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 namespace kiln::cli {
 
-/// Refuses to write over maps of another low poly of the same name.
+/// Refuses a folder that has maps of another low poly of the same name.
 /// \param stem    of the maps' names
 /// \param source  LOW; where Kiln makes it, HIGH
-/// \param maps    the files that would be written
 /// \throws Error(usage) names both meshes and the remedy
 void check_low_record(const std::filesystem::path& folder, const std::string& stem,
-                      const std::filesystem::path& source,
-                      const std::vector<std::filesystem::path>& maps);
+                      const std::filesystem::path& source);
 
 /// Notes whose maps these are, in the hidden file FOLDER/.STEM.kiln.json. The path in it starts at the
 /// folder, so that both can move together. \throws Error(output)

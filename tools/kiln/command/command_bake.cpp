@@ -376,22 +376,20 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
                                       "': a match is an EXR, so the name must end in .exr.");
   }
   const std::string stem = low_stem(arguments);
-  std::vector<fs::path> maps;
+  std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
   for (const std::string& map : arguments.maps) {
-    maps.push_back(folder / (stem + "_" + map + extension(save_options)));
+    outputs.push_back(folder / (stem + "_" + map + extension(save_options)));
     for (std::uint32_t k = 1; k < arguments.visibility_clusters && has_clusters(map); ++k) {
-      maps.push_back(folder / (stem + "_" + cluster_name(map, k) + extension(save_options)));
+      outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + extension(save_options)));
     }
   }
-  std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
-  outputs.insert(outputs.end(), maps.begin(), maps.end());
   if (arguments.visibility_clusters > 1) outputs.push_back(folder / (stem + kClusters));
   if (arguments.low.empty() || arguments.unwrap) outputs.push_back(folder / (stem + ".obj"));
   check_paths({arguments.high, arguments.low, arguments.cage_mesh, arguments.load_match}, outputs);
   if (arguments.low.empty() || arguments.unwrap) {
     check_not_foreign(folder / (stem + ".obj"), arguments.force);
   }
-  if (!arguments.force) check_low_record(folder, stem, low_source(arguments), maps);
+  if (!arguments.force) check_low_record(folder, stem, low_source(arguments));
 }
 
 /// Where most is missed.

@@ -30,12 +30,10 @@ constexpr std::array kFollows = {
     Follows{"no-texels", "uv-outside"},
     // Of the bake: what is missed, and what that does to a plan.
     Follows{"many-misses", "coarse-views"},
-    Follows{"many-misses", "low-denser"},
     Follows{"many-misses", "short-rays"},
     Follows{"many-misses", "uv-source-degenerate"},
     Follows{"many-misses", "uv-source-outside"},
     Follows{"error-not-reached", "coarse-views"},
-    Follows{"error-not-reached", "low-denser"},
     Follows{"error-not-reached", "many-misses"},
     Follows{"error-not-reached", "short-rays"},
 };
