@@ -30,7 +30,7 @@ void warn_about_pixels(const LowSurface& surface, double unit, BakeReport& repor
   report.warnings.push_back(
       {"coarse-views",
        "A pixel of the depth views is " + std::to_string(report.views->pixel / radius) +
-           " times the light mesh's radius, so they show next to nothing of it: raise --view-size, "
+           " times the light mesh's radius, so they show next to nothing of it: raise views.size, "
            "cut away what lies far from it in the dense mesh, or use rays.",
        1});
 }

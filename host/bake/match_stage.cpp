@@ -78,8 +78,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   if (options.match == nullptr && request.cage && request.distance <= *request.cage) {
     report.warnings.push_back({"short-rays",
                                "Rays start at the cage and end before they reach the light mesh: "
-                               "--max-distance should be "
-                               "about twice --cage.",
+                               "max_distance should be about twice BakeOptions::cage.",
                                1});
   }
   const double built = source.stats().build_seconds;

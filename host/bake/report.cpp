@@ -15,19 +15,19 @@ namespace {
 std::string miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "the dense mesh's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
-           "nearest points decide the rest (--fallback ray, --fallback closest).";
+           "nearest points decide the rest (BakeOptions::fallback ray or closest).";
   }
   if (!report.views) {
-    return "raise --max-distance, check that both meshes lie in the same place, or add --two-sided "
+    return "raise max_distance, check that both meshes lie in the same place, or add two_sided "
            "where the dense mesh's faces are turned inside out.";
   }
   std::string advice =
-      "let rays or nearest points decide them (--fallback ray, --fallback closest), ";
+      "let rays or nearest points decide them (BakeOptions::fallback ray or closest), ";
   advice += report.views->undersampled > 0.5
-                ? "raise --view-size, since most triangles are smaller "
+                ? "raise views.size, since most triangles are smaller "
                   "than a pixel of the views, "
-                : "look from more sides (--views), ";
-  advice += "raise --max-distance, or add --two-sided where faces are turned inside out.";
+                : "look from more sides (views.count), ";
+  advice += "raise max_distance, or add two_sided where faces are turned inside out.";
   return advice;
 }
 

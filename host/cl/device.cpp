@@ -134,7 +134,7 @@ Device Device::open(std::string_view selector) {
         "its "
         "kernels to: set HOME or POCL_CACHE_DIR to one that can be written.");
   }
-  std::string origin = "--device";
+  std::string origin = "Device::open";
   if (selector.empty()) {
     if (const char* environment = std::getenv("KILN_DEVICE")) {
       selector = environment;

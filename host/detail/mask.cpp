@@ -41,7 +41,10 @@ class MaskMap : public MapMaker {
 
 MapRow mask_map() {
   MapRow row;
-  row.info = {MapKind::mask, 1, MapType::coverage, "1 where a texel was baked, else 0", 0, 1};
+  row.info = {MapKind::mask, 1, MapType::coverage,
+              "which texels were baked, 1 or else 0: leaves padding out of comparisons and "
+              "composites",
+              0, 1};
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<MaskMap>(request);
   };

@@ -26,7 +26,7 @@ void check_uvs(const Source::Impl& source) {
   if (source.uvs.empty() || source.uv_triangles.empty()) {
     throw Error(
         ErrorCode::input,
-        "The dense mesh has no UVs, which --match uv finds its points by: give it the light "
+        "The dense mesh has no UVs, which MatchMethod::uv finds its points by: give it the light "
         "mesh's layout, or use another match, such as ray.");
   }
   if (source.uv_triangles.size() != source.triangles.size()) {
@@ -381,7 +381,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
     if (overlap > options.max_overlap) {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_overlap) +
                                         ": a UV there does not say which point is meant. Use "
-                                        "another match, such as ray, or --force-uv to take the "
+                                        "another match, such as ray, or raise uv.max_overlap to take the "
                                         "triangle with the lowest index.");
     }
     warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
@@ -398,7 +398,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
                                         ": the UVs do not lie over each other. Check that both "
                                         "meshes were unwrapped together, use another match, such "
-                                        "as ray, or --force-uv to bake all the same.");
+                                        "as ray, or raise uv.max_distance to bake all the same.");
     }
     warn("uv-disagreement", text + ".", 1);
   }

@@ -37,9 +37,9 @@ void check_mesh(const Mesh& low) {
     throw Error(
         ErrorCode::input,
         "Mesh " + quoted(low) +
-            " has no UVs, so there is nowhere to bake to. Unwrap it in a modelling tool, or "
-            "let Kiln do it: `kiln bake --unwrap` gives this mesh UVs, and `kiln bake` without "
-            "LOW makes a light mesh that has them.");
+            " has no UVs, so there is nowhere to bake to. Unwrap it in a modelling tool, or let "
+            "Kiln do it: unwrap() gives this mesh UVs, and simplify() makes a light mesh to "
+            "unwrap.");
   }
   check_indices(low, low.triangles, low.positions.size(), "position");
   check_indices(low, low.uv_triangles, low.uvs.size(), "UV");
@@ -162,9 +162,8 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage)
     throw Error(ErrorCode::input,
                 "All UVs of mesh " + quoted(low) +
                     " are degenerate (no triangle has an area in UV space), so there is nowhere to "
-                    "bake to. Unwrap it in a modelling tool, or let Kiln do it: `kiln bake "
-                    "--unwrap` gives this "
-                    "mesh UVs, and `kiln bake` without LOW makes a light mesh that has them.");
+                    "bake to. Unwrap it in a modelling tool, or let Kiln do it: unwrap() gives this "
+                    "mesh UVs, and simplify() makes a light mesh to unwrap.");
   }
 
   const std::vector<CornerTangent> tangents =

@@ -218,9 +218,9 @@ Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t 
                       std::to_string(light.faces) +
                       " faces, however few are asked for, and their " +
                       std::to_string(corners.size()) + " charts are too many for " + map +
-                      ": take the outer surface alone, with gaps closed (--outer --outer-gap N), "
-                      "leave small parts out (--min-part P), let parts, holes and handles go "
-                      "(--topology free), or ask for a larger map (--size).");
+                      ": take the outer surface alone, with gaps closed (outer_only and outer_gap), "
+                      "leave small parts out (min_part), let parts, holes and handles go "
+                      "(keep_topology = false), or ask for a larger map (ExtractOptions::size).");
     }
     throw Error(ErrorCode::usage, "The light mesh has " + std::to_string(corners.size()) +
                                       " charts, too many for " + map +

@@ -34,8 +34,10 @@ fs::path make_scene(std::uint32_t faces = 20000) {
 std::vector<std::string> names(const fs::path& folder) {
   std::vector<std::string> result;
   if (!fs::exists(folder)) return result;  // made for nothing, so gone
-  for (const auto& entry : fs::directory_iterator(folder))
-    result.push_back(entry.path().filename());
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    if (!name.starts_with(".") || !name.ends_with(".kiln.json")) result.push_back(name);
+  }
   std::sort(result.begin(), result.end());
   return result;
 }
@@ -393,11 +395,10 @@ TEST(Command, SavedMatchBakesTheSameMap) {
                                          "--size",
                                          "200",
                                          "--samples",
-                                         "2",
-                                         "--max-distance",
-                                         "10%"};
+                                         "2"};
   std::vector<std::string> first = base;
-  first.insert(first.end(), {"--out", scene / "a", "--save-match", scene / "match.exr"});
+  first.insert(first.end(), {"--out", scene / "a", "--save-match", scene / "match.exr",
+                             "--max-distance", "10%"});
   ASSERT_EQ(run_kiln(first).exit_code, 0);
   std::vector<std::string> second = base;
   second.insert(second.end(), {"--out", scene / "b", "--load-match", scene / "match.exr"});
@@ -646,13 +647,14 @@ TEST(Command, ASavedMatchBelongsToItsMeshes) {
   const fs::path scene = make_scene(2000);
   const std::string match = scene / "match.exr";
   const auto bake = [&](const std::string& low, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"bake",  scene / "high.obj", low,
-                                          "--out", scene / "out",      "--size",
-                                          "64",    "--max-distance",   "10%"};
+    std::vector<std::string> arguments = {"bake",  scene / "high.obj", low, "--out",
+                                          scene / "out", "--size",     "64"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   };
-  ASSERT_EQ(run_kiln(bake(scene / "low.obj", {"--save-match", match})).exit_code, 0);
+  ASSERT_EQ(run_kiln(bake(scene / "low.obj", {"--save-match", match, "--max-distance", "10%"}))
+                .exit_code,
+            0);
   EXPECT_EQ(run_kiln(bake(scene / "low.obj", {"--load-match", match})).exit_code, 0);
   Mesh other = test::BumpySphere::light();
   other.positions[5].x += 0.001F;
@@ -803,7 +805,7 @@ TEST(Command, KillLeavesNoPartialMap) {
   }
 }
 
-TEST(Command, ShowsPlainLinesWithoutATerminalAndNothingWhenQuiet) {
+TEST(Command, ShowsNoProgressWithoutATerminalAndNoResultsWhenQuiet) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(500);
   const std::vector<std::string> arguments = {"bake",  scene / "high.obj", scene / "low.obj",
@@ -811,13 +813,13 @@ TEST(Command, ShowsPlainLinesWithoutATerminalAndNothingWhenQuiet) {
                                               "64",    "--max-distance",   "10%"};
   const ProcessResult plain = run_kiln(arguments);
   EXPECT_EQ(plain.errors.find('\r'), std::string::npos);
-  EXPECT_NE(plain.errors.find("baking"), std::string::npos);
+  EXPECT_TRUE(test::only_warnings(plain.errors)) << plain.errors;
   EXPECT_NE(plain.output.find("wrote"), std::string::npos);
   std::vector<std::string> quiet_arguments = arguments;
   quiet_arguments.push_back("--quiet");
   const ProcessResult quiet = run_kiln(quiet_arguments);
   EXPECT_EQ(quiet.output, "");
-  EXPECT_EQ(quiet.errors, "");
+  EXPECT_EQ(quiet.errors, plain.errors);
 }
 
 TEST(Command, DevicesSaysWhatMatters) {

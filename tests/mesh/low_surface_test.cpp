@@ -119,7 +119,7 @@ TEST(LowSurface, SaysWhatIsMissing) {
   bare.uv_triangles.clear();
   const std::string no_uvs = message_of([&] { LowSurface::of(bare, frame); });
   EXPECT_NE(no_uvs.find("'cube'"), std::string::npos);
-  EXPECT_NE(no_uvs.find("--unwrap"), std::string::npos);
+  EXPECT_NE(no_uvs.find("unwrap()"), std::string::npos);
 
   Mesh flat = mesh;
   for (Vec2& uv : flat.uvs) uv = {0, 0};

@@ -97,6 +97,14 @@ ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions&
   return run_process(arguments, options);
 }
 
+bool only_warnings(const std::string& errors) {
+  std::istringstream lines(errors);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("warning: ")) return false;
+  }
+  return true;
+}
+
 std::string path_without(const std::string& program) {
   const fs::path links = scratch_folder();
   const char* set = std::getenv("PATH");

@@ -30,6 +30,9 @@ ProcessResult run_process(const std::vector<std::string>& command,
 /// The kiln command of this build. \param arguments after the command's name
 ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions& options = {});
 
+/// Whether standard error has warnings alone, or nothing.
+bool only_warnings(const std::string& errors);
+
 /// A folder to take as PATH: every program on ours but `program`. (An empty PATH would also take away
 /// the linker, which PoCL calls where a kernel isn't in its cache.)
 std::string path_without(const std::string& program);

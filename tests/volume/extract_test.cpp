@@ -420,7 +420,7 @@ TEST(Extract, SaysThatTheTopologyNeedsMoreRoom) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::input);
-    for (const char* word : {"keeps", "--outer-gap", "--min-part", "--topology free"}) {
+    for (const char* word : {"keeps", "outer_gap", "min_part", "keep_topology = false"}) {
       EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }
   }

@@ -8,27 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "arguments/unknown_flags.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
+#include "report/flags.h"
 
 namespace {
-
-/// Letters to change, add or leave out to get from one word to another (Levenshtein 1966).
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t corner = row[0];
-    row[0] = i;
-    for (std::size_t k = 1; k <= b.size(); ++k) {
-      const std::size_t above = row[k];
-      row[k] = std::min({row[k] + 1, row[k - 1] + 1, corner + (a[i - 1] == b[k - 1] ? 0 : 1)});
-      corner = above;
-    }
-  }
-  return row[b.size()];
-}
 
 int cancelled() {
   std::fputs("\nCancelled.\n", stderr);
@@ -47,25 +33,13 @@ void check_environment() {
   }
 }
 
-/// What was wrong, with the nearest option where one was misspelt.
+/// What was wrong, with what to do where an option is unknown.
 std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
   const auto chosen = app.get_subcommands();
   CLI::App& command = chosen.empty() ? app : *chosen.front();
   for (const std::string& word : app.remaining(true)) {
     if (!word.starts_with("-")) continue;
-    std::string nearest;
-    std::size_t least = 4;
-    for (const CLI::Option* option : command.get_options()) {
-      for (const std::string& name : option->get_lnames()) {
-        const std::size_t distance = edits(word, "--" + name);
-        if (distance < least) {
-          least = distance;
-          nearest = "--" + name;
-        }
-      }
-    }
-    return command.get_name() + " has no option '" + word + "'" +
-           (nearest.empty() ? "." : "; did you mean " + nearest + "?");
+    return kiln::cli::answer_to_unknown(command, word);
   }
   return error.what();
 }
@@ -147,7 +121,7 @@ int main(int argc, char** argv) {
   } catch (const Error& error) {
     // A driver that is interrupted while it compiles fails in its own way.
     if (cli::interrupted()) return cancelled();
-    std::fprintf(stderr, "kiln: %s\n", error.what());
+    std::fprintf(stderr, "kiln: %s\n", cli::with_flags(error.what()).c_str());
     return static_cast<int>(error.code());
   } catch (const std::bad_alloc&) {
     std::fprintf(

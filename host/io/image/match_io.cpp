@@ -51,7 +51,7 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
   throw Error(ErrorCode::input, "Could not read '" + file + "' as a saved match: " + what +
-                                    ". Save the match again with --save-match.");
+                                    ". Save the match again with save_match().");
 }
 
 template <typename T>
@@ -224,7 +224,7 @@ Match parse_match(const ByteSource& source, const std::string& file, const Image
   const FailWith failure = [inner = image_failure(file, kKind)](const std::string& place,
                                                                 const std::string& problem,
                                                                 const std::string&) {
-    inner(place, problem, "Save the match again with --save-match.");
+    inner(place, problem, "Save the match again with save_match().");
   };
   const ExrPlan plan = check_exr(source, failure, kLargestSide, limits);
   Match match;

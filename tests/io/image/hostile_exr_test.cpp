@@ -243,7 +243,7 @@ TEST(HostileMatch, CutShortOrWithTooManySamples) {
   };
   for (std::size_t length = 0; length < whole.size(); ++length) {
     SCOPED_TRACE(length);
-    expect_words(refused(whole.substr(0, length), 16), {"--save-match"});
+    expect_words(refused(whole.substr(0, length), 16), {"save_match()"});
   }
   expect_words(refused(whole, 15), {"dataWindow", "4 x 4", "at most 15"});
   const std::string side = little_endian(262143, 4);

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 namespace kiln::cli {
 
 struct BakeArguments {
+  std::set<std::string> given;  ///< Flags, such as "--views", whatever their values
   std::string high, low, out;
   std::string size = "2048";
   std::vector<std::string> maps = {"normal"};
@@ -37,7 +39,6 @@ struct BakeArguments {
   std::string cage, cage_mesh;
   bool two_sided = false;
   bool force_uv = false;
-  bool match_given = false;
   HeightArguments heights;
   std::string traversal = "auto";
   std::string space = "tangent";

@@ -4,13 +4,17 @@
 #include <optional>
 
 #include "arguments/bake_arguments.h"
+#include "arguments/low_record.h"
+#include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
+#include "report/causes.h"
 #include "report/check_result.h"
 #include "report/console.h"
+#include "report/missed_patch.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -33,6 +37,11 @@ struct LowMesh {
 std::string low_stem(const BakeArguments& arguments) {
   if (arguments.low.empty()) return fs::path(arguments.high).stem().string() + "_low";
   return fs::path(arguments.low).stem().string() + (arguments.unwrap ? "_unwrapped" : "");
+}
+
+/// What the low poly comes from: a file that is read.
+const std::string& low_source(const BakeArguments& arguments) {
+  return arguments.low.empty() ? arguments.high : arguments.low;
 }
 
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
@@ -380,11 +389,40 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   if (arguments.low.empty() || arguments.unwrap) {
     check_not_foreign(folder / (stem + ".obj"), arguments.force);
   }
+  if (!arguments.force) check_low_record(folder, stem, low_source(arguments));
+}
+
+/// Where most is missed.
+std::string missed_place(const BakeResult& result, const Mesh& low) {
+  const Image& map = result.maps.front().image;
+  return describe(largest_missed_patch(result.coverage, map.width, map.height, low));
+}
+
+/// The library knows neither the file nor what is asked for beside it.
+void name_place_of_misses(BakeResult& result, const Mesh& low, const std::string& path) {
+  for (Warning& warning : result.report.warnings) {
+    if (warning.code != "many-misses") continue;
+    warning.message = "'" + path + "': " + warning.message + " " + missed_place(result, low);
+  }
+}
+
+/// More was missed than --max-missed allows.
+std::string too_many_missed(const BakeArguments& arguments, const BakeResult& result,
+                            const Mesh& low, const std::string& path, double missed) {
+  char text[128];
+  std::snprintf(text, sizeof text, "%.4g%% of the samples were missed, but --max-missed is %.4g. ",
+                missed, arguments.max_missed_percent);
+  const bool closest = std::find(arguments.fallback.begin(), arguments.fallback.end(), "closest") !=
+                           arguments.fallback.end() ||
+                       arguments.match == "closest";
+  const std::string message = "'" + path + "': " + text + missed_place(result, low);
+  if (!arguments.load_match.empty()) return message + " Save the match again with more reach.";
+  return message + " Raise --max-distance" + (closest ? "." : ", or add --fallback closest.");
 }
 
 int run_bake(const BakeArguments& given) {
   BakeArguments arguments = given;
-  if (is_height_field(given.high) && !given.match_given) arguments.match = "uv";
+  if (is_height_field(given.high) && !given.given.contains("--match")) arguments.match = "uv";
   check(arguments);
   BakeOptions options = bake_options(arguments);
   const SaveImageOptions save_options = image_options(arguments);
@@ -398,14 +436,17 @@ int run_bake(const BakeArguments& given) {
   prepare_parent(arguments.json);
   prepare_parent(arguments.save_match);
 
-  warn_about_weights(arguments, options.visibility, warnings);
   const Device device = Device::open(arguments.device);
   if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
   const DenseInput dense = load_dense(arguments.high, arguments.heights, warnings);
   const Mesh& high = dense.mesh;
   options.uv = uv_options(dense, options.uv);
+  const std::size_t warnings_of_high = warnings.size();
   stages.load = watch.lap();
+  warn_about_weights(arguments, options.visibility, warnings);
   LowMesh low = prepare_low(arguments, dense, console, warnings);
+  const std::string low_path =
+      arguments.low.empty() ? (folder / (low.stem + ".obj")).string() : arguments.low;
   (arguments.low.empty() ? stages.low : stages.load) += watch.lap();
   std::optional<Mesh> cage_mesh;
   if (!arguments.cage_mesh.empty()) {
@@ -441,6 +482,7 @@ int run_bake(const BakeArguments& given) {
       planned ? std::move(planned->result) : bake_from(dense, source, low.mesh, options);
   if (result.cancelled) return kExitCancelled;
   check_result(result.report, high, low.mesh);
+  name_place_of_misses(result, low.mesh, low_path);
   watch.lap();
 
   std::vector<std::string> outputs;
@@ -483,6 +525,7 @@ int run_bake(const BakeArguments& given) {
     if (!saving(arguments.save_match)) return kExitCancelled;
     save_match(*result.match, arguments.save_match);
   }
+  save_low_record(folder, low.stem, low_source(arguments));
   stages.save = watch.lap();
 
   const auto append = [&](const std::vector<Warning>& list) {
@@ -542,7 +585,9 @@ int run_bake(const BakeArguments& given) {
     save_report(arguments.json, json);
   }
   console.progress(1, "done");
-  for (const Warning& warning : warnings) console.warning(warning.message);
+  for (const Warning& warning : root_causes(warnings, warnings_of_high)) {
+    console.warning(warning.message);
+  }
   if (low.simplified) {
     char text[256];
     std::snprintf(text, sizeof text, "low mesh: %s of %s faces, within %.3f%% of the diagonal",
@@ -562,9 +607,8 @@ int run_bake(const BakeArguments& given) {
   const double missed =
       100.0 * static_cast<double>(report.missed) / static_cast<double>(report.samples);
   if (missed > arguments.max_missed_percent) {
-    std::fprintf(stderr,
-                 "kiln: %.4g%% of the samples were missed, more than --max-missed allows.\n",
-                 missed);
+    std::fprintf(stderr, "kiln: %s\n",
+                 too_many_missed(arguments, result, low.mesh, low_path, missed).c_str());
     return 1;
   }
   if (planned && !planned->reached && !arguments.max_error.empty()) {
@@ -581,7 +625,10 @@ Run add_bake(CLI::App& app) {
       "bake", "Bake the detail of HIGH into textures of LOW (made from HIGH where none is given)");
   auto arguments = std::make_shared<BakeArguments>();
   add_bake_options(*command, *arguments);
-  return [arguments] { return run_bake(*arguments); };
+  return [command, arguments] {
+    arguments->given = given_flags(*command);
+    return run_bake(*arguments);
+  };
 }
 
 }  // namespace kiln::cli

@@ -1,5 +1,7 @@
 #include "lab/uv_fit.h"
 
+#include "report/flags.h"
+
 namespace kiln::cli {
 namespace {
 
@@ -16,7 +18,7 @@ std::string why_not(const Source& source, const Mesh& high, const Mesh& low, con
     bake(source, low, trial);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::input) throw;
-    return error.what();
+    return with_flags(error.what());
   }
   return {};
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "interrupt.h"
+#include "report/flags.h"
 
 namespace kiln::cli {
 
@@ -29,25 +30,19 @@ void Console::clear_bar() {
 
 bool Console::progress(double share, std::string_view stage) {
   if (interrupted()) return false;
-  if (quiet_) return true;
+  if (quiet_ || !terminal_) return true;
   const int percent = std::clamp(static_cast<int>(share * 100), 0, 100);
-  if (terminal_) {
-    if (percent == last_percent_ && stage == last_stage_) return true;
-    constexpr int kWidth = 32;
-    const int filled = percent * kWidth / 100;
-    std::string bar(static_cast<std::size_t>(filled), '#');
-    bar.append(static_cast<std::size_t>(kWidth - filled), '.');
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    std::fprintf(stderr, "\r\033[K[%s] %3d%%  %5.1f s  %.*s", bar.c_str(), percent, seconds,
-                 static_cast<int>(stage.size()), stage.data());
-    std::fflush(stderr);
-    bar_shown_ = true;
-  } else if (stage != last_stage_ || percent >= last_percent_ + 20) {
-    std::fprintf(stderr, "%3d%% %.*s\n", percent, static_cast<int>(stage.size()), stage.data());
-  } else {
-    return true;
-  }
+  if (percent == last_percent_ && stage == last_stage_) return true;
+  constexpr int kWidth = 32;
+  const int filled = percent * kWidth / 100;
+  std::string bar(static_cast<std::size_t>(filled), '#');
+  bar.append(static_cast<std::size_t>(kWidth - filled), '.');
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  std::fprintf(stderr, "\r\033[K[%s] %3d%%  %5.1f s  %.*s", bar.c_str(), percent, seconds,
+               static_cast<int>(stage.size()), stage.data());
+  std::fflush(stderr);
+  bar_shown_ = true;
   last_percent_ = percent;
   last_stage_ = stage;
   return true;
@@ -62,9 +57,8 @@ void Console::line(const std::string& text) {
 }
 
 void Console::warning(const std::string& text) {
-  if (quiet_) return;
   clear_bar();
-  std::fprintf(stderr, "warning: %s\n", text.c_str());
+  std::fprintf(stderr, "warning: %s\n", with_flags(text).c_str());
 }
 
 void print_warnings(Console& console, const std::vector<Warning>& general,

@@ -10,8 +10,9 @@
 
 namespace kiln::cli {
 
-/// A progress bar on a terminal, plain lines elsewhere (one a stage), nothing when quiet. Everything goes
-/// to standard error, so that standard output stays for results.
+/// A progress bar on a terminal, and none elsewhere: logs hold results and warnings alone. The bar and
+/// warnings go to standard error, so that standard output stays for results. Quiet leaves out the bar and
+/// results; warnings stay.
 class Console {
  public:
   /// \param report  where the command's report goes: with "-", standard output is its alone, and lines go to
@@ -23,7 +24,7 @@ class Console {
   bool progress(double share, std::string_view stage);
   /// A line of result.
   void line(const std::string& text);
-  /// A warning, on standard error; also shown when quiet is off only.
+  /// A warning, with flags for the library's parameters.
   void warning(const std::string& text);
 
  private:

@@ -2,6 +2,8 @@
 
 #include <sys/resource.h>
 
+#include "report/flags.h"
+
 namespace kiln::cli {
 
 Json describe(const DeviceInfo& info) {
@@ -32,7 +34,9 @@ Json describe(const std::vector<Warning>& warnings) {
   Json result = Json::array();
   for (const Warning& warning : warnings) {
     result.push_back(
-        {{"code", warning.code}, {"message", warning.message}, {"count", warning.count}});
+        {{"code", warning.code},
+         {"message", with_flags(warning.message)},
+         {"count", warning.count}});
   }
   return result;
 }

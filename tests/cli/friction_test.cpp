@@ -1,0 +1,266 @@
+// Where people stumble: flags of other bakers, flags that serve nothing, misses without a place, maps of
+// another mesh of the same name.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProcessResult;
+using test::run_kiln;
+using Words = std::vector<std::string>;
+
+/// A bumpy sphere and its low poly; returns the folder.
+fs::path make_scene() {
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(20000), folder / "high.obj");
+  save_obj(test::BumpySphere::light(), folder / "low.obj");
+  return folder;
+}
+
+/// `kiln bake` of the scene, without a run.
+ProcessResult bake(const fs::path& scene, const Words& more) {
+  Words words = {"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
+                 "64"};
+  words.insert(words.end(), more.begin(), more.end());
+  return run_kiln(words);
+}
+
+void expect_refused(const ProcessResult& result, const Words& words) {
+  EXPECT_EQ(result.exit_code, 2) << result.errors;
+  for (const std::string& word : words) {
+    EXPECT_NE(result.errors.find(word), std::string::npos)
+        << "'" << word << "' in " << result.errors;
+  }
+  EXPECT_EQ(result.errors.find("did you mean"), std::string::npos) << result.errors;
+}
+
+TEST(Friction, AnswersFlagsOfOtherBakers) {
+  for (const auto& [flag, remedy] : std::vector<std::pair<std::string, std::string>>{
+           {"--udim", "Split LOW by tile"},
+           {"--udim=1001", "Split LOW by tile"},
+           {"--skew", "Add edges to LOW"},
+           {"--explode", "Bake each part"},
+           {"--bevel", "Bevel the edges of HIGH"},
+           {"--denoise", "--samples"},
+           {"--tile-size", "Leave the tile size out"},
+           {"--margin", "--gutter"},
+           {"--padding", "--gutter"},
+           {"--extrusion", "--cage"},
+           {"--max-ray-distance", "--max-distance"},
+           {"--flip-green", "--flip-y"},
+           {"--resolution", "--size"},
+           {"--antialiasing", "--samples"},
+           {"--ao", "a map: --maps ao"},
+           {"--curvature", "a map: --maps curvature"},
+           {"--height-map", "a map: --maps height"},
+           {"--slope", "a map: --maps slope"},
+           {"--closest", "a match: --match closest"}}) {
+    const ProcessResult result = run_kiln({"bake", "a", "b", "--out", "c", flag});
+    expect_refused(result, {"'" + flag.substr(0, flag.find('=')) + "'", remedy});
+  }
+}
+
+TEST(Friction, SuggestsNoFlagThatIsNothingLikeIt) {
+  const ProcessResult odd = run_kiln({"bake", "a", "b", "--out", "c", "--wax"});
+  expect_refused(odd, {"'--wax'"});
+  const ProcessResult typo = run_kiln({"bake", "a", "b", "--out", "c", "--sise", "64"});
+  EXPECT_NE(typo.errors.find("did you mean --size?"), std::string::npos) << typo.errors;
+}
+
+TEST(Friction, ANegatedFlagIsTheDefault) {
+  for (const std::string flag : {"flip-y", "mips", "two-sided", "raw", "quiet"}) {
+    expect_refused(run_kiln({"bake", "a", "b", "--out", "c", "--no-" + flag}),
+                   {"Without --" + flag, "default", "leave --no-" + flag + " out"});
+  }
+  expect_refused(run_kiln({"bake", "a", "b", "--out", "c", "--no-gutter"}),
+                 {"Leave --gutter out", "value"});
+  expect_refused(run_kiln({"render", "a", "--out", "b.png", "--no-flat"}), {"Without --flat"});
+}
+
+TEST(Friction, AFlagThatServesNothingIsRefusedAtItsDefaultToo) {
+  const fs::path scene = make_scene();
+  for (const auto& [given, words] : std::vector<std::pair<Words, Words>>{
+           {{"--views", "12"}, {"--views is for --match views", "--fallback views"}},
+           {{"--view-criterion", "angle"}, {"--view-criterion is for --match views"}},
+           {{"--no-view-refine"}, {"--no-view-refine is for --match views"}},
+           {{"--directions", "512"}, {"--directions is for --match visibility or hybrid"}},
+           {{"--visibility-at", "texel"}, {"--match visibility"}},
+           {{"--view-weight", "all"}, {"--match visibility"}},
+           {{"--visibility-clusters", "1"}, {"--match visibility: leave it out"}},
+           {{"--match", "visibility", "--visibility-deviation", "0.8"}, {"--visibility-clusters"}},
+           {{"--match", "visibility", "--visibility-at", "face", "--visibility-smooth", "4"},
+            {"--visibility-at texel"}},
+           {{"--match", "visibility", "--visibility-test", "rays", "--visibility-size", "256"},
+            {"--visibility-size"}},
+           {{"--match", "uv", "--max-distance", "2%"}, {"--max-distance is for", "--fallback ray"}},
+           {{"--match", "closest", "--cage", "2%"},
+            {"--cage is for --match ray", "--fallback ray"}},
+           {{"--force-uv"}, {"--force-uv is for --match uv: leave it out"}},
+           {{"--fallback-blend", "0"}, {"--fallback-blend needs a --fallback"}},
+           {{"--load-match", "a.exr", "--max-distance", "2%"}, {"--max-distance", "--load-match"}},
+           {{"--load-match", "a.exr", "--fallback", "low"}, {"--fallback", "--load-match"}},
+           {{"--maps", "mask", "--flip-y"}, {"--flip-y is for --maps normal"}},
+           {{"--maps", "height", "--space", "tangent"}, {"--space is for --maps normal"}},
+           {{"--maps", "mask", "--gutter", "16"}, {"--gutter is for --maps"}},
+           {{"--height", "1"}, {"--height", "--maps height"}}}) {
+    expect_refused(bake(scene, given), words);
+  }
+  EXPECT_FALSE(fs::exists(scene / "out"));
+}
+
+TEST(Friction, QuietKeepsWarnings) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const ProcessResult loud = bake(scene, {"--max-distance", "0.5%"});
+  ASSERT_EQ(loud.exit_code, 0) << loud.errors;
+  EXPECT_NE(loud.output.find("wrote"), std::string::npos);
+  EXPECT_NE(loud.errors.find("warning: "), std::string::npos);
+  EXPECT_TRUE(test::only_warnings(loud.errors)) << loud.errors;
+  const ProcessResult quiet = bake(scene, {"--max-distance", "0.5%", "--quiet"});
+  ASSERT_EQ(quiet.exit_code, 0) << quiet.errors;
+  EXPECT_EQ(quiet.output, "");
+  EXPECT_EQ(quiet.errors, loud.errors);
+  const ProcessResult help = run_kiln({"bake", "--help"});
+  EXPECT_NE(help.output.find("warnings"), std::string::npos);
+}
+
+TEST(Friction, MissesNameTheFileAndAPlace) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const ProcessResult result = bake(scene, {"--max-distance", "0.5%", "--maps", "normal,mask",
+                                            "--max-missed", "1", "--json", scene / "report.json"});
+  EXPECT_EQ(result.exit_code, 1) << result.errors;
+  const std::size_t at = result.errors.find("kiln: ");
+  ASSERT_NE(at, std::string::npos) << result.errors;
+  for (const std::string& text : {result.errors.substr(0, at), result.errors.substr(at)}) {
+    for (const char* word : {"low.obj'", "%", "largest missed patch", "--max-distance"}) {
+      EXPECT_NE(text.find(word), std::string::npos) << word << " in " << text;
+    }
+  }
+  EXPECT_NE(result.errors.find("--max-missed is 1"), std::string::npos) << result.errors;
+  EXPECT_NE(result.errors.find("--fallback closest"), std::string::npos) << result.errors;
+
+  // The place is one that was missed, on the unit sphere (its faces lie a little inside).
+  std::smatch place;
+  const std::string last = result.errors.substr(at);
+  ASSERT_TRUE(
+      std::regex_search(last, place,
+                        std::regex("column (\\d+), row (\\d+), UV \\(([^,]+), ([^)]+)\\), position "
+                                   "\\(([^,]+), ([^,]+), ([^)]+)\\)")))
+      << last;
+  const auto column = static_cast<std::uint32_t>(std::stoul(place[1]));
+  const auto row = static_cast<std::uint32_t>(std::stoul(place[2]));
+  EXPECT_NEAR(std::stod(place[3]), (column + 0.5) / 64, 1e-3);
+  EXPECT_NEAR(std::stod(place[4]), 1 - (row + 0.5) / 64, 1e-3);
+  double squared = 0;
+  for (std::size_t k = 5; k < 8; ++k) squared += std::stod(place[k]) * std::stod(place[k]);
+  EXPECT_NEAR(squared, 1, 0.05);
+  const Image mask = load_image(scene / "out" / "low_mask.png");
+  ASSERT_EQ(mask.width, 64U);
+  EXPECT_EQ(mask.at(column, row)[0], 0.0F);
+
+  // The report has the same.
+  std::ifstream stream(scene / "report.json");
+  const nlohmann::json report = nlohmann::json::parse(stream);
+  bool warned = false;
+  for (const auto& warning : report["warnings"]) {
+    if (warning["code"] != "many-misses") continue;
+    warned = true;
+    EXPECT_NE(warning["message"].get<std::string>().find("low.obj"), std::string::npos);
+  }
+  EXPECT_TRUE(warned);
+}
+
+TEST(Friction, OneCauseIsOneWarning) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const ProcessResult result =
+      bake(scene, {"--cage", "4%", "--max-distance", "3.5%", "--json", scene / "report.json"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.errors.find("twice --cage"), std::string::npos) << result.errors;
+  EXPECT_EQ(result.errors.find("found no point"), std::string::npos) << result.errors;
+  std::ifstream stream(scene / "report.json");
+  const nlohmann::json report = nlohmann::json::parse(stream);
+  std::vector<std::string> codes;
+  for (const auto& warning : report["warnings"]) codes.push_back(warning["code"]);
+  EXPECT_EQ(std::count(codes.begin(), codes.end(), "short-rays"), 1);
+  if (report["texels"]["missed"].get<double>() > 0.02 * report["texels"]["samples"].get<double>()) {
+    EXPECT_EQ(std::count(codes.begin(), codes.end(), "many-misses"), 1);
+  }
+}
+
+TEST(Friction, MapsOfAnotherLowOfTheSameNameStay) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  for (const char* folder : {"a", "b"}) {
+    fs::create_directory(scene / folder);
+    fs::copy_file(scene / "low.obj", scene / folder / "x.obj");
+  }
+  const fs::path out = scene / "o";
+  const auto of = [&](const char* folder, const Words& more) {
+    Words words = {"bake",
+                   scene / "high.obj",
+                   scene / folder / "x.obj",
+                   "--size",
+                   "32",
+                   "--out",
+                   out,
+                   "--max-distance",
+                   "10%"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_kiln(words);
+  };
+  ASSERT_EQ(of("a", {}).exit_code, 0);
+  ASSERT_EQ(of("a", {"--flip-y"}).exit_code, 0) << "its own maps are written again";
+  const auto written = fs::last_write_time(out / "x_normal.png");
+  expect_refused(of("b", {}), {"x_normal.png", "a/x.obj", "b/x.obj", "--out", "--force"});
+  EXPECT_EQ(fs::last_write_time(out / "x_normal.png"), written);
+  expect_refused(of("b", {"--maps", "mask"}), {"x_normal.png"});
+  ASSERT_EQ(of("b", {"--force"}).exit_code, 0);
+  EXPECT_EQ(of("b", {}).exit_code, 0);
+  expect_refused(of("a", {}), {"b/x.obj"});
+  // What is gone may have been renamed.
+  fs::remove(scene / "b" / "x.obj");
+  EXPECT_EQ(of("a", {}).exit_code, 0);
+  // Both moved together: still its own.
+  fs::create_directory(scene / "moved");
+  for (const char* name : {"a", "o"}) fs::rename(scene / name, scene / "moved" / name);
+  EXPECT_EQ(run_kiln({"bake", scene / "high.obj", scene / "moved" / "a" / "x.obj", "--size", "32",
+                      "--out", scene / "moved" / "o", "--max-distance", "10%"})
+                .exit_code,
+            0);
+}
+
+TEST(Friction, ALowPolyThatKilnMadeIsOneWithItsMaps) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const std::string high = scene / "high.obj";
+  const fs::path out = scene / "o";
+  ASSERT_EQ(run_kiln({"bake", high, "--out", out, "--faces", "200", "--size", "64"}).exit_code, 0);
+  EXPECT_EQ(run_kiln({"bake", high, out / "high_low.obj", "--out", out, "--size", "64"}).exit_code,
+            0);
+}
+
+TEST(Friction, HelpNamesTheOlderFlagAndWhatTheMaskIsFor) {
+  const ProcessResult help = run_kiln({"bake", "--help"});
+  EXPECT_NE(help.output.find("older name"), std::string::npos);
+  EXPECT_NE(help.output.find("composites"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,118 @@
+// What warnings say at the command line: flags, causes, places.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "report/causes.h"
+#include "report/flags.h"
+#include "report/missed_patch.h"
+
+namespace kiln::cli {
+namespace {
+
+TEST(Flags, StandForTheLibrarysParameters) {
+  EXPECT_EQ(with_flags("raise max_distance, or add two_sided."),
+            "raise --max-distance, or add --two-sided.");
+  EXPECT_EQ(with_flags("max_distance should be about twice BakeOptions::cage."),
+            "--max-distance should be about twice --cage.");
+  EXPECT_EQ(with_flags("(BakeOptions::fallback ray or closest)"), "(--fallback ray or closest)");
+  EXPECT_EQ(with_flags("look from more sides (views.count), raise views.size"),
+            "look from more sides (--views), raise --view-size");
+  EXPECT_EQ(with_flags("or raise uv.max_overlap to take"), "or add --force-uv to take");
+  EXPECT_EQ(with_flags("let Kiln do it: unwrap() gives"),
+            "let Kiln do it: `kiln bake --unwrap` gives");
+  EXPECT_EQ(with_flags("again with save_match()."), "again with --save-match.");
+}
+
+TEST(Flags, LeaveNamesOfFilesAlone) {
+  for (const char* text :
+       {"'max_distance.obj' is damaged", "'/a/max_distance/b.obj'", "'max_distance'",
+        "max_distances", "my_max_distance is", "max_distance.obj is", "", "two_sidedness"}) {
+    EXPECT_EQ(with_flags(text), text);
+  }
+}
+
+std::vector<std::string> codes(const std::vector<Warning>& warnings) {
+  std::vector<std::string> result;
+  for (const Warning& warning : warnings) result.push_back(warning.code);
+  return result;
+}
+
+std::vector<std::string> roots(const std::vector<std::string>& all, std::size_t of_high) {
+  std::vector<Warning> warnings;
+  for (const std::string& code : all) warnings.push_back({code, "", 1});
+  return codes(root_causes(warnings, of_high));
+}
+
+using Codes = std::vector<std::string>;
+
+TEST(Causes, LeaveOutWhatFollows) {
+  EXPECT_EQ(roots({"missing-uvs", "uv-degenerate", "no-texels"}, 0), Codes{"missing-uvs"});
+  EXPECT_EQ(roots({"short-rays", "many-misses", "error-not-reached"}, 0), Codes{"short-rays"});
+  EXPECT_EQ(roots({"many-misses", "uv-overlap"}, 0), (Codes{"many-misses", "uv-overlap"}));
+  EXPECT_EQ(roots({"uv-degenerate", "many-misses"}, 0), (Codes{"uv-degenerate", "many-misses"}));
+  EXPECT_EQ(roots({}, 0), Codes{});
+}
+
+TEST(Causes, TellTheMeshesApart) {
+  const Codes high = {"degenerate-triangles", "source-skipped", "low-degenerate"};
+  EXPECT_EQ(roots(high, 1), (Codes{"degenerate-triangles", "low-degenerate"}));
+  EXPECT_EQ(roots(high, 0), (Codes{"degenerate-triangles", "source-skipped"}));
+}
+
+/// A square of side 2 from (10, 20, 30), which fills the unit square of UV space.
+Mesh square() {
+  Mesh mesh;
+  mesh.origin = {10, 20, 30};
+  mesh.positions = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  mesh.uv_triangles = mesh.triangles;
+  return mesh;
+}
+
+TEST(MissedPatch, IsTheLargest) {
+  // 8 x 4 texels, rows from the top: a patch of 2, one of 3 that bends, one that touches it by a corner.
+  const std::vector<std::uint8_t> coverage = {2, 2, 1, 1, 1, 1, 1, 1,  //
+                                              1, 1, 1, 1, 2, 1, 1, 1,  //
+                                              0, 3, 1, 1, 2, 2, 1, 1,  //
+                                              1, 1, 1, 1, 1, 1, 2, 1};
+  const auto patch = largest_missed_patch(coverage, 8, 4, square());
+  ASSERT_TRUE(patch.has_value());
+  EXPECT_EQ(patch->texels, 3U);
+  EXPECT_EQ(patch->column, 4U);
+  EXPECT_EQ(patch->row, 2U);
+  EXPECT_FLOAT_EQ(patch->uv.x, 4.5F / 8);
+  EXPECT_FLOAT_EQ(patch->uv.y, 1 - 2.5F / 4);
+  const std::array<double, 3> expected = {10 + 2 * 4.5 / 8, 20 + 2 * (1 - 2.5 / 4), 30};
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(patch->position[k], expected[k], 1e-6) << k;
+  const std::string text = describe(patch);
+  for (const char* word :
+       {"3 texels", "column 4", "row 2", "(0.5625, 0.375)", "(11.125, 20.75, 30)"}) {
+    EXPECT_NE(text.find(word), std::string::npos) << text;
+  }
+}
+
+TEST(MissedPatch, DoesNotReachAroundTheEdge) {
+  // The end of a row and the start of the next are no neighbours.
+  const std::vector<std::uint8_t> coverage = {1, 1, 2, 2, 1, 1};
+  const auto patch = largest_missed_patch(coverage, 3, 2, square());
+  ASSERT_TRUE(patch.has_value());
+  EXPECT_EQ(patch->texels, 1U);
+  EXPECT_EQ(patch->column, 2U);
+  EXPECT_EQ(patch->row, 0U);
+}
+
+TEST(MissedPatch, IsNoneWhereNothingIsMissedAsAWhole) {
+  const std::vector<std::uint8_t> coverage = {0, 1, 3, 1};
+  EXPECT_FALSE(largest_missed_patch(coverage, 2, 2, square()).has_value());
+  EXPECT_NE(describe(std::optional<MissedPatch>()).find("No texel"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kiln::cli

@@ -1,0 +1,113 @@
+#include <algorithm>
+
+#include "arguments/bake_arguments.h"
+#include "arguments/bake_values.h"
+#include "arguments/option_table.h"
+
+namespace kiln::cli {
+namespace {
+
+[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+/// \throws Error(usage) for a chain of fallbacks that asks a match twice, or goes on after its end
+void check_fallback(const BakeArguments& a) {
+  std::vector<std::string> asked = {a.match};
+  for (std::size_t i = 0; i < a.fallback.size(); ++i) {
+    const std::string& name = a.fallback[i];
+    if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
+      fail("--fallback " + name +
+           " leaves the same samples undecided as before: name each match once.");
+    }
+    if (fallback_miss_values().contains(name) && i + 1 != a.fallback.size()) {
+      fail("--fallback " + name + " decides all that is left: nothing can follow it.");
+    }
+    asked.push_back(name);
+  }
+  if (miss_policy(a) != miss_values().at(a.miss) && a.miss != "keep") {
+    fail("--fallback " + a.fallback.back() + " is another --miss than " + a.miss +
+         ": leave one of them out.");
+  }
+  if (a.given.contains("--fallback-blend") && fallback_methods(a).empty()) {
+    fail("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
+  }
+}
+
+/// Flags that make a low poly, or belong to a given one.
+void check_low(const BakeArguments& a) {
+  const bool automatic = a.match == kAutomatic;
+  if (!automatic && a.faces != 0 && !a.max_error.empty()) {
+    fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");
+  }
+  if (!a.low.empty() && (a.faces != 0 || (!a.max_error.empty() && !automatic))) {
+    fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
+         "' was given: leave one of them out.");
+  }
+  if (a.low.empty() && a.unwrap) {
+    fail("--unwrap is for a given LOW; a light mesh that Kiln makes is always unwrapped.");
+  }
+  if (a.low.empty() && !a.cage_mesh.empty()) {
+    fail("--cage-mesh needs the LOW that it belongs to.");
+  }
+}
+
+/// Flags of visibility that serve some of its ways alone.
+void check_visibility(const BakeArguments& a) {
+  const auto given = [&](const char* flag) { return a.given.contains(flag); };
+  if (a.visibility_clusters > 1 && a.visibility_at != "texel") {
+    fail("--visibility-clusters is for --match visibility with --visibility-at texel.");
+  }
+  if (a.visibility_at != "texel" && given("--visibility-smooth")) {
+    fail("--visibility-smooth is for --visibility-at texel.");
+  }
+  if (a.visibility_test == "rays" && given("--visibility-size")) {
+    fail(
+        "--visibility-size is for pictures, but --visibility-test rays takes none: leave one out.");
+  }
+  if (a.visibility_clusters == 1 && given("--visibility-deviation")) {
+    fail("--visibility-deviation is for --visibility-clusters 2 and more.");
+  }
+  if (a.visibility_clusters > 1 && !a.save_match.empty()) {
+    fail("--visibility-clusters makes several matches, --save-match saves one: leave one out.");
+  }
+}
+
+void check_height_field(const BakeArguments& a) {
+  if (!is_height_field(a.high)) {
+    if (!a.given.contains("--height") && !a.given.contains("--extent")) return;
+    fail(
+        "--height and --extent are for a HIGH that is a height field, a PNG or EXR. The map of "
+        "heights is --maps height.");
+  }
+  height_field_options(a.heights);
+  const bool far = !a.max_distance.empty() || !a.cage.empty() || !a.cage_mesh.empty();
+  if (onto_plane(a) && a.match != "uv" && a.match != kAutomatic && a.load_match.empty() && !far) {
+    fail(
+        "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
+        "--match " +
+        a.match +
+        " looks for heights no further than 2% of the diagonal: leave --match out (points are "
+        "then taken at the same UV), or give --faces N, a LOW of yours, or a --max-distance "
+        "beyond the heights.");
+  }
+}
+
+}  // namespace
+
+void check(const BakeArguments& a) {
+  if (a.match == kAutomatic && std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {
+    fail("--match auto measures normal maps: add normal to --maps.");
+  }
+  check_low(a);
+  check_served(a);
+  if (matches_by(a, MatchMethod::axis) && a.view.size() != 1) {
+    fail("--match axis looks along one direction: give one --view, such as 0,0,1.");
+  }
+  check_visibility(a);
+  check_fallback(a);
+  check_height_field(a);
+  if (a.raw && !is_exr(image_options(a)))
+    fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
+  if (a.given.contains("--dither") && a.format != "png8") fail("--dither is for --format png8.");
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,18 @@
+// The flags of the bake command, part by part.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "arguments/bake_arguments.h"
+
+namespace kiln::cli {
+
+void add_map_flags(CLI::App& command, BakeArguments& arguments);
+/// How points are found, whatever the match.
+void add_match_flags(CLI::App& command, BakeArguments& arguments);
+/// Of depth views and of visibility.
+void add_view_flags(CLI::App& command, BakeArguments& arguments);
+/// Of the height field, of the low poly that Kiln makes, and of the run itself.
+void add_run_flags(CLI::App& command, BakeArguments& arguments);
+
+}  // namespace kiln::cli

@@ -1,0 +1,104 @@
+#include "arguments/bake_flags.h"
+#include "arguments/bake_values.h"
+
+namespace kiln::cli {
+namespace {
+
+/// Of `kiln bake`: all of them.
+std::vector<std::string> bake_match_names() {
+  std::vector<std::string> names = {kAutomatic};
+  for (const MatchInfo& match : matches()) names.emplace_back(match.method.name);
+  return names;
+}
+
+std::string matches_in_words() {
+  std::string text;
+  for (const MatchInfo& match : matches()) {
+    text += std::string(match.method.name) + ": " + std::string(match.searches) + "; ";
+  }
+  return text;
+}
+
+std::vector<std::string> fallback_names() {
+  std::vector<std::string> names;
+  for (const MatchInfo& match : matches()) {
+    if (match.may_follow) names.emplace_back(match.method.name);
+  }
+  for (const auto& [name, value] : fallback_miss_values()) names.push_back(name);
+  return names;
+}
+
+}  // namespace
+
+void add_match_flags(CLI::App& command, BakeArguments& a) {
+  const char* const group_match = "The match";
+  command
+      .add_option(
+          "--match", a.match,
+          "Which point of HIGH a texel stands for. " + matches_in_words() +
+              "auto: the cheapest way and the smallest map (up to --size) that reach --max-error")
+      ->check(CLI::IsMember(bake_match_names(), CLI::ignore_case))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option(
+          "--fallback", a.fallback,
+          "What decides samples that the match misses: a chain such as ray,closest. Its end "
+          "is low (LOW's normal), fill (from around) or none (marked in magenta)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(fallback_names(), CLI::ignore_case))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--fallback-blend", a.fallback_blend,
+                  "TEXELS: this near to what the fallback decided, the match's normals blend into "
+                  "the fallback's, so that the map has no step")
+      ->check(CLI::Range(0U, 256U))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option(
+          "--max-distance", a.max_distance,
+          "How far to look each way: world units, or P% of HIGH's diagonal (default 2%); with a "
+          "cage, the ray's length from the cage inward (default: twice the cage)")
+      ->group(group_match);
+  CLI::Option* cage =
+      command
+          .add_option(
+              "--cage", a.cage,
+              "Cast from this far outside, inward, first hit: D or P%. For parts that float, "
+              "intersect or lie on the surface")
+          ->group(group_match);
+  command.add_option("--cage-mesh", a.cage_mesh, "Cast from this mesh, which has LOW's triangles")
+      ->excludes(cage)
+      ->group(group_match);
+  command
+      .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")
+      ->group(group_match);
+  command
+      .add_option(
+          "--miss", a.miss,
+          "The older name of the end of --fallback, for saved scripts: keep is low, fill is "
+          "fill, mark is none")
+      ->check(one_of(miss_values()))
+      ->capture_default_str()
+      ->group(group_match);
+  command.add_option("--traversal", a.traversal, "Ray kernels: the same answer to the bit")
+      ->check(one_of(traversal_values()))
+      ->capture_default_str()
+      ->group(group_match);
+  CLI::Option* save =
+      command.add_option("--save-match", a.save_match, "Write the correspondence (EXR)")
+          ->group(group_match);
+  command
+      .add_option("--load-match", a.load_match, "Use a saved correspondence instead of matching")
+      ->excludes(save)
+      ->group(group_match);
+  command
+      .add_flag(
+          "--force-uv", a.force_uv,
+          "--match uv: bake even where HIGH's UV triangles overlap much or the layouts disagree")
+      ->group(group_match);
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,62 @@
+#include <charconv>
+
+#include "arguments/bake_flags.h"
+
+namespace kiln::cli {
+namespace {
+
+/// Percent, 0 to 100.
+CLI::Validator percentage() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool good = error == std::errc() && end == text.data() + text.size();
+        return good && value >= 0 && value <= 100 ? std::string()
+                                                  : "expected 0 to 100, not '" + text + "'";
+      },
+      "P");
+}
+
+}  // namespace
+
+void add_run_flags(CLI::App& command, BakeArguments& a) {
+  const char* const group_heights = "The height field (HIGH is a PNG or EXR; --match is uv then)";
+  add_height_options(command, a.heights, group_heights);
+
+  const char* const group_low = "The light mesh";
+  command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
+      ->check(CLI::Range(1U, 100000000U))
+      ->group(group_low);
+  command
+      .add_option("--max-error", a.max_error,
+                  "Without LOW and --faces: few triangles that stay within this share of the "
+                  "diagonal (default 0.2%). With --match auto: the mean angle in degrees between "
+                  "rendered normals and the dense mesh's that is to be reached (default: what the "
+                  "largest map would reach)")
+      ->group(group_low);
+  command.add_flag("--unwrap", a.unwrap, "Give LOW new UVs, and write it beside the maps")
+      ->group(group_low);
+
+  const char* const group_run = "The run";
+  command
+      .add_option("--max-missed", a.max_missed_percent,
+                  "Exit with 1 where more than P percent of the samples are missed")
+      ->check(percentage())
+      ->group(group_run);
+  command
+      .add_flag("--force", a.force,
+                "Write over a light mesh that Kiln did not write, and over maps of another LOW")
+      ->group(group_run);
+  command
+      .add_option("--device", a.device,
+                  "OpenCL device: index or part of its name (see kiln devices)")
+      ->group(group_run);
+  command.add_option("--json", a.json, "Write a report to this file, or - for standard output")
+      ->group(group_run);
+  command
+      .add_flag("--quiet", a.quiet, "Leave out progress and the summary; warnings and errors stay")
+      ->group(group_run);
+}
+
+}  // namespace kiln::cli

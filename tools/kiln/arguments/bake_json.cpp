@@ -1,0 +1,55 @@
+#include "arguments/bake_arguments.h"
+#include "arguments/bake_values.h"
+
+namespace kiln::cli {
+
+Json describe(const BakeArguments& a, const BakeReport& report) {
+  const auto or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
+  return {{"size", a.size},
+          {"maps", a.maps},
+          {"match", a.load_match.empty() ? a.match : "loaded"},
+          {"views", matches_by(a, MatchMethod::views) ? Json(a.views.empty() ? "default" : a.views)
+                                                      : Json()},
+          {"view", a.view},
+          {"view_size", report.views ? Json(report.views->size) : Json()},
+          {"view_criterion", report.views ? Json(a.view_criterion) : Json()},
+          {"view_refine", report.views ? Json(!a.no_view_refine) : Json()},
+          {"visibility_at", by_visibility(a) ? Json(a.visibility_at) : Json()},
+          {"visibility_test",
+           report.visibility ? Json(report.visibility->by_rays ? "rays" : "views") : Json()},
+          {"directions", by_visibility(a) ? Json(a.directions) : Json()},
+          {"visibility_size", by_visibility(a) ? Json(a.visibility_size) : Json()},
+          {"visibility_smooth", by_visibility(a) ? Json(a.visibility_smooth) : Json()},
+          {"visibility_clusters", by_visibility(a) ? Json(a.visibility_clusters) : Json()},
+          {"visibility_deviation", by_visibility(a) ? Json(a.visibility_deviation) : Json()},
+          {"view_weight", by_visibility(a) ? Json(a.view_weight) : Json()},
+          {"fallback", a.load_match.empty() ? Json(a.fallback) : Json()},
+          {"fallback_blend", a.fallback_blend},
+          {"max_distance", or_null(a.max_distance)},
+          {"max_distance_world", report.max_distance},
+          {"cage", or_null(a.cage)},
+          {"cage_mesh", or_null(a.cage_mesh)},
+          {"two_sided", a.two_sided},
+          {"miss", name_of(miss_values(), miss_policy(a))},
+          {"force_uv", a.force_uv},
+          {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
+          {"extent", or_null(a.heights.extent)},
+          {"traversal", a.traversal},
+          {"space", a.space},
+          {"flip_y", a.flip_y},
+          {"two_component", a.two_component},
+          {"format", a.format},
+          {"raw", a.raw},
+          {"dither", a.dither},
+          {"samples", a.samples},
+          {"gutter", a.gutter},
+          {"mips", a.mips},
+          {"faces", a.faces == 0 ? Json() : Json(a.faces)},
+          {"max_error", or_null(a.max_error)},
+          {"max_missed_percent", a.max_missed_percent},
+          {"unwrap", a.unwrap},
+          {"save_match", or_null(a.save_match)},
+          {"load_match", or_null(a.load_match)}};
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,80 @@
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+#include "arguments/bake_arguments.h"
+#include "arguments/bake_values.h"
+#include "arguments/likelihoods.h"
+#include "arguments/parse.h"
+
+namespace kiln::cli {
+
+BakeOptions bake_options(const BakeArguments& a) {
+  BakeOptions options;
+  std::tie(options.width, options.height) = parse_size(a.size);
+  options.samples = a.samples;
+  options.maps.clear();
+  for (const std::string& name : a.maps) {
+    const MapKind kind = find_map(name).kind;
+    if (std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
+      options.maps.push_back(kind);
+    }
+  }
+  if (a.match != kAutomatic) options.method = find_match(a.match).method;
+  options.views.criterion = criterion_values().at(a.view_criterion);
+  options.fallback = fallback_methods(a);
+  options.fallback_blend = a.fallback_blend;
+  options.visibility.at = visibility_at_values().at(a.visibility_at);
+  options.visibility.test = visibility_test_values().at(a.visibility_test);
+  options.visibility.directions = a.directions;
+  options.visibility.view_size = a.visibility_size;
+  options.visibility.smoothing = a.visibility_smooth;
+  options.visibility.clusters = a.visibility_clusters;
+  options.visibility.cluster_deviation = a.visibility_deviation;
+  if (const auto known = likelihood_values().find(a.view_weight);
+      known != likelihood_values().end()) {
+    options.visibility.likelihood = known->second;
+  } else {
+    options.visibility.likelihood = ViewLikelihood::list;
+    options.visibility.likelihoods = load_likelihoods(a.view_weight);
+  }
+  options.views.size = a.view_size;
+  options.views.refine = !a.no_view_refine;
+  for (const std::string& view : a.view) options.views.directions.push_back(parse_direction(view));
+  if (a.views == "auto") {
+    options.views.automatic = true;
+  } else if (!a.views.empty()) {
+    options.views.count = parse_views(a.views);
+  }
+  if (!a.max_distance.empty()) {
+    options.max_distance = parse_length("--max-distance", a.max_distance);
+    if (options.max_distance->value == 0) {
+      throw Error(ErrorCode::usage, "--max-distance is 0: rays that reach nowhere find nothing.");
+    }
+  }
+  if (a.force_uv) {
+    options.uv.max_overlap = options.uv.max_distance = std::numeric_limits<double>::infinity();
+  }
+  if (!a.cage.empty()) options.cage = parse_length("--cage", a.cage);
+  options.two_sided = a.two_sided;
+  options.space = space_values().at(a.space);
+  options.flip_y = a.flip_y;
+  options.two_component = a.two_component;
+  options.raw = a.raw;
+  options.miss = miss_policy(a);
+  options.gutter = parse_gutter(a.gutter);
+  options.mips = a.mips;
+  options.keep_match = !a.save_match.empty();
+  return options;
+}
+
+SaveImageOptions image_options(const BakeArguments& a) {
+  SaveImageOptions options;
+  options.format = format_values().at(a.format);
+  options.dither = a.dither;
+  return options;
+}
+
+RayTraversal traversal(const BakeArguments& a) { return traversal_values().at(a.traversal); }
+
+}  // namespace kiln::cli

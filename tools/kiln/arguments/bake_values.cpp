@@ -1,0 +1,88 @@
+#include "arguments/bake_values.h"
+
+#include <algorithm>
+
+namespace kiln::cli {
+
+const std::map<std::string, NormalMapSpace>& space_values() {
+  static const std::map<std::string, NormalMapSpace> values = {{"tangent", NormalMapSpace::tangent},
+                                                               {"object", NormalMapSpace::object},
+                                                               {"face", NormalMapSpace::face}};
+  return values;
+}
+
+const std::map<std::string, MissPolicy>& miss_values() {
+  static const std::map<std::string, MissPolicy> values = {
+      {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
+  return values;
+}
+
+const std::map<std::string, RayTraversal>& traversal_values() {
+  static const std::map<std::string, RayTraversal> values = {
+      {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
+  return values;
+}
+
+const std::map<std::string, VisibilityAt>& visibility_at_values() {
+  static const std::map<std::string, VisibilityAt> values = {{"face", VisibilityAt::face},
+                                                             {"vertex", VisibilityAt::vertex},
+                                                             {"texel", VisibilityAt::texel}};
+  return values;
+}
+
+const std::map<std::string, VisibilityTest>& visibility_test_values() {
+  static const std::map<std::string, VisibilityTest> values = {{"auto", VisibilityTest::automatic},
+                                                               {"views", VisibilityTest::views},
+                                                               {"rays", VisibilityTest::rays}};
+  return values;
+}
+
+const std::map<std::string, ViewLikelihood>& likelihood_values() {
+  static const std::map<std::string, ViewLikelihood> values = {{"all", ViewLikelihood::all},
+                                                               {"horizon", ViewLikelihood::horizon},
+                                                               {"up", ViewLikelihood::up}};
+  return values;
+}
+
+const std::map<std::string, ViewCriterion>& criterion_values() {
+  static const std::map<std::string, ViewCriterion> values = {{"depth", ViewCriterion::depth},
+                                                              {"distance", ViewCriterion::distance},
+                                                              {"angle", ViewCriterion::angle}};
+  return values;
+}
+
+const std::map<std::string, ImageFormat>& format_values() {
+  static const std::map<std::string, ImageFormat> values = {{"exr", ImageFormat::exr_half},
+                                                            {"exr32", ImageFormat::exr_float},
+                                                            {"png16", ImageFormat::png16},
+                                                            {"png8", ImageFormat::png8}};
+  return values;
+}
+
+const std::map<std::string, MissPolicy>& fallback_miss_values() {
+  static const std::map<std::string, MissPolicy> values = {
+      {"low", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"none", MissPolicy::mark}};
+  return values;
+}
+
+MissPolicy miss_policy(const BakeArguments& a) {
+  const auto said = fallback_miss_values().find(a.fallback.back());
+  return said != fallback_miss_values().end() && said->second != MissPolicy::keep
+             ? said->second
+             : miss_values().at(a.miss);
+}
+
+std::vector<MatchMethod> fallback_methods(const BakeArguments& a) {
+  std::vector<MatchMethod> methods;
+  for (const std::string& name : a.fallback) {
+    if (!fallback_miss_values().contains(name)) methods.push_back(find_match(name).method);
+  }
+  return methods;
+}
+
+bool matches_by(const BakeArguments& a, MatchMethod method) {
+  return a.match == method.name ||
+         std::find(a.fallback.begin(), a.fallback.end(), method.name) != a.fallback.end();
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,72 @@
+#include "arguments/low_record.h"
+
+#include <system_error>
+
+#include "arguments/small_file.h"
+#include "kiln/kiln.h"
+#include "report/json_text.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = 1 << 16;
+
+fs::path record_path(const fs::path& folder, const std::string& stem) {
+  return folder / ("." + stem + ".kiln.json");
+}
+
+/// The mesh that a record names; empty where there is no record, or none of ours.
+fs::path recorded_source(const fs::path& folder, const std::string& stem) {
+  const fs::path path = record_path(folder, stem);
+  if (!is_readable_file(path)) return {};
+  const Json json = Json::parse(head_of_file(path, kMostBytes), nullptr, false);
+  if (!json.is_object() || !json.contains("low") || !json["low"].is_string()) return {};
+  return folder / unescape_bytes(json["low"].get<std::string>());
+}
+
+/// A map in a folder; empty where there is none.
+fs::path map_of(const fs::path& folder, const std::string& stem) {
+  for (const MapInfo& map : maps()) {
+    for (const char* ending : {".png", ".exr"}) {
+      const fs::path path = folder / (stem + "_" + std::string(map.kind.name) + ending);
+      std::error_code none;
+      if (fs::exists(path, none)) return path;
+    }
+  }
+  return {};
+}
+
+bool same(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error);
+}
+
+}  // namespace
+
+void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
+  const fs::path map = map_of(folder, stem);
+  const fs::path recorded = recorded_source(folder, stem);
+  std::error_code none;
+  // A mesh that is gone may have been renamed.
+  if (map.empty() || recorded.empty() || !fs::exists(recorded, none)) return;
+  // The low poly that Kiln wrote here is the one that these maps belong to.
+  const fs::path made = folder / (stem + ".obj");
+  if (same(recorded, source) || same(recorded, made) || same(source, made)) return;
+  throw Error(ErrorCode::usage, "'" + map.string() + "' is a map of '" +
+                                    recorded.lexically_normal().string() + "', and maps of '" +
+                                    source.string() +
+                                    "' would have its name. Choose another --out, rename one of "
+                                    "the meshes, or add --force.");
+}
+
+void save_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
+  std::error_code error;
+  fs::path path = fs::relative(source, folder, error);
+  if (error || path.empty()) path = fs::absolute(source);
+  save_text(record_path(folder, stem), to_text({{"low", path.string()}}));
+}
+
+}  // namespace kiln::cli

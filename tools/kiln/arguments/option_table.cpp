@@ -1,0 +1,139 @@
+#include "arguments/option_table.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "arguments/bake_values.h"
+
+namespace kiln::cli {
+namespace {
+
+using ServesMatch = bool (*)(const MatchInfo&);
+using ServesMap = bool (*)(const MapInfo&);
+
+bool every_match(const MatchInfo&) { return true; }
+bool by_views(const MatchInfo& match) { return match.method == MatchMethod::views; }
+bool by_uv(const MatchInfo& match) { return match.needs_uvs; }
+bool in_clusters(const MatchInfo& match) { return match.method == MatchMethod::visibility; }
+bool takes_cage(const MatchInfo& match) { return match.takes_cage; }
+bool takes_directions(const MatchInfo& match) { return match.takes_directions; }
+bool takes_visibility(const MatchInfo& match) { return match.takes_visibility; }
+bool looks_far(const MatchInfo& match) { return match.looks_far; }
+
+bool holds_directions(const MapInfo& map) { return map.type == MapType::unit_vector; }
+bool has_padding(const MapInfo& map) { return map.type != MapType::coverage; }
+bool has_mips(const MapInfo& map) { return has_padding(map) && map.type != MapType::id; }
+
+/// A flag that serves some matches, or some maps. Flags that serve every bake have no row.
+struct OptionRow {
+  std::string_view flag;
+  ServesMatch match = nullptr;  ///< Null: it does not depend on the match
+  ServesMap map = nullptr;      ///< Null: it does not depend on the maps
+  bool in_fallback = true;      ///< It serves such a match as a fallback, too
+  bool beside_auto = false;     ///< --match auto may choose a match that it serves
+};
+
+constexpr std::array kOptions = {
+    // Any match: none is made from a saved one.
+    OptionRow{.flag = "--match", .match = every_match, .beside_auto = true},
+    OptionRow{.flag = "--fallback", .match = every_match, .beside_auto = true},
+    OptionRow{.flag = "--fallback-blend", .match = every_match, .beside_auto = true},
+    OptionRow{.flag = "--max-distance", .match = looks_far, .beside_auto = true},
+    OptionRow{.flag = "--cage", .match = takes_cage, .beside_auto = true},
+    OptionRow{.flag = "--cage-mesh", .match = takes_cage, .beside_auto = true},
+    OptionRow{.flag = "--force-uv", .match = by_uv, .in_fallback = false},
+    OptionRow{.flag = "--views", .match = by_views},
+    OptionRow{.flag = "--view", .match = takes_directions},
+    OptionRow{.flag = "--view-size", .match = by_views},
+    OptionRow{.flag = "--view-criterion", .match = by_views},
+    OptionRow{.flag = "--no-view-refine", .match = by_views},
+    OptionRow{.flag = "--visibility-at", .match = takes_visibility},
+    OptionRow{.flag = "--directions", .match = takes_visibility},
+    OptionRow{.flag = "--visibility-test", .match = takes_visibility},
+    OptionRow{.flag = "--visibility-size", .match = takes_visibility},
+    OptionRow{.flag = "--visibility-smooth", .match = takes_visibility},
+    OptionRow{.flag = "--view-weight", .match = takes_visibility},
+    OptionRow{.flag = "--visibility-clusters", .match = in_clusters, .in_fallback = false},
+    OptionRow{.flag = "--visibility-deviation", .match = in_clusters, .in_fallback = false},
+    OptionRow{.flag = "--space", .map = holds_directions},
+    OptionRow{.flag = "--flip-y", .map = holds_directions},
+    OptionRow{.flag = "--two-component", .map = holds_directions},
+    OptionRow{.flag = "--raw", .map = holds_directions},
+    OptionRow{.flag = "--gutter", .map = has_padding},
+    OptionRow{.flag = "--mips", .map = has_mips},
+};
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
+  }
+  return text;
+}
+
+bool serves_match(const OptionRow& row, const BakeArguments& a) {
+  if (row.match == nullptr) return true;
+  if (a.match == kAutomatic && row.beside_auto) return true;
+  const auto served = [&](const MatchInfo& match) {
+    return row.match(match) &&
+           (a.match == match.method.name || (row.in_fallback && matches_by(a, match.method)));
+  };
+  return std::any_of(matches().begin(), matches().end(), served);
+}
+
+bool serves_map(const OptionRow& row, const BakeArguments& a) {
+  return row.map == nullptr ||
+         std::any_of(a.maps.begin(), a.maps.end(),
+                     [&](const std::string& name) { return row.map(find_map(name)); });
+}
+
+std::string not_this_match(const OptionRow& row, const BakeArguments& a) {
+  std::vector<std::string> served, following;
+  for (const MatchInfo& match : matches()) {
+    if (!row.match(match)) continue;
+    served.emplace_back(match.method.name);
+    if (match.may_follow && row.in_fallback) following.emplace_back(match.method.name);
+  }
+  const std::string flag(row.flag);
+  return flag + " is for --match " + joined(served) +
+         (following.empty()
+              ? ": leave it out."
+              : ": with --match " + a.match + " it needs --fallback " + joined(following) + ".");
+}
+
+std::string not_these_maps(const OptionRow& row) {
+  std::vector<std::string> served;
+  for (const MapInfo& map : maps()) {
+    if (row.map(map)) served.emplace_back(map.kind.name);
+  }
+  return std::string(row.flag) + " is for --maps " + joined(served) +
+         ": add such a map, or leave it out.";
+}
+
+}  // namespace
+
+std::set<std::string> given_flags(const CLI::App& command) {
+  std::set<std::string> given;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0) continue;
+    for (const std::string& name : option->get_lnames()) given.insert("--" + name);
+  }
+  return given;
+}
+
+void check_served(const BakeArguments& a) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  for (const OptionRow& row : kOptions) {
+    const std::string flag(row.flag);
+    if (!a.given.contains(flag)) continue;
+    if (row.match != nullptr && !a.load_match.empty()) {
+      fail(flag + " is for matching, but --load-match takes a match as it is: leave one out.");
+    }
+    if (!serves_match(row, a)) fail(not_this_match(row, a));
+    if (!serves_map(row, a)) fail(not_these_maps(row));
+  }
+}
+
+}  // namespace kiln::cli

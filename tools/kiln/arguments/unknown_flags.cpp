@@ -1,0 +1,202 @@
+#include "arguments/unknown_flags.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "kiln/map.h"
+#include "kiln/match.h"
+
+namespace kiln::cli {
+namespace {
+
+struct Answer {
+  std::string_view flag;  // without dashes
+  std::string_view sentence;
+};
+
+constexpr std::string_view kOneTile =
+    "Kiln bakes no UDIM tiles yet. Split LOW by tile, move each tile's UVs into the unit square, "
+    "and "
+    "bake each.";
+constexpr std::string_view kSkew =
+    "Kiln has no skew map yet. Add edges to LOW where detail slides, or bake without a cage.";
+constexpr std::string_view kExplode =
+    "Kiln has no exploded bake yet. Bake each part of HIGH and LOW in a run of its own.";
+constexpr std::string_view kBevel =
+    "Kiln bakes no bevels yet. Bevel the edges of HIGH before the bake.";
+constexpr std::string_view kDenoise = "Kiln does not denoise. Raise --samples for smoother maps.";
+constexpr std::string_view kTile = "Kiln divides the work by itself. Leave the tile size out.";
+constexpr std::string_view kColour =
+    "Kiln bakes no colours or textures of HIGH yet. Bake them in Blender from the same meshes.";
+constexpr std::string_view kCage = "The flag is --cage D: rays start this far outside LOW.";
+constexpr std::string_view kDistance = "The flag is --max-distance D: how far to look each way.";
+constexpr std::string_view kPadding = "The flag is --gutter N: texels of padding around charts.";
+constexpr std::string_view kSamples = "The flag is --samples N: N x N samples a texel.";
+constexpr std::string_view kSize = "The flag is --size N, or --size WxH.";
+constexpr std::string_view kGreen = "The flag is --flip-y: green points down, as in DirectX.";
+constexpr std::string_view kGreenUp = "Green points up by default, as in OpenGL. Leave it out.";
+constexpr std::string_view kMeshes =
+    "Meshes are given without a flag: kiln bake HIGH LOW --out DIR.";
+constexpr std::string_view kOut = "The flag is --out DIR: the folder for the maps.";
+constexpr std::string_view kName = "Maps are named after LOW. Rename LOW, or choose another --out.";
+constexpr std::string_view kThreads = "The environment variable KILN_THREADS sets the threads.";
+constexpr std::string_view kDevice = "The flag is --device NAME: see kiln devices.";
+constexpr std::string_view kAo = "Ambient occlusion is a map: --maps ao.";
+constexpr std::string_view kCurvature = "Curvature is a map: --maps curvature.";
+constexpr std::string_view kBent = "Bent normals are a map: --maps bent_normal.";
+constexpr std::string_view kThickness = "Thickness is a map: --maps thickness.";
+constexpr std::string_view kHeight = "Height is a map: --maps height.";
+constexpr std::string_view kId = "An id for each part is a map: --maps id.";
+constexpr std::string_view kNormal = "The normal is a map: --maps normal.";
+
+constexpr std::array kBake = {
+    // Not there yet.
+    Answer{"udim", kOneTile},
+    Answer{"udims", kOneTile},
+    Answer{"uv-tile", kOneTile},
+    Answer{"skew", kSkew},
+    Answer{"skew-map", kSkew},
+    Answer{"skew-correction", kSkew},
+    Answer{"explode", kExplode},
+    Answer{"match-by-name", kExplode},
+    Answer{"bake-groups", kExplode},
+    Answer{"bevel", kBevel},
+    Answer{"rounded-edges", kBevel},
+    Answer{"denoise", kDenoise},
+    Answer{"tile-size", kTile},
+    Answer{"bucket-size", kTile},
+    Answer{"color", kColour},
+    Answer{"vertex-color", kColour},
+    Answer{"albedo", kColour},
+    Answer{"diffuse", kColour},
+    Answer{"roughness", kColour},
+    // By another name.
+    Answer{"extrusion", kCage},
+    Answer{"cage-extrusion", kCage},
+    Answer{"cage-offset", kCage},
+    Answer{"ray-distance", kDistance},
+    Answer{"max-ray-distance", kDistance},
+    Answer{"frontal-distance", kDistance},
+    Answer{"max-frontal-distance", kDistance},
+    Answer{"max-rear-distance", kDistance},
+    Answer{"margin", kPadding},
+    Answer{"padding", kPadding},
+    Answer{"dilation", kPadding},
+    Answer{"edge-padding", kPadding},
+    Answer{"antialiasing", kSamples},
+    Answer{"aa", kSamples},
+    Answer{"supersampling", kSamples},
+    Answer{"subsampling", kSamples},
+    Answer{"resolution", kSize},
+    Answer{"res", kSize},
+    Answer{"width", kSize},
+    Answer{"texture-size", kSize},
+    Answer{"flip-green", kGreen},
+    Answer{"invert-green", kGreen},
+    Answer{"directx", kGreen},
+    Answer{"opengl", kGreenUp},
+    Answer{"high", kMeshes},
+    Answer{"low", kMeshes},
+    Answer{"output", kOut},
+    Answer{"o", kOut},
+    Answer{"name", kName},
+    Answer{"threads", kThreads},
+    Answer{"gpu", kDevice},
+    Answer{"cpu", kDevice},
+    // Maps by their own names are answered from the list of maps.
+    Answer{"ao", kAo},
+    Answer{"ambient-occlusion", kAo},
+    Answer{"occlusion", kAo},
+    Answer{"curvature", kCurvature},
+    Answer{"cavity", kCurvature},
+    Answer{"convexity", kCurvature},
+    Answer{"bent-normal", kBent},
+    Answer{"bent-normals", kBent},
+    Answer{"thickness", kThickness},
+    Answer{"height-map", kHeight},
+    Answer{"displacement", kHeight},
+    Answer{"material-id", kId},
+    Answer{"object-id", kId},
+    Answer{"normals", kNormal},
+    Answer{"normal-map", kNormal},
+};
+
+/// Letters to change, add or leave out to get from one word to another (Levenshtein 1966).
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t corner = row[0];
+    row[0] = i;
+    for (std::size_t k = 1; k <= b.size(); ++k) {
+      const std::size_t above = row[k];
+      row[k] = std::min({row[k] + 1, row[k - 1] + 1, corner + (a[i - 1] == b[k - 1] ? 0 : 1)});
+      corner = above;
+    }
+  }
+  return row[b.size()];
+}
+
+/// "--no-flip-y": flags are off unless they are given.
+std::string answer_to_negated(const CLI::App& command, const std::string& name) {
+  if (!name.starts_with("no-")) return {};
+  const std::string flag = name.substr(3);
+  const CLI::Option* option = command.get_option_no_throw("--" + flag);
+  if (option == nullptr) return {};
+  if (option->get_expected_max() != 0) {
+    return "Leave --" + flag + " out for its default, or give it a value.";
+  }
+  return "Without --" + flag + " it is off, which is the default: leave --no-" + flag + " out.";
+}
+
+/// A map or a match, given as a flag.
+std::string answer_to_name(const std::string& name) {
+  std::string word = name;
+  std::replace(word.begin(), word.end(), '-', '_');
+  for (const MapInfo& map : maps()) {
+    if (map.kind.name == word) return "'" + word + "' is a map: --maps " + word + ".";
+  }
+  for (const MatchInfo& match : matches()) {
+    if (match.method.name == word) return "'" + word + "' is a match: --match " + word + ".";
+  }
+  return {};
+}
+
+std::string nearest_flag(const CLI::App& command, const std::string& name) {
+  std::string nearest;
+  // Of short words half the letters must be right.
+  std::size_t least = std::min<std::size_t>(4, name.size() / 2 + 1);
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& known : option->get_lnames()) {
+      const std::size_t distance = edits(name, known);
+      if (distance < least) {
+        least = distance;
+        nearest = "--" + known;
+      }
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
+std::string answer_to_unknown(const CLI::App& command, const std::string& word) {
+  const std::string flag = word.substr(0, word.find('='));
+  const std::string name = flag.substr(std::min(flag.find_first_not_of('-'), flag.size()));
+  const std::string start = command.get_name() + " has no option '" + flag + "'";
+  if (std::string text = answer_to_negated(command, name); !text.empty()) {
+    return start + ". " + text;
+  }
+  if (command.get_name() == "bake") {
+    for (const Answer& answer : kBake) {
+      if (answer.flag == name) return start + ". " + std::string(answer.sentence);
+    }
+    if (std::string text = answer_to_name(name); !text.empty()) return start + ". " + text;
+  }
+  const std::string nearest = nearest_flag(command, name);
+  return start + (nearest.empty() ? "." : "; did you mean " + nearest + "?");
+}
+
+}  // namespace kiln::cli

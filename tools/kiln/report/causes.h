@@ -1,0 +1,16 @@
+// Of several warnings with one cause, the cause.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "kiln/error.h"
+
+namespace kiln::cli {
+
+/// The warnings that follow from no other one of them, in their order. Reports keep all of them.
+/// \param of_high  how many at the front came from reading the high poly; the others are about the low
+///                 poly, or the bake
+std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size_t of_high);
+
+}  // namespace kiln::cli

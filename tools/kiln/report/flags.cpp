@@ -1,0 +1,70 @@
+#include "report/flags.h"
+
+#include <array>
+#include <cstddef>
+
+namespace kiln::cli {
+namespace {
+
+struct Flag {
+  std::string_view parameter;
+  std::string_view flag;
+};
+
+// Of two that begin alike the longer one comes first.
+constexpr std::array kFlags = {
+    Flag{"BakeOptions::fallback", "--fallback"},
+    Flag{"BakeOptions::cage", "--cage"},
+    Flag{"Device::open", "--device"},
+    Flag{"ExtractOptions::size", "--size"},
+    Flag{"MatchMethod::uv", "--match uv"},
+    Flag{"curvature_radius", "--curvature-radius"},
+    Flag{"keep_topology = false", "--topology free"},
+    Flag{"max_distance", "--max-distance"},
+    Flag{"min_part", "--min-part P"},
+    Flag{"outer_gap", "--outer-gap N"},
+    Flag{"outer_only", "--outer"},
+    Flag{"raise uv.max_distance", "add --force-uv"},
+    Flag{"raise uv.max_overlap", "add --force-uv"},
+    Flag{"save_match()", "--save-match"},
+    Flag{"simplify() makes a light mesh to unwrap",
+         "`kiln bake` without LOW makes a light mesh that has them"},
+    Flag{"two_sided", "--two-sided"},
+    Flag{"unwrap()", "`kiln bake --unwrap`"},
+    Flag{"views.count", "--views"},
+    Flag{"views.size", "--view-size"},
+};
+
+/// Whether a name may begin after this text: not within a word, a quote or a path.
+bool may_begin(std::string_view before) {
+  return before.empty() || before.back() == ' ' || before.back() == '(';
+}
+
+bool may_end(std::string_view after) {
+  if (after.empty() || std::string_view(" ,:;)").find(after[0]) != std::string_view::npos) {
+    return true;
+  }
+  return after[0] == '.' && (after.size() == 1 || after[1] == ' ');
+}
+
+}  // namespace
+
+std::string with_flags(std::string_view message) {
+  std::string text;
+  for (std::size_t at = 0; at < message.size();) {
+    const std::string_view rest = message.substr(at);
+    const Flag* found = nullptr;
+    for (const Flag& flag : kFlags) {
+      if (rest.starts_with(flag.parameter) && may_begin(message.substr(0, at)) &&
+          may_end(rest.substr(flag.parameter.size()))) {
+        found = &flag;
+        break;
+      }
+    }
+    text += found != nullptr ? found->flag : rest.substr(0, 1);
+    at += found != nullptr ? found->parameter.size() : 1;
+  }
+  return text;
+}
+
+}  // namespace kiln::cli
