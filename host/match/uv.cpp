@@ -381,8 +381,8 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
     if (overlap > options.max_overlap) {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_overlap) +
                                         ": a UV there does not say which point is meant. Use "
-                                        "another match, such as ray, or raise uv.max_overlap to take the "
-                                        "triangle with the lowest index.");
+                                        "another match, such as ray, or raise uv.max_overlap to take "
+                                        "the triangle with the lowest index.");
     }
     warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
          found.overlapping);

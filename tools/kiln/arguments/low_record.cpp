@@ -66,7 +66,9 @@ void save_low_record(const fs::path& folder, const std::string& stem, const fs::
   std::error_code error;
   fs::path path = fs::relative(source, folder, error);
   if (error || path.empty()) path = fs::absolute(source);
-  save_text(record_path(folder, stem), to_text({{"low", path.string()}}));
+  Json record;
+  record["low"] = path.string();
+  save_text(record_path(folder, stem), to_text(record));
 }
 
 }  // namespace kiln::cli

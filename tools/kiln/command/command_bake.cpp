@@ -412,11 +412,21 @@ std::string too_many_missed(const BakeArguments& arguments, const BakeResult& re
   char text[128];
   std::snprintf(text, sizeof text, "%.4g%% of the samples were missed, but --max-missed is %.4g. ",
                 missed, arguments.max_missed_percent);
-  const bool closest = std::find(arguments.fallback.begin(), arguments.fallback.end(), "closest") !=
-                           arguments.fallback.end() ||
-                       arguments.match == "closest";
   const std::string message = "'" + path + "': " + text + missed_place(result, low);
-  if (!arguments.load_match.empty()) return message + " Save the match again with more reach.";
+  if (!arguments.load_match.empty()) {
+    return message + " Save the match again with a longer --max-distance.";
+  }
+  const auto asked = [&](const MatchInfo& match) {
+    return arguments.match == match.method.name ||
+           std::find(arguments.fallback.begin(), arguments.fallback.end(), match.method.name) !=
+               arguments.fallback.end();
+  };
+  const bool closest = asked(find_match(MatchMethod::closest.name));
+  const bool far = arguments.match == "auto" ||
+                   std::any_of(matches().begin(), matches().end(), [&](const MatchInfo& match) {
+                     return match.looks_far && asked(match);
+                   });
+  if (!far) return message + " Add --fallback closest.";
   return message + " Raise --max-distance" + (closest ? "." : ", or add --fallback closest.");
 }
 
