@@ -302,8 +302,9 @@ std::vector<float> Hemispheres::thickness(const TexelBand& band, const Correspon
   measure(band, match, second);
   std::vector<float> shares(band.sample_count);
   sums_[second ? 1 : 0].depth.read(context_, shares);
-  const double whole = static_cast<double>(thick_) * rays_of_sample_;
-  for (float& share : shares) share = static_cast<float>(std::min(1.0, share / whole));
+  for (float& share : shares) {
+    share = static_cast<float>(static_cast<double>(share) / rays_of_sample_);
+  }
   return shares;
 }
 

@@ -234,7 +234,7 @@ kernel void kiln_hemisphere_lean(const kiln_hemisphere_params params,
   for (int axis = 0; axis < 3; ++axis) vstore8(sum[axis], 0, to + (size_t)axis * params.out_capacity);
 }
 
-/// Adds to each sample how far its rays came, `reach` at most.
+/// Adds to each sample how far its rays came, as shares of `reach`: 1 at most.
 kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
                                   global const uint* restrict triangle,
                                   global const float* restrict distance,
@@ -247,7 +247,8 @@ kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
   for (uint row = 0; row < params.rays; ++row) {
     const size_t from = (size_t)row * params.stride + lane;
     const int8 found = vload8(0, triangle + from) != (uint8)(KILN_NO_TRIANGLE);
-    sum += select(reach, min(fabs(vload8(0, distance + from)), reach), found);
+    const float8 way = min(fabs(vload8(0, distance + from)), reach) / reach;
+    sum += select((float8)(1.0f), way, found);
   }
   vstore8(sum, 0, depth + params.first + lane);
 }

@@ -143,6 +143,36 @@ void check_fallback(const BakeArguments& a) {
   }
 }
 
+/// Whether one of the maps is made by rays over hemispheres.
+bool asks_occlusion(const BakeArguments& a) {
+  return std::any_of(a.maps.begin(), a.maps.end(), [](const std::string& map) {
+    return map == "ao" || map == "bent_normal" || map == "thickness";
+  });
+}
+
+/// \throws Error(usage) for what is said of such maps where none is asked for
+void check_occlusion(const BakeArguments& a) {
+  const BakeArguments defaults;
+  if (!asks_occlusion(a) && (a.ao_rays != defaults.ao_rays || !a.ao_distance.empty() ||
+                             a.ao_ignore_back_faces)) {
+    throw Error(ErrorCode::usage,
+                "--ao-rays, --ao-distance and --ao-ignore-back-faces are for the maps ao, "
+                "bent_normal and thickness: add one of them to --maps.");
+  }
+}
+
+OcclusionOptions occlusion_options(const BakeArguments& a) {
+  OcclusionOptions options;
+  options.rays = a.ao_rays;
+  options.back_faces = !a.ao_ignore_back_faces;
+  if (a.ao_distance.empty()) return options;
+  options.distance = parse_length("--ao-distance", a.ao_distance);
+  if (options.distance->value == 0) {
+    throw Error(ErrorCode::usage, "--ao-distance is 0: rays that reach nowhere meet nothing.");
+  }
+  return options;
+}
+
 /// Percent, 0 to 100.
 CLI::Validator percentage() {
   return CLI::Validator(
@@ -213,6 +243,26 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
                 "NAME_MAP.mip01.png and so on down to 1x1, which sort in the order that toktx and "
                 "ktx create take them")
       ->group(group_map);
+
+  const char* const group_occlusion = "Occlusion (--maps ao, bent_normal, thickness)";
+  command
+      .add_option("--ao-rays", a.ao_rays,
+                  "Rays a sample, 1 to 4096: more rays, less grain in ambient occlusion (ao), bent "
+                  "normals and thickness. --samples multiplies them")
+      ->check(CLI::Range(1U, 4096U))
+      ->capture_default_str()
+      ->group(group_occlusion);
+  command
+      .add_option("--ao-distance", a.ao_distance,
+                  "How far away something still darkens ambient occlusion and bends normals (default: "
+                  "all of HIGH); how thick thickness shows as white (default: 10%). World units, or "
+                  "P% of HIGH's diagonal")
+      ->group(group_occlusion);
+  command
+      .add_flag("--ao-ignore-back-faces", a.ao_ignore_back_faces,
+                "Only faces that look at a point darken it: for open meshes, whose insides show. "
+                "thickness always takes both sides")
+      ->group(group_occlusion);
 
   const char* const group_match = "The match";
   command
@@ -467,6 +517,7 @@ void check(const BakeArguments& a) {
     fail("--visibility-clusters makes several matches, --save-match saves one: leave one out.");
   }
   check_fallback(a);
+  check_occlusion(a);
   if (is_height_field(a.high)) {
     if (a.low.empty() && a.unwrap) fail("--unwrap is for a given LOW.");
     height_field_options(a.heights);
@@ -550,6 +601,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.flip_y = a.flip_y;
   options.two_component = a.two_component;
   options.raw = a.raw;
+  options.occlusion = occlusion_options(a);
   options.miss = miss_policy(a);
   options.gutter = parse_gutter(a.gutter);
   options.mips = a.mips;
@@ -648,6 +700,9 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"samples", a.samples},
           {"gutter", a.gutter},
           {"mips", a.mips},
+          {"ao_rays", asks_occlusion(a) ? Json(a.ao_rays) : Json()},
+          {"ao_distance", or_null(a.ao_distance)},
+          {"ao_back_faces", asks_occlusion(a) ? Json(!a.ao_ignore_back_faces) : Json()},
           {"faces", a.faces == 0 ? Json() : Json(a.faces)},
           {"max_error", or_null(a.max_error)},
           {"max_missed_percent", a.max_missed_percent},
