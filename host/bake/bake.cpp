@@ -98,7 +98,7 @@ Pipeline::Pipeline(const Source::Impl& high, const Mesh& low, const BakeOptions&
       unit_(1 / high.frame.scale),
       surface_(LowSurface::of(low, high.frame, options.cage_mesh)),
       sampler_(context_, surface_, {options.width, options.height, options.samples, kBandSamples}),
-      layers_({high, surface_, options}) {}
+      layers_(high, surface_, options) {}
 
 void Pipeline::prepare() {
   BakeReport& report = result_.report;

@@ -55,15 +55,16 @@ std::uint64_t finish_image(cl::Context& context, const MapInfo& map, const BakeO
 
 }  // namespace
 
-Layers::Layers(const MapRequest& request)
-    : coverage_(std::size_t{request.options.width} * request.options.height) {
-  for (const MapKind kind : request.options.maps) {
+Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options)
+    : coverage_(std::size_t{options.width} * options.height) {
+  const MapRequest request{source, surface, options, shared_};
+  for (const MapKind kind : options.maps) {
     const MapRow& row = map_row(kind);
     if (std::any_of(layers_.begin(), layers_.end(),
                     [&](const Layer& layer) { return layer.row == &row; })) {
       continue;
     }
-    Image image{request.options.width, request.options.height, row.info.channels,
+    Image image{options.width, options.height, row.info.channels,
                 std::vector<float>(coverage_.size() * row.info.channels)};
     layers_.push_back({&row, row.make(request), std::move(image)});
   }
@@ -77,12 +78,18 @@ BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
           std::span(coverage_).subspan(offset, count)};
 }
 
+void Layers::forget() {
+  for (const std::shared_ptr<SharedWork>& work : shared_) work->forget();
+}
+
 void Layers::run(const TexelBand& band, const Correspondence& match) {
+  forget();
   for (Layer& layer : layers_) layer.maker->run(band, match, pixels(layer, band));
 }
 
 void Layers::run_blended(const TexelBand& band, const Correspondence& match,
                          const Correspondence& other, const cl::Array<float>& shares) {
+  forget();
   for (Layer& layer : layers_) {
     layer.maker->run_blended(band, match, other, shares, pixels(layer, band));
   }
@@ -98,6 +105,11 @@ const Image* Layers::unit_vectors() const {
 bool Layers::follow_positions() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return layer.row->follows_positions; });
+}
+
+bool Layers::read_around() const {
+  return std::any_of(layers_.begin(), layers_.end(),
+                     [](const Layer& layer) { return layer.row->reads_around; });
 }
 
 std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOptions& options,

@@ -20,7 +20,7 @@ struct Layer {
 class Layers {
  public:
   /// Of the maps that the options ask for, each once.
-  explicit Layers(const MapRequest& request);
+  Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options);
 
   /// Makes the texels of a band in all maps, and says which are covered.
   void run(const TexelBand& band, const Correspondence& match);
@@ -32,6 +32,8 @@ class Layers {
   const Image* unit_vectors() const;
   /// Whether one of the maps changes wherever vertices of the high poly move.
   bool follow_positions() const;
+  /// Whether one of the maps may change anywhere wherever the high poly changes.
+  bool read_around() const;
   /// Per texel: empty, baked or missed (image/gutter.h).
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }
 
@@ -47,7 +49,9 @@ class Layers {
 
  private:
   BandPixels pixels(Layer& layer, const TexelBand& band);
+  void forget();
 
+  std::vector<std::shared_ptr<SharedWork>> shared_;  // of the makers
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;
 };

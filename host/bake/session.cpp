@@ -95,7 +95,7 @@ struct BakeSession::Impl {
     keeps_matcher = match_row(options.method).follows_bvh &&
                     std::all_of(options.fallback.begin(), options.fallback.end(),
                                 [](MatchMethod next) { return match_row(next).follows_bvh; });
-    layers = std::make_unique<Layers>(MapRequest{source, surface, options});
+    layers = std::make_unique<Layers>(source, surface, options);
     sample();
     users = Adjacency::make(high.positions.size(), high.triangles.size() * 3,
                             [&](std::size_t i) { return high.triangles[i / 3][i % 3]; });
@@ -501,7 +501,8 @@ const BakeResult& BakeSession::bake() {
 
   impl.chosen.clear();
   impl.everything =
-      change.rebuilt || impl.update.matched || (any_moved && impl.layers->follow_positions());
+      change.rebuilt || impl.update.matched || impl.layers->read_around() ||
+      (any_moved && impl.layers->follow_positions());
   if (impl.everything) {
     impl.read_all();
   } else {

@@ -11,27 +11,33 @@ constexpr std::size_t kWide = 8;
 
 }  // namespace
 
+kiln_detail_params detail_params(const BakeOptions& options) {
+  kiln_detail_params detail{};
+  switch (options.space) {
+    case NormalMapSpace::tangent:
+      detail.space = KILN_SPACE_TANGENT;
+      break;
+    case NormalMapSpace::object:
+      detail.space = KILN_SPACE_OBJECT;
+      break;
+    case NormalMapSpace::face:
+      detail.space = KILN_SPACE_FACE;
+      break;
+  }
+  detail.y_scale = options.flip_y ? -1.0F : 1.0F;
+  detail.two_component = options.two_component ? 1 : 0;
+  detail.two_sided = options.two_sided ? 1 : 0;
+  return detail;
+}
+
 NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
                            const SourceAttributes& source, const BakeOptions& options,
                            DetailPath path)
     : context_(context),
       wide_(path == DetailPath::automatic ? !context.info().is_gpu : path == DetailPath::wide),
       source_(source),
-      shading_(context, std::span<const kiln_low_shading>(low_shading(surface))) {
-  switch (options.space) {
-    case NormalMapSpace::tangent:
-      detail_.space = KILN_SPACE_TANGENT;
-      break;
-    case NormalMapSpace::object:
-      detail_.space = KILN_SPACE_OBJECT;
-      break;
-    case NormalMapSpace::face:
-      detail_.space = KILN_SPACE_FACE;
-      break;
-  }
-  detail_.y_scale = options.flip_y ? -1.0F : 1.0F;
-  detail_.two_component = options.two_component ? 1 : 0;
-  detail_.two_sided = options.two_sided ? 1 : 0;
+      shading_(context, std::span<const kiln_low_shading>(low_shading(surface))),
+      detail_(detail_params(options)) {
   switch (options.miss) {
     case MissPolicy::keep:
       resolve_.miss = KILN_MISS_KEEP;

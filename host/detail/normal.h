@@ -11,6 +11,9 @@
 
 namespace kiln {
 
+/// What options say of normals and their space.
+kiln_detail_params detail_params(const BakeOptions& options);
+
 /// Which kernels run. All give the same answer to the bit.
 enum class DetailPath {
   automatic,  ///< By the device's type

@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "kiln/bake.h"
 #include "kiln/map.h"
@@ -21,11 +22,22 @@ struct BandPixels {
       coverage;  ///< 1 baked, 2 missed; texels that are not covered keep what is there
 };
 
+/// Work that several maps of a bake share: done for the first one that asks, forgotten before each band.
+class SharedWork {
+ public:
+  SharedWork() = default;
+  SharedWork(const SharedWork&) = delete;
+  SharedWork& operator=(const SharedWork&) = delete;
+  virtual ~SharedWork() = default;
+  virtual void forget() = 0;
+};
+
 /// What a map is told, once a bake.
 struct MapRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   const BakeOptions& options;
+  std::vector<std::shared_ptr<SharedWork>>& shared;  ///< One of a type; maps add what is missing
 };
 
 /// Reads one map at the correspondences of bands.
@@ -52,6 +64,8 @@ struct MapRow {
   MapInfo info;
   /// It reads positions or distances, so it changes wherever vertices of the high poly move.
   bool follows_positions = false;
+  /// It reads more of the high poly than the matched points, so any change of it may show in any texel.
+  bool reads_around = false;
   std::unique_ptr<MapMaker> (*make)(const MapRequest& request) = nullptr;
 };
 
@@ -69,6 +83,9 @@ void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t c
 
 // The rows, each in the file of its map.
 MapRow normal_map();
+MapRow ao_map();
+MapRow bent_normal_map();
+MapRow thickness_map();
 MapRow mask_map();
 MapRow height_map();
 MapRow position_map();

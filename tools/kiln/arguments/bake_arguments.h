@@ -51,6 +51,10 @@ struct BakeArguments {
   std::uint32_t samples = 1;
   std::string gutter = "16";
   bool mips = false;
+  std::uint32_t ao_rays = 64;
+  std::string ao_distance;
+  bool ao_ignore_back_faces = false;
+  std::string curvature_radius;
   std::uint32_t faces = 0;
   std::string max_error;
   bool unwrap = false;

@@ -1,7 +1,16 @@
+#include <algorithm>
+
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
 
 namespace kiln::cli {
+namespace {
+
+bool asks_occlusion(const BakeArguments& a) {
+  return std::any_of(a.maps.begin(), a.maps.end(), takes_occlusion);
+}
+
+}  // namespace
 
 Json describe(const BakeArguments& a, const BakeReport& report) {
   const auto or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
@@ -44,6 +53,10 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"samples", a.samples},
           {"gutter", a.gutter},
           {"mips", a.mips},
+          {"ao_rays", asks_occlusion(a) ? Json(a.ao_rays) : Json()},
+          {"ao_distance", or_null(a.ao_distance)},
+          {"ao_back_faces", asks_occlusion(a) ? Json(!a.ao_ignore_back_faces) : Json()},
+          {"curvature_radius", or_null(a.curvature_radius)},
           {"faces", a.faces == 0 ? Json() : Json(a.faces)},
           {"max_error", or_null(a.max_error)},
           {"max_missed_percent", a.max_missed_percent},

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <limits>
+#include <optional>
+#include <string>
 #include <tuple>
 
 #include "arguments/bake_arguments.h"
@@ -8,6 +10,19 @@
 #include "arguments/parse.h"
 
 namespace kiln::cli {
+namespace {
+
+/// A length above 0, or none where the flag was not given.
+std::optional<Length> optional_length(const char* flag, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const Length length = parse_length(flag, text);
+  if (length.value == 0) {
+    throw Error(ErrorCode::usage, std::string(flag) + " is 0: it must be above 0.");
+  }
+  return length;
+}
+
+}  // namespace
 
 BakeOptions bake_options(const BakeArguments& a) {
   BakeOptions options;
@@ -61,6 +76,10 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.flip_y = a.flip_y;
   options.two_component = a.two_component;
   options.raw = a.raw;
+  options.occlusion.rays = a.ao_rays;
+  options.occlusion.back_faces = !a.ao_ignore_back_faces;
+  options.occlusion.distance = optional_length("--ao-distance", a.ao_distance);
+  options.curvature_radius = optional_length("--curvature-radius", a.curvature_radius);
   options.miss = miss_policy(a);
   options.gutter = parse_gutter(a.gutter);
   options.mips = a.mips;

@@ -65,6 +65,10 @@ const std::map<std::string, MissPolicy>& fallback_miss_values() {
   return values;
 }
 
+bool takes_occlusion(const std::string& map) {
+  return map == "ao" || map == "bent_normal" || map == "thickness";
+}
+
 MissPolicy miss_policy(const BakeArguments& a) {
   const auto said = fallback_miss_values().find(a.fallback.back());
   return said != fallback_miss_values().end() && said->second != MissPolicy::keep

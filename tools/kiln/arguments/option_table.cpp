@@ -26,6 +26,12 @@ bool holds_directions(const MapInfo& map) { return map.type == MapType::unit_vec
 bool has_padding(const MapInfo& map) { return map.type != MapType::coverage; }
 bool has_mips(const MapInfo& map) { return has_padding(map) && map.type != MapType::id; }
 
+bool by_occlusion(const MapInfo& map) { return takes_occlusion(std::string(map.kind.name)); }
+bool by_open_rays(const MapInfo& map) {
+  return by_occlusion(map) && map.kind != MapKind{"thickness"};
+}
+bool by_curvature(const MapInfo& map) { return map.kind == MapKind{"curvature"}; }
+
 /// A flag that serves some matches, or some maps. Flags that serve every bake have no row.
 struct OptionRow {
   std::string_view flag;
@@ -61,6 +67,10 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--flip-y", .map = holds_directions},
     OptionRow{.flag = "--two-component", .map = holds_directions},
     OptionRow{.flag = "--raw", .map = holds_directions},
+    OptionRow{.flag = "--ao-rays", .map = by_occlusion},
+    OptionRow{.flag = "--ao-distance", .map = by_occlusion},
+    OptionRow{.flag = "--ao-ignore-back-faces", .map = by_open_rays},
+    OptionRow{.flag = "--curvature-radius", .map = by_curvature},
     OptionRow{.flag = "--gutter", .map = has_padding},
     OptionRow{.flag = "--mips", .map = has_mips},
 };

@@ -1,0 +1,22 @@
+// How open the high poly is.
+#include "detail/hemisphere_map.h"
+
+namespace kiln {
+
+MapRow ao_map() {
+  MapRow row;
+  row.info = {
+      MapKind{"ao"},
+      1,
+      MapType::scalar,
+      "ambient occlusion of the high poly by itself: 1 in the open, 0 in the deepest corner",
+      0,
+      1};
+  row.follows_positions = row.reads_around = true;
+  row.make = [](const MapRequest& request) {
+    return make_hemisphere_map(request, &Hemispheres::open);
+  };
+  return row;
+}
+
+}  // namespace kiln

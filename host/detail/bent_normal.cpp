@@ -1,0 +1,78 @@
+// The direction from which most light reaches the high poly.
+#include "detail/hemisphere_map.h"
+#include "detail/normal.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+
+class BentNormal : public MapMaker {
+ public:
+  explicit BentNormal(const MapRequest& request)
+      : context_(request.source.device.context()),
+        source_(request.source),
+        miss_(request.options.miss),
+        detail_(detail_params(request.options)),
+        rays_(Hemispheres::of(request)) {
+    rays_->want_lean();
+  }
+
+  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+    if (band.sample_count == 0) return;
+    const Correspondence none;
+    make(band, match, none, none_, none_, out);
+  }
+
+  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
+                   const cl::Array<float>& shares, const BandPixels& out) override {
+    if (band.sample_count == 0) return;
+    make(band, match, other, rays_->lean(band, other, true), shares, out);
+  }
+
+ private:
+  /// \param other  of no capacity: there is none
+  void make(const TexelBand& band, const Correspondence& match, const Correspondence& other,
+            const cl::Array<float>& other_lean, const cl::Array<float>& shares,
+            const BandPixels& out) {
+    const std::uint32_t plane = Hemispheres::plane_of(band);
+    detail_.count = band.sample_count;
+    detail_.low_capacity = band.capacity;
+    detail_.hit_capacity = match.capacity;
+    detail_.out_capacity = plane;
+    const cl::Array<float>& lean = rays_->lean(band, match, false);
+    const cl::Array<float> values(context_, std::size_t{3} * plane);
+    context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_bent"), band.sample_count,
+                    kLocal, detail_, other.capacity, band.triangle, band.barycentric,
+                    rays_->shading(), match.triangle, match.barycentric, lean, other.triangle,
+                    other.barycentric, other_lean, shares, source_.attributes.normal_indices,
+                    source_.attributes.normals, values);
+    average_samples(context_, band, match, miss_, values.download(context_), plane, out);
+  }
+
+  cl::Context& context_;
+  const Source::Impl& source_;
+  MissPolicy miss_;
+  kiln_detail_params detail_;
+  std::shared_ptr<Hemispheres> rays_;
+  const cl::Array<float> none_;
+};
+
+}  // namespace
+
+MapRow bent_normal_map() {
+  MapRow row;
+  row.info = {MapKind{"bent_normal"},
+              3,
+              MapType::unit_vector,
+              "bent normal: the mean direction that is open, in the space that is asked for",
+              0,
+              1};
+  row.follows_positions = row.reads_around = true;
+  row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
+    return std::make_unique<BentNormal>(request);
+  };
+  return row;
+}
+
+}  // namespace kiln

@@ -1,0 +1,104 @@
+#include "detail/hemisphere_map.h"
+
+#include <array>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "image/gutter.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kGrain = 1 << 12;
+
+class HemisphereMap : public MapMaker {
+ public:
+  using Read = std::vector<float> (Hemispheres::*)(const TexelBand&, const Correspondence&, bool);
+
+  HemisphereMap(const MapRequest& request, Read read)
+      : context_(request.source.device.context()),
+        miss_(request.options.miss),
+        rays_(Hemispheres::of(request)),
+        read_(read) {}
+
+  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+    if (band.sample_count == 0) return;
+    average_samples(context_, band, match, miss_, (*rays_.*read_)(band, match, false),
+                    band.sample_count, out);
+  }
+
+  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
+                   const cl::Array<float>& shares, const BandPixels& out) override {
+    if (band.sample_count == 0) return;
+    std::vector<float> values = (*rays_.*read_)(band, match, false);
+    const std::vector<float> others = (*rays_.*read_)(band, other, true);
+    std::vector<std::uint32_t> triangle(band.sample_count);
+    std::vector<float> share(band.sample_count);
+    other.triangle.read(context_, triangle);
+    shares.read(context_, share);
+    for (std::size_t s = 0; s < values.size(); ++s) {
+      if (triangle[s] == KILN_NO_TRIANGLE) continue;
+      values[s] = values[s] * share[s] + others[s] * (1 - share[s]);
+    }
+    average_samples(context_, band, match, miss_, values, band.sample_count, out);
+  }
+
+ private:
+  cl::Context& context_;
+  MissPolicy miss_;
+  std::shared_ptr<Hemispheres> rays_;
+  Read read_;
+};
+
+}  // namespace
+
+void average_samples(cl::Context& context, const TexelBand& band, const Correspondence& match,
+                     MissPolicy miss, std::span<const float> values, std::size_t plane,
+                     const BandPixels& out) {
+  const std::size_t channels = values.size() >= 3 * plane ? 3 : 1;
+  std::vector<std::uint32_t> index(band.texel_count), first(band.texel_count + std::size_t{1});
+  std::vector<std::uint32_t> triangle(band.sample_count);
+  band.texel_index.read(context, index);
+  band.texel_first.read(context, first);
+  match.triangle.read(context, triangle);
+  parallel_for(band.texel_count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      std::uint8_t& coverage = out.coverage[index[t]];
+      coverage = kCoverageMissed;
+      std::array<double, 3> sum{};
+      std::size_t used = 0, last = 0;
+      for (std::size_t s = first[t]; s < first[t + 1]; ++s) {
+        if (triangle[s] != KILN_NO_TRIANGLE) {
+          coverage = kCoverageBaked;
+        } else if (miss != MissPolicy::keep) {
+          continue;
+        }
+        for (std::size_t c = 0; c < channels; ++c) sum[c] += values[s + c * plane];
+        ++used;
+        last = s;
+      }
+      float* to = &out.values[index[t] * channels];
+      double whole = static_cast<double>(used);
+      if (channels == 3) whole = length(Vec3d(sum[0], sum[1], sum[2]));
+      for (std::size_t c = 0; c < channels; ++c) {
+        // Texels of missed samples alone, where these have no value, hold 0, or straight up.
+        to[c] = channels == 3 && c == 2 ? 1.0F : 0.0F;
+        // One sample is taken as it is; and so where directions cancel out.
+        if (used != 0) {
+          to[c] = used == 1 || !(whole > 1e-10) ? values[last + c * plane]
+                                                : static_cast<float>(sum[c] / whole);
+        }
+      }
+    }
+  });
+}
+
+std::unique_ptr<MapMaker> make_hemisphere_map(
+    const MapRequest& request,
+    std::vector<float> (Hemispheres::*read)(const TexelBand&, const Correspondence&, bool)) {
+  return std::make_unique<HemisphereMap>(request, read);
+}
+
+}  // namespace kiln

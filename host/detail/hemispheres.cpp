@@ -1,0 +1,311 @@
+#include "detail/hemispheres.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mesh/low_shading.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64, kLocalLanes = 8;
+constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
+// Samples whose rays are cast together: their data stays in a core's cache, and they lie close together.
+constexpr std::uint32_t kPiece = 1U << 14;
+// Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.
+constexpr std::uint32_t kMostRays = 1U << 20;
+
+// Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
+// off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
+constexpr float kPush = 0x1p-17F;
+// Hits nearer than this are rounding: a surface through the very point.
+constexpr float kNearest = 0x1p-20F;
+// Beyond any point that a ray may start from (KILN_RAY_FARTHEST), and all of the high poly.
+constexpr double kFarthest = 2097152;
+
+constexpr std::uint32_t padded(std::uint32_t count) {
+  return (count + kLanes - 1) / kLanes * kLanes;
+}
+
+float in_frame(const Length& length, const Frame& frame) {
+  const double units =
+      (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
+  // Where it is as good as nothing, ranges of rays still need a length.
+  return static_cast<float>(std::clamp(units, 1e-30, kFarthest));
+}
+
+RayQuery query_up_to(float distance, bool back_faces) {
+  RayQuery query;
+  query.t_min = std::min(kNearest, distance / 2);
+  query.t_max = distance;
+  query.inward = true;  // directions are stored reversed
+  query.two_sided = back_faces;
+  return query;
+}
+
+/// Rays of one sample about +Z, and the rings that they are sorted into.
+struct RaySets {
+  std::vector<float> directions;  // of each set: x, y, z, a plane each
+  std::vector<std::uint32_t>
+      rings;  // first ray and number of rays of each ray's ring, a plane each
+};
+
+double fraction(double value) { return value - std::floor(value); }
+
+/// Two arms of Vogel's spiral, opposite each other: even on the disk at any number, and balanced, so that the
+/// mean of all rays is the normal. A ray of an odd number is left over, and lies next to the middle.
+///
+/// A ray's place along the radius is one of its share of the disk, another one in each set. Rings are
+/// about as wide as the way between two of their rays.
+RaySets spirals(std::uint32_t count) {
+  const double turn = std::numbers::phi - 1,
+               step = 0.7548776662466927;  // both as irrational as can be
+  const std::uint32_t odd = count % 2;
+  std::vector<double> angle(count);
+  std::vector<std::uint32_t> order(count), arm(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    arm[i] = (i + odd) / 2;
+    angle[i] = (fraction(arm[i] * turn) + (i + odd) % 2) / 2;
+    order[i] = i;
+  }
+  RaySets sets;
+  sets.rings.resize(std::size_t{2} * count);
+  const auto ring_count = static_cast<std::uint32_t>(std::max(1L, std::lround(std::sqrt(count))));
+  for (std::uint32_t ring = 0; ring < ring_count; ++ring) {
+    const std::uint32_t first = count * ring / ring_count;
+    const std::uint32_t end = count * (ring + 1) / ring_count;
+    std::sort(order.begin() + first, order.begin() + end,
+              [&](std::uint32_t a, std::uint32_t b) { return angle[a] < angle[b]; });
+    for (std::uint32_t i = first; i < end; ++i) {
+      sets.rings[i] = first;
+      sets.rings[i + std::size_t{count}] = end - first;
+    }
+  }
+  sets.directions.resize(std::size_t{3} * KILN_HEMISPHERE_SETS * count);
+  float* to = sets.directions.data();
+  for (int set = 0; set < KILN_HEMISPHERE_SETS; ++set, to += std::size_t{3} * count) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t ray = order[i];
+      const bool single = odd != 0 && ray == 0;
+      const double within = fraction(arm[ray] * step + (set + 0.5) / KILN_HEMISPHERE_SETS);
+      // The share of the disk that is nearer to the middle.
+      const double squared = (single ? within : odd + 2 * (arm[ray] - odd + within)) / count;
+      const double radians = 2 * std::numbers::pi * angle[ray], radius = std::sqrt(squared);
+      to[i] = static_cast<float>(radius * std::cos(radians));
+      to[i + std::size_t{count}] = static_cast<float>(radius * std::sin(radians));
+      to[i + std::size_t{2} * count] = static_cast<float>(std::sqrt(1 - squared));
+    }
+  }
+  return sets;
+}
+
+/// Cosines, then sines, of all angles that a sample's rays may be turned by.
+std::vector<float> turn_table() {
+  constexpr std::size_t kTurns = KILN_HEMISPHERE_TURNS;
+  std::vector<float> table(2 * kTurns);
+  for (std::size_t i = 0; i < kTurns; ++i) {
+    const double radians = 2 * std::numbers::pi * static_cast<double>(i) / kTurns;
+    table[i] = static_cast<float>(std::cos(radians));
+    table[i + kTurns] = static_cast<float>(std::sin(radians));
+  }
+  return table;
+}
+
+template <typename T>
+void make_room(cl::Context& context, cl::Array<T>& array, std::size_t size) {
+  if (array.size() >= size) return;
+  array = cl::Array<T>();
+  array = cl::Array<T>(context, size);
+}
+
+}  // namespace
+
+std::shared_ptr<Hemispheres> Hemispheres::of(const MapRequest& request) {
+  for (const std::shared_ptr<SharedWork>& work : request.shared) {
+    if (auto made = std::dynamic_pointer_cast<Hemispheres>(work)) return made;
+  }
+  auto made = std::make_shared<Hemispheres>(request);
+  request.shared.push_back(made);
+  return made;
+}
+
+Hemispheres::Hemispheres(const MapRequest& request)
+    : context_(request.source.device.context()),
+      source_(request.source),
+      width_(request.options.width),
+      rays_of_sample_(request.options.occlusion.rays),
+      keep_(request.options.miss == MissPolicy::keep),
+      two_sided_(request.options.two_sided),
+      back_faces_(request.options.occlusion.back_faces),
+      shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
+  const std::optional<Length>& distance = request.options.occlusion.distance;
+  const Frame& frame = source_.frame;
+  occluding_ = distance ? in_frame(*distance, frame) : static_cast<float>(kFarthest);
+  thick_ = in_frame(distance ? *distance : Length::share(0.1), frame);
+  const RaySets sets = spirals(rays_of_sample_);
+  directions_ = cl::Array<float>(context_, std::span<const float>(sets.directions));
+  rings_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(sets.rings));
+  turn_table_ = cl::Array<float>(context_, std::span<const float>(turn_table()));
+}
+
+void Hemispheres::forget() {
+  has_turns_ = false;
+  for (Sums& sums : sums_) sums.has_open = sums.has_depth = false;
+  // In a session vertices may have moved since.
+  if (source_.will_move) uploaded_ = false;
+}
+
+std::uint32_t Hemispheres::plane_of(const TexelBand& band) { return padded(band.capacity); }
+
+void Hemispheres::upload() {
+  if (uploaded_) return;
+  make_room(context_, positions_, source_.positions.size() * 3);
+  positions_.write(context_,
+                   std::span<const float>(&source_.positions[0].x, source_.positions.size() * 3));
+  if (triangles_.empty()) {
+    triangles_ = cl::Array<std::uint32_t>(
+        context_,
+        std::span<const std::uint32_t>(source_.triangles[0].data(), source_.triangles.size() * 3));
+  }
+  uploaded_ = true;
+}
+
+void Hemispheres::make_turns(const TexelBand& band) {
+  if (has_turns_) return;
+  make_room(context_, turns_, plane_of(band));
+  const kiln_turn_params params{band.texel_count, band.first_row * width_};
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turns"), band.texel_count, kLocal,
+                  params, band.texel_index, band.texel_first, band.sample_slot, turns_);
+  has_turns_ = true;
+}
+
+template <typename Use>
+void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, bool second,
+                            float side, const Use& use) {
+  upload();
+  make_turns(band);
+  const std::uint32_t piece = padded(std::min(kPiece, band.sample_count));
+  const std::uint32_t capacity =
+      std::min(kMostRays, static_cast<std::uint32_t>(std::uint64_t{piece} * rays_of_sample_));
+  if (ray_capacity_ < capacity) {
+    ray_capacity_ = capacity;
+    make_room(context_, rays_, std::size_t{6} * capacity);
+  }
+  make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
+
+  kiln_hemisphere_params params{};
+  params.all_rays = rays_of_sample_;
+  params.ray_capacity = ray_capacity_;
+  params.low_capacity = band.capacity;
+  params.hit_capacity = match.capacity;
+  params.out_capacity = plane_of(band);
+  params.keep = keep_ && !second ? 1 : 0;
+  params.two_sided = two_sided_ ? 1 : 0;
+  params.side = side;
+  params.push = kPush;
+  params.reach = thick_;
+  std::vector<std::uint32_t> triangle;
+  if (params.keep == 0) {
+    triangle.resize(band.sample_count);
+    match.triangle.read(context_, triangle);
+  }
+  const cl::Kernel points = context_.kernel("hemisphere", "kiln_hemisphere_points");
+  const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
+  for (; params.first < band.sample_count; params.first += params.count) {
+    params.count = std::min(piece, band.sample_count - params.first);
+    params.stride = padded(params.count);
+    if (params.keep == 0) {
+      const auto begin = triangle.begin() + params.first, end = begin + params.count;
+      if (std::all_of(begin, end, [](std::uint32_t t) { return t == KILN_NO_TRIANGLE; })) continue;
+    }
+    context_.launch(points, params.stride, kLocal, params, band.triangle, band.barycentric,
+                    band.points, shading_, match.triangle, match.barycentric, positions_,
+                    triangles_, source_.attributes.normal_indices, source_.attributes.normals,
+                    points_);
+    const std::uint32_t most = ray_capacity_ / params.stride;
+    for (params.first_ray = 0; params.first_ray < rays_of_sample_;
+         params.first_ray += params.rays) {
+      params.rays = std::min(most, rays_of_sample_ - params.first_ray);
+      context_.launch(rays, std::size_t{params.stride} / kLanes * params.rays, kLocal, params,
+                      points_, turns_, turn_table_, directions_, rings_, rays_);
+      use(params, params.stride * params.rays);
+    }
+    context_.finish();
+  }
+}
+
+void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool second) {
+  Sums& sums = sums_[second ? 1 : 0];
+  if (sums.has_open) return;
+  make_room(context_, sums.open, plane_of(band));
+  context_.fill(sums.open, std::uint32_t{0});
+  if (wants_lean_) {
+    make_room(context_, sums.lean, std::size_t{3} * plane_of(band));
+    context_.fill(sums.lean, 0.0F);
+  }
+  const RayCaster& caster = source_.rays();
+  const RayQuery query = query_up_to(occluding_, back_faces_);
+  const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
+  const cl::Kernel lean = context_.kernel("hemisphere", "kiln_hemisphere_lean");
+  over_rays(band, match, second, 1, [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+    make_room(context_, hits_, ray_capacity_);
+    caster.occluded(rays_, count, ray_capacity_, query, hits_);
+    context_.launch(open, params.stride / kLanes, kLocalLanes, params, hits_, sums.open);
+    if (!wants_lean_) return;
+    context_.launch(lean, params.stride / kLanes, kLocalLanes, params, hits_, rays_, sums.lean);
+  });
+  sums.has_open = true;
+}
+
+void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bool second) {
+  Sums& sums = sums_[second ? 1 : 0];
+  if (sums.has_depth) return;
+  make_room(context_, sums.depth, plane_of(band));
+  context_.fill(sums.depth, 0.0F);
+  const RayCaster& caster = source_.rays();
+  const RayQuery query = query_up_to(thick_, true);
+  const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
+  over_rays(band, match, second, -1,
+            [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+              if (first_hits_.capacity < ray_capacity_) {
+                first_hits_ = Correspondence();
+                first_hits_ = Correspondence(context_, ray_capacity_);
+              }
+              caster.intersect(rays_, count, ray_capacity_, query, first_hits_);
+              context_.launch(depth, params.stride / kLanes, kLocalLanes, params,
+                              first_hits_.triangle, first_hits_.distance, sums.depth);
+            });
+  sums.has_depth = true;
+}
+
+std::vector<float> Hemispheres::open(const TexelBand& band, const Correspondence& match,
+                                     bool second) {
+  cast(band, match, second);
+  std::vector<std::uint32_t> counts(band.sample_count);
+  sums_[second ? 1 : 0].open.read(context_, counts);
+  std::vector<float> shares(counts.size());
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    shares[i] = static_cast<float>(static_cast<double>(counts[i]) / rays_of_sample_);
+  }
+  return shares;
+}
+
+const cl::Array<float>& Hemispheres::lean(const TexelBand& band, const Correspondence& match,
+                                          bool second) {
+  cast(band, match, second);
+  return sums_[second ? 1 : 0].lean;
+}
+
+std::vector<float> Hemispheres::thickness(const TexelBand& band, const Correspondence& match,
+                                          bool second) {
+  measure(band, match, second);
+  std::vector<float> shares(band.sample_count);
+  sums_[second ? 1 : 0].depth.read(context_, shares);
+  for (float& share : shares) {
+    share = static_cast<float>(static_cast<double>(share) / rays_of_sample_);
+  }
+  return shares;
+}
+
+}  // namespace kiln

@@ -1,0 +1,85 @@
+// Rays over the hemispheres of the high poly's points: cast once a band, for all maps that ask.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "accel/ray.h"
+#include "cl/context.h"
+#include "detail/registry.h"
+#include "mesh/kernels_shared.h"
+#include "shared/hemisphere.h"
+
+namespace kiln {
+
+/// Sums over each sample's rays (kernels/detail/hemisphere.cl). They depend on the sample's point, its normal
+/// and its place in the map alone.
+///
+/// A sample for which nothing was found has the low poly's own point and normal with MissPolicy::keep, and
+/// no meaning else. Of a second correspondence, whose values are mixed with the first one's, only samples
+/// with a triangle have one.
+class Hemispheres : public SharedWork {
+ public:
+  /// The one of a bake: made where it is missing.
+  static std::shared_ptr<Hemispheres> of(const MapRequest& request);
+
+  explicit Hemispheres(const MapRequest& request);
+
+  void forget() override;
+  /// Before any band: lean() will be asked for.
+  void want_lean() { wants_lean_ = true; }
+
+  /// [samples] the share of a sample's rays that hit nothing. \param second  see above
+  std::vector<float> open(const TexelBand& band, const Correspondence& match, bool second);
+
+  /// Sums of the directions of those rays, 3 planes of plane_of(band).
+  const cl::Array<float>& lean(const TexelBand& band, const Correspondence& match, bool second);
+
+  /// [samples] the mean way inward to the first surface, as a share of the distance that counts as thick.
+  std::vector<float> thickness(const TexelBand& band, const Correspondence& match, bool second);
+
+  static std::uint32_t plane_of(const TexelBand& band);
+  const cl::Array<kiln_low_shading>& shading() const { return shading_; }
+
+ private:
+  struct Sums {
+    bool has_open = false, has_depth = false;
+    cl::Array<std::uint32_t> open;
+    cl::Array<float> lean, depth;
+  };
+
+  void upload();
+  void make_turns(const TexelBand& band);
+  void cast(const TexelBand& band, const Correspondence& match, bool second);
+  void measure(const TexelBand& band, const Correspondence& match, bool second);
+  /// Makes rays, piece by piece, and gives each to `use` with what describes it.
+  template <typename Use>
+  void over_rays(const TexelBand& band, const Correspondence& match, bool second, float side,
+                 const Use& use);
+
+  cl::Context& context_;
+  const Source::Impl& source_;
+  std::uint32_t width_, rays_of_sample_;
+  bool keep_, two_sided_, back_faces_;
+  float occluding_, thick_;  // frame units
+  bool wants_lean_ = false;
+
+  cl::Array<kiln_low_shading> shading_;
+  cl::Array<float> directions_, turn_table_;
+  cl::Array<std::uint32_t> rings_;
+
+  bool uploaded_ = false, has_turns_ = false;
+  cl::Array<float> positions_;
+  cl::Array<std::uint32_t> triangles_;
+  cl::Array<std::uint32_t> turns_;
+  std::array<Sums, 2> sums_;
+
+  std::uint32_t ray_capacity_ = 0;
+  cl::Array<float> points_, rays_;
+  cl::Array<std::uint8_t> hits_;
+  Correspondence first_hits_;
+};
+
+}  // namespace kiln

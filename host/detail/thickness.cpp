@@ -1,0 +1,23 @@
+// How thick the high poly is under its surface.
+#include "detail/hemisphere_map.h"
+
+namespace kiln {
+
+MapRow thickness_map() {
+  MapRow row;
+  row.info = {
+      MapKind{"thickness"},
+      1,
+      MapType::scalar,
+      "thickness of the high poly, mean distance inward to its other side: 1 is as thick as "
+      "the distance asked for, or more",
+      0,
+      1};
+  row.follows_positions = row.reads_around = true;
+  row.make = [](const MapRequest& request) {
+    return make_hemisphere_map(request, &Hemispheres::thickness);
+  };
+  return row;
+}
+
+}  // namespace kiln

@@ -1,0 +1,306 @@
+// Hemispheres: rays from the high poly's matched points, and what they meet, added up for each sample.
+//
+// Ambient occlusion is the share of cosine-weighted rays over the hemisphere about the normal that hit
+// nothing (Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", 1998); the mean of the open ones
+// is the bent normal (Landis, "Production-Ready Global Illumination", 2002). Rays of a sample are a
+// spiral on the disk (Vogel 1979), lifted to the hemisphere: so the cosine is their weight. Samples
+// share a few such sets, turned about the normal; the set and the angle are a hash of the sample's place
+// in the map. The basis about a normal changes steadily with it (Duff et al., "Building an Orthonormal
+// Basis, Revisited", 2017).
+//
+// A row of rays holds one ray of each sample, so neighbours start beside each other. Which ray of its set
+// a turned sample adds to a row is chosen so that all rays of the row run in about the same direction:
+// the set is cut into rings, each sorted by angle, and a turned sample starts elsewhere in the ring. Each
+// sample has all of its rays in the end; only their order changes.
+//
+// Origins are pushed off the face, along its geometric normal, to the side that the ray leaves to: so no
+// ray meets the face that it starts from.
+//
+// kernel                   global               local  memory traffic an item
+// kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
+// kiln_hemisphere_points   samples, padded      64     reads 41 B + a triangle (gathered), writes 36 B
+// kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
+// kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
+// kiln_hemisphere_lean     samples / 8          8      reads 104 B a row of rays, writes 96 B
+// kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
+// kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
+//
+// Strengths: sums are made in one order, so that they depend on nothing but the sample. Limits: contacts
+// nearer than the push are not seen.
+
+#include "detail/detail.clh"
+#include "shared/hemisphere.h"
+
+#define LANES KILN_HEMISPHERE_LANES
+
+/// A hash of 32 bits (O'Neill's PCG, RXS M XS).
+static inline uint hemisphere_hash(uint value) {
+  const uint state = value * 747796405u + 2891336453u;
+  const uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
+  return (word >> 22) ^ word;
+}
+
+/// Which rays each sample has: how far they are turned, and below that the number of the set. It depends on
+/// the texel's place in the map; its samples are turned evenly apart.
+kernel void kiln_hemisphere_turns(const kiln_turn_params params,
+                                  global const uint* restrict texel_index,
+                                  global const uint* restrict texel_first,
+                                  global const uint* restrict sample_slot,
+                                  global uint* restrict turns) {
+  const size_t i = get_global_id(0);
+  if (i >= params.texel_count) return;
+  const uint texel = hemisphere_hash(params.first_texel + texel_index[i]);
+  const uint end = texel_first[i + 1];
+  for (uint s = texel_first[i]; s < end; ++s) {
+    // Multiples of the golden ratio lie evenly, however many there are.
+    turns[s] = (texel + sample_slot[s] * 2654435769u) >>
+               (32 - KILN_HEMISPHERE_TURN_BITS - KILN_HEMISPHERE_SET_BITS);
+  }
+}
+
+/// A unit vector along v, however short; 0 where it has no direction.
+static inline float3 hemisphere_unit(float3 v) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
+  if (!(largest > 1e-30f)) return (float3)(0.0f);
+  const float3 scaled = v / largest;
+  return scaled / sqrt(dot3(scaled, scaled));
+}
+
+/// Positions, normals and pushes of samples [first, first + count). Samples without a point, and those that
+/// pad the last lanes, get normals of 0.
+kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
+                                   global const uint* restrict low_triangle,
+                                   global const float* restrict low_barycentric,
+                                   global const float* restrict low_points,
+                                   global const kiln_low_shading* restrict shading,
+                                   global const uint* restrict hit_triangle,
+                                   global const float* restrict hit_barycentric,
+                                   global const float* restrict positions,
+                                   global const uint* restrict triangles,
+                                   global const uint* restrict normal_indices,
+                                   global const float* restrict normals,
+                                   global float* restrict points) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  const size_t stride = params.stride;
+  if (i >= stride) return;
+  const size_t s = params.first + i;
+  float3 position = (float3)(0.0f);
+  float3 normal = (float3)(0.0f);
+  float3 face = (float3)(0.0f);
+  const uint triangle = i < params.count ? hit_triangle[s] : KILN_NO_TRIANGLE;
+  if (i < params.count && (triangle != KILN_NO_TRIANGLE || params.keep != 0u)) {
+    global const kiln_low_shading* low = shading + low_triangle[s];
+    const float low_u = low_barycentric[s];
+    const float low_v = low_barycentric[s + params.low_capacity];
+    kiln_detail_params detail = {0};
+    detail.two_sided = params.two_sided;
+    float u = 0.0f;
+    float v = 0.0f;
+    if (triangle == KILN_NO_TRIANGLE) {
+      const size_t plane = params.low_capacity;
+      position = (float3)(low_points[s], low_points[s + plane], low_points[s + 2 * plane]);
+      face = vload3(0, low->face_normal);
+    } else {
+      u = hit_barycentric[s];
+      v = hit_barycentric[s + params.hit_capacity];
+      const uint3 corner = vload3(triangle, triangles);
+      const float3 a = vload3(corner.x, positions);
+      const float3 ab = vload3(corner.y, positions) - a;
+      const float3 ac = vload3(corner.z, positions) - a;
+      position = (a + ab * u) + ac * v;
+      face = hemisphere_unit(cross3(hemisphere_unit(ab), hemisphere_unit(ac)));
+    }
+    normal = detail_source_normal(detail, low, detail_frame_normal(low, low_u, low_v), triangle, u,
+                                  v, normal_indices, normals);
+    if (dot3(face, face) == 0.0f) face = normal;
+  }
+  detail_store(position, i, stride, points);
+  detail_store(normal, i, stride, points + 3 * stride);
+  detail_store(face * params.push, i, stride, points + 6 * stride);
+}
+
+static inline float8 hemisphere_dot(const float8 a[3], const float8 b[3]) {
+#pragma OPENCL FP_CONTRACT OFF
+  return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
+}
+
+/// Rays [first_ray, first_ray + rays) of samples [first, first + stride), a row a ray: position and
+/// direction. The direction stored is the ray's opposite, so that faces that look at the point are those
+/// that look along it.
+/// \param turn_table  cosines, then sines
+/// \param directions  of each set: on the disk and over it, x, y and z, a plane each
+/// \param rings       of each ray: the ring's first ray, then its number of rays, a plane each
+kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
+                                 global const float* restrict points,
+                                 global const uint* restrict turns,
+                                 global const float* restrict turn_table,
+                                 global const float* restrict directions,
+                                 global const uint* restrict rings,
+                                 global float* restrict rays) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint groups = params.stride / LANES;
+  const uint item = (uint)get_global_id(0);
+  if (item >= groups * params.rays) return;
+  const uint row = item / groups;
+  const uint lane = (item - row * groups) * LANES;
+  const uint all = params.all_rays;
+  const uint ring_first = rings[params.first_ray + row];
+  const uint ring_size = rings[params.first_ray + row + all];
+  const uint8 code = vload8(0, turns + params.first + lane);
+  const uint8 set = code & (uint8)(KILN_HEMISPHERE_SETS - 1);
+  const uint8 turn =
+      (code >> (uint8)(KILN_HEMISPHERE_SET_BITS)) & (uint8)(KILN_HEMISPHERE_TURNS - 1);
+  const uint8 back = (turn * ring_size) >> (uint8)(KILN_HEMISPHERE_TURN_BITS);
+  uint8 place = (uint8)(params.first_ray + row - ring_first + ring_size) - back;
+  place = select(place, place - ring_size, place >= (uint8)(ring_size));
+
+  uint which[LANES], angle[LANES];
+  float on_x[LANES], on_y[LANES], over[LANES], cosine[LANES], sine[LANES];
+  vstore8(set * (3 * all) + (place + ring_first), 0, which);
+  vstore8(turn, 0, angle);
+  for (uint k = 0; k < LANES; ++k) {
+    on_x[k] = directions[which[k]];
+    on_y[k] = directions[which[k] + all];
+    over[k] = directions[which[k] + 2 * all];
+    cosine[k] = turn_table[angle[k]];
+    sine[k] = turn_table[angle[k] + KILN_HEMISPHERE_TURNS];
+  }
+  const float8 disk_x = vload8(0, on_x), disk_y = vload8(0, on_y), z = vload8(0, over);
+  const float8 c = vload8(0, cosine), s = vload8(0, sine);
+  const float8 x = c * disk_x - s * disk_y;
+  const float8 y = s * disk_x + c * disk_y;
+
+  const size_t stride = params.stride;
+  float8 n[3], push[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    n[axis] = vload8(0, points + (3 + axis) * stride + lane);
+    push[axis] = vload8(0, points + (6 + axis) * stride + lane);
+  }
+  const float8 sign = copysign((float8)(1.0f), n[2]);
+  const float8 a = -1.0f / (sign + n[2]);
+  const float8 b = n[0] * n[1] * a;
+  const float8 tangent[3] = {1.0f + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
+  const float8 bitangent[3] = {b, sign + n[1] * n[1] * a, -n[1]};
+  const int8 live = (n[0] != 0.0f) | (n[1] != 0.0f) | (n[2] != 0.0f);
+  float8 ray[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float8 along = (x * tangent[axis] + y * bitangent[axis]) + z * n[axis];
+    ray[axis] = select((float8)(0.0f), params.side * along, live);
+  }
+  const float8 leaves = copysign((float8)(1.0f), hemisphere_dot(ray, push));
+  const size_t plane = params.ray_capacity;
+  global float* to = rays + (size_t)row * stride + lane;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float8 position = vload8(0, points + axis * stride + lane);
+    vstore8(position + leaves * push[axis], 0, to + axis * plane);
+    vstore8(-ray[axis], 0, to + (3 + axis) * plane);
+  }
+}
+
+/// Adds to each sample how many of its rays hit nothing.
+kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
+                                 global const uchar* restrict hit,
+                                 global uint* restrict open) {
+  const uint lane = (uint)get_global_id(0) * LANES;
+  if (lane >= params.stride) return;
+  uint8 sum = vload8(0, open + params.first + lane);
+  for (uint row = 0; row < params.rays; ++row) {
+    sum += 1u - convert_uint8(vload8(0, hit + (size_t)row * params.stride + lane));
+  }
+  vstore8(sum, 0, open + params.first + lane);
+}
+
+/// Adds to each sample the directions of those rays.
+kernel void kiln_hemisphere_lean(const kiln_hemisphere_params params,
+                                 global const uchar* restrict hit,
+                                 global const float* restrict rays,
+                                 global float* restrict lean) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint lane = (uint)get_global_id(0) * LANES;
+  if (lane >= params.stride) return;
+  const size_t plane = params.ray_capacity;
+  global float* to = lean + params.first + lane;
+  float8 sum[3];
+  for (int axis = 0; axis < 3; ++axis) sum[axis] = vload8(0, to + (size_t)axis * params.out_capacity);
+  for (uint row = 0; row < params.rays; ++row) {
+    const size_t from = (size_t)row * params.stride + lane;
+    const float8 open = 1.0f - convert_float8(vload8(0, hit + from));
+    for (int axis = 0; axis < 3; ++axis) {
+      sum[axis] -= open * vload8(0, rays + (3 + axis) * plane + from);
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) vstore8(sum[axis], 0, to + (size_t)axis * params.out_capacity);
+}
+
+/// Adds to each sample how far its rays came, as shares of `reach`: 1 at most.
+kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
+                                  global const uint* restrict triangle,
+                                  global const float* restrict distance,
+                                  global float* restrict depth) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint lane = (uint)get_global_id(0) * LANES;
+  if (lane >= params.stride) return;
+  const float8 reach = (float8)(params.reach);
+  float8 sum = vload8(0, depth + params.first + lane);
+  for (uint row = 0; row < params.rays; ++row) {
+    const size_t from = (size_t)row * params.stride + lane;
+    const int8 found = vload8(0, triangle + from) != (uint8)(KILN_NO_TRIANGLE);
+    const float8 way = min(fabs(vload8(0, distance + from)), reach) / reach;
+    sum += select((float8)(1.0f), way, found);
+  }
+  vstore8(sum, 0, depth + params.first + lane);
+}
+
+/// The direction that a point is open to: its normal where it is open to nothing.
+static inline float3 hemisphere_bent(const kiln_detail_params params,
+                                     global const kiln_low_shading* low, float3 frame_normal,
+                                     uint triangle, global const float* barycentric,
+                                     uint capacity, global const float* lean, size_t i,
+                                     global const uint* normal_indices,
+                                     global const float* normals) {
+  const float3 normal =
+      detail_source_normal(params, low, frame_normal, triangle, barycentric[i],
+                           barycentric[i + capacity], normal_indices, normals);
+  const size_t plane = params.out_capacity;
+  return detail_unit((float3)(lean[i], lean[i + plane], lean[i + 2 * plane]), normal);
+}
+
+/// Bent normals in the map's space; of two correspondences mixed where the other one has a triangle.
+/// \param other_capacity  0: there is no other
+/// \param shares          how much of the first a sample takes
+kernel void kiln_hemisphere_bent(const kiln_detail_params params,
+                                 const uint other_capacity,
+                                 global const uint* restrict low_triangle,
+                                 global const float* restrict low_barycentric,
+                                 global const kiln_low_shading* restrict shading,
+                                 global const uint* restrict hit_triangle,
+                                 global const float* restrict hit_barycentric,
+                                 global const float* restrict lean,
+                                 global const uint* restrict other_triangle,
+                                 global const float* restrict other_barycentric,
+                                 global const float* restrict other_lean,
+                                 global const float* restrict shares,
+                                 global const uint* restrict normal_indices,
+                                 global const float* restrict normals,
+                                 global float* restrict result) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  global const kiln_low_shading* low = shading + low_triangle[i];
+  const float low_u = low_barycentric[i];
+  const float low_v = low_barycentric[i + params.low_capacity];
+  const float3 frame_normal = detail_frame_normal(low, low_u, low_v);
+  float3 bent = hemisphere_bent(params, low, frame_normal, hit_triangle[i], hit_barycentric,
+                                params.hit_capacity, lean, i, normal_indices, normals);
+  if (other_capacity != 0u && other_triangle[i] != KILN_NO_TRIANGLE) {
+    const float3 other =
+        hemisphere_bent(params, low, frame_normal, other_triangle[i], other_barycentric,
+                        other_capacity, other_lean, i, normal_indices, normals);
+    const float share = shares[i];
+    bent = detail_unit(bent * share + other * (1.0f - share), bent);
+  }
+  detail_store(detail_to_map(params, low, low_u, low_v, frame_normal, bent), i,
+               params.out_capacity, result);
+}

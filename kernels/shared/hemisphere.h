@@ -1,0 +1,49 @@
+// Structs of the hemisphere family: rays over the hemispheres of the high poly's points.
+#ifndef KILN_SHARED_HEMISPHERE_H
+#define KILN_SHARED_HEMISPHERE_H
+
+#include "shared/common.h"
+
+/// Into how many angles a full turn about the normal is cut.
+#define KILN_HEMISPHERE_TURN_BITS 10
+#define KILN_HEMISPHERE_TURNS (1 << KILN_HEMISPHERE_TURN_BITS)
+
+/// Sets of rays, of which a sample has one: they differ in how far rays lean, so that errors do not line up.
+#define KILN_HEMISPHERE_SET_BITS 3
+#define KILN_HEMISPHERE_SETS (1 << KILN_HEMISPHERE_SET_BITS)
+
+/// Samples that a work-item takes at once.
+#define KILN_HEMISPHERE_LANES 8
+
+/// Planes of the points: position, unit normal, and the geometric normal times how far rays are pushed.
+#define KILN_HEMISPHERE_PLANES 9
+
+struct kiln_hemisphere_params {
+  kiln_uint first;         // first sample of this launch
+  kiln_uint count;         // its samples
+  kiln_uint stride;        // count rounded up to lanes: samples of a row of rays, and of a plane of points
+  kiln_uint first_ray;     // of a sample
+  kiln_uint rays;          // of a sample, in this launch
+  kiln_uint all_rays;      // of a sample, in all
+  kiln_uint ray_capacity;  // elements of one plane of the rays
+  kiln_uint low_capacity;  // ... of the low poly's samples
+  kiln_uint hit_capacity;  // ... of the correspondence
+  kiln_uint out_capacity;  // ... of sums of directions
+  kiln_uint keep;          // 1: where nothing was found the low poly's own point and normal stand in
+  kiln_uint two_sided;     // 1: normals that point away from the low poly are turned to it
+  kiln_float side;         // 1: hemispheres about the normal; -1: about its opposite
+  kiln_float push;         // how far origins lie off the face, frame units
+  kiln_float reach;        // distances from which on a place is as thick as can be, frame units
+  kiln_uint padding;
+};
+typedef struct kiln_hemisphere_params kiln_hemisphere_params;
+KILN_CHECK_SIZE(kiln_hemisphere_params, 64);
+
+struct kiln_turn_params {
+  kiln_uint texel_count;
+  kiln_uint first_texel;  // place in the map of the band's first texel
+};
+typedef struct kiln_turn_params kiln_turn_params;
+KILN_CHECK_SIZE(kiln_turn_params, 8);
+
+#endif

@@ -1,0 +1,33 @@
+#include "arguments/bake_flags.h"
+
+namespace kiln::cli {
+
+void add_detail_flags(CLI::App& command, BakeArguments& a) {
+  const char* const group_occlusion = "Occlusion (--maps ao, bent_normal, thickness)";
+  command
+      .add_option("--ao-rays", a.ao_rays,
+                  "Rays a sample, 1 to 4096: more rays, less grain in ambient occlusion (ao), bent "
+                  "normals and thickness. --samples multiplies them")
+      ->check(CLI::Range(1U, 4096U))
+      ->capture_default_str()
+      ->group(group_occlusion);
+  command
+      .add_option(
+          "--ao-distance", a.ao_distance,
+          "How far away something still darkens ambient occlusion and bends normals "
+          "(default: all of HIGH); how thick thickness shows as white (default: 10%). World "
+          "units, or P% of HIGH's diagonal")
+      ->group(group_occlusion);
+  command
+      .add_flag("--ao-ignore-back-faces", a.ao_ignore_back_faces,
+                "Only faces that look at a point darken it: for open meshes, whose insides show. "
+                "thickness always takes both sides")
+      ->group(group_occlusion);
+  command
+      .add_option("--curvature-radius", a.curvature_radius,
+                  "Curvature is the mean over HIGH's surface this far around the point (default "
+                  "0.5%). World units, or P% of HIGH's diagonal")
+      ->group("Curvature (--maps curvature)");
+}
+
+}  // namespace kiln::cli
