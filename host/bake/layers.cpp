@@ -56,7 +56,10 @@ std::uint64_t finish_image(cl::Context& context, const MapInfo& map, const BakeO
 }  // namespace
 
 Layers::Layers(const MapRequest& request)
-    : coverage_(std::size_t{request.options.width} * request.options.height) {
+    : reads_(std::make_shared<BandReads>(request.source.device.context())),
+      coverage_(std::size_t{request.options.width} * request.options.height) {
+  MapRequest shared = request;
+  shared.reads = reads_;
   for (const MapKind kind : request.options.maps) {
     const MapRow& row = map_row(kind);
     if (std::any_of(layers_.begin(), layers_.end(),
@@ -65,7 +68,7 @@ Layers::Layers(const MapRequest& request)
     }
     Image image{request.options.width, request.options.height, row.info.channels,
                 std::vector<float>(coverage_.size() * row.info.channels)};
-    layers_.push_back({&row, row.make(request), std::move(image)});
+    layers_.push_back({&row, row.make(shared), std::move(image)});
   }
 }
 
@@ -78,11 +81,13 @@ BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
 }
 
 void Layers::run(const TexelBand& band, const Correspondence& match) {
+  reads_->next_band();
   for (Layer& layer : layers_) layer.maker->run(band, match, pixels(layer, band));
 }
 
 void Layers::run_blended(const TexelBand& band, const Correspondence& match,
                          const Correspondence& other, const cl::Array<float>& shares) {
+  reads_->next_band();
   for (Layer& layer : layers_) {
     layer.maker->run_blended(band, match, other, shares, pixels(layer, band));
   }

@@ -28,6 +28,8 @@ class Layers {
                    const cl::Array<float>& shares);
 
   std::vector<Layer>& all() { return layers_; }
+  /// What all maps read of the band that was run last; for others that need the same.
+  BandReads& reads() { return *reads_; }
   /// The first map of unit vectors; null where there is none.
   const Image* unit_vectors() const;
   /// Whether one of the maps changes wherever vertices of the high poly move.
@@ -48,6 +50,7 @@ class Layers {
  private:
   BandPixels pixels(Layer& layer, const TexelBand& band);
 
+  std::shared_ptr<BandReads> reads_;
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;
 };

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "detail/band_reads.h"
 #include "kiln/bake.h"
 #include "kiln/map.h"
 #include "mesh/low_surface.h"
@@ -26,6 +27,7 @@ struct MapRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   const BakeOptions& options;
+  std::shared_ptr<BandReads> reads = nullptr;  ///< Of all maps of the bake
 };
 
 /// Reads one map at the correspondences of bands.
@@ -74,5 +76,11 @@ MapRow height_map();
 MapRow position_map();
 MapRow id_map();
 MapRow slope_map();
+MapRow curvature_map();
+MapRow displacement_map();
+MapRow distance_map();
+MapRow provenance_map();
+MapRow uv_map();
+MapRow wireframe_map();
 
 }  // namespace kiln
