@@ -142,8 +142,8 @@ void Pipeline::sample_and_match(std::uint32_t number, TexelBand& band) {
 
 void Pipeline::keep_band(const TexelBand& band) {
   BakeReport& report = result_.report;
-  if (switches_) switches_->store(context_, band, matcher_->deciders());
-  if (blend_) blend_->store(context_, band, matcher_->deciders());
+  if (switches_) switches_->store(layers_.reads(), band, matcher_->deciders());
+  if (blend_) blend_->store(layers_.reads(), band, matcher_->deciders());
   if (result_.match) store_band(context_, band, match_, unit_, *result_.match);
   count_samples(context_, match_, unit_, report, distance_sum_);
   report.texels += band.texel_count;

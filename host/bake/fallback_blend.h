@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cl/context.h"
+#include "detail/band_reads.h"
 #include "match/matcher.h"
 #include "mesh/low_surface.h"
 #include "texel/correspondence.h"
@@ -27,7 +28,7 @@ class FallbackBlend {
   /// \param reach  texels, above 0
   FallbackBlend(std::uint32_t width, std::uint32_t height, std::uint32_t reach);
 
-  void store(cl::Context& context, const TexelBand& band, std::span<const Decider> deciders);
+  void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
 
   /// After all bands: the distance of every texel from the border.
   void plan(const LowSurface& surface);

@@ -56,8 +56,9 @@ std::uint64_t finish_image(cl::Context& context, const MapInfo& map, const BakeO
 }  // namespace
 
 Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options)
-    : coverage_(std::size_t{options.width} * options.height) {
-  const MapRequest request{source, surface, options, shared_};
+    : reads_(std::make_shared<BandReads>(source.device.context())),
+      coverage_(std::size_t{options.width} * options.height) {
+  const MapRequest request{source, surface, options, shared_, reads_};
   for (const MapKind kind : options.maps) {
     const MapRow& row = map_row(kind);
     if (std::any_of(layers_.begin(), layers_.end(),
@@ -79,6 +80,7 @@ BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
 }
 
 void Layers::forget() {
+  reads_->next_band();
   for (const std::shared_ptr<SharedWork>& work : shared_) work->forget();
 }
 

@@ -28,6 +28,8 @@ class Layers {
                    const cl::Array<float>& shares);
 
   std::vector<Layer>& all() { return layers_; }
+  /// What all maps read of the band that was run last; for others that need the same.
+  BandReads& reads() { return *reads_; }
   /// The first map of unit vectors; null where there is none.
   const Image* unit_vectors() const;
   /// Whether one of the maps changes wherever vertices of the high poly move.
@@ -52,6 +54,7 @@ class Layers {
   void forget();
 
   std::vector<std::shared_ptr<SharedWork>> shared_;  // of the makers
+  std::shared_ptr<BandReads> reads_;
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;
 };

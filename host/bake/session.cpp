@@ -347,6 +347,7 @@ void BakeSession::Impl::read_chosen(const Band& band, std::span<const std::uint3
                  match.triangle, match.barycentric);
   std::vector<float> values;
   std::vector<std::uint8_t> coverage(count);
+  layers->reads().next_band();
   for (Layer& layer : layers->all()) {
     if (layer.row->follows_positions) continue;  // they stay, or all are read
     const std::size_t channels = layer.image.channels;
@@ -489,6 +490,7 @@ const BakeResult& BakeSession::bake() {
   const bool any_moved = !impl.moved.items().empty();
   if (impl.baked && !any_moved && impl.set.items().empty()) return impl.result;
   const DenseNormals::Change change = impl.update_source();
+  impl.layers->reads().next_source();
   impl.context.finish();
   impl.update.seconds_source = watch.lap();
   if (!impl.baked || (any_moved && !impl.by_uv)) {

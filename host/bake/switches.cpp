@@ -24,15 +24,12 @@ Switches::Switches(const Mesh& low, std::uint32_t width, std::uint32_t height)
       method_(std::size_t{width} * height, kNotCovered),
       chart_(method_.size()) {}
 
-void Switches::store(cl::Context& context, const TexelBand& band,
-                     std::span<const Decider> deciders) {
+void Switches::store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders) {
   if (band.texel_count == 0) return;
-  std::vector<std::uint32_t> index(band.texel_count);
-  std::vector<std::uint32_t> first(band.texel_count);
-  std::vector<std::uint32_t> triangle(band.sample_count);
-  band.texel_index.read(context, index);
-  band.texel_first.read(context, first);
-  band.triangle.read(context, triangle);
+  const std::vector<std::uint32_t>& index = reads.read(band.texel_index, band.texel_count);
+  const std::vector<std::uint32_t>& first =
+      reads.read(band.texel_first, band.texel_count + std::size_t{1});
+  const std::vector<std::uint32_t>& triangle = reads.read(band.triangle, band.sample_count);
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
     method_[offset + index[t]] =

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "cl/context.h"
+#include "detail/band_reads.h"
 #include "kiln/bake.h"
 #include "match/matcher.h"
 #include "texel/texels.h"
@@ -19,7 +19,7 @@ class Switches {
   Switches(const Mesh& low, std::uint32_t width, std::uint32_t height);
 
   /// A texel counts by its first sample. \param deciders  of the band's samples
-  void store(cl::Context& context, const TexelBand& band, std::span<const Decider> deciders);
+  void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
 
   /// Compares the map's unit vectors over sides that two texels of one chart share. Texels whose charts lie
   /// edge to edge are not compared, nor are those across a seam.

@@ -9,15 +9,14 @@ namespace {
 
 class MaskMap : public MapMaker {
  public:
-  explicit MaskMap(const MapRequest& request) : context_(request.source.device.context()) {}
+  explicit MaskMap(const MapRequest& request) : reads_(request.reads) {}
 
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
-    std::vector<std::uint32_t> index(band.texel_count), triangle(band.sample_count);
-    std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
     if (band.sample_count == 0) return;
-    band.texel_index.read(context_, index);
-    band.texel_first.read(context_, first);
-    match.triangle.read(context_, triangle);
+    const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
+    const std::vector<std::uint32_t>& first =
+        reads_->read(band.texel_first, band.texel_count + std::size_t{1});
+    const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
     for (std::size_t t = 0; t < index.size(); ++t) {
       bool baked = false;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
@@ -34,7 +33,7 @@ class MaskMap : public MapMaker {
   }
 
  private:
-  cl::Context& context_;
+  std::shared_ptr<BandReads> reads_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "base/parallel.h"
 #include "image/gutter.h"
@@ -17,33 +18,28 @@ using Value = std::array<float, kMostChannels>;
 
 /// A correspondence on the host.
 struct HostMatch {
-  HostMatch(cl::Context& context, const Correspondence& match, std::uint32_t count)
-      : triangle(count), u(count), v(count), distance(count) {
-    match.triangle.read(context, triangle);
-    match.barycentric.read(context, u);
-    match.barycentric.read(context, v, match.capacity);
-    if (match.distance.size() != 0) match.distance.read(context, distance);
+  HostMatch(BandReads& reads, const Correspondence& match, std::uint32_t count)
+      : triangle(reads.read(match.triangle, count)),
+        u(reads.read(match.barycentric, count)),
+        v(reads.read(match.barycentric, count, match.capacity)) {
+    if (!match.distance.empty()) distance = reads.read(match.distance, count);
+    if (!match.status.empty()) status = reads.read(match.status, count);
   }
-  std::vector<std::uint32_t> triangle;
-  std::vector<float> u, v, distance;
+  std::span<const std::uint32_t> triangle;
+  std::span<const float> u, v, distance;  // no distances: 0
+  std::span<const std::uint8_t> status;   // none: 0
 };
 
 /// A band's samples on the host.
 struct HostSamples {
-  HostSamples(cl::Context& context, const TexelBand& band)
-      : index(band.texel_count),
-        first(band.texel_count + std::size_t{1}),
-        triangle(band.sample_count),
-        u(band.sample_count),
-        v(band.sample_count) {
-    band.texel_index.read(context, index);
-    band.texel_first.read(context, first);
-    band.triangle.read(context, triangle);
-    band.barycentric.read(context, u);
-    band.barycentric.read(context, v, band.capacity);
-  }
-  std::vector<std::uint32_t> index, first, triangle;
-  std::vector<float> u, v;
+  HostSamples(BandReads& reads, const TexelBand& band)
+      : index(reads.read(band.texel_index, band.texel_count)),
+        first(reads.read(band.texel_first, band.texel_count + std::size_t{1})),
+        triangle(reads.read(band.triangle, band.sample_count)),
+        u(reads.read(band.barycentric, band.sample_count)),
+        v(reads.read(band.barycentric, band.sample_count, band.capacity)) {}
+  std::span<const std::uint32_t> index, first, triangle;
+  std::span<const float> u, v;
 };
 
 Vec3d unit(const Vec3d& v, const Vec3d& otherwise) {
@@ -59,6 +55,7 @@ class PointMap : public MapMaker {
         info_(info),
         miss_(request.options.miss),
         two_sided_(request.options.two_sided),
+        reads_(request.reads),
         function_(std::move(function)) {}
 
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
@@ -74,18 +71,16 @@ class PointMap : public MapMaker {
   void make(const TexelBand& band, const Correspondence& match, const Correspondence* other,
             const cl::Array<float>* shares, const BandPixels& out) {
     if (band.sample_count == 0) return;
-    cl::Context& context = source_.device.context();
-    // Normals may have changed since the last bake of a session.
-    normals_ = source_.attributes.normals.download(context);
-    normal_indices_ = source_.attributes.normal_indices.download(context);
-    const HostSamples samples(context, band);
-    const HostMatch found(context, match, band.sample_count);
+    function_->prepare(reads_->source_version());
+    normals_ = reads_->read_source(source_.attributes.normals);
+    normal_indices_ = reads_->read_source(source_.attributes.normal_indices);
+    const HostSamples samples(*reads_, band);
+    const HostMatch found(*reads_, match, band.sample_count);
     std::optional<HostMatch> mixed;
-    std::vector<float> share;
+    std::span<const float> share;
     if (other != nullptr && info_.type != MapType::id) {
-      mixed.emplace(context, *other, band.sample_count);
-      share.resize(band.sample_count);
-      shares->read(context, share);
+      mixed.emplace(*reads_, *other, band.sample_count);
+      share = reads_->read(*shares, band.sample_count);
     }
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
@@ -159,6 +154,10 @@ class PointMap : public MapMaker {
     DensePoint point;
     point.triangle = found.triangle[s];
     point.found = point.triangle != KILN_NO_TRIANGLE;
+    if (!found.status.empty()) point.status = found.status[s];
+    point.low_triangle = samples.triangle[s];
+    point.low_u = samples.u[s];
+    point.low_v = samples.v[s];
     const auto& [a, b, c] = surface_.triangles[samples.triangle[s]];
     const double low_u = samples.u[s], low_v = samples.v[s];
     const auto on_low = [&](const Vec3& x, const Vec3& y, const Vec3& z) {
@@ -168,7 +167,7 @@ class PointMap : public MapMaker {
     if (point.found) {
       point.u = found.u[s];
       point.v = found.v[s];
-      point.distance = found.distance[s] / source_.frame.scale;
+      if (!found.distance.empty()) point.distance = found.distance[s] / source_.frame.scale;
       const Triangle& corners = source_.triangles[point.triangle];
       const std::uint32_t* index = &normal_indices_[std::size_t{3} * point.triangle];
       const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
@@ -179,6 +178,9 @@ class PointMap : public MapMaker {
         normal = normal + Vec3d(Vec3{n[0], n[1], n[2]}) * weights[k];
       }
       point.position = to_world(position);
+      // Of the small numbers of the frame, since far from the origin the world's hold less.
+      point.offset = (position - on_low(a.position, b.position, c.position)) *
+                     (1 / source_.frame.scale);
       point.normal = unit(normal, low_normal);
       if (two_sided_ && dot(point.normal, low_normal) < 0) point.normal = point.normal * -1.0;
     } else {
@@ -200,9 +202,10 @@ class PointMap : public MapMaker {
   MapInfo info_;
   MissPolicy miss_;
   bool two_sided_;
+  std::shared_ptr<BandReads> reads_;
   std::unique_ptr<PointFunction> function_;
-  std::vector<float> normals_;
-  std::vector<std::uint32_t> normal_indices_;
+  std::span<const float> normals_;  // as of the last band
+  std::span<const std::uint32_t> normal_indices_;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "detail/band_reads.h"
 #include "kiln/bake.h"
 #include "kiln/map.h"
 #include "mesh/low_surface.h"
@@ -38,6 +39,7 @@ struct MapRequest {
   const LowSurface& surface;
   const BakeOptions& options;
   std::vector<std::shared_ptr<SharedWork>>& shared;  ///< One of a type; maps add what is missing
+  std::shared_ptr<BandReads> reads = nullptr;  ///< Of all maps of the bake
 };
 
 /// Reads one map at the correspondences of bands.
@@ -91,5 +93,11 @@ MapRow height_map();
 MapRow position_map();
 MapRow id_map();
 MapRow slope_map();
+MapRow curvature_map();
+MapRow displacement_map();
+MapRow distance_map();
+MapRow provenance_map();
+MapRow uv_map();
+MapRow wireframe_map();
 
 }  // namespace kiln

@@ -11,6 +11,7 @@
 #include "base/parallel.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/uv_grid.h"
+#include "source/dense_uvs.h"
 
 namespace kiln {
 namespace {
@@ -23,28 +24,10 @@ constexpr std::uint32_t kFractionBits = 9;
 constexpr std::uint32_t kDropped = 23 - kFractionBits;
 
 void check_uvs(const Source::Impl& source) {
-  if (source.uvs.empty() || source.uv_triangles.empty()) {
-    throw Error(
-        ErrorCode::input,
-        "The dense mesh has no UVs, which MatchMethod::uv finds its points by: give it the light "
-        "mesh's layout, or use another match, such as ray.");
-  }
-  if (source.uv_triangles.size() != source.triangles.size()) {
-    throw Error(ErrorCode::input,
-                "The dense mesh has " + std::to_string(source.triangles.size()) +
-                    " triangles but " + std::to_string(source.uv_triangles.size()) +
-                    " triples of UV indices: give one to each triangle, or none at all.");
-  }
-  for (std::size_t t = 0; t < source.uv_triangles.size(); ++t) {
-    for (const std::uint32_t index : source.uv_triangles[t]) {
-      if (index < source.uvs.size()) continue;
-      throw Error(ErrorCode::input, "Triangle " + std::to_string(t) +
-                                        " of the dense mesh uses UV " + std::to_string(index) +
-                                        ", but there are only " +
-                                        std::to_string(source.uvs.size()) +
-                                        ": the mesh is corrupt, export it again.");
-    }
-  }
+  if (has_uvs(source)) return;
+  throw Error(ErrorCode::input,
+              "The dense mesh has no UVs, which MatchMethod::uv finds its points by: give it the light "
+              "mesh's layout, or use another match, such as ray.");
 }
 
 /// The pieces of a run of triangles.

@@ -1,0 +1,59 @@
+// What all maps of a bake read of the device: once a band, and of the high poly once a bake.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "cl/context.h"
+
+namespace kiln {
+
+/// Copies of device arrays on the host, kept for as long as they are true. Not for several threads at once.
+class BandReads {
+ public:
+  explicit BandReads(cl::Context& context) : context_(context) {}
+
+  /// Another band, or another match of it: what read() gave is gone.
+  void next_band();
+  /// The high poly changed: what read_source() gave is gone, too.
+  void next_source();
+  /// Another number after each next_source(), for what is made of the high poly.
+  std::uint64_t source_version() const { return source_version_; }
+
+  /// Elements [offset, offset + count) of an array of the band; read when first asked for.
+  template <typename T>
+  const std::vector<T>& read(const cl::Array<T>& array, std::size_t count, std::size_t offset = 0) {
+    return kept(band_, array, count, offset);
+  }
+  /// All of an array of the high poly.
+  template <typename T>
+  const std::vector<T>& read_source(const cl::Array<T>& array) {
+    return kept(source_, array, array.size(), 0);
+  }
+
+ private:
+  template <typename T>
+  using Kept =
+      std::map<std::pair<const void*, std::size_t>, std::vector<T>>;  // by array and offset
+  using AllKept = std::tuple<Kept<std::uint32_t>, Kept<float>, Kept<std::uint8_t>>;
+
+  template <typename T>
+  const std::vector<T>& kept(AllKept& all, const cl::Array<T>& array, std::size_t count,
+                             std::size_t offset) {
+    std::vector<T>& values = std::get<Kept<T>>(all)[{&array, offset}];
+    if (values.size() < count) {
+      values.resize(count);
+      array.read(context_, values, offset);
+    }
+    return values;
+  }
+
+  cl::Context& context_;
+  AllKept band_, source_;
+  std::uint64_t source_version_ = 0;
+};
+
+}  // namespace kiln

@@ -1,0 +1,23 @@
+// How far the high poly's point is from the low poly's, whatever the direction.
+#include "detail/point_map.h"
+
+namespace kiln {
+
+MapRow distance_map() {
+  MapRow row;
+  row.info = {MapKind{"distance"},
+              1,
+              MapType::scalar,
+              "distance from low poly to high poly, without a sign, world units",
+              0,
+              0};
+  row.follows_positions = true;
+  row.make = [](const MapRequest& request) {
+    return make_point_map(request, distance_map().info, [](const DensePoint& point, float* value) {
+      value[0] = static_cast<float>(length(point.offset));
+    });
+  };
+  return row;
+}
+
+}  // namespace kiln

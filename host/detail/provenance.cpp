@@ -1,0 +1,56 @@
+// Which way the point of the high poly was found.
+#include <algorithm>
+#include <array>
+
+#include "detail/point_map.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+using Colour = std::array<float, 3>;
+
+Colour colour_of(const DensePoint& point) {
+  if (!point.found) return {1, 0, 1};  // as MissPolicy::mark has it
+  switch (point.status) {
+    case KILN_STATUS_OUTWARD:
+      return {0, 1, 0};
+    case KILN_STATUS_INWARD:
+      return {0, 0, 1};
+    case KILN_STATUS_CAGE:
+      return {1, 1, 0};
+    case KILN_STATUS_VIEW:
+      return {1, 0.5F, 0};
+    case KILN_STATUS_CLOSEST:
+      return {0, 1, 1};
+    case KILN_STATUS_UV:
+      return {0.5F, 0.5F, 0.5F};
+    default:
+      return {1, 1, 1};
+  }
+}
+
+}  // namespace
+
+MapRow provenance_map() {
+  MapRow row;
+  row.info = {MapKind{"provenance"},
+              3,
+              MapType::id,
+              "how the point was found: green ray outward, blue ray inward, yellow cage, orange "
+              "depth view, cyan nearest point, grey UV, magenta missed",
+              0,
+              1};
+  // It follows the match alone; but texels that are read for changed normals have no status.
+  row.follows_positions = true;
+  row.make = [](const MapRequest& request) {
+    return make_point_map(request, provenance_map().info,
+                          [](const DensePoint& point, float* value) {
+                            const Colour colour = colour_of(point);
+                            std::copy(colour.begin(), colour.end(), value);
+                          });
+  };
+  return row;
+}
+
+}  // namespace kiln

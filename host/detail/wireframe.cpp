@@ -1,0 +1,67 @@
+// The high poly's edges.
+#include <algorithm>
+#include <cmath>
+
+#include "detail/point_map.h"
+
+namespace kiln {
+namespace {
+
+/// 1 on an edge, falling to 0 at one texel from it: so a line is as bright wherever it lies between the
+/// texels' centres. A texel is as long as the low poly's triangle has it on average: the square root of the
+/// area over the texels of its UV triangle.
+class Wireframe : public PointFunction {
+ public:
+  explicit Wireframe(const MapRequest& request) : source_(request.source) {
+    const double texels = double{1} * request.options.width * request.options.height;
+    for (const auto& [a, b, c] : request.surface.triangles) {
+      const Vec3d first(a.position);
+      const double area = length(cross(Vec3d(b.position) - first, Vec3d(c.position) - first));
+      const double covered = std::abs((double{b.uv.x} - a.uv.x) * (double{c.uv.y} - a.uv.y) -
+                                      (double{c.uv.x} - a.uv.x) * (double{b.uv.y} - a.uv.y)) *
+                             texels;
+      texel_.push_back(covered > 0 ? std::sqrt(area / covered) : 0);
+    }
+  }
+
+  void operator()(const DensePoint& point, float* value) const override {
+    if (!point.found) return;  // 0
+    const Triangle& corners = source_.triangles[point.triangle];
+    const Vec3d p[3] = {Vec3d(source_.positions[corners[0]]), Vec3d(source_.positions[corners[1]]),
+                        Vec3d(source_.positions[corners[2]])};
+    const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
+    const double doubled_area = length(cross(p[1] - p[0], p[2] - p[0]));
+    // The nearest edge's line is as near as the edge: the way to it leaves the triangle there.
+    double nearest = 1;  // the frame's diagonal at most
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double edge = length(p[(k + 2) % 3] - p[(k + 1) % 3]);
+      if (edge > 0) nearest = std::min(nearest, std::max(0.0, weights[k]) * doubled_area / edge);
+    }
+    const double texel = texel_[point.low_triangle];
+    if (nearest < texel) value[0] = static_cast<float>(1 - nearest / texel);
+  }
+
+ private:
+  const Source::Impl& source_;
+  std::vector<double> texel_;  // length in the frame, at each triangle of the low poly
+};
+
+}  // namespace
+
+MapRow wireframe_map() {
+  MapRow row;
+  row.info = {MapKind{"wireframe"},
+              1,
+              MapType::scalar,
+              "edges of the high poly: 1 on an edge, 0 from one texel off",
+              0,
+              1};
+  row.follows_positions = true;
+  row.make = [](const MapRequest& request) {
+    return make_point_map(request, wireframe_map().info,
+                          std::unique_ptr<PointFunction>(std::make_unique<Wireframe>(request)));
+  };
+  return row;
+}
+
+}  // namespace kiln

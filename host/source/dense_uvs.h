@@ -1,0 +1,12 @@
+// Whether the dense mesh's UVs can be used.
+#pragma once
+
+#include "source/dense_mesh.h"
+
+namespace kiln {
+
+/// Whether the mesh has UVs, then as many triples as triangles, with indices that are good.
+/// \throws Error(input) where it has some, but not so
+bool has_uvs(const Source::Impl& source);
+
+}  // namespace kiln
