@@ -181,6 +181,11 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_map);
   command
+      .add_option("--curvature-radius", a.curvature_radius,
+                  "The map curvature is the mean over the surface this near: world units, or P% of "
+                  "HIGH's diagonal (default 0.5%)")
+      ->group(group_map);
+  command
       .add_option("--space", a.space,
                   "Of the normals: tangent (MikkTSpace), object, or each face's own")
       ->check(one_of(kSpaces))
@@ -497,6 +502,10 @@ void check(const BakeArguments& a) {
   if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
   if (a.dither && a.format != "png8") fail("--dither is for --format png8.");
+  if (!a.curvature_radius.empty() &&
+      std::find(a.maps.begin(), a.maps.end(), "curvature") == a.maps.end()) {
+    fail("--curvature-radius is for the map curvature: add it to --maps.");
+  }
 }
 
 BakeOptions bake_options(const BakeArguments& a) {
@@ -539,6 +548,13 @@ BakeOptions bake_options(const BakeArguments& a) {
     options.max_distance = parse_length("--max-distance", a.max_distance);
     if (options.max_distance->value == 0) {
       throw Error(ErrorCode::usage, "--max-distance is 0: rays that reach nowhere find nothing.");
+    }
+  }
+  if (!a.curvature_radius.empty()) {
+    options.curvature_radius = parse_length("--curvature-radius", a.curvature_radius);
+    if (options.curvature_radius->value == 0) {
+      throw Error(ErrorCode::usage,
+                  "--curvature-radius is 0: a surface bends over some way, so give it one.");
     }
   }
   if (a.force_uv) {
@@ -610,6 +626,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
   const auto or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
   return {{"size", a.size},
           {"maps", a.maps},
+          {"curvature_radius", or_null(a.curvature_radius)},
           {"match", a.load_match.empty() ? a.match : "loaded"},
           {"views", matches_by(a, MatchMethod::views)
                         ? Json(a.views.empty() ? "default" : a.views)

@@ -19,6 +19,7 @@ struct BakeArguments {
   std::vector<std::string> maps = {"normal"};
   std::string match = "ray";
   std::string max_distance;
+  std::string curvature_radius;
   std::string views;
   std::vector<std::string> view;
   std::uint32_t view_size = 0;
