@@ -21,6 +21,7 @@ struct BakeArguments {
   std::vector<std::string> maps = {"normal"};
   std::string match = "ray";
   std::string max_distance;
+  std::string curvature_radius;
   std::string views;
   std::vector<std::string> view;
   std::uint32_t view_size = 0;
@@ -54,7 +55,6 @@ struct BakeArguments {
   std::uint32_t ao_rays = 64;
   std::string ao_distance;
   bool ao_ignore_back_faces = false;
-  std::string curvature_radius;
   std::uint32_t faces = 0;
   std::string max_error;
   bool unwrap = false;

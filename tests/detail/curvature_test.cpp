@@ -1,0 +1,282 @@
+// Mean curvature against closed forms, and against the normal cycle by brute force.
+#include "mesh/curvature.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+
+#include "mesh/vector.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+using Shape = std::function<double(const Vec3d&)>;
+
+/// Mean over the vertices of |found - closed form|.
+double mean_error(const Mesh& mesh, double radius, const Shape& exact) {
+  const std::vector<double> found = mean_curvature(mesh.positions, mesh.triangles, radius);
+  double sum = 0;
+  for (std::size_t v = 0; v < found.size(); ++v) {
+    sum += std::abs(found[v] - exact(Vec3d(mesh.positions[v])));
+  }
+  return sum / static_cast<double>(found.size());
+}
+
+/// A grid over [-1, 1]^2 bent to z = (a x^2 + b y^2) / 2, facing +Z.
+Mesh paraboloid(std::uint32_t cells, double a, double b) {
+  Mesh mesh = test::plane(cells, cells, 2, 2);
+  for (Vec3& p : mesh.positions) {
+    p.z = static_cast<float>((a * p.x * p.x + b * p.y * p.y) / 2);
+  }
+  return mesh;
+}
+
+double at_centre(const Mesh& mesh, double radius) {
+  const std::vector<double> found = mean_curvature(mesh.positions, mesh.triangles, radius);
+  for (std::size_t v = 0; v < found.size(); ++v) {
+    if (mesh.positions[v].x == 0 && mesh.positions[v].y == 0) return found[v];
+  }
+  ADD_FAILURE() << "no vertex in the centre";
+  return 0;
+}
+
+/// The normal cycle as it is defined: over all edges and all triangles. Vertices must be one a place.
+class BruteForce {
+ public:
+  explicit BruteForce(const Mesh& mesh) : mesh_(mesh) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t from = mesh.triangles[t][k], to = mesh.triangles[t][(k + 1) % 3];
+        runs_[{from, to}].push_back(t);
+      }
+    }
+  }
+
+  double at(std::uint32_t vertex, double radius, int depth) const {
+    const Vec3d centre = place(vertex);
+    double shortest = std::numeric_limits<double>::infinity();
+    for (const auto& [edge, owners] : runs_) {
+      if (edge.first != vertex && edge.second != vertex) continue;
+      shortest = std::min(shortest, length(place(edge.first) - place(edge.second)));
+    }
+    radius = std::max(radius, shortest);
+    double bend = 0, area = 0;
+    for (const auto& [edge, owners] : runs_) {
+      const auto back = runs_.find({edge.second, edge.first});
+      if (edge.first > edge.second || owners.size() != 1) continue;
+      if (back == runs_.end() || back->second.size() != 1) continue;
+      const Vec3d n = normal(owners[0]), m = normal(back->second[0]);
+      const double angle = std::acos(std::clamp(dot(n, m), -1.0, 1.0));
+      // Convex where the other triangle's far corner lies below this one's plane.
+      const double side = dot(n, far_corner(back->second[0], edge) - place(edge.first));
+      bend += (side < 0 ? angle : -angle) *
+              inside(place(edge.first) - centre, place(edge.second) - centre, radius) / 2;
+    }
+    for (const Triangle& t : mesh_.triangles) {
+      area +=
+          covered(place(t[0]) - centre, place(t[1]) - centre, place(t[2]) - centre, radius, depth);
+    }
+    return bend / area;
+  }
+
+ private:
+  Vec3d place(std::uint32_t vertex) const { return Vec3d(mesh_.positions[vertex]); }
+  Vec3d normal(std::size_t t) const {
+    const Triangle& c = mesh_.triangles[t];
+    const Vec3d n = cross(place(c[1]) - place(c[0]), place(c[2]) - place(c[0]));
+    return n * (1 / length(n));
+  }
+  Vec3d far_corner(std::size_t t, const std::pair<std::uint32_t, std::uint32_t>& edge) const {
+    for (const std::uint32_t corner : mesh_.triangles[t]) {
+      if (corner != edge.first && corner != edge.second) return place(corner);
+    }
+    return {};
+  }
+  /// Length of an edge in the ball, by its distance from the foot of the perpendicular.
+  static double inside(const Vec3d& a, const Vec3d& b, double radius) {
+    const double whole = length(b - a);
+    const Vec3d way = (b - a) * (1 / whole);
+    const double foot = -dot(a, way);
+    const double away = length(a + way * foot);
+    if (away >= radius) return 0;
+    const double half = std::sqrt(radius * radius - away * away);
+    return std::max(0.0, std::min(whole, foot + half) - std::max(0.0, foot - half));
+  }
+  /// Area of a triangle in the ball: what lies across the border is split, and counts in the end by its
+  /// middle.
+  static double covered(const Vec3d& a, const Vec3d& b, const Vec3d& c, double radius, int depth) {
+    const Vec3d middle = (a + b + c) * (1.0 / 3);
+    const double size = std::max({length(a - middle), length(b - middle), length(c - middle)});
+    const double area = length(cross(b - a, c - a)) / 2;
+    if (length(middle) - size >= radius) return 0;
+    if (length(middle) + size <= radius) return area;
+    if (depth == 0) return length(middle) <= radius ? area : 0;
+    const Vec3d ab = (a + b) * 0.5, bc = (b + c) * 0.5, ca = (c + a) * 0.5;
+    return covered(a, ab, ca, radius, depth - 1) + covered(ab, b, bc, radius, depth - 1) +
+           covered(ca, bc, c, radius, depth - 1) + covered(ab, bc, ca, radius, depth - 1);
+  }
+
+  const Mesh& mesh_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::size_t>> runs_;
+};
+
+/// Corners moved at random; some triangles are gone, so that there are borders.
+Mesh crumpled(std::uint32_t levels, double by) {
+  Mesh mesh = test::icosphere(levels);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> shift(-static_cast<float>(by), static_cast<float>(by));
+  for (Vec3& p : mesh.positions)
+    p = {p.x + shift(random), p.y + shift(random), p.z + shift(random)};
+  mesh.triangles.erase(mesh.triangles.begin() + 5, mesh.triangles.begin() + 12);
+  return mesh;
+}
+
+TEST(Curvature, OfASphereIsOneOverItsRadius) {
+  const auto exact = [](const Vec3d&) { return 0.5; };
+  double before = std::numeric_limits<double>::infinity();
+  // Balls of two edges and more: by their border 1 in some 6 edges is cut, which errs by a tenth of it.
+  for (const std::uint32_t levels : {3U, 4U, 5U}) {
+    const double error = mean_error(test::icosphere(levels, 2), 0.5, exact);
+    RecordProperty("levels_" + std::to_string(levels), std::to_string(error));
+    EXPECT_LT(error, before);
+    before = error;
+  }
+  EXPECT_LT(before, 0.01);
+}
+
+TEST(Curvature, OfASphereTurnedInsideOutIsNegative) {
+  Mesh mesh = test::icosphere(3);
+  const std::vector<double> outward = mean_curvature(mesh.positions, mesh.triangles, 0.3);
+  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  const std::vector<double> inward = mean_curvature(mesh.positions, mesh.triangles, 0.3);
+  for (std::size_t v = 0; v < outward.size(); ++v) {
+    EXPECT_GT(outward[v], 0.8);
+    EXPECT_NEAR(inward[v], -outward[v], 1e-9);
+  }
+}
+
+TEST(Curvature, OfACylinderIsHalfOfOneOverItsRadius) {
+  constexpr double kRadius = 0.5, kBall = 0.2;
+  Mesh mesh = test::plane(128, 82, 2 * std::numbers::pi * kRadius, 2);
+  for (Vec3& p : mesh.positions) {
+    const double turn = p.x / kRadius;
+    p = {static_cast<float>(kRadius * std::sin(turn)), p.y,
+         static_cast<float>(kRadius * std::cos(turn))};
+  }
+  const std::vector<double> found = mean_curvature(mesh.positions, mesh.triangles, kBall);
+  std::size_t count = 0;
+  double sum = 0;
+  for (std::size_t v = 0; v < found.size(); ++v) {
+    // Neither at the open ends nor at the seam, where float positions may be a bit apart.
+    if (std::abs(mesh.positions[v].y) > 1 - kBall || mesh.positions[v].z < -0.4) continue;
+    sum += std::abs(found[v] - 1 / (2 * kRadius));
+    ++count;
+  }
+  ASSERT_GT(count, 1000U);
+  EXPECT_LT(sum / static_cast<double>(count), 0.02);
+}
+
+TEST(Curvature, OfATorusIsItsClosedForm) {
+  constexpr double kMajor = 1, kMinor = 0.35;
+  const auto exact = [](const Vec3d& p) {
+    const double away = std::hypot(p.x, p.z);
+    return (1 / kMinor + (away - kMajor) / kMinor / away) / 2;
+  };
+  // The closed form runs from 0.66 to 1.8.
+  const double coarse = mean_error(test::torus(3 * 48, 48, kMajor, kMinor), 0.1, exact);
+  const double fine = mean_error(test::torus(3 * 96, 96, kMajor, kMinor), 0.1, exact);
+  EXPECT_LT(coarse, 0.08);
+  EXPECT_LT(fine, 0.04);
+  EXPECT_LT(fine, coarse);
+}
+
+TEST(Curvature, OfAPlaneIsNothing) {
+  const Mesh mesh = test::plane(9, 7, 2, 1);
+  for (const double radius : {0.01, 0.3, 10.0}) {
+    for (const double found : mean_curvature(mesh.positions, mesh.triangles, radius)) {
+      EXPECT_EQ(found, 0.0);
+    }
+  }
+}
+
+TEST(Curvature, HasTheSignOfTheStrongerBend) {
+  // Facing +Z, a bowl is concave: minus the mean of both second derivatives.
+  EXPECT_NEAR(at_centre(paraboloid(128, 1, -2), 0.15), 0.5, 0.1);
+  EXPECT_NEAR(at_centre(paraboloid(128, 2, -1), 0.15), -0.5, 0.1);
+  EXPECT_NEAR(at_centre(paraboloid(128, 1, -1), 0.15), 0, 0.1);
+  EXPECT_NEAR(at_centre(paraboloid(128, -1, -1), 0.15), 1, 0.1);
+}
+
+TEST(Curvature, IsTheNormalCycle) {
+  const Mesh mesh = crumpled(2, 0.1);
+  const BruteForce brute(mesh);
+  for (const double radius : {0.05, 0.4, 0.9, 3.0}) {
+    const std::vector<double> found = mean_curvature(mesh.positions, mesh.triangles, radius);
+    for (std::uint32_t v = 0; v < mesh.positions.size(); v += 3) {
+      // Pieces of 1/256 of an edge decide by their middle: 1e-4 of the area, of curvatures of some 10.
+      EXPECT_NEAR(found[v], brute.at(v, radius, 8), 2e-3) << v << " within " << radius;
+    }
+  }
+}
+
+TEST(Curvature, OfManySmallTrianglesIsNearTheNormalCycle) {
+  const Mesh mesh = test::BumpySphere::dense(32000);
+  const BruteForce brute(mesh);
+  const double radius = 0.8;  // some 27 edges
+  const std::vector<double> found = mean_curvature(mesh.positions, mesh.triangles, radius);
+  for (std::uint32_t v = 0; v < mesh.positions.size(); v += 2000) {
+    EXPECT_NEAR(found[v], brute.at(v, radius, 2), 0.01) << v;  // curvatures of about 1
+  }
+}
+
+TEST(Curvature, ReachesToTheShortestEdge) {
+  const Mesh mesh = test::tetrahedron();
+  const double edge = std::sqrt(8.0 / 3);  // in the unit sphere
+  const std::vector<double> least = mean_curvature(mesh.positions, mesh.triangles, 1e-6);
+  const std::vector<double> same = mean_curvature(mesh.positions, mesh.triangles, edge);
+  for (std::size_t v = 0; v < 4; ++v) EXPECT_NEAR(least[v], same[v], 1e-5);
+}
+
+TEST(Curvature, WeldsPlaces) {
+  const Mesh mesh = crumpled(2, 0.1);
+  Mesh split;
+  for (const Triangle& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(split.positions.size());
+    for (const std::uint32_t corner : t) split.positions.push_back(mesh.positions[corner]);
+    split.triangles.push_back({first, first + 1, first + 2});
+  }
+  const std::vector<double> whole = mean_curvature(mesh.positions, mesh.triangles, 0.4);
+  const std::vector<double> parts = mean_curvature(split.positions, split.triangles, 0.4);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(parts[3 * t + k], whole[mesh.triangles[t][k]], 1e-12);
+    }
+  }
+}
+
+TEST(Curvature, IsFlatWhereASurfaceIsNone) {
+  // Two pages at a right angle; a third one at their spine; the second one turned.
+  const std::vector<Vec3> positions = {{0, 0, 0},    {0, 1, 0},     {1, 0.5F, 0},
+                                       {0, 0.5F, 1}, {-1, 0.5F, 0}, {5, 5, 5}};
+  const std::vector<Triangle> two = {{0, 1, 2}, {1, 0, 3}};
+  const std::vector<Triangle> three = {{0, 1, 2}, {1, 0, 3}, {1, 0, 4}};
+  const std::vector<Triangle> turned = {{0, 1, 2}, {0, 1, 3}};
+  EXPECT_NE(mean_curvature(positions, two, 0.5)[0], 0);
+  EXPECT_EQ(mean_curvature(positions, three, 0.5)[0], 0);
+  EXPECT_EQ(mean_curvature(positions, turned, 0.5)[0], 0);
+  EXPECT_EQ(mean_curvature(positions, two, 0.5)[5], 0);  // of no triangle
+  std::vector<Vec3> broken = positions;
+  broken[3].x = std::numeric_limits<float>::quiet_NaN();
+  for (const double found : mean_curvature(broken, two, 0.5)) EXPECT_EQ(found, 0);
+  EXPECT_TRUE(mean_curvature({}, {}, 1).empty());
+}
+
+}  // namespace
+}  // namespace kiln
