@@ -23,10 +23,9 @@ std::string miss_advice(const BakeReport& report) {
   }
   std::string advice =
       "let rays or nearest points decide them (BakeOptions::fallback ray or closest), ";
-  advice += report.views->undersampled > 0.5
-                ? "raise views.size, since most triangles are smaller "
-                  "than a pixel of the views, "
-                : "look from more sides (views.count), ";
+  advice += report.views->undersampled > 0.5 ? "raise views.size, since most triangles are smaller "
+                                               "than a pixel of the views, "
+                                             : "look from more sides (views.count), ";
   advice += "raise max_distance, or add two_sided where faces are turned inside out.";
   return advice;
 }

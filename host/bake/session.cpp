@@ -502,9 +502,8 @@ const BakeResult& BakeSession::bake() {
   impl.update.seconds_match = watch.lap();
 
   impl.chosen.clear();
-  impl.everything =
-      change.rebuilt || impl.update.matched || impl.layers->read_around() ||
-      (any_moved && impl.layers->follow_positions());
+  impl.everything = change.rebuilt || impl.update.matched || impl.layers->read_around() ||
+                    (any_moved && impl.layers->follow_positions());
   if (impl.everything) {
     impl.read_all();
   } else {

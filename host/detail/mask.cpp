@@ -40,10 +40,13 @@ class MaskMap : public MapMaker {
 
 MapRow mask_map() {
   MapRow row;
-  row.info = {MapKind::mask, 1, MapType::coverage,
+  row.info = {MapKind::mask,
+              1,
+              MapType::coverage,
               "which texels were baked, 1 or else 0: leaves padding out of comparisons and "
               "composites",
-              0, 1};
+              0,
+              1};
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<MaskMap>(request);
   };

@@ -179,8 +179,8 @@ class PointMap : public MapMaker {
       }
       point.position = to_world(position);
       // Of the small numbers of the frame, since far from the origin the world's hold less.
-      point.offset = (position - on_low(a.position, b.position, c.position)) *
-                     (1 / source_.frame.scale);
+      point.offset =
+          (position - on_low(a.position, b.position, c.position)) * (1 / source_.frame.scale);
       point.normal = unit(normal, low_normal);
       if (two_sided_ && dot(point.normal, low_normal) < 0) point.normal = point.normal * -1.0;
     } else {

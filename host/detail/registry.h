@@ -39,7 +39,7 @@ struct MapRequest {
   const LowSurface& surface;
   const BakeOptions& options;
   std::vector<std::shared_ptr<SharedWork>>& shared;  ///< One of a type; maps add what is missing
-  std::shared_ptr<BandReads> reads = nullptr;  ///< Of all maps of the bake
+  std::shared_ptr<BandReads> reads = nullptr;        ///< Of all maps of the bake
 };
 
 /// Reads one map at the correspondences of bands.

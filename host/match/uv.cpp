@@ -25,9 +25,10 @@ constexpr std::uint32_t kDropped = 23 - kFractionBits;
 
 void check_uvs(const Source::Impl& source) {
   if (has_uvs(source)) return;
-  throw Error(ErrorCode::input,
-              "The dense mesh has no UVs, which MatchMethod::uv finds its points by: give it the light "
-              "mesh's layout, or use another match, such as ray.");
+  throw Error(
+      ErrorCode::input,
+      "The dense mesh has no UVs, which MatchMethod::uv finds its points by: give it the light "
+      "mesh's layout, or use another match, such as ray.");
 }
 
 /// The pieces of a run of triangles.
@@ -362,10 +363,11 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
                              std::to_string(found.overlap->column) + ", row " +
                              std::to_string(found.overlap->row);
     if (overlap > options.max_overlap) {
-      throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_overlap) +
-                                        ": a UV there does not say which point is meant. Use "
-                                        "another match, such as ray, or raise uv.max_overlap to take "
-                                        "the triangle with the lowest index.");
+      throw Error(ErrorCode::input,
+                  text + ", which is more than " + percent(options.max_overlap) +
+                      ": a UV there does not say which point is meant. Use "
+                      "another match, such as ray, or raise uv.max_overlap to take "
+                      "the triangle with the lowest index.");
     }
     warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
          found.overlapping);

@@ -159,11 +159,12 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage)
                                       (cage != nullptr ? " and the cage's." : "."));
   }
   if (!any_mapped) {
-    throw Error(ErrorCode::input,
-                "All UVs of mesh " + quoted(low) +
-                    " are degenerate (no triangle has an area in UV space), so there is nowhere to "
-                    "bake to. Unwrap it in a modelling tool, or let Kiln do it: unwrap() gives this "
-                    "mesh UVs, and simplify() makes a light mesh to unwrap.");
+    throw Error(
+        ErrorCode::input,
+        "All UVs of mesh " + quoted(low) +
+            " are degenerate (no triangle has an area in UV space), so there is nowhere to "
+            "bake to. Unwrap it in a modelling tool, or let Kiln do it: unwrap() gives this "
+            "mesh UVs, and simplify() makes a light mesh to unwrap.");
   }
 
   const std::vector<CornerTangent> tangents =

@@ -213,14 +213,14 @@ Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t 
     const std::string map =
         "a map of " + std::to_string(size) + " x " + std::to_string(size) + " texels";
     if (!light.reached) {
-      throw Error(ErrorCode::input,
-                  "The topology of volume '" + volume.name + "' keeps " +
-                      std::to_string(light.faces) +
-                      " faces, however few are asked for, and their " +
-                      std::to_string(corners.size()) + " charts are too many for " + map +
-                      ": take the outer surface alone, with gaps closed (outer_only and outer_gap), "
-                      "leave small parts out (min_part), let parts, holes and handles go "
-                      "(keep_topology = false), or ask for a larger map (ExtractOptions::size).");
+      throw Error(
+          ErrorCode::input,
+          "The topology of volume '" + volume.name + "' keeps " + std::to_string(light.faces) +
+              " faces, however few are asked for, and their " + std::to_string(corners.size()) +
+              " charts are too many for " + map +
+              ": take the outer surface alone, with gaps closed (outer_only and outer_gap), "
+              "leave small parts out (min_part), let parts, holes and handles go "
+              "(keep_topology = false), or ask for a larger map (ExtractOptions::size).");
     }
     throw Error(ErrorCode::usage, "The light mesh has " + std::to_string(corners.size()) +
                                       " charts, too many for " + map +

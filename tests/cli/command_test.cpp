@@ -389,13 +389,8 @@ TEST(Command, BlendsWithTheFallback) {
 TEST(Command, SavedMatchBakesTheSameMap) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
-  const std::vector<std::string> base = {"bake",
-                                         scene / "high.obj",
-                                         scene / "low.obj",
-                                         "--size",
-                                         "200",
-                                         "--samples",
-                                         "2"};
+  const std::vector<std::string> base = {
+      "bake", scene / "high.obj", scene / "low.obj", "--size", "200", "--samples", "2"};
   std::vector<std::string> first = base;
   first.insert(first.end(), {"--out", scene / "a", "--save-match", scene / "match.exr",
                              "--max-distance", "10%"});
@@ -647,14 +642,14 @@ TEST(Command, ASavedMatchBelongsToItsMeshes) {
   const fs::path scene = make_scene(2000);
   const std::string match = scene / "match.exr";
   const auto bake = [&](const std::string& low, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"bake",  scene / "high.obj", low, "--out",
-                                          scene / "out", "--size",     "64"};
+    std::vector<std::string> arguments = {"bake",        scene / "high.obj", low, "--out",
+                                          scene / "out", "--size",           "64"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   };
-  ASSERT_EQ(run_kiln(bake(scene / "low.obj", {"--save-match", match, "--max-distance", "10%"}))
-                .exit_code,
-            0);
+  ASSERT_EQ(
+      run_kiln(bake(scene / "low.obj", {"--save-match", match, "--max-distance", "10%"})).exit_code,
+      0);
   EXPECT_EQ(run_kiln(bake(scene / "low.obj", {"--load-match", match})).exit_code, 0);
   Mesh other = test::BumpySphere::light();
   other.positions[5].x += 0.001F;

@@ -422,7 +422,8 @@ Run add_chart(CLI::App& app) {
       ->allow_extra_args(false)
       ->check(CLI::IsMember(names));
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
-  command->add_flag("--quiet", a->quiet, "Leave out progress and the summary; warnings and errors stay");
+  command->add_flag("--quiet", a->quiet,
+                    "Leave out progress and the summary; warnings and errors stay");
   add_height_options(*command, a->heights, "The height fields (HIGH is a PNG or EXR)");
   const auto own = command->get_options();
   add_surface_options(*command, a->surface);

@@ -314,7 +314,8 @@ Run add_measure(CLI::App& app) {
   command->add_flag("--z-up", a->z_up, "The error picture's up axis is +Z (default +Y)");
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file");
-  command->add_flag("--quiet", a->quiet, "Leave out progress and the summary; warnings and errors stay");
+  command->add_flag("--quiet", a->quiet,
+                    "Leave out progress and the summary; warnings and errors stay");
   return [a] { return a->study.empty() ? run_rating(*a) : run_one_study(*a); };
 }
 

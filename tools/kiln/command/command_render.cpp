@@ -233,7 +233,8 @@ Run add_render(CLI::App& app) {
   command->add_flag("--normals", a->show_normals, "Colour by world-space normal");
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file, or - for standard output");
-  command->add_flag("--quiet", a->quiet, "Leave out progress and the summary; warnings and errors stay");
+  command->add_flag("--quiet", a->quiet,
+                    "Leave out progress and the summary; warnings and errors stay");
   return [a] { return run_render(*a); };
 }
 

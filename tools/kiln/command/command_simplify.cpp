@@ -105,7 +105,8 @@ Run add_simplify(CLI::App& app) {
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
   command->add_option("--json", arguments->json,
                       "Write a report to this file, or - for standard output");
-  command->add_flag("--quiet", arguments->quiet, "Leave out progress and the summary; warnings and errors stay");
+  command->add_flag("--quiet", arguments->quiet,
+                    "Leave out progress and the summary; warnings and errors stay");
   return [arguments] { return run_simplify(*arguments); };
 }
 

@@ -331,7 +331,9 @@ Run add_volume(CLI::App& app) {
       ->group(group_run);
   command->add_option("--json", a.json, "Write a report to this file, or - for standard output")
       ->group(group_run);
-  command->add_flag("--quiet", a.quiet, "Leave out progress and the summary; warnings and errors stay")->group(group_run);
+  command
+      ->add_flag("--quiet", a.quiet, "Leave out progress and the summary; warnings and errors stay")
+      ->group(group_run);
   return [arguments] { return run_volume(*arguments); };
 }
 

@@ -33,10 +33,9 @@ Json describe(const Mesh& mesh, const std::filesystem::path& path) {
 Json describe(const std::vector<Warning>& warnings) {
   Json result = Json::array();
   for (const Warning& warning : warnings) {
-    result.push_back(
-        {{"code", warning.code},
-         {"message", with_flags(warning.message)},
-         {"count", warning.count}});
+    result.push_back({{"code", warning.code},
+                      {"message", with_flags(warning.message)},
+                      {"count", warning.count}});
   }
   return result;
 }
