@@ -209,12 +209,12 @@ class Tree {
     return static_cast<std::size_t>(std::uint64_t{order_.size()} * i >> level);
   }
   template <typename Body>
-  static void for_each_of(std::uint32_t level, const Body& body) {
-    const std::size_t count = std::size_t{1} << level;
-    parallel_for(count, std::max<std::size_t>(1, count / 256),
-                 [&](std::size_t begin, std::size_t end) {
-                   for (std::size_t i = begin; i < end; ++i) body(i);
-                 });
+  void for_each_of(std::uint32_t level, const Body& body) const {
+    // Some thousand triangles a piece, so that threads are worth it.
+    const std::size_t grain = 1 + (std::size_t{1} << 13) / (1 + (order_.size() >> level));
+    parallel_for(std::size_t{1} << level, grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(i);
+    });
   }
 
   /// Halves a node's triangles along the widest side of their centres' box.
@@ -300,6 +300,10 @@ class Tree {
 
   Sums clipped(std::uint32_t triangle, const Vec3d& centre, double squared) const {
     const std::array<Vec3d, 3> p = corners(triangle, centre);
+    const auto [x_low, x_high] = std::minmax({p[0].x, p[1].x, p[2].x});
+    const auto [y_low, y_high] = std::minmax({p[0].y, p[1].y, p[2].y});
+    const auto [z_low, z_high] = std::minmax({p[0].z, p[1].z, p[2].z});
+    if (nearest({x_low, y_low, z_low}, {x_high, y_high, z_high}) >= squared) return {};
     if (std::all_of(p.begin(), p.end(), [&](const Vec3d& c) { return dot(c, c) <= squared; })) {
       return whole(triangle);
     }

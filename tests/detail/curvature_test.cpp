@@ -208,10 +208,10 @@ TEST(Curvature, OfAPlaneIsNothing) {
 
 TEST(Curvature, HasTheSignOfTheStrongerBend) {
   // Facing +Z, a bowl is concave: minus the mean of both second derivatives.
-  EXPECT_NEAR(at_centre(paraboloid(128, 1, -2), 0.15), 0.5, 0.1);
-  EXPECT_NEAR(at_centre(paraboloid(128, 2, -1), 0.15), -0.5, 0.1);
-  EXPECT_NEAR(at_centre(paraboloid(128, 1, -1), 0.15), 0, 0.1);
-  EXPECT_NEAR(at_centre(paraboloid(128, -1, -1), 0.15), 1, 0.1);
+  EXPECT_NEAR(at_centre(paraboloid(64, 1, -2), 0.2), 0.5, 0.1);
+  EXPECT_NEAR(at_centre(paraboloid(64, 2, -1), 0.2), -0.5, 0.1);
+  EXPECT_NEAR(at_centre(paraboloid(64, 1, -1), 0.2), 0, 0.1);
+  EXPECT_NEAR(at_centre(paraboloid(64, -1, -1), 0.2), 1, 0.1);
 }
 
 TEST(Curvature, IsTheNormalCycle) {
