@@ -17,10 +17,10 @@ struct DensePoint {
       0;  ///< Along the match's direction, world units, outward positive; 0 where not found
   Vec3d position;  ///< World units
   Vec3d normal;    ///< Unit, interpolated
-  std::uint8_t status = 0;        ///< kiln_status: what found it, or that nothing did
-  std::uint32_t low_triangle = 0; ///< The low poly's point
-  float low_u = 0, low_v = 0;     ///< Weights of its corners 1 and 2
-  Vec3d offset;                   ///< From the low poly's point to this one, world units
+  std::uint8_t status = 0;  ///< kiln_status: what found it, or that nothing did
+  std::uint32_t low_triangle = 0;  ///< The low poly's point
+  float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
+  Vec3d offset;                    ///< From the low poly's point to this one, world units
 };
 
 /// What a map holds at a point. \param value  as many as the map has channels
