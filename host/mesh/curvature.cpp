@@ -33,7 +33,8 @@ struct Sums {
   }
 };
 
-/// Which part of the way from a to b lies in a ball around 0: [first, second], nothing where second < first.
+/// Which part of the way from a to b lies in a ball around 0: [first, second], nothing where second
+/// < first.
 std::pair<double, double> part_within(const Vec3d& a, const Vec3d& b, double squared_radius) {
   const Vec3d way = b - a;
   const double squared = dot(way, way), half = dot(a, way);
@@ -43,8 +44,8 @@ std::pair<double, double> part_within(const Vec3d& a, const Vec3d& b, double squ
   return {std::max(0.0, (-half - reach) / squared), std::min(1.0, (-half + reach) / squared)};
 }
 
-/// Area of a triangle's part in a ball around 0: of the circle that the ball cuts out of its plane, by
-/// sectors and triangles from the circle's centre.
+/// Area of a triangle's part in a ball around 0: of the circle that the ball cuts out of its plane,
+/// by sectors and triangles from the circle's centre.
 double area_within(const std::array<Vec3d, 3>& corners, double squared_radius) {
   const Vec3d across = cross(corners[1] - corners[0], corners[2] - corners[0]);
   const Vec3d normal = across * (1 / length(across));
@@ -82,7 +83,8 @@ Vec3d area_normal(std::span<const Vec3> positions, const Triangle& t) {
   return cross(Vec3d(positions[t[1]]) - first, Vec3d(positions[t[2]]) - first);
 }
 
-/// The angle at an edge of one triangle to another. \param way  along the edge, as the first one runs
+/// The angle at an edge of one triangle to another. \param way  along the edge, as the first one
+/// runs
 double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) {
   // Folded flat is convex, whatever the sign of the 0.
   const double sine = dot(cross(normal, other), way) / length(way) + 0.0;

@@ -192,7 +192,8 @@ TEST(PointMaps, DistanceHasNoSign) {
 TEST(PointMaps, ProvenanceIsTheMatchsStatus) {
   KILN_REQUIRE_DEVICE();
   using Colour = std::array<float, 3>;
-  // One sheet above the low poly's left, one below its right; beside them the nearest points, if near.
+  // One sheet above the low poly's left, one below its right; beside them the nearest points, if
+  // near.
   Mesh high = sheet(4, 1, 0.25F);
   for (Vec3& p : high.positions) p.x = p.x / 2 - 0.25F;
   const Mesh right = sheet(4, 1, -0.125F);
