@@ -11,7 +11,8 @@
 
 namespace kiln {
 
-/// Copies of device arrays on the host, kept for as long as they are true. Not for several threads at once.
+/// Copies of device arrays on the host, kept for as long as they are true. Not for several threads
+/// at once.
 class BandReads {
  public:
   explicit BandReads(cl::Context& context) : context_(context) {}

@@ -13,8 +13,8 @@ Vec3d interpolate(const float* corners, double u, double v) {
   return at(0) * (1 - u - v) + at(1) * u + at(2) * v;
 }
 
-/// Components in the space of the bake's normals, as kernels/detail/detail.cl has them, but for making them
-/// unit: the sum of the components times the frame's vectors is the way.
+/// Components in the space of the bake's normals, as kernels/detail/detail.cl has them, but for
+/// making them unit: the sum of the components times the frame's vectors is the way.
 class Displacement : public PointFunction {
  public:
   explicit Displacement(const MapRequest& request)

@@ -7,9 +7,9 @@
 namespace kiln {
 namespace {
 
-/// 1 on an edge, falling to 0 at one texel from it: so a line is as bright wherever it lies between the
-/// texels' centres. A texel is as long as the low poly's triangle has it on average: the square root of the
-/// area over the texels of its UV triangle.
+/// 1 on an edge, falling to 0 at one texel from it: so a line is as bright wherever it lies between
+/// the texels' centres. A texel is as long as the low poly's triangle has it on average: the square
+/// root of the area over the texels of its UV triangle.
 class Wireframe : public PointFunction {
  public:
   explicit Wireframe(const MapRequest& request) : source_(request.source) {

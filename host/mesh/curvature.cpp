@@ -33,7 +33,8 @@ struct Sums {
   }
 };
 
-/// Which part of the way from a to b lies in a ball around 0: [first, second], nothing where second < first.
+/// Which part of the way from a to b lies in a ball around 0: [first, second], nothing where second
+/// < first.
 std::pair<double, double> part_within(const Vec3d& a, const Vec3d& b, double squared_radius) {
   const Vec3d way = b - a;
   const double squared = dot(way, way), half = dot(a, way);
@@ -43,8 +44,8 @@ std::pair<double, double> part_within(const Vec3d& a, const Vec3d& b, double squ
   return {std::max(0.0, (-half - reach) / squared), std::min(1.0, (-half + reach) / squared)};
 }
 
-/// Area of a triangle's part in a ball around 0: of the circle that the ball cuts out of its plane, by
-/// sectors and triangles from the circle's centre.
+/// Area of a triangle's part in a ball around 0: of the circle that the ball cuts out of its plane,
+/// by sectors and triangles from the circle's centre.
 double area_within(const std::array<Vec3d, 3>& corners, double squared_radius) {
   const Vec3d across = cross(corners[1] - corners[0], corners[2] - corners[0]);
   const Vec3d normal = across * (1 / length(across));
@@ -82,7 +83,8 @@ Vec3d area_normal(std::span<const Vec3> positions, const Triangle& t) {
   return cross(Vec3d(positions[t[1]]) - first, Vec3d(positions[t[2]]) - first);
 }
 
-/// The angle at an edge of one triangle to another. \param way  along the edge, as the first one runs
+/// The angle at an edge of one triangle to another. \param way  along the edge, as the first one
+/// runs
 double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) {
   // Folded flat is convex, whatever the sign of the 0.
   const double sine = dot(cross(normal, other), way) / length(way) + 0.0;
@@ -209,12 +211,12 @@ class Tree {
     return static_cast<std::size_t>(std::uint64_t{order_.size()} * i >> level);
   }
   template <typename Body>
-  static void for_each_of(std::uint32_t level, const Body& body) {
-    const std::size_t count = std::size_t{1} << level;
-    parallel_for(count, std::max<std::size_t>(1, count / 256),
-                 [&](std::size_t begin, std::size_t end) {
-                   for (std::size_t i = begin; i < end; ++i) body(i);
-                 });
+  void for_each_of(std::uint32_t level, const Body& body) const {
+    // Some thousand triangles a piece, so that threads are worth it.
+    const std::size_t grain = 1 + (std::size_t{1} << 13) / (1 + (order_.size() >> level));
+    parallel_for(std::size_t{1} << level, grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(i);
+    });
   }
 
   /// Halves a node's triangles along the widest side of their centres' box.
@@ -300,6 +302,10 @@ class Tree {
 
   Sums clipped(std::uint32_t triangle, const Vec3d& centre, double squared) const {
     const std::array<Vec3d, 3> p = corners(triangle, centre);
+    const auto [x_low, x_high] = std::minmax({p[0].x, p[1].x, p[2].x});
+    const auto [y_low, y_high] = std::minmax({p[0].y, p[1].y, p[2].y});
+    const auto [z_low, z_high] = std::minmax({p[0].z, p[1].z, p[2].z});
+    if (nearest({x_low, y_low, z_low}, {x_high, y_high, z_high}) >= squared) return {};
     if (std::all_of(p.begin(), p.end(), [&](const Vec3d& c) { return dot(c, c) <= squared; })) {
       return whole(triangle);
     }

@@ -455,6 +455,9 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--size", "12x"}), 2, {"--size"}, out);
   expect_failure(bake({"--size", "-5"}), 2, {"--size"}, out);
   expect_failure(bake({"--maps", "normal,smell"}), 2, {"smell", "normal"}, out);
+  expect_failure(bake({"--curvature-radius", "1%"}), 2, {"--curvature-radius", "--maps"}, out);
+  expect_failure(bake({"--maps", "curvature", "--curvature-radius", "0"}), 2,
+                 {"--curvature-radius"}, out);
   expect_failure(bake({"--match", "guess"}), 2, {"guess", "ray"}, out);
   expect_failure(bake({"--max-distance", "0"}), 2, {"--max-distance"}, out);
   expect_failure(bake({"--max-distance", "nan"}), 2, {"--max-distance"}, out);
