@@ -203,6 +203,7 @@ void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, 
   params.keep = keep_ && !second ? 1 : 0;
   params.two_sided = two_sided_ ? 1 : 0;
   params.side = side;
+  params.aligned = side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
   params.push = kPush;
   params.reach = thick_;
   std::vector<std::uint32_t> triangle;

@@ -11,7 +11,8 @@
 // A row of rays holds one ray of each sample, so neighbours start beside each other. Which ray of its set
 // a turned sample adds to a row is chosen so that all rays of the row run in about the same direction:
 // the set is cut into rings, each sorted by angle, and a turned sample starts elsewhere in the ring. Each
-// sample has all of its rays in the end; only their order changes.
+// sample has all of its rays in the end; only their order changes. Nearest hits are better off with rows
+// that run in all directions: beams of rays that lean differently widen until they meet everything.
 //
 // Origins are pushed off the face, along its geometric normal, to the side that the ray leaves to: so no
 // ray meets the face that it starts from.
@@ -152,7 +153,7 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   const uint8 set = code & (uint8)(KILN_HEMISPHERE_SETS - 1);
   const uint8 turn =
       (code >> (uint8)(KILN_HEMISPHERE_SET_BITS)) & (uint8)(KILN_HEMISPHERE_TURNS - 1);
-  const uint8 back = (turn * ring_size) >> (uint8)(KILN_HEMISPHERE_TURN_BITS);
+  const uint8 back = (turn * (ring_size * params.aligned)) >> (uint8)(KILN_HEMISPHERE_TURN_BITS);
   uint8 place = (uint8)(params.first_ray + row - ring_first + ring_size) - back;
   place = select(place, place - ring_size, place >= (uint8)(ring_size));
 

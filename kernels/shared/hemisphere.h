@@ -34,7 +34,7 @@ struct kiln_hemisphere_params {
   kiln_float side;         // 1: hemispheres about the normal; -1: about its opposite
   kiln_float push;         // how far origins lie off the face, frame units
   kiln_float reach;        // distances from which on a place is as thick as can be, frame units
-  kiln_uint padding;
+  kiln_uint aligned;       // 1: rays of a row run in about one direction; 0: in all
 };
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
 KILN_CHECK_SIZE(kiln_hemisphere_params, 64);

@@ -1,8 +1,6 @@
 // Meshes of known occlusion, and how they are baked.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 #include <span>
