@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "mesh/low_shading.h"
+#include "mesh/vector.h"
 
 namespace kiln {
 namespace {
@@ -33,6 +34,19 @@ float in_frame(const Length& length, const Frame& frame) {
       (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
   // Where it is as good as nothing, ranges of rays still need a length.
   return static_cast<float>(std::clamp(units, 1e-30, kFarthest));
+}
+
+/// Beyond all of the high poly, seen from its own points and the low poly's. No longer than that: boxes are
+/// widened by what the ray's length may be rounded by, so rays without end would meet them all.
+float beyond_everything(const LowSurface& surface) {
+  double farthest = 1;  // vertices of the high poly stay within, also in sessions
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    if (surface.usable[i] == 0) continue;
+    for (const LowSurface::Corner& corner : surface.triangles[i]) {
+      farthest = std::max(farthest, length(Vec3d(corner.position)));
+    }
+  }
+  return static_cast<float>(std::min(farthest + 3, kFarthest));
 }
 
 RayQuery query_up_to(float distance, bool back_faces) {
@@ -141,7 +155,9 @@ Hemispheres::Hemispheres(const MapRequest& request)
       shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
   const std::optional<Length>& distance = request.options.occlusion.distance;
   const Frame& frame = source_.frame;
-  occluding_ = distance ? in_frame(*distance, frame) : static_cast<float>(kFarthest);
+  beyond_ = beyond_everything(request.surface);
+  occluding_ = beyond_;
+  if (distance) occluding_ = std::min(occluding_, in_frame(*distance, frame));
   thick_ = in_frame(distance ? *distance : Length::share(0.1), frame);
   const RaySets sets = spirals(rays_of_sample_);
   directions_ = cl::Array<float>(context_, std::span<const float>(sets.directions));
@@ -265,7 +281,7 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
   make_room(context_, sums.depth, plane_of(band));
   context_.fill(sums.depth, 0.0F);
   const RayCaster& caster = source_.rays();
-  const RayQuery query = query_up_to(thick_, true);
+  const RayQuery query = query_up_to(std::min(thick_, beyond_), true);
   const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
   over_rays(band, match, second, -1,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {

@@ -63,7 +63,7 @@ class Hemispheres : public SharedWork {
   const Source::Impl& source_;
   std::uint32_t width_, rays_of_sample_;
   bool keep_, two_sided_, back_faces_;
-  float occluding_, thick_;  // frame units
+  float beyond_, occluding_, thick_;  // frame units
   bool wants_lean_ = false;
 
   cl::Array<kiln_low_shading> shading_;
