@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -52,12 +53,13 @@ Imf::Header header_of(Imf::Compression compression, Imf::PixelType type = Imf::F
   return header;
 }
 
-void expect_flat(const std::filesystem::path& path) {
+/// \param within  how far values may be off: lossy kinds do not keep them
+void expect_flat(const std::filesystem::path& path, float within = 0) {
   const Image image = load_image(path);
   EXPECT_EQ(image.width, static_cast<std::uint32_t>(kWidth));
   EXPECT_EQ(image.height, static_cast<std::uint32_t>(kHeight));
-  EXPECT_TRUE(
-      std::all_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v == 3; }));
+  EXPECT_TRUE(std::all_of(image.pixels.begin(), image.pixels.end(),
+                          [&](float v) { return std::abs(v - 3) <= within; }));
 }
 
 TEST(ExrKinds, EveryCompressionOfScanLinesAndTiles) {
@@ -66,20 +68,23 @@ TEST(ExrKinds, EveryCompressionOfScanLinesAndTiles) {
     SCOPED_TRACE(i);
     Imf::Header header =
         header_of(static_cast<Imf::Compression>(i / 3), static_cast<Imf::PixelType>(i % 3));
+    const bool lossy = header.compression() == Imf::DWAA_COMPRESSION ||
+                       header.compression() == Imf::DWAB_COMPRESSION;
+    const float within = lossy ? 0.1F : 0.0F;
     const Flat flat(header);
     {
       Imf::OutputFile file(path.c_str(), header);
       file.setFrameBuffer(flat.buffer);
       file.writePixels(kHeight);
     }
-    expect_flat(path);
+    expect_flat(path, within);
     header.setTileDescription({64, 32, Imf::ONE_LEVEL});
     {
       Imf::TiledOutputFile file(path.c_str(), header);
       file.setFrameBuffer(flat.buffer);
       file.writeTiles(0, file.numXTiles() - 1, 0, file.numYTiles() - 1);
     }
-    expect_flat(path);
+    expect_flat(path, within);
   }
 }
 
