@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -116,14 +119,38 @@ void finish(const fs::path& folder, const fs::path& journal) {
   unlink(journal.c_str());
 }
 
+/// The process of a hidden name `.kiln-PROCESS-NUMBER.ENDING`; 0 where it has none.
+pid_t process_of(const std::string& name) {
+  return static_cast<pid_t>(std::strtol(name.c_str() + kHidden.size(), nullptr, 10));
+}
+
+/// Removes what a killed process left that had not come to its journal: links to old files, which are made
+/// under the lock alone, and unfinished files of a process that is gone, after an hour (another machine's
+/// processes are not seen from here).
+void sweep(const fs::path& path) {
+  struct stat status {};
+  if (lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != geteuid()) {
+    return;
+  }
+  const std::string name = path.filename().string();
+  const pid_t process = process_of(name);
+  const bool gone = process > 0 && kill(process, 0) != 0 && errno == ESRCH;
+  const bool aged = std::time(nullptr) - status.st_mtime > 3600;
+  if (name.ends_with(".old") || (name.ends_with(".tmp") && gone && aged)) unlink(path.c_str());
+}
+
+/// The folder must be locked.
 void finish_all(const fs::path& folder) {
   std::error_code error;
-  std::vector<fs::path> journals;
+  std::vector<fs::path> journals, others;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
-    if (is_journal(entry->path())) journals.push_back(entry->path());
+    const fs::path& path = entry->path();
+    if (!path.filename().string().starts_with(kHidden)) continue;
+    (is_journal(path) ? journals : others).push_back(path);
   }
   for (const fs::path& journal : journals) finish(folder, journal);
+  for (const fs::path& path : others) sweep(path);
 }
 
 /// Files on their way, with the way back.
