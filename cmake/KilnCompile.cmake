@@ -14,6 +14,12 @@ if(KILN_SANITIZE)
   target_link_options(kiln_sanitizers INTERFACE -fsanitize=${kiln_sanitizer_list})
 endif()
 
+# KILN_COVERAGE: our own code counts which of its lines run, for gcovr.
+if(KILN_COVERAGE)
+  target_compile_options(kiln_sanitizers INTERFACE --coverage -fprofile-update=atomic)
+  target_link_options(kiln_sanitizers INTERFACE --coverage)
+endif()
+
 # Precompiled headers: the standard library's, which cost more to parse than our own code. Named by <>, so
 # that the generated header is the same text in every clone and a compiler's cache serves them all.
 set(kiln_standard_headers <algorithm> <array> <atomic> <cmath> <cstdint> <cstdio> <cstring> <exception>

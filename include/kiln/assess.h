@@ -11,11 +11,13 @@ namespace kiln {
 
 /// A quantity over the light surface, by area: how much of the surface has which value.
 struct Distribution {
-  double area = 0;  ///< Of the surface where there is a value, world units squared
-  double mean = 0;
-  double rms = 0;
-  double median = 0, p95 = 0, p99 = 0;  ///< The value that so much of the area is not above
-  double max = 0;
+  double area = 0;    ///< Of the surface where there is a value, world units squared
+  double mean = 0;    ///< By area
+  double rms = 0;     ///< Root of the mean square
+  double median = 0;  ///< The value that half of the area is not above
+  double p95 = 0;     ///< The value that 95% of the area is not above
+  double p99 = 0;     ///< The value that 99% of the area is not above
+  double max = 0;     ///< The greatest value
 };
 
 /// The same, texel by texel, for heat maps: one channel, rows from the top, width and height of the
@@ -28,22 +30,23 @@ struct AssessmentFields {
                 ///< are folded over
 };
 
+/// How assess() rates a match.
 struct AssessOptions {
   /// Test directions, 12 to 4096, spread evenly; none is one of `avoid`.
   std::uint32_t directions = 512;
   std::vector<Vec3> avoid;  ///< Directions that the match was made from, unit
   bool fields = false;      ///< Fill MatchAssessment::fields
-  Progress progress;
+  Progress progress;        ///< Called now and then; may cancel
 };
 
 /// How good a correspondence F from the light surface to the dense one is, without looking at any map:
 /// Tarini, Cignoni, Scopigno, "Visibility based methods and assessment for detail-recovery" (2003),
 /// section 4. Positions are compared as numbers, never as colours.
 struct MatchAssessment {
-  bool cancelled = false;
-  std::uint64_t samples = 0;
-  std::uint64_t missed = 0;
-  double diagonal = 0;  ///< Of the dense mesh's bounding box, world units
+  bool cancelled = false;     ///< The progress callback said stop: the figures are empty
+  std::uint64_t samples = 0;  ///< Of the match that the light mesh covers
+  std::uint64_t missed = 0;   ///< Of these, without a point
+  double diagonal = 0;        ///< Of the dense mesh's bounding box, world units
 
   /// Section 4.1: |F(p) - p|.
   Distribution object_distance;
@@ -62,14 +65,14 @@ struct MatchAssessment {
   /// each cell between a texel and its neighbours to the right and below, of the same chart.
   Distribution stretch;     ///< Of |log2 - mean log2|: 0 is perfectly even
   double mean_stretch = 0;  ///< Mean log2
-  std::uint64_t cells = 0;
+  std::uint64_t cells = 0;  ///< That were rated
   double folded = 0;        ///< Share of cells whose corners F puts in the opposite order
   double largest_jump = 0;  ///< Between matches of neighbouring texels, world units
   double largest_step = 0;  ///< Between neighbouring texels themselves, to compare with
 
-  std::uint32_t directions = 0;
-  AssessmentFields fields;
-  double seconds = 0;
+  std::uint32_t directions = 0;  ///< Test directions, as used
+  AssessmentFields fields;       ///< Where AssessOptions::fields asks for them
+  double seconds = 0;            ///< That the rating took
 };
 
 /// Rates a match. Its samples must be those of `low` at the match's size.

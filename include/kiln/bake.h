@@ -14,16 +14,18 @@
 
 namespace kiln {
 
+/// What to bake, how to match, and how the maps are written.
 struct BakeOptions {
-  std::uint32_t width = 2048;  ///< 1 to 16384 texels
-  std::uint32_t height = 2048;
-  std::uint32_t samples = 1;  ///< N x N samples a texel, 1 to 16
+  std::uint32_t width = 2048;   ///< 1 to 16384 texels
+  std::uint32_t height = 2048;  ///< 1 to 16384 texels
+  std::uint32_t samples = 1;    ///< N x N samples a texel, 1 to 16
+  /// One or more, none twice.
   std::vector<MapKind> maps = std::vector<MapKind>(1, MapKind::normal);
 
-  MatchMethod method = MatchMethod::ray;
-  ViewOptions views = {};             ///< For MatchMethod::views; its directions for axis
-  VisibilityOptions visibility = {};  ///< For MatchMethod::visibility and hybrid
-  UvOptions uv = {};                  ///< For MatchMethod::uv
+  MatchMethod method = MatchMethod::ray;  ///< How points of the dense mesh are found
+  ViewOptions views = {};                 ///< For MatchMethod::views; its directions for axis
+  VisibilityOptions visibility = {};      ///< For MatchMethod::visibility and hybrid
+  UvOptions uv = {};                      ///< For MatchMethod::uv
   /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
   /// twice, and all with MatchInfo::may_follow. None given: such samples are misses.
   std::vector<MatchMethod> fallback = {};
@@ -41,23 +43,23 @@ struct BakeOptions {
   bool two_sided = false;           ///< Also hit back faces of the source; normals that point away
                                     ///< from the light surface are turned to it
 
-  NormalMapSpace space = NormalMapSpace::tangent;
-  bool flip_y = false;              ///< Green down (DirectX); default up (OpenGL)
+  NormalMapSpace space = NormalMapSpace::tangent;  ///< Of the maps of unit vectors
+  bool flip_y = false;                             ///< Green down (DirectX); default up (OpenGL)
   bool two_component = false;       ///< Third component left out (0): z = sqrt(1 - x^2 - y^2)
   bool raw = false;                 ///< Components in [-1, 1] instead of n/2 + 1/2
   OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
   /// given: 0.5% of the diagonal.
   std::optional<Length> curvature_radius = {};
-  MissPolicy miss = MissPolicy::keep;
-  std::int32_t gutter = 16;  ///< Texels; -1: infinite (push-pull)
+  MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
+  std::int32_t gutter = 16;            ///< Texels; -1: infinite (push-pull)
   /// Also make mip-maps, filtered within charts: nothing of one chart, nor of the gutter, gets into
   /// another (Wang et al., section 6), as it does where mip-maps are made from the image alone.
   bool mips = false;
 
   bool keep_match = false;              ///< Return the correspondence in BakeResult::match
   const struct Match* match = nullptr;  ///< Reuse this one instead of matching
-  Progress progress = {};
+  Progress progress = {};               ///< Called now and then; may cancel
 };
 
 /// How much the map changes from texel to texel where the method changes, and where it does not.
@@ -67,13 +69,18 @@ struct SwitchReport {
   double elsewhere_degrees = 0;  ///< Over all others
 };
 
+/// What a bake came to.
 struct BakeReport {
-  std::uint64_t texels = 0;  ///< Covered by the light mesh
-  std::uint64_t samples = 0;
-  /// Samples by status
-  std::uint64_t outward = 0, inward = 0, cage = 0, viewed = 0, closest = 0, missed = 0;
-  std::uint64_t by_uv = 0;  ///< Samples by status, too
-  std::uint64_t gutter_texels = 0;
+  std::uint64_t texels = 0;              ///< Covered by the light mesh
+  std::uint64_t samples = 0;             ///< Covered by the light mesh
+  std::uint64_t outward = 0;             ///< Samples whose ray hit outwards
+  std::uint64_t inward = 0;              ///< Samples whose ray hit inwards
+  std::uint64_t cage = 0;                ///< Samples whose ray came from the cage
+  std::uint64_t viewed = 0;              ///< Samples that a depth view decided
+  std::uint64_t closest = 0;             ///< Samples that took the nearest point
+  std::uint64_t by_uv = 0;               ///< Samples that took the point with their own UV
+  std::uint64_t missed = 0;              ///< Samples without a point
+  std::uint64_t gutter_texels = 0;       ///< Texels that padding filled
   double max_distance = 0;               ///< As used, world units
   double mean_abs_distance = 0;          ///< Of the samples that hit, world units
   std::optional<ViewReport> views;       ///< Where matched by views
@@ -83,16 +90,20 @@ struct BakeReport {
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   std::optional<UvReport> uv;                  ///< Where matched by UVs
   double seconds_build = 0;                    ///< Structures of the source, made for this bake
-  double seconds_texels = 0, seconds_match = 0, seconds_detail = 0, seconds_image = 0;
-  double seconds_mips = 0;  ///< Charts, levels, their gutters and encoding
-  std::uint64_t peak_device_bytes = 0;
-  std::vector<Warning> warnings;
+  double seconds_texels = 0;                   ///< Samples of the light mesh
+  double seconds_match = 0;                    ///< The match and its fallbacks
+  double seconds_detail = 0;                   ///< Reading of the maps' values
+  double seconds_image = 0;                    ///< Padding and encoding
+  double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
+  std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once
+  std::vector<Warning> warnings;               ///< Of all steps
 };
 
+/// The maps of a bake, and what there is to say of them.
 struct BakeResult {
-  std::vector<BakedMap> maps;
+  std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, for each cluster
   std::vector<std::uint8_t> coverage;  ///< Per texel: 0 empty, 1 baked, 2 missed, 3 gutter
-  std::optional<Match> match;
+  std::optional<Match> match;          ///< Where BakeOptions::keep_match asks for it
   std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for
   BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.

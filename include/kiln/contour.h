@@ -24,10 +24,11 @@ enum class VolumeBorder {
   open,    ///< The surface ends there, up to a cell short of it: the mesh has a border
 };
 
+/// Which surface of a volume contour() takes.
 struct ContourOptions {
-  double iso = 0;
-  Inside inside = Inside::above;
-  VolumeBorder border = VolumeBorder::closed;
+  double iso = 0;                              ///< Value of the surface, in the voxels' own unit
+  Inside inside = Inside::above;               ///< The solid side
+  VolumeBorder border = VolumeBorder::closed;  ///< What ends the solid at the volume's border
   /// The outer surface alone: voxels outside the solid that cannot be reached from the volume's border
   /// count as inside, so that cavities and what floats in them vanish. Starts are the regions of free
   /// voxels, joined by their six neighbours, that hold at least a twentieth of what the one with most
@@ -53,8 +54,8 @@ struct ContourReport {
   double seconds_outer = 0;         ///< Filling what is not reached from the border
   double seconds_hermite = 0;       ///< Crossings of edges and their normals
   double seconds_vertices = 0;      ///< Vertices by quadric error functions
-  double seconds_quads = 0;
-  std::vector<Warning> warnings;
+  double seconds_quads = 0;         ///< Polygons around crossed edges
+  std::vector<Warning> warnings;    ///< Of all steps
 };
 
 /// The full-resolution contour of a volume: dual contouring (Ju, Losasso, Schaefer, Warren 2002, "Dual
@@ -82,8 +83,9 @@ struct ContourReport {
 Mesh contour(const Device& device, const Volume& volume, const ContourOptions& options = {},
              ContourReport* report = nullptr);
 
+/// What extract() makes of a volume.
 struct ExtractOptions {
-  ContourOptions contour{};
+  ContourOptions contour{};  ///< The full-resolution surface
   /// Target number of triangles, reached from above or left below. 0: as `error` says.
   std::uint32_t faces = 0;
   /// With faces = 0: how far vertices may be from the planes of the crossings that they stand for: root
@@ -104,8 +106,9 @@ struct ExtractOptions {
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
 };
 
+/// What an extraction came to.
 struct ExtractReport {
-  ContourReport contour;
+  ContourReport contour;        ///< Of the full-resolution surface
   std::uint64_t clusters = 0;   ///< Inner nodes of the tree of vertices
   std::uint64_t faces = 0;      ///< Triangles of the light mesh
   std::uint64_t quads = 0;      ///< Polygons it was made of: quads, and triangles where cells of
@@ -113,22 +116,23 @@ struct ExtractReport {
   std::uint64_t parts = 0;      ///< Connected parts of the full contour
   double error = 0;             ///< Greatest root mean square distance of a vertex, cells
   std::uint64_t non_manifold_edges = 0;  ///< Edges of the light mesh with more than two triangles
-  std::uint64_t charts = 0;
-  double texels_per_cell = 0;  ///< Side of a cell in texels of the map
-  double coverage = 0;         ///< Share of the map that charts and their borders cover
+  std::uint64_t charts = 0;              ///< One for each polygon
+  double texels_per_cell = 0;            ///< Side of a cell in texels of the map
+  double coverage = 0;                   ///< Share of the map that charts and their borders cover
   std::uint64_t splatted_texels =
       0;                        ///< That fine vertices fell into; the rest of the charts is filled
   double seconds_simplify = 0;  ///< Tree of vertices and choice among them
-  double seconds_atlas = 0;
-  double seconds_map = 0;
-  double seconds_total = 0;
+  double seconds_atlas = 0;     ///< Layout of the charts
+  double seconds_map = 0;       ///< Splatting, filling and encoding of normals
+  double seconds_total = 0;     ///< Of all steps
   std::vector<Warning> warnings;  ///< Of all steps
 };
 
+/// A light mesh with its normal map.
 struct ExtractResult {
-  Mesh mesh;         ///< The light mesh, with UVs and smooth normals
-  Image normal_map;  ///< 3 channels; outside the charts (1/2, 1/2, 1)
-  ExtractReport report;
+  Mesh mesh;             ///< The light mesh, with UVs and smooth normals
+  Image normal_map;      ///< 3 channels; outside the charts (1/2, 1/2, 1)
+  ExtractReport report;  ///< What it came to
 };
 
 /// Texels a cell from which on extract() warns ("map-too-fine").

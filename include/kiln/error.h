@@ -21,7 +21,9 @@ enum class ErrorCode {
 /// ready to show to a person.
 class Error : public std::runtime_error {
  public:
+  /// \param message  for a person: the file or parameter, the problem, the remedy
   Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  /// The kind of failure.
   ErrorCode code() const noexcept { return code_; }
 
  private:

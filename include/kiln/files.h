@@ -8,8 +8,42 @@ namespace kiln {
 /// Writes a text file that appears whole or not at all. \throws Error(output)
 void save_text(const std::filesystem::path& path, std::string_view text);
 
+/// Files of one run that appear together, or none of them.
+///
+/// While a set is open, what any thread saves with Kiln is written out of sight, and commit() puts it in
+/// place. Without commit() nothing appears. Pipes and devices are written to at once.
+///
+/// While a set is open, files that Kiln reads are inputs: saving over one throws Error(usage), by whatever
+/// name (the device and inode count), and before a byte of it changes. A process has one set at a time.
+class OutputSet {
+ public:
+  OutputSet();   ///< \throws Error(usage) while another is open
+  ~OutputSet();  ///< Removes what was not committed
+  OutputSet(const OutputSet&) = delete;
+  OutputSet& operator=(const OutputSet&) = delete;
+
+  /// Puts in place what was saved since the set was opened, or last committed. Where one file fails, those
+  /// that were there before come back. After a kill or a power cut in between, the next
+  /// prepare_output_folder() or commit() finishes it, a folder at a time. Waits while another process
+  /// places files in the same folders.
+  /// \throws Error(output)
+  void commit();
+
+  /// Where the bytes of a file that is held back can be read until commit(), by another program, say.
+  /// Empty: nothing was saved under this name.
+  static std::filesystem::path held(const std::filesystem::path& destination);
+
+  /// Makes a file an input that is read without Kiln.
+  static void protect(const std::filesystem::path& input);
+};
+
+/// Whether OutputSet::commit() is at work between its first file and its last: a signal handler that would
+/// end the process should return instead. Async-signal-safe.
+bool placing_outputs() noexcept;
+
 /// Fails now, and not after minutes of work, where no file could be written to a folder. Creates the
-/// folder where only its last part is missing. \throws Error(output)
+/// folder where only its last part is missing. Finishes what a killed process began there.
+/// \throws Error(output)
 void prepare_output_folder(const std::filesystem::path& folder);
 
 /// Removes the folders that prepare_output_folder() created in this process and that are still empty: for

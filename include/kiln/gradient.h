@@ -16,12 +16,12 @@ struct GradientError {
   std::uint64_t texels = 0;  ///< Compared
   std::uint64_t empty =
       0;  ///< ... where the map has no direction: the light mesh's own normal counts
-  double mean_degrees = 0;
-  double rms_degrees = 0;  ///< Root of the mean square
-  double median_degrees = 0;
-  double p95_degrees = 0;
-  double p99_degrees = 0;
-  double max_degrees = 0;
+  double mean_degrees = 0;    ///< Over the compared texels
+  double rms_degrees = 0;     ///< Root of the mean square
+  double median_degrees = 0;  ///< Half of the texels are not above
+  double p95_degrees = 0;     ///< 95% of the texels are not above
+  double p99_degrees = 0;     ///< 99% of the texels are not above
+  double max_degrees = 0;     ///< The greatest angle
 };
 
 /// Along which line through a point of the light mesh its point of the surface is looked for.
@@ -30,10 +30,11 @@ enum class GradientLine {
   face,     ///< The triangle's own normal: as the direct map projects
 };
 
+/// How the surface is looked for.
 struct GradientOptions {
-  std::uint32_t size = 1024;  ///< Texels a side of the maps, 1 to 16384
-  double reach = 0;           ///< How far to look each way, world units, above 0
-  GradientLine line = GradientLine::shading;
+  std::uint32_t size = 1024;                  ///< Texels a side of the maps, 1 to 16384
+  double reach = 0;                           ///< How far to look each way, world units, above 0
+  GradientLine line = GradientLine::shading;  ///< Where the surface is looked for
 };
 
 /// What a normal map of a volume's surface should hold: at each texel of a light mesh the normal of the

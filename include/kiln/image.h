@@ -12,17 +12,20 @@ namespace kiln {
 
 /// A float image, rows from the top (row 0 is at v = 1), channels interleaved.
 struct Image {
-  std::uint32_t width = 0;
-  std::uint32_t height = 0;
+  std::uint32_t width = 0;     ///< Texels
+  std::uint32_t height = 0;    ///< Texels
   std::uint32_t channels = 0;  ///< 1 to 4
   std::vector<float> pixels;   ///< width * height * channels
 
+  /// The channels of a texel; column x and row y must be inside.
   float* at(std::size_t x, std::size_t y) { return &pixels[(y * width + x) * channels]; }
+  /// The channels of a texel; column x and row y must be inside.
   const float* at(std::size_t x, std::size_t y) const {
     return &pixels[(y * width + x) * channels];
   }
 };
 
+/// How an image is written.
 enum class ImageFormat {
   exr_half,   ///< OpenEXR, 16-bit float, PIZ (lossless)
   exr_float,  ///< OpenEXR, 32-bit float, PIZ (lossless)
@@ -30,10 +33,11 @@ enum class ImageFormat {
   png8,       ///< PNG, 8 bits a channel
 };
 
+/// How save_image() writes.
 struct SaveImageOptions {
-  ImageFormat format = ImageFormat::exr_half;
-  bool dither = false;  ///< png8 only: ordered dither instead of rounding.
-  int threads = 0;      ///< For compression; 0 takes all cores.
+  ImageFormat format = ImageFormat::exr_half;  ///< The name's extension must agree
+  bool dither = false;                         ///< png8 only: ordered dither instead of rounding.
+  int threads = 0;                             ///< For compression; 0 takes all cores.
 };
 
 /// Reads PNG (to [0, 1] by division, no gamma) or EXR (R, G, B, A or Y; half, float or unsigned int),
@@ -64,12 +68,13 @@ void save_mipmapped(const Image& image, const std::vector<Image>& mips,
 struct ImageDifference {
   std::uint64_t compared = 0;     ///< Texels compared
   double mean_angle_degrees = 0;  ///< Between decoded normals; 3 or more channels only
-  double p95_angle_degrees = 0;
-  double p99_angle_degrees = 0;
-  double max_angle_degrees = 0;
-  double mean_error = 0;  ///< Mean absolute channel difference, [0, 1] scale
-  double max_error = 0;
-  std::uint32_t worst_x = 0, worst_y = 0;  ///< Where max_angle (or max_error) is
+  double p95_angle_degrees = 0;   ///< 95% of the texels are not above
+  double p99_angle_degrees = 0;   ///< 99% of the texels are not above
+  double max_angle_degrees = 0;   ///< The greatest
+  double mean_error = 0;          ///< Mean absolute channel difference, [0, 1] scale
+  double max_error = 0;           ///< The greatest channel difference, [0, 1] scale
+  std::uint32_t worst_x = 0;      ///< Column of max_angle (or max_error)
+  std::uint32_t worst_y = 0;      ///< Its row
 };
 
 /// Compares two images as normal maps (n/2 + 1/2 in the first three channels) and by channel.

@@ -8,6 +8,7 @@
 
 namespace kiln {
 
+/// How far simplify() goes.
 struct SimplifyOptions {
   /// Target number of triangles. 0: few that `max_error` allows ("model no more than the scene needs");
   /// found by a greedy search, so not the fewest there could be.
@@ -20,6 +21,7 @@ struct SimplifyOptions {
   bool height_field = false;
 };
 
+/// What simplify() came to.
 struct SimplifyReport {
   std::uint64_t input_faces = 0;  ///< Triangles of the given mesh, unusable ones included.
   std::uint64_t faces = 0;        ///< Triangles of the result.
@@ -28,8 +30,8 @@ struct SimplifyReport {
   /// 262,144 of them evenly spaced.
   double error = 0;
   double mean_error = 0;  ///< The mean distance of the same samples, as a share of the diagonal.
-  double seconds = 0;
-  std::vector<Warning> warnings;
+  double seconds = 0;     ///< That it took
+  std::vector<Warning> warnings;  ///< What was imperfect and handled
 };
 
 /// Decimates by edge collapse with quadric errors (Garland and Heckbert 1997).
@@ -51,6 +53,7 @@ struct SimplifyReport {
 Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);
 
+/// How unwrap() lays charts out.
 struct UnwrapOptions {
   /// Map size that the border and the texel grid are meant for, texels (of a map that is not square:
   /// the smaller side). 16 to 65536.
@@ -61,14 +64,15 @@ struct UnwrapOptions {
   std::uint32_t border_texels = 2;
 };
 
+/// What unwrap() came to.
 struct UnwrapReport {
   std::uint64_t charts = 0;   ///< Connected pieces of the layout.
   double coverage = 0;        ///< Share of the unit square that triangles cover, 0 to 1.
   double density_spread = 0;  ///< Standard deviation of log2(texture area / surface area) over the
                               ///< surface: 0 is perfectly even.
   double border_texels = 0;   ///< The border that was kept: as asked, or less (see warnings).
-  double seconds = 0;
-  std::vector<Warning> warnings;
+  double seconds = 0;         ///< That it took
+  std::vector<Warning> warnings;  ///< What was imperfect and handled
 };
 
 /// Gives a mesh UVs: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich,

@@ -13,7 +13,7 @@ namespace kiln {
 
 /// Which detail a map holds: the name of a map, so that maps can be added without a change here.
 struct MapKind {
-  std::string_view name;
+  std::string_view name;  ///< As in `--maps` and file names
   friend constexpr bool operator==(MapKind, MapKind) = default;
 
   static const MapKind normal;  ///< Unit normal of the high poly, in `BakeOptions::space`
@@ -42,9 +42,10 @@ enum class MissPolicy {
   mark,  ///< Magenta (1, 0, 1), to be seen
 };
 
+/// One map of a bake.
 struct BakedMap {
-  MapKind kind = MapKind::normal;
-  Image image;
+  MapKind kind = MapKind::normal;  ///< What it holds
+  Image image;                     ///< The map, padded and encoded
   /// With BakeOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel holds the
   /// mean over the covered texels of level 0 under it, made unit, of the one chart that covers most of
   /// it. Encoded like the image, with a gutter of its width in UV units, but 2 texels at least (none
@@ -65,12 +66,13 @@ enum class MapType {
 
 /// A map that bake() can make.
 struct MapInfo {
-  MapKind kind;  ///< Its name, for BakeOptions::maps and for file names
-  std::uint32_t channels = 3;
-  MapType type = MapType::unit_vector;
-  std::string_view holds;  ///< In words, with the unit
-  /// Values that integer formats put at 0 and at 1. Both 0: they depend on what was baked; see value_range().
-  float low = 0, high = 1;
+  MapKind kind;                         ///< Its name, for BakeOptions::maps and for file names
+  std::uint32_t channels = 3;           ///< 1 to 4
+  MapType type = MapType::unit_vector;  ///< What its values are
+  std::string_view holds;               ///< In words, with the unit
+  /// Value that integer formats put at 0. Both 0: they depend on what was baked; see value_range().
+  float low = 0;
+  float high = 1;  ///< Value that integer formats put at 1
 };
 
 /// All maps, in the order that they are listed to people.
@@ -81,7 +83,8 @@ const MapInfo& find_map(std::string_view name);
 
 /// Values of each channel that an integer format puts at 0 and at 1.
 struct ValueRange {
-  float low = 0, high = 1;
+  float low = 0;   ///< Value at 0
+  float high = 1;  ///< Value at 1
 };
 
 /// The range of a baked map: MapInfo's; else of the texels that are baked: -m to m with the largest magnitude

@@ -14,7 +14,7 @@ namespace kiln {
 /// How the match finds the point of the high poly that a sample stands for: the name of a match, so that
 /// matches can be added without a change here.
 struct MatchMethod {
-  std::string_view name;
+  std::string_view name;  ///< As in `--match`
   friend constexpr bool operator==(MatchMethod, MatchMethod) = default;
 
   static const MatchMethod ray;  ///< Rays along the low poly's normals (Tarini et al., section 3.2)
@@ -47,6 +47,7 @@ enum class ViewCriterion {
   angle,     ///< The one that looks most along the sample's direction (Wang et al., section 6)
 };
 
+/// Which depth views MatchMethod::views draws, and which of them decides a sample.
 struct ViewOptions {
   /// Directions spread over the sphere, up to 512. None given: 12, or 1 where both meshes are height
   /// fields. 0 only beside `directions`.
@@ -58,7 +59,7 @@ struct ViewOptions {
   /// Pixels a side of a depth view, up to 8192. 0: by the mesh's density, but no more than two pixels
   /// across a sample of the map.
   std::uint32_t size = 0;
-  ViewCriterion criterion = ViewCriterion::angle;
+  ViewCriterion criterion = ViewCriterion::angle;  ///< Which view decides
   /// Move each point from the view's line to the sample's own direction where the view shows it there:
   /// what a ray would have found. Off: as in the paper.
   bool refine = true;
@@ -90,17 +91,18 @@ enum class ViewLikelihood {
 /// many spread evenly, that see it past the light mesh itself, each weighted by the cosine at which it
 /// sees the face (what counting pixels in pictures comes to) and by how likely a view from there is.
 struct VisibilityOptions {
-  VisibilityAt at = VisibilityAt::texel;
-  VisibilityTest test = VisibilityTest::automatic;
-  std::uint32_t directions = 512;  ///< 1 to 4096
-  std::uint32_t view_size = 256;   ///< Pixels a side of a picture, 16 to 2048
+  VisibilityAt at = VisibilityAt::texel;            ///< Where directions are gathered
+  VisibilityTest test = VisibilityTest::automatic;  ///< How it is found out what sees a place
+  std::uint32_t directions = 512;                   ///< 1 to 4096
+  std::uint32_t view_size = 256;                    ///< Pixels a side of a picture, 16 to 2048
   /// Rounds of smoothing of texels' directions, each over 3 x 3 texels, 0 to 256; the result reaches about
   /// the square root of this many texels.
   std::uint32_t smoothing = 4;
-  ViewLikelihood likelihood = ViewLikelihood::all;
+  ViewLikelihood likelihood = ViewLikelihood::all;  ///< How directions are weighed
+  /// How likely the views from one direction are.
   struct Likelihood {
     Vec3 direction = {};  ///< From the mesh to the viewer, of any length above 0
-    double weight = 1;
+    double weight = 1;    ///< 0 or more
   };
   /// 1 to 4; above 1 only with MatchMethod::visibility at texels, for this many maps: where the directions
   /// that see a texel scatter, they are parted into so many clusters, each with a map of its own (Tarini et
@@ -125,14 +127,15 @@ struct UvOptions {
 /// The correspondence of a bake, per sample of the map, kept on the host: everything else can be baked
 /// from it again. Arrays have width * height elements (of the supersampled map), rows from the top.
 struct Match {
-  std::uint32_t width = 0;  ///< map width * samples
-  std::uint32_t height = 0;
-  std::uint32_t samples = 1;
+  std::uint32_t width = 0;             ///< map width * samples
+  std::uint32_t height = 0;            ///< map height * samples
+  std::uint32_t samples = 1;           ///< N x N a texel
   std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
   std::uint64_t source_hash = 0;  ///< Of the dense mesh's triangles and positions; 0: not known
   std::uint64_t low_hash = 0;     ///< Of the light mesh's triangles, positions and UVs
   std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
-  std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
+  std::vector<float> u;                 ///< Weight of the triangle's corner 1
+  std::vector<float> v;                 ///< Weight of the triangle's corner 2
   std::vector<float> distance;          ///< World units, outward positive
   std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
                                         ///< 5 view, 6 nearest point, 7 UV
@@ -147,8 +150,9 @@ Match load_match(const std::filesystem::path& path);
 /// Which of several maps serves which views, by texels of the field of directions (the map's size; at most
 /// 2048 a side).
 struct VisibilityClusters {
-  std::uint32_t width = 0, height = 0;
-  std::uint32_t count = 0;  ///< Maps
+  std::uint32_t width = 0;   ///< Of the field, texels
+  std::uint32_t height = 0;  ///< Of the field, texels
+  std::uint32_t count = 0;   ///< Maps
   /// Of clusters of each texel; 0: not covered. 1: all maps are alike
   std::vector<std::uint8_t> number;
   /// [width * height * count] of each texel's clusters, unit, from the mesh to the viewer; those beyond its
@@ -174,10 +178,11 @@ struct ViewReport {
 
 /// What gathering directions of visibility came to. Places are texels of the field, or vertices.
 struct VisibilityReport {
-  std::uint32_t directions = 0;         ///< With a weight above 0
-  bool by_rays = false;                 ///< Else by pictures
-  std::uint32_t width = 0, height = 0;  ///< Of the field of texels
-  std::uint64_t places = 0;
+  std::uint32_t directions = 0;  ///< With a weight above 0
+  bool by_rays = false;          ///< Else by pictures
+  std::uint32_t width = 0;       ///< Of the field of texels
+  std::uint32_t height = 0;      ///< Of the field of texels
+  std::uint64_t places = 0;      ///< Where directions were gathered
   std::uint64_t unseen = 0;  ///< Places that no direction sees, after smoothing; filled from around
   std::uint64_t without = 0;    ///< Of these, with nothing around either: they keep the normal
   std::uint64_t clustered = 0;  ///< Places whose directions were parted
@@ -191,16 +196,18 @@ struct UvReport {
   std::uint64_t covered = 0;  ///< Samples of the map that the dense mesh's UV triangles cover
   std::uint64_t overlapping =
       0;  ///< ... more than one of them; the one with the lowest index counts
+  /// Two dense triangles that cover one texel.
   struct Overlap {
-    std::uint32_t lower = 0, upper = 0;  ///< Dense triangles
-    std::uint32_t column = 0, row = 0;   ///< Texel
+    std::uint32_t lower = 0;   ///< The dense triangle with the lower index
+    std::uint32_t upper = 0;   ///< The other one
+    std::uint32_t column = 0;  ///< Of the texel
+    std::uint32_t row = 0;     ///< Of the texel, from the top
   };
   std::optional<Overlap> overlap;  ///< An example: the first by rows, then columns
   std::uint64_t outside = 0;       ///< Dense triangles that reach out of the unit square
   std::uint64_t without_area = 0;  ///< Without area in UV space, or not finite: they cover nothing
-  /// Distance between the two surfaces at the same UV, world units. The percentile is rounded up, by
-  /// at most one part in 512.
-  double mean_distance = 0, p95_distance = 0;
+  double mean_distance = 0;        ///< Between the two surfaces at the same UV, world units
+  double p95_distance = 0;         ///< 95th percentile of it, rounded up by at most one part in 512
 };
 
 /// A way to match that bake() knows.

@@ -20,16 +20,17 @@ namespace kiln {
 /// 1/2) + 1/2) in [0, 255], and the difference of two normals is sqrt(dqx^2 + dqy^2 + dqz^2). Normals an
 /// angle a apart differ by about 255 sin(a/2): 2.2 a degree, 255 for opposite ones.
 struct NormalError {
+  /// The thresholds of `above_8bit`, in the unit of `mean_8bit`.
   static constexpr std::array<double, 5> kThresholds8Bit = {4, 8, 16, 32, 64};
 
-  std::uint64_t pixels = 0;     ///< Compared
-  std::uint64_t one_sided = 0;  ///< Covered by one of the two only: left out
-  double mean_degrees = 0;
-  double rms_degrees = 0;  ///< Root of the mean square
-  double median_degrees = 0;
-  double p95_degrees = 0;
-  double p99_degrees = 0;
-  double max_degrees = 0;
+  std::uint64_t pixels = 0;            ///< Compared
+  std::uint64_t one_sided = 0;         ///< Covered by one of the two only: left out
+  double mean_degrees = 0;             ///< Over the compared pixels
+  double rms_degrees = 0;              ///< Root of the mean square
+  double median_degrees = 0;           ///< Half of the pixels are not above
+  double p95_degrees = 0;              ///< 95% of the pixels are not above
+  double p99_degrees = 0;              ///< 99% of the pixels are not above
+  double max_degrees = 0;              ///< The greatest angle
   double mean_8bit = 0;                ///< Mean length of the 8-bit difference
   std::array<double, 5> above_8bit{};  ///< Share of pixels above each threshold, 0 to 1
 };
@@ -71,8 +72,8 @@ DistanceError match_distance(const Match& match);
 
 /// Where a picture is taken from, as RenderOptions has it (+Y up).
 struct ViewAngles {
-  double azimuth_degrees = 0;
-  double elevation_degrees = 0;
+  double azimuth_degrees = 0;    ///< Around the up axis, as RenderOptions::azimuth_degrees
+  double elevation_degrees = 0;  ///< Above the horizon, -90 to 90
 };
 
 /// \param toward  from the scene to the viewer, of any length above 0

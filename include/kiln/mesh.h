@@ -30,8 +30,8 @@ struct Mesh {
   std::vector<Triangle> normal_triangles;  ///< Indices into normals; empty: computed when needed.
 
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< RGBA per vertex, or empty.
-  std::vector<std::uint32_t> groups;  ///< Per triangle, index into group_names, or empty.
-  std::vector<std::string> group_names;
+  std::vector<std::uint32_t> groups;     ///< Per triangle, index into group_names, or empty.
+  std::vector<std::string> group_names;  ///< Names that `groups` counts from 0.
 };
 
 /// Reads a mesh: PLY (ascii, binary of either byte order), OBJ, STL (ascii, binary) or OFF (ascii),

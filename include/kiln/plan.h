@@ -9,6 +9,7 @@
 
 namespace kiln {
 
+/// The error to reach, and what to bake.
 struct PlanOptions {
   /// The mean angle, degrees, between rendered normals of the light mesh with its map and those of the
   /// dense one that is to be reached. 0: what larger maps would not improve by more than 5%.
@@ -24,8 +25,9 @@ inline constexpr std::uint32_t kPlanViews = 30, kPlanPixels = 64;
 
 /// One bake that was tried and measured.
 struct PlanTrial {
-  MatchMethod method = MatchMethod::ray;
-  std::uint32_t width = 0, height = 0;
+  MatchMethod method = MatchMethod::ray;  ///< That was tried
+  std::uint32_t width = 0;                ///< Of the map, texels
+  std::uint32_t height = 0;               ///< Of the map, texels
   NormalError error;  ///< Over kPlanViews directions of kPlanPixels x kPlanPixels pixels
   double missed = 0;  ///< Share of samples
   double seconds =
@@ -35,24 +37,25 @@ struct PlanTrial {
 /// What a way to match would reach with a map of endless size: its matches of the very points that the
 /// pictures show.
 struct PlanLimit {
-  MatchMethod method = MatchMethod::ray;
-  NormalError error;  ///< Over the same pixels
-  double missed = 0;  ///< Share of them
-  double seconds = 0;
+  MatchMethod method = MatchMethod::ray;  ///< That was looked at
+  NormalError error;                      ///< Over the same pixels
+  double missed = 0;                      ///< Share of them
+  double seconds = 0;                     ///< That finding it took
 };
 
+/// The bake that a plan chose, and what it chose from.
 struct PlannedBake {
-  BakeResult result;
+  BakeResult result;              ///< The maps
   std::vector<PlanTrial> trials;  ///< In order
   std::vector<PlanLimit> limits;  ///< Of the ways to match that were looked at, in order
   /// Where UVs and the first way that searches do not reach the error: what no map can get below, however it is matched, since
   /// a place shows one normal to all sides but the dense mesh has another behind it from each.
   double least = 0;
-  PlanTrial chosen;
-  NormalError without_map;  ///< The light mesh's own normals, measured alike
-  double wanted = 0;        ///< Degrees; with max_error 0: what that came to
-  bool reached = false;
-  double seconds_measure = 0;
+  PlanTrial chosen;            ///< The trial that `result` is of
+  NormalError without_map;     ///< The light mesh's own normals, measured alike
+  double wanted = 0;           ///< Degrees; with max_error 0: what that came to
+  bool reached = false;        ///< `chosen` is within `wanted`
+  double seconds_measure = 0;  ///< Of measuring, beside the bakes
 };
 
 /// Bakes with the cheapest plan that reaches an error: the way to match that costs least on a mesh of this

@@ -15,10 +15,11 @@ namespace kiln {
 /// A normal map for a mesh's UVs: n/2 + 1/2 in the first three channels.
 struct NormalMap {
   const Image* image = nullptr;  ///< Null: none. Read while a Scene is made, not kept.
-  NormalMapSpace space = NormalMapSpace::tangent;
-  bool flip_y = false;  ///< Green points down (DirectX)
+  NormalMapSpace space = NormalMapSpace::tangent;  ///< That the map was baked in
+  bool flip_y = false;                             ///< Green points down (DirectX)
 };
 
+/// Camera, light and surface of a picture.
 struct RenderOptions {
   std::uint32_t size = 512;         ///< Width and height of the picture, 1 to 8192 pixels
   double azimuth_degrees = 30;      ///< Around the up axis (+Y): 0 looks at the front, from +Z; 90

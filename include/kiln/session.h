@@ -9,11 +9,12 @@
 
 namespace kiln {
 
+/// Where the dense mesh may move, and how rays are cast.
 struct SessionOptions {
   /// The box that the dense mesh moves in. None given: its own at first. Decides rounding and what a share
   /// of the diagonal is; positions may leave it, but not by more than about its size.
   std::optional<Bounds> bounds = {};
-  RayTraversal traversal = RayTraversal::automatic;
+  RayTraversal traversal = RayTraversal::automatic;  ///< As for Source
 };
 
 /// A bake of a dense mesh that changes (Gumbau, Gonzalez, Chover 2006).
@@ -38,8 +39,8 @@ class BakeSession {
   BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options = {},
               const SessionOptions& session = {});
   ~BakeSession();
-  BakeSession(BakeSession&&) noexcept;
-  BakeSession& operator=(BakeSession&&) noexcept;
+  BakeSession(BakeSession&&) noexcept;  ///< The other may then only be assigned to or destroyed
+  BakeSession& operator=(BakeSession&&) noexcept;  ///< As the constructor
 
   /// Changes positions of the dense mesh's vertices [first, first + count), in its units. Where the mesh
   /// has no normals of its own, those around them follow.
@@ -62,15 +63,18 @@ class BakeSession {
     std::uint64_t texels = 0;     ///< Read anew
     bool matched = false;         ///< Samples were matched
     double seconds_source = 0;    ///< Normals, hierarchy, upload
-    double seconds_match = 0, seconds_detail = 0, seconds_image = 0;
+    double seconds_match = 0;     ///< The match and its fallbacks
+    double seconds_detail = 0;    ///< Reading of the maps' values
+    double seconds_image = 0;     ///< Padding and encoding
+    /// Of all steps.
     double seconds() const {
       return seconds_source + seconds_match + seconds_detail + seconds_image;
     }
   };
-  const Update& last_update() const;
+  const Update& last_update() const;  ///< Empty before the first bake()
 
-  const Mesh& high() const;  ///< As it is now
-  const Bounds& bounds() const;
+  const Mesh& high() const;      ///< As it is now
+  const Bounds& bounds() const;  ///< SessionOptions::bounds, or what was taken
 
  private:
   struct Impl;
@@ -87,9 +91,10 @@ class ViewSession {
   /// \throws Error as bake()
   ViewSession(const Source& source, const Mesh& low, const BakeOptions& options = {});
   ~ViewSession();
-  ViewSession(ViewSession&&) noexcept;
-  ViewSession& operator=(ViewSession&&) noexcept;
+  ViewSession(ViewSession&&) noexcept;  ///< The other may then only be assigned to or destroyed
+  ViewSession& operator=(ViewSession&&) noexcept;  ///< As the constructor
 
+  /// What one view brought.
   struct Step {
     std::uint64_t samples = 0;  ///< Of the light mesh
     std::uint64_t decided = 0;  ///< By any view so far

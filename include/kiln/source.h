@@ -18,7 +18,8 @@ enum class RayTraversal { automatic, cpu, gpu };
 
 /// A box that a mesh's positions lie in, in its own units (its origin left out).
 struct Bounds {
-  std::array<double, 3> low{}, high{};
+  std::array<double, 3> low{};   ///< Its least corner
+  std::array<double, 3> high{};  ///< Its greatest corner
   /// Of the finite vertices that triangles use. \throws Error(input) where there are none
   static Bounds of(const Mesh& mesh);
 };
@@ -37,18 +38,22 @@ class Source {
                   RayTraversal traversal = RayTraversal::automatic,
                   const std::optional<Bounds>& bounds = std::nullopt);
 
+  /// What a source holds.
   struct Stats {
-    std::uint64_t triangles = 0;
+    std::uint64_t triangles = 0;          ///< Of the mesh
     std::uint64_t skipped_triangles = 0;  ///< Non-finite or without area
-    std::uint64_t device_bytes = 0;
-    double build_seconds = 0;  ///< Hierarchy and other structures made so far
-    double diagonal = 0;       ///< Of the bounding box, world units
+    std::uint64_t device_bytes = 0;       ///< Memory on the device
+    double build_seconds = 0;             ///< Hierarchy and other structures made so far
+    double diagonal = 0;                  ///< Of the bounding box, world units
   };
-  Stats stats() const;
+  Stats stats() const;  ///< As of now: structures are made when they are needed
+  /// What was imperfect in the mesh and handled.
   const std::vector<Warning>& warnings() const;
 
+  /// \cond For the library's own parts.
   struct Impl;
   const Impl& impl() const { return *impl_; }
+  /// \endcond
 
  private:
   std::shared_ptr<const Impl> impl_;

@@ -7,13 +7,18 @@
 
 namespace kiln {
 
+/// Two numbers: a place in a UV layout, u to the right and v up.
 struct Vec2 {
-  float x = 0, y = 0;
+  float x = 0;  ///< Along u
+  float y = 0;  ///< Along v
   friend bool operator==(const Vec2&, const Vec2&) = default;
 };
 
+/// Three numbers: a point or a direction.
 struct Vec3 {
-  float x = 0, y = 0, z = 0;
+  float x = 0;  ///< Along the first axis
+  float y = 0;  ///< Along the second axis
+  float z = 0;  ///< Along the third axis
   friend bool operator==(const Vec3&, const Vec3&) = default;
 };
 
@@ -22,9 +27,11 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 /// A length in world units, or as a share of the dense mesh's bounding-box diagonal.
 struct Length {
-  double value = 0;
-  bool relative = true;
+  double value = 0;      ///< World units, or the share: 0.02 is 2%
+  bool relative = true;  ///< `value` is a share of the diagonal
+  /// A share of the diagonal.
   static Length share(double of_diagonal) { return {of_diagonal, true}; }
+  /// World units.
   static Length absolute(double units) { return {units, false}; }
 };
 

@@ -45,10 +45,10 @@ std::optional<VoxelType> voxel_type_of(std::string_view name);
 struct Volume {
   std::string name;                     ///< Stem of the file, or any name; used in messages.
   std::array<std::uint32_t, 3> size{};  ///< Voxels along x, y, z.
-  VoxelType type = VoxelType::u8;
+  VoxelType type = VoxelType::u8;       ///< Of all voxels.
+  std::array<double, 3> origin{};       ///< World position of voxel (0, 0, 0).
   /// World position of voxel (i, j, k) = origin + i axes[0] + j axes[1] + k axes[2]: an axis' length is
   /// the spacing. Axes are independent; a left-handed set mirrors the picture, as the file says.
-  std::array<double, 3> origin{};
   std::array<std::array<double, 3>, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::vector<std::byte> voxels;  ///< size[0] size[1] size[2] values, x fastest.
 };
@@ -106,11 +106,11 @@ enum class ByteOrder : std::uint8_t { little, big };
 
 /// What a file without header cannot say of itself.
 struct RawVolumeLayout {
-  std::array<std::uint64_t, 3> size{};  ///< Voxels along x (fastest in the file), y, z.
-  VoxelType type = VoxelType::u8;
-  std::array<double, 3> spacing{1, 1, 1};  ///< World units between neighbours, positive.
-  ByteOrder byte_order = ByteOrder::little;
-  std::int64_t header_bytes = 0;  ///< To skip; -1: whatever precedes the last voxels.
+  std::array<std::uint64_t, 3> size{};       ///< Voxels along x (fastest in the file), y, z.
+  VoxelType type = VoxelType::u8;            ///< Of all voxels.
+  std::array<double, 3> spacing{1, 1, 1};    ///< World units between neighbours, positive.
+  ByteOrder byte_order = ByteOrder::little;  ///< Of values of more than one byte.
+  std::int64_t header_bytes = 0;             ///< To skip; -1: whatever precedes the last voxels.
 };
 
 /// Reads a volume without header. The file must have exactly the bytes that the layout asks for: more

@@ -98,19 +98,38 @@ static inline bool raster_is_small(const raster_triangle* t) {
   return hi.x - lo.x <= KILN_RASTER_SMALL && hi.y - lo.y <= KILN_RASTER_SMALL;
 }
 
+/// Whether a depth may still win at a pixel, by a plain read beside other work-items' atomic writes. It is
+/// 32 bits wide, so it is never torn, and depths only fall: an old one lets more through, and the atomic
+/// operation decides. Most triangles lose here, where reading is cheaper. With KILN_CHECK_RACES nothing is
+/// read, so that a detector of data races can check all else.
+static inline bool raster_may_win(volatile global const uint* depth, uint bits) {
+#ifdef KILN_CHECK_RACES
+  (void)depth;
+  (void)bits;
+  return true;
+#else
+  return bits <= *depth;
+#endif
+}
+
 /// Puts a triangle at a pixel, if nothing nearer is there.
 static inline void raster_put(global raster_key* keys, uint pixel, float depth, uint triangle,
                               uint pass) {
-#ifdef KILN_RASTER_ATOMIC64
-  const ulong key = (ulong)as_uint(depth) << 32 | triangle;
-  // Most triangles lose: reading is cheaper than an atomic operation, and what it misses is decided there.
-  if (key < keys[pixel]) atom_min((volatile global ulong*)(keys + pixel), key);
-  (void)pass;
-#else
   volatile global uint* words = (volatile global uint*)(keys + pixel);
   const uint bits = as_uint(depth);
+#ifdef KILN_RASTER_ATOMIC64
+#ifdef __ENDIAN_LITTLE__
+  volatile global const uint* high = words + 1;
+#else
+  volatile global const uint* high = words;
+#endif
+  if (raster_may_win(high, bits)) {
+    atom_min((volatile global ulong*)(keys + pixel), (ulong)bits << 32 | triangle);
+  }
+  (void)pass;
+#else
   if (pass == 0) {
-    if (bits < words[1]) atomic_min(words + 1, bits);
+    if (raster_may_win(words + 1, bits)) atomic_min(words + 1, bits);
   } else if (bits == words[1]) {
     atomic_min(words, triangle);
   }

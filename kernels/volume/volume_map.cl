@@ -46,9 +46,10 @@ static uint map_project(global const kiln_volume_chart* chart, float3 point, flo
   uint best = 0u;
   bool best_own = false;
   for (uint k = 0u; k < chart->triangles; ++k) {
-    global const float* rows = &chart->project[k][0][0];
-    const float3 at = map_weights(dot3(vload3(0, rows), point) + rows[3],
-                                  dot3(vload3(0, rows + 4), point) + rows[7]);
+    global const float* second = chart->project[k][0];
+    global const float* third = chart->project[k][1];
+    const float3 at = map_weights(dot3(vload3(0, second), point) + second[3],
+                                  dot3(vload3(0, third), point) + third[3]);
     const bool own = chart->triangles == 1u || (k == 0u ? at.y : at.z) >= 0.0f;
     if (k == 0u || (own && !best_own) ||
         (own == best_own && map_least(at) > map_least(*weights))) {

@@ -15,6 +15,7 @@ std::atomic<bool> flag{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 extern "C" void on_deadline(int) {
+  if (placing_outputs()) return;  // in a moment all of them are there
   remove_temporary_files();
   static const char message[] = "\nCancelled.\n";
   [[maybe_unused]] const auto ignored = write(STDERR_FILENO, message, sizeof message - 1);

@@ -109,9 +109,11 @@ int main(int argc, char** argv) {
     }
   } tidy;
   try {
+    OutputSet outputs;
     const int result = commands.at(app.get_subcommands().front()->get_name())();
-    tidy.success = result == 0;
     if (result == cli::kExitCancelled) return cancelled();
+    outputs.commit();
+    tidy.success = result == 0;
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
       throw Error(ErrorCode::output,
                   "Standard output could not be written: the disk is full, or it "

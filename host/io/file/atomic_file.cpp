@@ -4,78 +4,21 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
-#include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
+#include "io/file/output_set.h"
+#include "io/file/placing.h"
 #include "kiln/error.h"
 
 namespace kiln {
 namespace {
 
-// Names that a signal handler may have to remove. Fixed memory and lock-free states only, since a
-// handler may run between any two instructions. A name that finds no slot, or is too long for one, is
-// still removed by the destructor.
-enum SlotState : int { kSlotFree, kSlotTaken, kSlotLive };
-
-struct Slot {
-  std::atomic<int> state{kSlotFree};
-  std::array<char, 1024> path{};
-};
-static_assert(std::atomic<int>::is_always_lock_free);
-
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-
-std::array<Slot, 64> slots;
-std::atomic<unsigned> name_counter{0};
-
-int register_name(const std::string& name) {
-  if (name.size() >= slots[0].path.size()) return -1;
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    int expected = kSlotFree;
-    if (!slots[i].state.compare_exchange_strong(expected, kSlotTaken)) continue;
-    std::memcpy(slots[i].path.data(), name.c_str(), name.size() + 1);
-    slots[i].state = kSlotLive;
-    return static_cast<int>(i);
-  }
-  return -1;
-}
-
-void release_slot(int& slot) noexcept {
-  if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = kSlotFree;
-  slot = -1;
-}
-
-const char* remedy(int error_number) {
-  switch (error_number) {
-    case ENOSPC:
-    case EDQUOT:
-      return " Free some space there, or write to another disk.";
-    case EFBIG:
-      return " Raise the limit on file sizes (ulimit -f), or write a smaller file.";
-    case EACCES:
-    case EPERM:
-      return " Change its permissions, or write to another folder.";
-    case EROFS:
-      return " Write to a folder on a writable disk.";
-    case ENOENT:
-    case ENOTDIR:
-      return " Create the folder first, or correct the path.";
-    case EISDIR:
-      return " Give a file's name instead.";
-    case ENAMETOOLONG:
-      return " Use a shorter name.";
-    case EMFILE:
-    case ENFILE:
-      return " Raise the limit on open files (ulimit -n).";
-    default:
-      return " Check the disk, or write to another folder.";
-  }
-}
+constexpr int kMostLinks = 40;  // as Linux follows
 
 }  // namespace
 
@@ -85,27 +28,12 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
   std::error_code error;
   target_ = std::filesystem::absolute(destination_, error);
   if (error) fail("", error.value());
-
-  struct stat found {};
-  if (stat(target_.c_str(), &found) == 0) {
-    if (S_ISDIR(found.st_mode)) fail("there is a folder of this name", EISDIR);
-    if (!S_ISREG(found.st_mode)) {
-      direct_ = true;
-      temporary_ = target_;
-      const int descriptor = open(target_.c_str(), O_WRONLY | O_CLOEXEC);
-      if (descriptor < 0) fail("", errno);
-      open_stream(descriptor);
-      return;
-    }
-    if (access(target_.c_str(), W_OK) != 0) fail("the file there is write-protected", errno);
-    const std::filesystem::path followed = std::filesystem::canonical(target_, error);
-    if (!error) target_ = followed;
-  } else if (errno != ENOENT) {
-    fail("", errno);
-  }
+  examine();
+  if (direct_) return;
   if (!target_.has_filename()) fail("the path names a folder", EISDIR);
 
   const std::filesystem::path folder = target_.parent_path();
+  struct stat found {};
   if (stat(folder.c_str(), &found) != 0) {
     const int number = errno;
     fail(number == ENOENT ? "the folder '" + folder.string() + "' does not exist" : "", number);
@@ -126,6 +54,46 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
 
 AtomicFile::~AtomicFile() { discard(); }
 
+// What is there already: nothing, a file to replace, or something to write to directly.
+void AtomicFile::examine() {
+  struct stat found {};
+  if (stat(target_.c_str(), &found) != 0) {
+    if (errno != ENOENT) fail("", errno);
+    follow_links();
+    return;
+  }
+  if (S_ISDIR(found.st_mode)) fail("there is a folder of this name", EISDIR);
+  if (!S_ISREG(found.st_mode)) {
+    direct_ = true;
+    const int descriptor = open(target_.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor < 0) fail("", errno);
+    open_stream(descriptor);
+    return;
+  }
+  if (was_read(found)) {
+    throw Error(ErrorCode::usage,
+                "'" + destination_.string() +
+                    "' would be written over, and it is read, too: choose another "
+                    "name or folder for the output.");
+  }
+  if (access(target_.c_str(), W_OK) != 0) fail("the file there is write-protected", errno);
+  mode_ = found.st_mode & 07777;
+  std::error_code error;
+  const std::filesystem::path followed = std::filesystem::canonical(target_, error);
+  if (!error) target_ = followed;
+}
+
+// A link to nothing names the file that is to be made.
+void AtomicFile::follow_links() {
+  std::error_code error;
+  for (int links = 0; std::filesystem::is_symlink(target_, error); ++links) {
+    if (links == kMostLinks) fail("", ELOOP);
+    const std::filesystem::path to = std::filesystem::read_symlink(target_, error);
+    if (error) fail("", error.value());
+    target_ = (target_.parent_path() / to).lexically_normal();
+  }
+}
+
 void AtomicFile::open_stream(int descriptor) {
   stream_ = fdopen(descriptor, "wb");
   if (stream_ == nullptr) {
@@ -138,20 +106,19 @@ void AtomicFile::open_stream(int descriptor) {
   std::setvbuf(stream_, buffer_.data(), _IOFBF, buffer_.size());
 }
 
-// Creates a file of a hidden, unused name and registers that.
+// Creates a file of a hidden, unused name.
 int AtomicFile::create_named() {
   const std::filesystem::path folder = target_.parent_path();
   for (int attempt = 0;; ++attempt) {
-    temporary_ = folder / (".kiln-" + std::to_string(static_cast<long>(getpid())) + "-" +
-                           std::to_string(name_counter++) + ".tmp");
     // Registered first: a signal that arrives in between removes nothing.
-    slot_ = register_name(temporary_.native());
-    const int descriptor = open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
-    if (descriptor >= 0) return descriptor;
+    TemporaryName name(folder);
+    const int descriptor = open(name.path().c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+    if (descriptor >= 0) {
+      temporary_ = std::move(name);
+      return descriptor;
+    }
     const int number = errno;
-    release_slot(slot_);
-    temporary_.clear();
-    if (number != EEXIST || attempt == 100) {
+    if (number != EEXIST || attempt == kNameAttempts) {
       fail("the folder '" + folder.string() + "' cannot be written to", number);
     }
   }
@@ -159,21 +126,14 @@ int AtomicFile::create_named() {
 
 // Gives a file that has no name yet a hidden one.
 void AtomicFile::name_file() {
-  if (!temporary_.empty()) return;
-  const std::string link = "/proc/self/fd/" + std::to_string(fileno(stream_));
-  const std::filesystem::path folder = target_.parent_path();
-  for (int attempt = 0;; ++attempt) {
-    std::filesystem::path name = folder / (".kiln-" + std::to_string(static_cast<long>(getpid())) +
-                                           "-" + std::to_string(name_counter++) + ".tmp");
-    slot_ = register_name(name.native());
-    if (linkat(AT_FDCWD, link.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) {
-      temporary_ = std::move(name);
-      return;
-    }
-    const int number = errno;
-    release_slot(slot_);
-    if (number != EEXIST || attempt == 100) fail("", number);
-  }
+  if (direct_ || !temporary_.empty()) return;
+  HeldFile file;
+  file.destination = destination_;
+  file.target = target_;
+  file.descriptor = dup(fileno(stream_));
+  if (file.descriptor < 0) fail("", errno);
+  file.name();
+  temporary_ = std::move(file.temporary);
 }
 
 void AtomicFile::write(const void* data, std::size_t bytes) {
@@ -193,48 +153,68 @@ void AtomicFile::close_stream() {
   if (std::fclose(stream) != 0) fail("", errno);
 }
 
+// Sets permissions, and lets the bytes set out for the medium while the next file is made.
+void AtomicFile::send(int descriptor) const {
+  if (mode_ && fchmod(descriptor, *mode_) != 0 && errno != EPERM) fail("", errno);
+#ifdef SYNC_FILE_RANGE_WRITE
+  // Only a hint: whoever places the file waits for them.
+  if (sync_file_range(descriptor, 0, 0, SYNC_FILE_RANGE_WRITE) != 0) errno = 0;
+#endif
+}
+
 void AtomicFile::commit() {
+  if (done_) throw Error(ErrorCode::internal, "AtomicFile::commit called twice.");
   try {
-    close_stream();
-    if (!direct_) {
-      if (temporary_.empty()) throw Error(ErrorCode::internal, "AtomicFile::commit called twice.");
-      if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail("", errno);
+    if (direct_) {
+      close_stream();
+      done_ = true;
+      return;
     }
+    HeldFile file;
+    file.destination = destination_;
+    file.target = target_;
+    if (stream_ != nullptr) {
+      errno = 0;
+      if (std::fflush(stream_) != 0 || std::ferror(stream_) != 0) fail("", errno);
+      send(fileno(stream_));
+      if (temporary_.empty()) {
+        file.descriptor = fcntl(fileno(stream_), F_DUPFD_CLOEXEC, 0);
+        if (file.descriptor < 0) name_file();  // too many are open
+      }
+      std::FILE* const stream = std::exchange(stream_, nullptr);
+      errno = 0;
+      if (std::fclose(stream) != 0) fail("", errno);
+    } else {
+      const int descriptor = open(temporary_.path().c_str(), O_RDONLY | O_CLOEXEC);
+      if (descriptor < 0) fail("", errno);
+      try {
+        send(descriptor);
+      } catch (...) {
+        close(descriptor);
+        throw;
+      }
+      close(descriptor);
+    }
+    file.temporary = std::move(temporary_);
+    done_ = true;
+    if (hold_output(file)) return;
+    std::vector<HeldFile> alone;
+    alone.push_back(std::move(file));
+    place_files(alone);
   } catch (...) {
     discard();
     throw;
   }
-  release_slot(slot_);
-  temporary_.clear();
 }
 
 void AtomicFile::discard() noexcept {
   if (stream_ != nullptr) std::fclose(std::exchange(stream_, nullptr));
-  if (!direct_ && !temporary_.empty()) unlink(temporary_.c_str());
-  release_slot(slot_);
-  temporary_.clear();
+  if (!temporary_.empty()) unlink(temporary_.path().c_str());
+  temporary_.release();
 }
 
 void AtomicFile::fail(std::string_view what, int error_number) const {
-  std::string message = "Could not write '" + destination_.string() + "'";
-  if (!what.empty()) message += ": " + std::string(what);
-  if (error_number != 0) {
-    const std::string reason = std::generic_category().message(error_number);
-    message += what.empty() ? ": " + reason : " (" + reason + ")";
-  } else if (what.empty()) {
-    message += ": the disk reported an error";
-  }
-  message += ".";
-  if (error_number != 0 || what.empty()) message += remedy(error_number);
-  throw Error(ErrorCode::output, message);
-}
-
-void remove_temporary_files() noexcept {
-  const int saved = errno;
-  for (Slot& slot : slots) {
-    if (slot.state == kSlotLive) unlink(slot.path.data());
-  }
-  errno = saved;
+  fail_to_write(destination_, what, error_number);
 }
 
 }  // namespace kiln

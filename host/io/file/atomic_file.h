@@ -1,25 +1,31 @@
 // Files that appear whole or not at all.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string_view>
 #include <vector>
+
+#include "io/file/temporary.h"
 
 namespace kiln {
 
 /// A file being written out of sight, in the destination's folder. commit() renames it over the
-/// destination; without commit, the destructor removes it.
+/// destination, or leaves that to the OutputSet that is open; without commit, the destructor removes it.
 ///
 /// Where the file system can (Linux's O_TMPFILE), the file has no name until it is complete, so that
-/// even a killed process leaves nothing behind; elsewhere it has a hidden name. The new file gets the
-/// permissions of the process's umask. A symbolic link to a file is followed. A destination that is
-/// neither a file nor a folder (`/dev/stdout`, a pipe) is written to directly. Nothing is forced to
-/// the medium (no fsync): what is promised holds against errors and kills, not against a power cut.
+/// even a killed process leaves nothing behind; elsewhere it has a hidden name. A file that is replaced
+/// keeps its permissions; a new one gets those of the process's umask. Symbolic links are followed, and
+/// what they name is replaced or made. A destination that is neither a file nor a folder (`/dev/stdout`,
+/// a pipe) is written to directly. The bytes are on the medium before they take the destination's name.
 class AtomicFile {
  public:
   /// \throws Error(output) where the folder is missing or cannot be written, or the destination is a
-  ///         folder or write-protected; says which
+  ///         folder or write-protected; says which. Error(usage) for a file that was read while an
+  ///         OutputSet is open
   /// \param allow_unnamed  false: use a hidden name even where the file system needs none
   explicit AtomicFile(std::filesystem::path destination, bool allow_unnamed = true);
   ~AtomicFile();
@@ -29,7 +35,7 @@ class AtomicFile {
   /// As given.
   const std::filesystem::path& destination() const { return destination_; }
   /// The file's present name; empty while it has none (before close_stream).
-  const std::filesystem::path& temporary() const { return temporary_; }
+  const std::filesystem::path& temporary() const { return temporary_.path(); }
   /// Null after close_stream or commit.
   std::FILE* stream() const { return stream_; }
 
@@ -49,18 +55,22 @@ class AtomicFile {
   [[noreturn]] void fail(std::string_view what, int error_number) const;
 
  private:
+  void follow_links();
+  void examine();
   void open_stream(int descriptor);
   int create_named();
   void name_file();
+  void send(int descriptor) const;
   void discard() noexcept;
 
   std::filesystem::path destination_;
   std::filesystem::path target_;  ///< The destination, links followed, absolute
-  std::filesystem::path temporary_;
-  std::vector<char> buffer_;  ///< The stream's
+  TemporaryName temporary_;
+  std::optional<mode_t> mode_;  ///< Of the file that is replaced
+  std::vector<char> buffer_;    ///< The stream's
   std::FILE* stream_ = nullptr;
-  int slot_ = -1;
   bool direct_ = false;  ///< A device or a pipe: no temporary, no rename
+  bool done_ = false;    ///< Committed
 };
 
 }  // namespace kiln

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/file/bounds.h"
+#include "io/file/output_set.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -42,6 +43,7 @@ class FileSource final : public ByteSource {
       throw;
     }
     size_ = static_cast<std::uint64_t>(status.st_size);
+    note_read(status);
   }
   ~FileSource() override { ::close(file_); }
   FileSource(const FileSource&) = delete;

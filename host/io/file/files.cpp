@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/file/atomic_file.h"
+#include "io/file/placing.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -93,6 +94,7 @@ void prepare_output_folder(const std::filesystem::path& folder) {
                                        "' cannot be written (" + std::strerror(errno) +
                                        "): change its permissions, or choose another place.");
   }
+  finish_interrupted(target);
 }
 
 }  // namespace kiln

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "kiln/error.h"
+#include "kiln/files.h"
 
 namespace kiln::cli {
 namespace {
@@ -61,6 +62,7 @@ class RegularFile {
 
 std::string read_small_file(const std::filesystem::path& path, std::size_t most,
                             const std::string& what) {
+  OutputSet::protect(path);
   RegularFile file(path);
   // What a file system says is 0 bytes (/proc) may have some: one more than allowed is asked for.
   std::string bytes = file.size() > most ? std::string() : file.read(most + 1);

@@ -24,16 +24,24 @@ constexpr int kNoMatplotlib = 69;      // the script's exit code
 constexpr double kLimitSeconds = 300;  // matplotlib's first run lists all fonts
 constexpr const char* kScriptName = "kiln_plot.py";
 
+/// Where a file that this run saved can be read now.
+fs::path present(const fs::path& file) {
+  const fs::path held = OutputSet::held(file);
+  return held.empty() ? fs::absolute(file) : held;
+}
+
+/// \param tiles  empty where the plot has none
 /// \returns nothing where no python3 of PATH has matplotlib
-std::optional<ProgramResult> run_script(const fs::path& data) {
+std::optional<ProgramResult> run_script(const fs::path& data, const fs::path& tiles) {
   const char* set = std::getenv("PATH");
   std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
   for (std::string folder; std::getline(folders, folder, ':');) {
     const fs::path python = fs::path(folder) / "python3";
     if (folder.empty() || access(python.c_str(), X_OK) != 0) continue;
     // Not in the plot's folder: Python would take a json.py there for its own.
-    std::optional<ProgramResult> result =
-        run_program({python, "-c", kPlotScript, fs::absolute(data), "-"}, "/", kLimitSeconds);
+    std::vector<std::string> command = {python, "-c", kPlotScript, present(data), "-"};
+    if (!tiles.empty()) command.push_back(present(tiles));
+    std::optional<ProgramResult> result = run_program(command, "/", kLimitSeconds);
     if (interrupted() || (result && result->exit_code != kNoMatplotlib)) return result;
   }
   return std::nullopt;
@@ -71,15 +79,18 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
       outputs.push_back((folder / file).string());
       return folder / file;
     };
+    fs::path tiles;
     if (plot.tiles) {
-      save_image(*plot.tiles, saved(plot.name + "_plot.png"), {ImageFormat::png16});
+      tiles = saved(plot.name + "_plot.png");
+      save_image(*plot.tiles, tiles, {ImageFormat::png16});
     }
     const fs::path data = saved(plot.name + "_plot.json");
     save_text(data, plot.data.dump(1) + "\n");
     const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
                                 "_plot.json " + plot.name + ".png";
     // Where one finds no Python, no other does.
-    const std::optional<ProgramResult> result = by_hand.empty() ? run_script(data) : std::nullopt;
+    const std::optional<ProgramResult> result =
+        by_hand.empty() ? run_script(data, tiles) : std::nullopt;
     if (interrupted()) return false;
     constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
     if (!result) {

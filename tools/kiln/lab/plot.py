@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Draws what `kiln chart` and `kiln measure` found. Needs matplotlib (Debian: python3-matplotlib).
 
-    python3 plot.py DATA.json OUT.png        OUT.png may be -, standard output
+    python3 plot.py DATA.json OUT.png [TILES.png]     OUT.png may be -, standard output
 
 DATA.json says what to draw by its "kind":
 
     chart     seconds against errors: groups of panels of marks, each with its name beside it
     study     curves over views, faces or map size: a row of panels
-    pictures  values on a mesh as colours. A PNG of 16 bits beside DATA.json holds tiles below each
-              other: 0 beside the mesh, 1 not known, 2 folded over, 3 to 65535 values up to "most"
+    pictures  values on a mesh as colours. A PNG of 16 bits beside DATA.json, or TILES.png, holds tiles
+              below each other: 0 beside the mesh, 1 not known, 2 folded over, 3 to 65535 values up
+              to "most"
 
 Every size here is in pixels. The same data give the same bytes.
 """
@@ -337,17 +338,19 @@ def draw_pictures(data, folder):
     return page
 
 
-def draw(path):
+def draw(path, tiles=None):
     """\\returns the page of a file of data"""
     matplotlib.rcdefaults()  # whatever the user's own settings are
     matplotlib.rcParams["text.parse_math"] = False  # names of meshes are no formulas
     with open(path, encoding="utf-8") as file:
         data = json.load(file)
+    if tiles:
+        data["image"] = tiles
     draw_kind = {"chart": draw_chart, "study": draw_study, "pictures": draw_pictures}[data["kind"]]
     return draw_kind(data, os.path.dirname(os.path.abspath(path)))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
-        sys.exit("usage: python3 plot.py DATA.json OUT.png")
-    draw(sys.argv[1]).save(sys.argv[2])
+    if len(sys.argv) not in (3, 4):
+        sys.exit("usage: python3 plot.py DATA.json OUT.png [TILES.png]")
+    draw(sys.argv[1], *sys.argv[3:]).save(sys.argv[2])

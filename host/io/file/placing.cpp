@@ -1,0 +1,364 @@
+#include "io/file/placing.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tuple>
+#include <utility>
+
+#include "kiln/error.h"
+#include "kiln/files.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kHidden = ".kiln-";
+constexpr std::string_view kJournal = ".journal";
+constexpr std::uintmax_t kMostJournalBytes = std::uintmax_t{1} << 24;
+
+std::atomic<bool> placing{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+const char* remedy(int error_number) {
+  switch (error_number) {
+    case ENOSPC:
+    case EDQUOT:
+      return " Free some space there, or write to another disk.";
+    case EFBIG:
+      return " Raise the limit on file sizes (ulimit -f), or write a smaller file.";
+    case EACCES:
+    case EPERM:
+      return " Change its permissions, or write to another folder.";
+    case EROFS:
+      return " Write to a folder on a writable disk.";
+    case ENOENT:
+    case ENOTDIR:
+      return " Create the folder first, or correct the path.";
+    case EISDIR:
+      return " Give a file's name instead.";
+    case ENAMETOOLONG:
+      return " Use a shorter name.";
+    case EMFILE:
+    case ENFILE:
+      return " Raise the limit on open files (ulimit -n).";
+    default:
+      return " Check the disk, or write to another folder.";
+  }
+}
+
+/// An open folder, locked against other processes that place files there.
+class LockedFolder {
+ public:
+  explicit LockedFolder(const fs::path& path)
+      : descriptor_(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    // File systems without locks do without.
+    while (descriptor_ >= 0 && flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
+    }
+  }
+  ~LockedFolder() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  LockedFolder(LockedFolder&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  LockedFolder(const LockedFolder&) = delete;
+  /// Its names reach the medium.
+  void sync() const {
+    if (descriptor_ >= 0) fsync(descriptor_);
+  }
+
+ private:
+  int descriptor_;
+};
+
+bool is_journal(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return name.starts_with(kHidden) && name.ends_with(kJournal);
+}
+
+/// A name within a folder, not a path out of it.
+bool is_plain(std::string_view name) {
+  return !name.empty() && name != "." && name != ".." && name.find('/') == name.npos;
+}
+
+/// The folder must be locked: so whoever wrote the journal is gone.
+void finish(const fs::path& folder, const fs::path& journal) {
+  struct stat status {};
+  // Another user's journal is nothing that we act on.
+  if (lstat(journal.c_str(), &status) != 0 || !S_ISREG(status.st_mode) ||
+      status.st_uid != geteuid() ||
+      static_cast<std::uintmax_t>(status.st_size) > kMostJournalBytes) {
+    return;
+  }
+  std::ifstream file(journal, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::vector<std::string> names;
+  for (std::size_t begin = 0, end; (end = text.find('\0', begin)) != text.npos; begin = end + 1) {
+    names.push_back(text.substr(begin, end - begin));
+  }
+  for (std::size_t i = 0; i + 2 < names.size(); i += 3) {
+    const auto& [temporary, target, backup] = std::tie(names[i], names[i + 1], names[i + 2]);
+    if (!temporary.starts_with(kHidden) || !is_plain(temporary) || !is_plain(target)) continue;
+    // Fails where it was renamed already.
+    if (rename((folder / temporary).c_str(), (folder / target).c_str()) != 0) errno = 0;
+    if (backup.starts_with(kHidden) && is_plain(backup)) unlink((folder / backup).c_str());
+  }
+  unlink(journal.c_str());
+}
+
+/// The process of a hidden name `.kiln-PROCESS-NUMBER.ENDING`; 0 where it has none.
+pid_t process_of(const std::string& name) {
+  return static_cast<pid_t>(std::strtol(name.c_str() + kHidden.size(), nullptr, 10));
+}
+
+/// Removes what a killed process left that had not come to its journal: links to old files, which are made
+/// under the lock alone, and unfinished files of a process that is gone, after an hour (another machine's
+/// processes are not seen from here).
+void sweep(const fs::path& path) {
+  struct stat status {};
+  if (lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != geteuid()) {
+    return;
+  }
+  const std::string name = path.filename().string();
+  const pid_t process = process_of(name);
+  const bool gone = process > 0 && kill(process, 0) != 0 && errno == ESRCH;
+  const bool aged = std::time(nullptr) - status.st_mtime > 3600;
+  if (name.ends_with(".old") || (name.ends_with(".tmp") && gone && aged)) unlink(path.c_str());
+}
+
+/// The folder must be locked.
+void finish_all(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> journals, others;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const fs::path& path = entry->path();
+    if (!path.filename().string().starts_with(kHidden)) continue;
+    (is_journal(path) ? journals : others).push_back(path);
+  }
+  for (const fs::path& journal : journals) finish(folder, journal);
+  for (const fs::path& path : others) sweep(path);
+}
+
+/// Files on their way, with the way back.
+class Placement {
+ public:
+  explicit Placement(std::vector<HeldFile>& files) : files_(files), backups_(files.size()) {
+    for (const HeldFile& file : files) folders_.push_back(file.target.parent_path());
+    std::sort(folders_.begin(), folders_.end());
+    folders_.erase(std::unique(folders_.begin(), folders_.end()), folders_.end());
+  }
+
+  void run() {
+    for (const HeldFile& file : files_) file.sync();
+    for (const fs::path& folder : folders_) locks_.emplace_back(folder);
+    for (const fs::path& folder : folders_) finish_all(folder);
+    for (HeldFile& file : files_) file.name();
+    keep_old_files();
+    for (const fs::path& folder : folders_) write_journal(folder);
+    placing = true;
+    rename_all();
+    forget();
+    placing = false;
+    for (const LockedFolder& lock : locks_) lock.sync();
+  }
+
+ private:
+  /// Hard links: where the file system has none, there is no way back.
+  void keep_old_files() {
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+      TemporaryName name(files_[i].target.parent_path(), "old");
+      if (link(files_[i].target.c_str(), name.path().c_str()) == 0) {
+        backups_[i] = std::move(name);
+      } else if (errno == ENOENT) {
+        new_.push_back(i);
+      }
+    }
+  }
+
+  void write_journal(const fs::path& folder) {
+    std::string text;
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+      if (files_[i].target.parent_path() != folder) continue;
+      text += files_[i].temporary.path().filename().string() + '\0';
+      text += files_[i].target.filename().string() + '\0';
+      text += backups_[i].path().filename().string() + '\0';
+    }
+    TemporaryName draft(folder);
+    const int file = open(draft.path().c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600);
+    bool good = file >= 0;
+    if (good) {
+      good = ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+             fsync(file) == 0;
+      close(file);
+    }
+    TemporaryName journal(folder, kJournal.data() + 1);
+    if (!good || std::rename(draft.path().c_str(), journal.path().c_str()) != 0) {
+      const int number = errno;
+      unlink(draft.path().c_str());
+      undo();
+      fail_to_write(files_.front().destination, "", number);
+    }
+    journals_.push_back(std::move(journal));
+  }
+
+  void rename_all() {
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+      if (std::rename(files_[i].temporary.path().c_str(), files_[i].target.c_str()) == 0) continue;
+      const int number = errno;
+      for (std::size_t k = i; k-- > 0;) put_back(k);
+      placing = false;
+      undo();
+      fail_to_write(files_[i].destination, "", number);
+    }
+  }
+
+  void put_back(std::size_t i) {
+    const fs::path& target = files_[i].target;
+    if (!backups_[i].empty()) {
+      if (std::rename(backups_[i].path().c_str(), target.c_str()) == 0) backups_[i].release();
+    } else if (std::find(new_.begin(), new_.end(), i) != new_.end()) {
+      unlink(target.c_str());
+    }
+  }
+
+  /// All are in place.
+  void forget() {
+    for (HeldFile& file : files_) file.temporary.release();
+    undo();
+  }
+
+  void undo() {
+    for (std::vector<TemporaryName>* names : {&journals_, &backups_}) {
+      for (TemporaryName& name : *names) {
+        if (!name.empty()) unlink(name.path().c_str());
+        name.release();
+      }
+    }
+  }
+
+  std::vector<HeldFile>& files_;
+  std::vector<TemporaryName> backups_, journals_;
+  std::vector<std::size_t> new_;  ///< Files that nothing was there for
+  std::vector<fs::path> folders_;
+  std::vector<LockedFolder> locks_;
+};
+
+}  // namespace
+
+HeldFile::~HeldFile() { discard(); }
+
+HeldFile::HeldFile(HeldFile&& other) noexcept
+    : destination(std::move(other.destination)),
+      target(std::move(other.target)),
+      temporary(std::move(other.temporary)),
+      descriptor(std::exchange(other.descriptor, -1)) {}
+
+HeldFile& HeldFile::operator=(HeldFile&& other) noexcept {
+  if (this != &other) {
+    discard();
+    destination = std::move(other.destination);
+    target = std::move(other.target);
+    temporary = std::move(other.temporary);
+    descriptor = std::exchange(other.descriptor, -1);
+  }
+  return *this;
+}
+
+void HeldFile::sync() const {
+  const int opened = descriptor >= 0 ? -1 : open(temporary.path().c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = descriptor >= 0 ? descriptor : opened;
+  const bool good = file >= 0 && fsync(file) == 0;
+  const int number = errno;
+  if (opened >= 0) close(opened);
+  // Some file systems cannot, and say so.
+  if (!good && number != EINVAL && number != ENOTSUP) fail_to_write(destination, "", number);
+}
+
+void HeldFile::name() {
+  if (!temporary.empty()) return;
+  const std::string link = "/proc/self/fd/" + std::to_string(descriptor);
+  for (int attempt = 0;; ++attempt) {
+    TemporaryName name(target.parent_path());
+    if (linkat(AT_FDCWD, link.c_str(), AT_FDCWD, name.path().c_str(), AT_SYMLINK_FOLLOW) == 0) {
+      temporary = std::move(name);
+      close(std::exchange(descriptor, -1));
+      return;
+    }
+    if (errno != EEXIST || attempt == kNameAttempts) fail_to_write(destination, "", errno);
+  }
+}
+
+void HeldFile::discard() noexcept {
+  if (descriptor >= 0) close(std::exchange(descriptor, -1));
+  if (!temporary.empty()) unlink(temporary.path().c_str());
+  temporary.release();
+}
+
+void place_files(std::vector<HeldFile>& files) {
+  if (files.empty()) return;
+  if (files.size() > 1) {
+    Placement(files).run();
+    return;
+  }
+  HeldFile& file = files.front();
+  file.sync();
+  file.name();
+  if (std::rename(file.temporary.path().c_str(), file.target.c_str()) != 0) {
+    fail_to_write(file.destination, "", errno);
+  }
+  file.temporary.release();
+  const int folder = open(file.target.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  fsync(folder);
+  close(folder);
+}
+
+void finish_interrupted(const fs::path& folder) noexcept {
+  try {
+    std::error_code error;
+    bool any = false;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+      any = any || is_journal(entry->path());
+    }
+    if (!any) return;
+    const LockedFolder lock(folder);
+    finish_all(folder);
+    lock.sync();
+  } catch (...) {
+    // Memory ran out: whoever writes there next finishes it.
+    return;
+  }
+}
+
+void fail_to_write(const fs::path& destination, std::string_view what, int error_number) {
+  std::string message = "Could not write '" + destination.string() + "'";
+  if (!what.empty()) message += ": " + std::string(what);
+  if (error_number != 0) {
+    const std::string reason = std::generic_category().message(error_number);
+    message += what.empty() ? ": " + reason : " (" + reason + ")";
+  } else if (what.empty()) {
+    message += ": the disk reported an error";
+  }
+  message += ".";
+  if (error_number != 0 || what.empty()) message += remedy(error_number);
+  throw Error(ErrorCode::output, message);
+}
+
+bool placing_outputs() noexcept { return placing.load(); }
+
+}  // namespace kiln

@@ -1,0 +1,32 @@
+// Hidden names of files that are being written, and who removes them.
+#pragma once
+
+#include <filesystem>
+
+namespace kiln {
+
+/// A hidden name in a folder, registered so that a signal handler can remove it (remove_temporary_files()).
+/// Where too many are registered already, or the name is too long, it is not: its owner still removes it.
+class TemporaryName {
+ public:
+  TemporaryName() = default;
+  /// A name of the form `.kiln-PROCESS-NUMBER.ENDING` that this process has not used yet.
+  explicit TemporaryName(const std::filesystem::path& folder, const char* ending = "tmp");
+  ~TemporaryName() { release(); }
+  TemporaryName(TemporaryName&& other) noexcept;
+  TemporaryName& operator=(TemporaryName&& other) noexcept;
+
+  bool empty() const { return path_.empty(); }
+  const std::filesystem::path& path() const { return path_; }
+  /// Nothing of this name is there any more.
+  void release() noexcept;
+
+ private:
+  std::filesystem::path path_;
+  int slot_ = -1;
+};
+
+/// How often another name is tried where one is taken.
+inline constexpr int kNameAttempts = 100;
+
+}  // namespace kiln
