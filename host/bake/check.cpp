@@ -64,9 +64,7 @@ void check_fallback(const BakeOptions& options) {
   }
 }
 
-}  // namespace
-
-void check_options(const BakeOptions& options) {
+void check_size(const BakeOptions& options) {
   constexpr std::uint32_t kLargest = 16384;
   if (options.width < 1 || options.width > kLargest || options.height < 1 ||
       options.height > kLargest) {
@@ -76,12 +74,18 @@ void check_options(const BakeOptions& options) {
   if (options.samples < 1 || options.samples > 16) {
     usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 a side.");
   }
-  if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
+}
+
+void check_distances(const BakeOptions& options) {
   if (options.max_distance) check_length("max_distance", *options.max_distance, false);
   if (options.cage) check_length("cage", *options.cage, true);
   if (options.cage && options.cage_mesh != nullptr) {
     usage("Both a cage distance and a cage mesh were given: choose one.");
   }
+}
+
+/// What single maps take.
+void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
     usage("occlusion.rays is " + std::to_string(options.occlusion.rays) +
           ": it must be 1 to 4096.");
@@ -89,6 +93,25 @@ void check_options(const BakeOptions& options) {
   if (options.occlusion.distance)
     check_length("occlusion.distance", *options.occlusion.distance, false);
   if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
+}
+
+void check_clusters(const BakeOptions& options) {
+  if (options.visibility.clusters <= 1) return;
+  if (options.method != MatchMethod::visibility || options.match != nullptr) {
+    usage("Clusters of directions are for matching by visibility: choose that, or one cluster.");
+  }
+  if (options.keep_match) {
+    usage("Several clusters of directions have no one match to be kept: leave one of them out.");
+  }
+}
+
+}  // namespace
+
+void check_options(const BakeOptions& options) {
+  check_size(options);
+  if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
+  check_distances(options);
+  check_map_options(options);
   if (options.gutter < -1 || options.gutter > 4096) {
     usage("gutter is " + std::to_string(options.gutter) +
           ": it must be 0 to 4096 texels, or -1 for an infinite one.");
@@ -102,19 +125,10 @@ void check_options(const BakeOptions& options) {
   match_row(options.method);
   check_views(options.views);
   check_fallback(options);
-  if (match_row(options.method).info.takes_visibility ||
-      std::any_of(options.fallback.begin(), options.fallback.end(),
-                  [](MatchMethod next) { return match_row(next).info.takes_visibility; })) {
+  if (any_in_chain(options, [](const MatchRow& row) { return row.info.takes_visibility; })) {
     check_visibility(options.visibility);
   }
-  if (options.visibility.clusters > 1) {
-    if (options.method != MatchMethod::visibility || options.match != nullptr) {
-      usage("Clusters of directions are for matching by visibility: choose that, or one cluster.");
-    }
-    if (options.keep_match) {
-      usage("Several clusters of directions have no one match to be kept: leave one of them out.");
-    }
-  }
+  check_clusters(options);
   check_uv(options.uv);
 }
 

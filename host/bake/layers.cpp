@@ -34,8 +34,9 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
   return count;
 }
 
-std::uint64_t finish_image(cl::Context& context, const MapInfo& map, const BakeOptions& options,
-                           std::int32_t gutter, Image& image, std::vector<std::uint8_t>& coverage) {
+/// Background and padding. \returns how many texels became padding
+std::uint64_t fill_empty(cl::Context& context, const MapInfo& map, const BakeOptions& options,
+                         std::int32_t gutter, Image& image, std::vector<std::uint8_t>& coverage) {
   const std::array<float, 4> empty = map_background(map, options);
   const std::size_t channels = image.channels;
   parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -44,21 +45,35 @@ std::uint64_t finish_image(cl::Context& context, const MapInfo& map, const BakeO
       std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
     }
   });
-  const std::uint64_t count = pad(context, map, options, gutter, image, coverage);
+  return pad(context, map, options, gutter, image, coverage);
+}
+
+void encode(const MapInfo& map, const BakeOptions& options,
+            const std::vector<std::uint8_t>& coverage, Image& image) {
+  const std::size_t channels = image.channels;
   parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
     }
   });
-  return count;
+}
+
+/// Normals as renderers read them, whatever the map holds: three channels, in [0, 1].
+Image as_drawn(const MapInfo& map, const BakeOptions& options,
+               const std::vector<std::uint8_t>& coverage, Image image) {
+  BakeOptions plain;
+  plain.space = options.space;
+  plain.miss = options.miss;
+  encode(map, plain, coverage, image);
+  return image;
 }
 
 }  // namespace
 
 Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options)
-    : reads_(std::make_shared<BandReads>(source.device.context())),
-      coverage_(std::size_t{options.width} * options.height) {
-  const MapRequest request{source, surface, options, shared_, reads_};
+    : coverage_(std::size_t{options.width} * options.height) {
+  const MapRequest request{source, surface, options, shared_};
+  reads_ = request.reads();
   for (const MapKind kind : options.maps) {
     const MapRow& row = map_row(kind);
     if (std::any_of(layers_.begin(), layers_.end(),
@@ -79,21 +94,31 @@ BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
           std::span(coverage_).subspan(offset, count)};
 }
 
-void Layers::forget() {
-  reads_->next_band();
-  for (const std::shared_ptr<SharedWork>& work : shared_) work->forget();
-}
-
 void Layers::run(const TexelBand& band, const Correspondence& match) {
-  forget();
   for (Layer& layer : layers_) layer.maker->run(band, match, pixels(layer, band));
 }
 
 void Layers::run_blended(const TexelBand& band, const Correspondence& match,
                          const Correspondence& other, const cl::Array<float>& shares) {
-  forget();
+  shared_.next_band();
   for (Layer& layer : layers_) {
     layer.maker->run_blended(band, match, other, shares, pixels(layer, band));
+  }
+}
+
+void Layers::run_some(const TexelBand& part, const Correspondence& match,
+                      std::span<const std::size_t> places) {
+  shared_.next_band();
+  std::vector<float> values;
+  std::vector<std::uint8_t> coverage(places.size());
+  for (Layer& layer : layers_) {
+    if (layer.row->follows_positions) continue;  // they stay, or all are made
+    const std::size_t channels = layer.image.channels;
+    values.resize(channels * places.size());
+    layer.maker->run(part, match, {values, coverage});
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      std::copy_n(&values[channels * i], channels, &layer.image.pixels[channels * places[i]]);
+    }
   }
 }
 
@@ -129,7 +154,8 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
     std::int32_t gutter = options.gutter;
     for (MipLevel& level : make_mips(layers_[l].image, coverage_, charts, mip_options)) {
       if (gutter > 0) gutter = std::max(2, gutter / 2);
-      finish_image(context, map, options, gutter, level.image, level.coverage);
+      fill_empty(context, map, options, gutter, level.image, level.coverage);
+      encode(map, options, level.coverage, level.image);
       all[l].push_back(std::move(level.image));
     }
   }
@@ -137,14 +163,20 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
 }
 
 std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& options, bool keep,
-                                  std::vector<std::uint8_t>& coverage, std::uint64_t& padded) {
+                                  std::vector<std::uint8_t>& coverage, std::uint64_t& padded,
+                                  Image* drawn) {
   std::vector<Image> images;
   coverage.clear();
   for (Layer& layer : layers_) {
     Image image = keep ? layer.image : std::move(layer.image);
     if (layer.row->info.type != MapType::coverage) {
       std::vector<std::uint8_t> own = coverage_;
-      padded = finish_image(context, layer.row->info, options, options.gutter, image, own);
+      const MapInfo& map = layer.row->info;
+      padded = fill_empty(context, map, options, options.gutter, image, own);
+      if (drawn != nullptr && map.kind == MapKind::normal) {
+        *drawn = as_drawn(map, options, own, image);
+      }
+      encode(map, options, own, image);
       if (coverage.empty()) coverage = std::move(own);
     }
     images.push_back(std::move(image));
@@ -157,6 +189,46 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
                          {options.gutter, options.miss != MissPolicy::keep, false});
   }
   return images;
+}
+
+void Layers::finish_some(const BakeOptions& options, std::span<const std::size_t> places,
+                         const Adjacency& padding, std::vector<BakedMap>& maps) const {
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const MapInfo& map = layers_[l].row->info;
+    if (map.type == MapType::coverage) continue;
+    const Image& raw = layers_[l].image;
+    Image& finished = maps[l].image;
+    const std::size_t channels = raw.channels;
+    const auto put = [&](std::size_t from, std::size_t to, std::uint8_t coverage) {
+      float* pixel = &finished.pixels[channels * to];
+      std::copy_n(&raw.pixels[channels * from], channels, pixel);
+      encode_texel(map, options, coverage, pixel);
+    };
+    parallel_for(places.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t place = places[i];
+        put(place, place, coverage_[place]);
+        for (const std::uint32_t copy : padding.of(place)) put(place, copy, kCoverageGutter);
+      }
+    });
+  }
+}
+
+Adjacency Layers::padding_of(cl::Context& context, std::int32_t texels) const {
+  const std::uint32_t width = layers_.front().image.width;
+  Image places{width, layers_.front().image.height, 2, {}};
+  places.pixels.resize(coverage_.size() * 2);
+  for (std::size_t i = 0; i < coverage_.size(); ++i) {
+    places.pixels[2 * i] = static_cast<float>(i % width);
+    places.pixels[2 * i + 1] = static_cast<float>(i / width);
+  }
+  std::vector<std::uint8_t> coverage = coverage_;
+  fill_gutter(context, places, coverage, {texels, false, false});
+  return Adjacency::make(coverage_.size(), coverage_.size(), [&](std::size_t i) {
+    if (coverage[i] != kCoverageGutter) return coverage_.size();
+    return static_cast<std::size_t>(places.pixels[2 * i + 1]) * width +
+           static_cast<std::size_t>(places.pixels[2 * i]);
+  });
 }
 
 }  // namespace kiln

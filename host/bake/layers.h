@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "cl/context.h"
 #include "detail/registry.h"
 #include "image/mips.h"
+#include "mesh/dense_normals.h"
 
 namespace kiln {
 
@@ -22,13 +24,23 @@ class Layers {
   /// Of the maps that the options ask for, each once.
   Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options);
 
+  /// Another band follows, or another match of it.
+  void next_band() { shared_.next_band(); }
+  /// The high poly changed.
+  void next_source() { shared_.next_source(); }
   /// Makes the texels of a band in all maps, and says which are covered.
   void run(const TexelBand& band, const Correspondence& match);
   void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
                    const cl::Array<float>& shares);
 
+  /// Makes some texels anew, of the maps that do not follow positions.
+  /// \param part    a band of these texels alone, with `match` of its samples
+  /// \param places  of its texels in the map
+  void run_some(const TexelBand& part, const Correspondence& match,
+                std::span<const std::size_t> places);
+
   std::vector<Layer>& all() { return layers_; }
-  /// What all maps read of the band that was run last; for others that need the same.
+  /// What all maps read of the band; for others that need the same.
   BandReads& reads() { return *reads_; }
   /// The first map of unit vectors; null where there is none.
   const Image* unit_vectors() const;
@@ -46,14 +58,21 @@ class Layers {
   /// Background, padding and encoding. \param keep  leaves the layers as they are, for baking again
   /// \param coverage  out: with padding
   /// \param padded    out: how many texels became padding
+  /// \param drawn     out: the normals as renderers read them, whatever the encoding; null: not wanted
   std::vector<Image> finish(cl::Context& context, const BakeOptions& options, bool keep,
-                            std::vector<std::uint8_t>& coverage, std::uint64_t& padded);
+                            std::vector<std::uint8_t>& coverage, std::uint64_t& padded,
+                            Image* drawn = nullptr);
+
+  /// Which texels of padding copy each texel: with finite padding that fills no missed texels.
+  Adjacency padding_of(cl::Context& context, std::int32_t texels) const;
+  /// The same for some texels, and the padding that copies them, in maps that are finished otherwise.
+  void finish_some(const BakeOptions& options, std::span<const std::size_t> places,
+                   const Adjacency& padding, std::vector<BakedMap>& maps) const;
 
  private:
   BandPixels pixels(Layer& layer, const TexelBand& band);
-  void forget();
 
-  std::vector<std::shared_ptr<SharedWork>> shared_;  // of the makers
+  SharedWorks shared_;  // of the makers
   std::shared_ptr<BandReads> reads_;
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;

@@ -5,13 +5,10 @@
 
 #include "match/fallback.h"
 #include "match/saved.h"
+#include "mesh/length.h"
 
 namespace kiln {
 namespace {
-
-double to_frame(const Length& length, const Frame& frame) {
-  return (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
-}
 
 /// The longest way from the light mesh to its cage mesh.
 double longest_reach(const LowSurface& surface) {
@@ -25,8 +22,6 @@ double longest_reach(const LowSurface& surface) {
   return longest;
 }
 
-}  // namespace
-
 /// Frame units; see BakeOptions::max_distance for what is taken where none is given.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
   // Longer than any scene is as good as that.
@@ -37,6 +32,8 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
   if (options.cage_mesh != nullptr) distance = 2 * longest_reach(surface);
   return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
 }
+
+}  // namespace
 
 MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
                            const LowSurface& surface) {
@@ -51,11 +48,6 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
   request.views = options.views;
   request.visibility = options.visibility;
   request.uv = options.uv;
-  if (options.progress) {
-    request.prepares = [progress = options.progress](double done) {
-      return progress(kPreparingShare * done, "visibility");
-    };
-  }
   return request;
 }
 
@@ -68,12 +60,16 @@ void take_notes(MatchNotes notes, BakeReport& report) {
 
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
-                                      std::uint32_t cluster,
-                                      std::shared_ptr<const VisibilityField>& field) {
+                                      Clusters& clusters, const BakeProgress& progress) {
   const double unit = 1 / source.frame.scale;
   MatchRequest request = match_request(options, source, surface);
-  request.cluster = cluster;
-  request.field = &field;
+  request.cluster = clusters.cluster;
+  request.field = &clusters.field;
+  if (progress) {
+    request.prepares = [preparing = progress.part(0, kPreparingShare)](double done) {
+      return preparing.tell(done, "visibility");
+    };
+  }
   report.max_distance = options.match == nullptr ? request.distance * unit : 0;
   if (options.match == nullptr && request.cage && request.distance <= *request.cage) {
     report.warnings.push_back({"short-rays",

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 
+#include "bake/progress.h"
 #include "match/registry.h"
 
 namespace kiln {
@@ -15,12 +15,16 @@ inline constexpr double kPreparingShare = 0.5;
 /// Checks everything in the options that needs no mesh. \throws Error(usage)
 void check_options(const BakeOptions& options);
 
-/// Frame units; see BakeOptions::max_distance for what is taken where none is given.
-double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame);
-
 /// What the options ask of a match.
 MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
                            const LowSurface& surface);
+
+/// Of several clusters of visibility directions, which one is baked, and what they share.
+struct Clusters {
+  std::uint32_t cluster = 0;
+  /// Made for the first one; of one cluster alone it stays from bake to bake.
+  std::shared_ptr<const VisibilityField> field;
+};
 
 /// Adds what a match said of itself to the report.
 void take_notes(MatchNotes notes, BakeReport& report);
@@ -28,11 +32,8 @@ void take_notes(MatchNotes notes, BakeReport& report);
 /// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
 /// is known before the first band.
 /// \throws Error(usage) for an option out of its range, Cancelled where the progress callback says stop
-/// \param cluster  with several clusters of directions, which one
-/// \param field    their field: made where it is null, for the clusters after this one
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
-                                      std::uint32_t cluster,
-                                      std::shared_ptr<const VisibilityField>& field);
+                                      Clusters& clusters, const BakeProgress& progress);
 
 }  // namespace kiln

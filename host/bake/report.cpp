@@ -32,12 +32,15 @@ std::string miss_advice(const BakeReport& report) {
 
 }  // namespace
 
-void count_samples(cl::Context& context, const Correspondence& match, double unit,
-                   BakeReport& report, double& distance_sum) {
-  std::vector<std::uint8_t> status(match.count);
-  std::vector<float> distance(match.count);
-  match.status.read(context, status);
-  match.distance.read(context, distance);
+void clear_counts(BakeReport& report) {
+  report.texels = report.samples = report.outward = report.inward = report.cage = report.viewed =
+      report.closest = report.by_uv = report.missed = 0;
+}
+
+void count_samples(BandReads& reads, const Correspondence& match, double unit, BakeReport& report,
+                   double& distance_sum) {
+  const std::vector<std::uint8_t>& status = reads.read(match.status, match.count);
+  const std::vector<float>& distance = reads.read(match.distance, match.count);
   struct Sums {
     std::array<std::uint64_t, KILN_STATUS_COUNT> counts{};
     double distance = 0;

@@ -1,63 +1,58 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/match_stage.h"
+#include "bake/pipeline.h"
 #include "kiln/session.h"
-#include "match/match_array.h"
 #include "match/view_plan.h"
 #include "match/views.h"
-#include "mesh/kernels_shared.h"
 
 namespace kiln {
+namespace {
 
+/// Checked, and without maps: none is made.
+BakeOptions match_alone(BakeOptions options) {
+  check_options(options);
+  options.maps.clear();
+  options.mips = false;
+  options.cage_mesh = nullptr;
+  return options;
+}
+
+}  // namespace
+
+/// A pipeline whose match is made view by view: its bands stay, and no map is read.
 struct ViewSession::Impl {
-  struct Band {
-    TexelBand texels;
-    cl::Array<float> score;
-    Correspondence match;
-  };
-
   Impl(const Source& dense, const Mesh& low_mesh, const BakeOptions& wanted)
       : source(dense),
-        high(source.impl()),
-        context(high.device.context()),
-        options(wanted),
-        source_hash(hash_source(high.positions, high.triangles)),
-        low_hash(hash_low(low_mesh)) {
-    check_options(options);
-    const LowSurface surface = LowSurface::of(low_mesh, high.frame);
-    query = view_query(match_request(options, high, surface));
+        low(low_mesh),
+        options(match_alone(wanted)),
+        pipeline({source.impl(), low, options}, Bands::stay) {
+    const Source::Impl& high = source.impl();
+    query = view_query(match_request(options, high, pipeline.surface()));
     Rasterizer& raster = high.raster();
-    query.area = view_area(surface, query.max_distance, raster.radius());
+    query.area = view_area(pipeline.surface(), query.max_distance, raster.radius());
     size = options.views.size != 0
                ? options.views.size
                : choose_view_size(high.positions, high.triangles, query.area.radius, kLargestView)
                      .size;
     widen(query.area, raster.radius(), size);
-    TexelSampler sampler(context, surface,
-                         {options.width, options.height, options.samples, 1U << 20});
-    for (std::uint32_t i = 0; i < sampler.band_count(); ++i) {
-      Band band;
-      band.texels = sampler.sample(i);
+    pipeline.sample();
+    for (PipelineBand& band : pipeline.bands()) {
       const std::uint32_t count = band.texels.sample_count;
-      if (count == 0) continue;
-      band.score = cl::Array<float>(context, count);
-      band.match = Correspondence(context, count);
-      DepthViews::reset(context, count, band.score, band.match);
+      scores.emplace_back(pipeline.context(), count);
+      if (count != 0) DepthViews::reset(pipeline.context(), count, scores.back(), band.match);
       samples += count;
-      bands.push_back(std::move(band));
     }
   }
 
   Source source;
-  const Source::Impl& high;
-  cl::Context& context;
+  Mesh low;
   BakeOptions options;
-  std::uint64_t source_hash, low_hash;
+  Pipeline pipeline;
   ViewQuery query;
   std::uint32_t size = 0;
   std::uint64_t samples = 0;
-  std::vector<Band> bands;
+  std::vector<cl::Array<float>> scores;  // of each band's samples
 };
 
 ViewSession::ViewSession(const Source& source, const Mesh& low, const BakeOptions& options)
@@ -68,15 +63,19 @@ ViewSession& ViewSession::operator=(ViewSession&&) noexcept = default;
 
 ViewSession::Step ViewSession::add(const Vec3& toward) {
   Impl& impl = *impl_;
-  const DepthViews view(impl.context, impl.high.raster(), {unit_direction(toward)}, impl.size,
+  cl::Context& context = impl.pipeline.context();
+  const DepthViews view(context, impl.source.impl().raster(), {unit_direction(toward)}, impl.size,
                         impl.query.two_sided, impl.query.area);
   Step step;
   step.samples = impl.samples;
-  for (Impl::Band& band : impl.bands) {
-    const std::vector<float> before = band.score.download(impl.context);
+  for (std::size_t b = 0; b < impl.scores.size(); ++b) {
+    PipelineBand& band = impl.pipeline.bands()[b];
     const std::uint32_t count = band.texels.sample_count;
-    view.match(band.texels.points, count, band.texels.capacity, impl.query, band.score, band.match);
-    const std::vector<float> after = band.score.download(impl.context);
+    if (count == 0) continue;
+    const std::vector<float> before = impl.scores[b].download(context);
+    view.match(band.texels.points, count, band.texels.capacity, impl.query, impl.scores[b],
+               band.match);
+    const std::vector<float> after = impl.scores[b].download(context);
     for (std::uint32_t i = 0; i < count; ++i) {
       step.changed += after[i] < before[i] ? 1 : 0;
       step.decided += after[i] < std::numeric_limits<float>::infinity() ? 1 : 0;
@@ -85,16 +84,6 @@ ViewSession::Step ViewSession::add(const Vec3& toward) {
   return step;
 }
 
-Match ViewSession::match() const {
-  const Impl& impl = *impl_;
-  Match match = make_match(impl.options.width, impl.options.height, impl.options.samples,
-                           impl.high.triangles.size());
-  match.source_hash = impl.source_hash;
-  match.low_hash = impl.low_hash;
-  for (const Impl::Band& band : impl.bands) {
-    store_band(impl.context, band.texels, band.match, 1 / impl.high.frame.scale, match);
-  }
-  return match;
-}
+Match ViewSession::match() const { return impl_->pipeline.whole_match(); }
 
 }  // namespace kiln

@@ -8,19 +8,20 @@
 #include <vector>
 
 #include "cl/context.h"
+#include "detail/shared_work.h"
 
 namespace kiln {
 
 /// Copies of device arrays on the host, kept for as long as they are true. Not for several threads
 /// at once.
-class BandReads {
+class BandReads : public SharedWork {
  public:
   explicit BandReads(cl::Context& context) : context_(context) {}
 
-  /// Another band, or another match of it: what read() gave is gone.
-  void next_band();
-  /// The high poly changed: what read_source() gave is gone, too.
-  void next_source();
+  /// What read() gave is gone.
+  void next_band() override;
+  /// What read_source() gave is gone, too.
+  void next_source() override;
   /// Another number after each next_source(), for what is made of the high poly.
   std::uint64_t source_version() const { return source_version_; }
 

@@ -12,9 +12,10 @@ class BentNormal : public MapMaker {
   explicit BentNormal(const MapRequest& request)
       : context_(request.source.device.context()),
         source_(request.source),
+        reads_(request.reads()),
         miss_(request.options.miss),
         detail_(detail_params(request.options)),
-        rays_(Hemispheres::of(request)) {
+        rays_(request.shared.of<Hemispheres>(request)) {
     rays_->want_lean();
   }
 
@@ -47,11 +48,12 @@ class BentNormal : public MapMaker {
                     rays_->shading(), match.triangle, match.barycentric, lean, other.triangle,
                     other.barycentric, other_lean, shares, source_.attributes.normal_indices,
                     source_.attributes.normals, values);
-    average_samples(context_, band, match, miss_, values.download(context_), plane, out);
+    average_samples(*reads_, band, match, miss_, values.download(context_), plane, out);
   }
 
   cl::Context& context_;
   const Source::Impl& source_;
+  std::shared_ptr<BandReads> reads_;
   MissPolicy miss_;
   kiln_detail_params detail_;
   std::shared_ptr<Hemispheres> rays_;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "detail/point_map.h"
+#include "mesh/length.h"
 
 namespace kiln {
 namespace {
@@ -17,9 +18,7 @@ constexpr double kLeast = 1e-9, kMost = 16;
 class Curvature : public PointFunction {
  public:
   Curvature(const Source::Impl& source, const Length& radius) : source_(source) {
-    const Frame& frame = source.frame;
-    const double world = radius.relative ? radius.value * frame.diagonal : radius.value;
-    radius_ = std::clamp(world * frame.scale, kLeast, kMost);
+    radius_ = std::clamp(to_frame(radius, source.frame), kLeast, kMost);
   }
 
   void prepare(std::uint64_t source_version) override {

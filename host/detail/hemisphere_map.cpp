@@ -18,14 +18,14 @@ class HemisphereMap : public MapMaker {
   using Read = std::vector<float> (Hemispheres::*)(const TexelBand&, const Correspondence&, bool);
 
   HemisphereMap(const MapRequest& request, Read read)
-      : context_(request.source.device.context()),
+      : reads_(request.reads()),
         miss_(request.options.miss),
-        rays_(Hemispheres::of(request)),
+        rays_(request.shared.of<Hemispheres>(request)),
         read_(read) {}
 
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
     if (band.sample_count == 0) return;
-    average_samples(context_, band, match, miss_, (*rays_.*read_)(band, match, false),
+    average_samples(*reads_, band, match, miss_, (*rays_.*read_)(band, match, false),
                     band.sample_count, out);
   }
 
@@ -34,19 +34,18 @@ class HemisphereMap : public MapMaker {
     if (band.sample_count == 0) return;
     std::vector<float> values = (*rays_.*read_)(band, match, false);
     const std::vector<float> others = (*rays_.*read_)(band, other, true);
-    std::vector<std::uint32_t> triangle(band.sample_count);
-    std::vector<float> share(band.sample_count);
-    other.triangle.read(context_, triangle);
-    shares.read(context_, share);
+    const std::vector<std::uint32_t>& triangle =
+        reads_->read(other.triangle, band.sample_count);
+    const std::vector<float>& share = reads_->read(shares, band.sample_count);
     for (std::size_t s = 0; s < values.size(); ++s) {
       if (triangle[s] == KILN_NO_TRIANGLE) continue;
       values[s] = values[s] * share[s] + others[s] * (1 - share[s]);
     }
-    average_samples(context_, band, match, miss_, values, band.sample_count, out);
+    average_samples(*reads_, band, match, miss_, values, band.sample_count, out);
   }
 
  private:
-  cl::Context& context_;
+  std::shared_ptr<BandReads> reads_;
   MissPolicy miss_;
   std::shared_ptr<Hemispheres> rays_;
   Read read_;
@@ -54,15 +53,14 @@ class HemisphereMap : public MapMaker {
 
 }  // namespace
 
-void average_samples(cl::Context& context, const TexelBand& band, const Correspondence& match,
+void average_samples(BandReads& reads, const TexelBand& band, const Correspondence& match,
                      MissPolicy miss, std::span<const float> values, std::size_t plane,
                      const BandPixels& out) {
   const std::size_t channels = values.size() >= 3 * plane ? 3 : 1;
-  std::vector<std::uint32_t> index(band.texel_count), first(band.texel_count + std::size_t{1});
-  std::vector<std::uint32_t> triangle(band.sample_count);
-  band.texel_index.read(context, index);
-  band.texel_first.read(context, first);
-  match.triangle.read(context, triangle);
+  const std::vector<std::uint32_t>& index = reads.read(band.texel_index, band.texel_count);
+  const std::vector<std::uint32_t>& first =
+      reads.read(band.texel_first, band.texel_count + std::size_t{1});
+  const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, band.sample_count);
   parallel_for(band.texel_count, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       std::uint8_t& coverage = out.coverage[index[t]];

@@ -10,9 +10,10 @@
 namespace kiln {
 
 /// Averages samples to texels, and says which are covered.
+/// \param reads   of the band
 /// \param values  of samples: one plane, or three that are averaged as directions
 /// \param plane   elements of one
-void average_samples(cl::Context& context, const TexelBand& band, const Correspondence& match,
+void average_samples(BandReads& reads, const TexelBand& band, const Correspondence& match,
                      MissPolicy miss, std::span<const float> values, std::size_t plane,
                      const BandPixels& out);
 

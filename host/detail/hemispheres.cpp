@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
+#include "mesh/length.h"
 #include "mesh/low_shading.h"
 #include "mesh/vector.h"
 
@@ -29,11 +31,9 @@ constexpr std::uint32_t padded(std::uint32_t count) {
   return (count + kLanes - 1) / kLanes * kLanes;
 }
 
-float in_frame(const Length& length, const Frame& frame) {
-  const double units =
-      (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
+float ray_length(const Length& length, const Frame& frame) {
   // Where it is as good as nothing, ranges of rays still need a length.
-  return static_cast<float>(std::clamp(units, 1e-30, kFarthest));
+  return static_cast<float>(std::clamp(to_frame(length, frame), 1e-30, kFarthest));
 }
 
 /// Beyond all of the high poly, seen from its own points and the low poly's. No longer than that: boxes are
@@ -135,18 +135,10 @@ void make_room(cl::Context& context, cl::Array<T>& array, std::size_t size) {
 
 }  // namespace
 
-std::shared_ptr<Hemispheres> Hemispheres::of(const MapRequest& request) {
-  for (const std::shared_ptr<SharedWork>& work : request.shared) {
-    if (auto made = std::dynamic_pointer_cast<Hemispheres>(work)) return made;
-  }
-  auto made = std::make_shared<Hemispheres>(request);
-  request.shared.push_back(made);
-  return made;
-}
-
 Hemispheres::Hemispheres(const MapRequest& request)
     : context_(request.source.device.context()),
       source_(request.source),
+      reads_(request.reads()),
       width_(request.options.width),
       rays_of_sample_(request.options.occlusion.rays),
       keep_(request.options.miss == MissPolicy::keep),
@@ -157,19 +149,22 @@ Hemispheres::Hemispheres(const MapRequest& request)
   const Frame& frame = source_.frame;
   beyond_ = beyond_everything(request.surface);
   occluding_ = beyond_;
-  if (distance) occluding_ = std::min(occluding_, in_frame(*distance, frame));
-  thick_ = in_frame(distance ? *distance : Length::share(0.1), frame);
+  if (distance) occluding_ = std::min(occluding_, ray_length(*distance, frame));
+  thick_ = ray_length(distance ? *distance : Length::share(0.1), frame);
   const RaySets sets = spirals(rays_of_sample_);
   directions_ = cl::Array<float>(context_, std::span<const float>(sets.directions));
   rings_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(sets.rings));
   turn_table_ = cl::Array<float>(context_, std::span<const float>(turn_table()));
 }
 
-void Hemispheres::forget() {
+void Hemispheres::next_band() {
   has_turns_ = false;
   for (Sums& sums : sums_) sums.has_open = sums.has_depth = false;
-  // In a session vertices may have moved since.
-  if (source_.will_move) uploaded_ = false;
+}
+
+void Hemispheres::next_source() {
+  next_band();
+  uploaded_ = false;  // vertices may have moved
 }
 
 std::uint32_t Hemispheres::plane_of(const TexelBand& band) { return padded(band.capacity); }
@@ -222,11 +217,8 @@ void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, 
   params.aligned = side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
   params.push = kPush;
   params.reach = thick_;
-  std::vector<std::uint32_t> triangle;
-  if (params.keep == 0) {
-    triangle.resize(band.sample_count);
-    match.triangle.read(context_, triangle);
-  }
+  std::span<const std::uint32_t> triangle;
+  if (params.keep == 0) triangle = reads_->read(match.triangle, band.sample_count);
   const cl::Kernel points = context_.kernel("hemisphere", "kiln_hemisphere_points");
   const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
   for (; params.first < band.sample_count; params.first += params.count) {

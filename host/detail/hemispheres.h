@@ -22,12 +22,10 @@ namespace kiln {
 /// with a triangle have one.
 class Hemispheres : public SharedWork {
  public:
-  /// The one of a bake: made where it is missing.
-  static std::shared_ptr<Hemispheres> of(const MapRequest& request);
-
   explicit Hemispheres(const MapRequest& request);
 
-  void forget() override;
+  void next_band() override;
+  void next_source() override;
   /// Before any band: lean() will be asked for.
   void want_lean() { wants_lean_ = true; }
 
@@ -61,6 +59,7 @@ class Hemispheres : public SharedWork {
 
   cl::Context& context_;
   const Source::Impl& source_;
+  std::shared_ptr<BandReads> reads_;
   std::uint32_t width_, rays_of_sample_;
   bool keep_, two_sided_, back_faces_;
   float beyond_, occluding_, thick_;  // frame units

@@ -9,7 +9,7 @@ namespace {
 
 class MaskMap : public MapMaker {
  public:
-  explicit MaskMap(const MapRequest& request) : reads_(request.reads) {}
+  explicit MaskMap(const MapRequest& request) : reads_(request.reads()) {}
 
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
     if (band.sample_count == 0) return;

@@ -1,5 +1,7 @@
 #include "detail/normal.h"
 
+#include <string>
+
 #include "detail/registry.h"
 #include "mesh/low_shading.h"
 
@@ -7,6 +9,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocal = 64;
+// Samples of a work-item where vectors are written out.
 constexpr std::size_t kWide = 8;
 
 }  // namespace
@@ -34,7 +37,9 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
                            const SourceAttributes& source, const BakeOptions& options,
                            DetailPath path)
     : context_(context),
-      wide_(path == DetailPath::automatic ? !context.info().is_gpu : path == DetailPath::wide),
+      width_((path == DetailPath::automatic ? !context.info().is_gpu : path == DetailPath::wide)
+                 ? kWide
+                 : 1),
       source_(source),
       shading_(context, std::span<const kiln_low_shading>(low_shading(surface))),
       detail_(detail_params(options)) {
@@ -49,6 +54,14 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
       resolve_.miss = KILN_MISS_MARK;
       break;
   }
+}
+
+cl::Kernel NormalDetail::kernel(const char* name) const {
+  return context_.kernel("detail", name, width_ == 1 ? "" : "-DKILN_WIDTH=" + std::to_string(width_));
+}
+
+std::size_t NormalDetail::items(const TexelBand& band) const {
+  return (band.sample_count + width_ - 1) / width_;
 }
 
 void NormalDetail::describe(const TexelBand& band, const Correspondence& match) {
@@ -78,26 +91,18 @@ void NormalDetail::resolve(const TexelBand& band, const Correspondence& match,
 void NormalDetail::run(const TexelBand& band, const Correspondence& match,
                        const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
-  const std::size_t groups = (band.sample_count + kWide - 1) / kWide;
-  if (wide_ && band.sample_count == band.texel_count) {
+  if (band.sample_count == band.texel_count) {
     describe(band, match);
     resolve_.texel_count = band.texel_count;
-    context_.launch(context_.kernel("detail_wide", "kiln_detail_texel_wide"), groups, kLocal,
-                    detail_, resolve_, band.texel_index, band.triangle, band.barycentric, shading_,
-                    match.triangle, match.barycentric, source_.normal_indices, source_.normals,
-                    image, coverage);
+    context_.launch(kernel("kiln_detail_texel"), items(band), kLocal, detail_, resolve_,
+                    band.texel_index, band.triangle, band.barycentric, shading_, match.triangle,
+                    match.barycentric, source_.normal_indices, source_.normals, image, coverage);
     return;
   }
   prepare(band, match);
-  if (wide_) {
-    context_.launch(context_.kernel("detail_wide", "kiln_detail_normal_wide"), groups, kLocal,
-                    detail_, band.triangle, band.barycentric, shading_, match.triangle,
-                    match.barycentric, source_.normal_indices, source_.normals, values_);
-  } else {
-    context_.launch(context_.kernel("detail", "kiln_detail_normal"), band.sample_count, kLocal,
-                    detail_, band.triangle, band.barycentric, shading_, match.triangle,
-                    match.barycentric, source_.normal_indices, source_.normals, values_);
-  }
+  context_.launch(kernel("kiln_detail_normal"), items(band), kLocal, detail_, band.triangle,
+                  band.barycentric, shading_, match.triangle, match.barycentric,
+                  source_.normal_indices, source_.normals, values_);
   resolve(band, match, image, coverage);
 }
 
@@ -107,10 +112,10 @@ void NormalDetail::run_blended(const TexelBand& band, const Correspondence& matc
                                const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
   prepare(band, match);
-  context_.launch(context_.kernel("detail", "kiln_detail_blend"), band.sample_count, kLocal,
-                  detail_, other.capacity, band.triangle, band.barycentric, shading_,
-                  match.triangle, match.barycentric, other.triangle, other.barycentric, shares,
-                  source_.normal_indices, source_.normals, values_);
+  context_.launch(kernel("kiln_detail_blend"), items(band), kLocal, detail_, other.capacity,
+                  band.triangle, band.barycentric, shading_, match.triangle, match.barycentric,
+                  other.triangle, other.barycentric, shares, source_.normal_indices,
+                  source_.normals, values_);
   resolve(band, match, image, coverage);
 }
 

@@ -21,7 +21,7 @@ enum class DetailPath {
   wide,       ///< Explicit vectors of eight samples
 };
 
-/// Reads normals at a band's correspondences and averages them to texels (kernels/detail.cl).
+/// Reads normals at a band's correspondences and averages them to texels (kernels/detail/detail.cl).
 class NormalDetail {
  public:
   NormalDetail(cl::Context& context, const LowSurface& surface, const SourceAttributes& source,
@@ -41,13 +41,15 @@ class NormalDetail {
                    const cl::Array<std::uint8_t>& coverage);
 
  private:
+  cl::Kernel kernel(const char* name) const;
+  std::size_t items(const TexelBand& band) const;
   void describe(const TexelBand& band, const Correspondence& match);
   void prepare(const TexelBand& band, const Correspondence& match);
   void resolve(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
                const cl::Array<std::uint8_t>& coverage);
 
   cl::Context& context_;
-  bool wide_;
+  std::size_t width_;  // samples of a work-item
   const SourceAttributes& source_;
   cl::Array<kiln_low_shading> shading_;
   cl::Array<float> values_;  // 3 planes, grown to the largest band

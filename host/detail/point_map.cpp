@@ -55,7 +55,7 @@ class PointMap : public MapMaker {
         info_(info),
         miss_(request.options.miss),
         two_sided_(request.options.two_sided),
-        reads_(request.reads),
+        reads_(request.reads()),
         function_(std::move(function)) {}
 
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,23 +24,17 @@ struct BandPixels {
       coverage;  ///< 1 baked, 2 missed; texels that are not covered keep what is there
 };
 
-/// Work that several maps of a bake share: done for the first one that asks, forgotten before each band.
-class SharedWork {
- public:
-  SharedWork() = default;
-  SharedWork(const SharedWork&) = delete;
-  SharedWork& operator=(const SharedWork&) = delete;
-  virtual ~SharedWork() = default;
-  virtual void forget() = 0;
-};
-
 /// What a map is told, once a bake.
 struct MapRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   const BakeOptions& options;
-  std::vector<std::shared_ptr<SharedWork>>& shared;  ///< One of a type; maps add what is missing
-  std::shared_ptr<BandReads> reads = nullptr;        ///< Of all maps of the bake
+  SharedWorks& shared;  ///< Of all maps of the bake
+
+  /// What they read of the device.
+  std::shared_ptr<BandReads> reads() const {
+    return shared.of<BandReads>(std::ref(source.device.context()));
+  }
 };
 
 /// Reads one map at the correspondences of bands.

@@ -44,6 +44,13 @@ class Matcher {
   virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
                             Correspondence& found);
 
+  /// Whether samples keep their points as the high poly's vertices move, so that only distances change.
+  virtual bool points_stay() const { return false; }
+  /// Where points stay: vertices [first, first + positions.size()) moved. Frame units
+  virtual void move(std::uint32_t /*first*/, std::span<const Vec3> /*positions*/) {}
+  /// Where points stay: the distances of a band's samples, anew.
+  virtual void measure(const TexelBand& /*band*/, Correspondence& /*match*/) {}
+
   /// Adds what is known after the last band. \throws Error(input) where the match is unfit
   virtual void finish(MatchNotes& /*notes*/) {}
 };

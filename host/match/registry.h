@@ -1,6 +1,7 @@
 // The matches there are: each is a file of this room and a row here.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -49,6 +50,15 @@ std::span<const MatchRow> match_rows();
 
 /// \throws Error(usage) for a name that no row has; the message lists those there are
 const MatchRow& match_row(MatchMethod method);
+
+/// Whether a method of the chain has a property: the method, or one of its fallbacks.
+/// \param has  takes a row
+template <typename Has>
+bool any_in_chain(const BakeOptions& options, const Has& has) {
+  return has(match_row(options.method)) ||
+         std::any_of(options.fallback.begin(), options.fallback.end(),
+                     [&](MatchMethod next) { return has(match_row(next)); });
+}
 
 // The rows, each in the file of its match.
 MatchRow ray_match();

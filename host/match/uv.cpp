@@ -430,6 +430,14 @@ class UvMatcher : public Matcher {
     raster_.measure(match);
   }
 
+  bool points_stay() const override { return true; }
+  void move(std::uint32_t first, std::span<const Vec3> positions) override {
+    raster_.set_positions(first, positions);
+  }
+  void measure(const TexelBand& band, Correspondence& match) override {
+    raster_.distance(band, match);
+  }
+
   void finish(MatchNotes& notes) override { raster_.report(options_, notes); }
 
  private:

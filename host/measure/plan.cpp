@@ -1,13 +1,13 @@
 #include "kiln/plan.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "bake/pipeline.h"
 #include "measure/normal_probe.h"
 
 namespace kiln {
@@ -28,26 +28,6 @@ constexpr std::size_t kMany = 2000000;
 constexpr double kLevel = 1.05;
 // What is expected to miss the error by less may reach it.
 constexpr double kNear = 1.04;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// The map as Scene reads it, whatever it is encoded as.
-Image decoded(const Image& map, const BakeOptions& options) {
-  Image result = map;
-  for (std::size_t i = 0; i < result.pixels.size(); i += 3) {
-    float* p = &result.pixels[i];
-    if (options.raw) {
-      for (int c = 0; c < 3; ++c) p[c] = p[c] * 0.5F + 0.5F;
-    }
-    if (options.two_component) {
-      const float x = 2 * p[0] - 1, y = 2 * p[1] - 1;
-      p[2] = 0.5F + 0.5F * std::sqrt(std::max(0.0F, 1 - x * x - y * y));
-    }
-  }
-  return result;
-}
 
 /// How errors fall with the size of the map: e(s) = limit + 1 / (1 / range + rate s^2). A tiny map is as bad
 /// as can be, a large one is off by the square of its texels' size.
@@ -105,7 +85,7 @@ class Planner {
   }
 
   PlannedBake run() {
-    try {
+    const auto plan = [this] {
       try {
         return planned();
       } catch (const Unfit&) {
@@ -113,11 +93,9 @@ class Planner {
         forget();
         return planned();
       }
-    } catch (const Cancelled&) {
-      PlannedBake none;
-      none.result.cancelled = true;
-      return none;
-    }
+    };
+    return unless_cancelled<PlannedBake>(
+        plan, [](PlannedBake& none) { none.result.cancelled = true; });
   }
 
  private:
@@ -126,6 +104,7 @@ class Planner {
     PlanTrial trial;
     BakeOptions options;
     BakeResult result;
+    Image drawn;  // the normals as renderers read them, where the map holds them otherwise
   };
 
   PlannedBake planned() {
@@ -175,7 +154,7 @@ class Planner {
   }
 
   void take_pictures(bool raster) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     if (!probe_) {
       std::vector<ViewAngles> views;
       for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {
@@ -184,7 +163,7 @@ class Planner {
       probe_.emplace(source_.impl(), low_, options_.bake.cage_mesh, views, kPlanPixels, raster);
     }
     planned_.without_map = probe_->without_map();
-    planned_.seconds_measure += seconds_since(start);
+    planned_.seconds_measure += watch.total();
   }
 
   /// Of a way that was looked at.
@@ -213,9 +192,9 @@ class Planner {
   /// Whether no match is good enough, so that there is no need to look at others.
   bool hopeless(const Outlook& outlook, double wanted) {
     if (methods_.front() == MatchMethod::views) return false;  // it takes a hierarchy to tell
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     planned_.least = outlook.limit() * probe_->least_share(*nearest_limit_);
-    planned_.seconds_measure += seconds_since(start);
+    planned_.seconds_measure += watch.total();
     return outlook.with_limit(planned_.least).error(largest()) > wanted;
   }
 
@@ -308,10 +287,10 @@ class Planner {
     // What is unlikely to be chosen is looked at coarsely.
     options.visibility.directions = std::min(options.visibility.directions, kLimitDirections);
     if (options.views.size == 0 && method != methods_.front()) options.views.size = kLimitView;
-    if (options.progress && !options.progress(0, doing)) throw Cancelled();
-    const auto start = std::chrono::steady_clock::now();
+    BakeProgress(options.progress).at(0, doing);
+    const Stopwatch watch;
     NormalProbe::Limit limit = probe_->limit(options, field_);
-    planned_.limits.push_back({method, limit.error, limit.missed, seconds_since(start)});
+    planned_.limits.push_back({method, limit.error, limit.missed, watch.total()});
     const double mean = limit.error.mean_degrees;
     const bool candidate = method == MatchMethod::uv || method == methods_.front();
     if (candidate && (!nearest_limit_ || mean < kGain * nearest_limit_->error.mean_degrees)) {
@@ -332,15 +311,15 @@ class Planner {
     options = bake_options(
         method, size,
         "trying " + std::to_string(options.width) + " x " + std::to_string(options.height));
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     try {
-      baked.result = bake(source_, low_, options);
+      const bool plain = !options.raw && !options.two_component;
+      baked.result = bake_drawn(source_.impl(), low_, options, plain ? nullptr : &baked.drawn);
     } catch (const Error& error) {
       if (method == MatchMethod::uv && error.code() == ErrorCode::input) throw Unfit();
       throw;
     }
-    if (baked.result.cancelled) throw Cancelled();
-    trial.seconds = seconds_since(start);
+    trial.seconds = watch.total();
     return baked;
   }
 
@@ -353,17 +332,16 @@ class Planner {
     const BakeOptions& options = baked.options;
     BakeResult& result = baked.result;
     PlanTrial& trial = baked.trial;
-    const auto measuring = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const BakeReport& report = result.report;
     trial.missed = report.samples != 0
                        ? static_cast<double>(report.missed) / static_cast<double>(report.samples)
                        : 1;
     const auto normal = std::find_if(result.maps.begin(), result.maps.end(),
                                      [](const BakedMap& m) { return m.kind == MapKind::normal; });
-    const bool plain = !options.raw && !options.two_component;
-    trial.error = probe_->with_map(plain ? normal->image : decoded(normal->image, options),
-                                   options.space, options.flip_y);
-    planned_.seconds_measure += seconds_since(measuring);
+    const Image& drawn = baked.drawn.pixels.empty() ? normal->image : baked.drawn;
+    trial.error = probe_->with_map(drawn, options.space, options.flip_y);
+    planned_.seconds_measure += watch.total();
     planned_.trials.push_back(trial);
     const double error = trial.error.mean_degrees;
     outlook.measured(std::min(trial.width, trial.height), error);

@@ -6,14 +6,69 @@
 // interpolated and not normalised, as shaders do it, and inverted exactly: so decoding with
 // x * T + y * B + z * N gives back the direction of the dense normal.
 //
-// kernel               global      local  memory traffic an item
-// kiln_detail_normal   samples     64     reads 29 B + 2 triangles' attributes (gathered), writes 12 B
-// kiln_detail_blend    samples     64     the same, and of the other match 16 B + 2 triangles' attributes
-// kiln_detail_resolve  texels      64     reads 12 B + 13 B a sample, writes 13 B (scattered)
+// One source, built for 1 sample a work-item (GPUs) or 8 (CPUs): PoCL vectorises across work-items only where
+// a kernel has neither branches nor gathers, which detail has; so lib/lanes.clh writes vectors out. The same
+// operations run in the same order in each lane, so both widths give the same bits.
 //
-// Strengths: one pass, no divergence but the miss. Limits: barycentric interpolation only.
+// -D           range  default
+// KILN_WIDTH   1, 8   1
+//
+// kernel               global            local  memory traffic a sample (resolve: a texel)
+// kiln_detail_texel    samples / width   64     reads 33 B + 2 triangles' attributes (gathered), writes 13 B
+// kiln_detail_normal   samples / width   64     reads 29 B + the same, writes 12 B
+// kiln_detail_blend    samples / width   64     the same, and of the other match 16 B + 2 triangles' attributes
+// kiln_detail_resolve  texels            64     reads 12 B + 13 B a sample, writes 13 B (scattered)
+//
+// Neighbouring samples mostly lie in one light triangle: eight that do read its attributes once. They read the
+// dense mesh's normals and their indices four numbers at a time: both arrays end in one more.
+//
+// Strengths: one pass; half the memory traffic at one sample a texel (kiln_detail_texel). Limits: barycentric
+// interpolation only.
 
 #include "detail/detail.clh"
+
+/// What samples read of the light mesh, and the dense surface's normals at their points.
+typedef struct detail_group {
+  detail_low low;
+  lanes3 normal;
+} detail_group;
+
+static inline detail_group detail_read_group(const kiln_detail_params params, lanes_range at,
+                                             global const uint* low_triangle,
+                                             global const float* low_barycentric,
+                                             global const kiln_low_shading* shading,
+                                             lanes_uint hit, global const float* hit_barycentric,
+                                             global const uint* normal_indices,
+                                             global const float* normals) {
+  const lanes_uint triangle = lanes_load_uint(low_triangle, at);
+  const lanes_float low_u = lanes_load(low_barycentric, at);
+  const lanes_float low_v = lanes_load(low_barycentric + params.low_capacity, at);
+  const lanes_float u = lanes_load(hit_barycentric, at);
+  const lanes_float v = lanes_load(hit_barycentric + params.hit_capacity, at);
+  detail_group group;
+  group.low = detail_gather_low(params, shading, triangle, low_u, low_v);
+  group.normal = detail_source_normal(params, group.low, hit, u, v, normal_indices, normals);
+  return group;
+}
+
+static inline void detail_store(lanes3 value, lanes_range at, size_t plane, global float* result) {
+  global float* to = result + at.first;
+  if (at.used == KILN_WIDTH) {
+    lanes_keep(value.x, to);
+    lanes_keep(value.y, to + plane);
+    lanes_keep(value.z, to + 2 * plane);
+    return;
+  }
+  float x[KILN_WIDTH], y[KILN_WIDTH], z[KILN_WIDTH];
+  lanes_keep(value.x, x);
+  lanes_keep(value.y, y);
+  lanes_keep(value.z, z);
+  for (uint i = 0u; i < at.used; ++i) {
+    to[i] = x[i];
+    to[i + plane] = y[i];
+    to[i + 2 * plane] = z[i];
+  }
+}
 
 kernel void kiln_detail_normal(const kiln_detail_params params,
                                global const uint* restrict low_triangle,
@@ -24,18 +79,13 @@ kernel void kiln_detail_normal(const kiln_detail_params params,
                                global const uint* restrict normal_indices,
                                global const float* restrict normals,
                                global float* restrict result) {
-#pragma OPENCL FP_CONTRACT OFF
-  const size_t i = get_global_id(0);
-  if (i >= params.count) return;
-  global const kiln_low_shading* low = shading + low_triangle[i];
-  const float low_u = low_barycentric[i];
-  const float low_v = low_barycentric[i + params.low_capacity];
-  const float3 frame_normal = detail_frame_normal(low, low_u, low_v);
-  const float3 normal =
-      detail_source_normal(params, low, frame_normal, hit_triangle[i], hit_barycentric[i],
-                           hit_barycentric[i + params.hit_capacity], normal_indices, normals);
-  detail_store(detail_to_map(params, low, low_u, low_v, frame_normal, normal), i,
-               params.out_capacity, result);
+  const lanes_range at = lanes_of_item(params.count);
+  if (at.used == 0u) return;
+  const lanes_uint hit = lanes_load_uint(hit_triangle, at);
+  const detail_group group =
+      detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
+                        normal_indices, normals);
+  detail_store(detail_to_map(params, group.low, group.normal), at, params.out_capacity, result);
 }
 
 /// The same with the normals of two correspondences mixed where the other one has a triangle.
@@ -54,29 +104,76 @@ kernel void kiln_detail_blend(const kiln_detail_params params,
                               global const float* restrict normals,
                               global float* restrict result) {
 #pragma OPENCL FP_CONTRACT OFF
-  const size_t i = get_global_id(0);
-  if (i >= params.count) return;
-  global const kiln_low_shading* low = shading + low_triangle[i];
-  const float low_u = low_barycentric[i];
-  const float low_v = low_barycentric[i + params.low_capacity];
-  const float3 frame_normal = detail_frame_normal(low, low_u, low_v);
-  float3 normal =
-      detail_source_normal(params, low, frame_normal, hit_triangle[i], hit_barycentric[i],
-                           hit_barycentric[i + params.hit_capacity], normal_indices, normals);
-  const uint triangle = other_triangle[i];
-  if (triangle != KILN_NO_TRIANGLE) {
-    const float3 other =
-        detail_source_normal(params, low, frame_normal, triangle, other_barycentric[i],
-                             other_barycentric[i + other_capacity], normal_indices, normals);
-    const float share = shares[i];
-    normal = detail_unit(normal * share + other * (1.0f - share), normal);
+  const lanes_range at = lanes_of_item(params.count);
+  if (at.used == 0u) return;
+  const lanes_uint hit = lanes_load_uint(hit_triangle, at);
+  const detail_group group =
+      detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
+                        normal_indices, normals);
+  const lanes_uint triangle = lanes_load_uint(other_triangle, at);
+  const lanes_int both = triangle != (lanes_uint)(KILN_NO_TRIANGLE);
+  lanes3 normal = group.normal;
+  if (lanes_any(both)) {
+    const lanes_float u = lanes_load(other_barycentric, at);
+    const lanes_float v = lanes_load(other_barycentric + other_capacity, at);
+    const lanes3 other =
+        detail_source_normal(params, group.low, triangle, u, v, normal_indices, normals);
+    const lanes_float share = lanes_load(shares, at);
+    const lanes_float rest = 1.0f - share;
+    lanes3 mixed;
+    mixed.x = normal.x * share + other.x * rest;
+    mixed.y = normal.y * share + other.y * rest;
+    mixed.z = normal.z * share + other.z * rest;
+    normal = lanes3_select(both, detail_unit(mixed, normal), normal);
   }
-  detail_store(detail_to_map(params, low, low_u, low_v, frame_normal, normal), i,
-               params.out_capacity, result);
+  detail_store(detail_to_map(params, group.low, normal), at, params.out_capacity, result);
 }
 
-/// Averages a texel's samples and normalises, where there are several. Writes three interleaved floats and a coverage byte (1
-/// baked, 2 missed) at the texel's place in the band.
+/// Normals and their texels at once, where each texel has one sample: kiln_detail_normal, then
+/// kiln_detail_resolve, without the values in between.
+kernel void kiln_detail_texel(const kiln_detail_params params,
+                              const kiln_resolve_params resolve,
+                              global const uint* restrict texel_index,
+                              global const uint* restrict low_triangle,
+                              global const float* restrict low_barycentric,
+                              global const kiln_low_shading* restrict shading,
+                              global const uint* restrict hit_triangle,
+                              global const float* restrict hit_barycentric,
+                              global const uint* restrict normal_indices,
+                              global const float* restrict normals,
+                              global float* restrict image,
+                              global uchar* restrict coverage) {
+  const lanes_range at = lanes_of_item(params.count);
+  if (at.used == 0u) return;
+  const lanes_uint hit = lanes_load_uint(hit_triangle, at);
+  const detail_group group =
+      detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
+                        normal_indices, normals);
+  lanes3 value = detail_to_map(params, group.low, group.normal);
+  const lanes_int found = hit != (lanes_uint)(KILN_NO_TRIANGLE);
+  if (resolve.miss == KILN_MISS_MARK) {
+    value = lanes3_select(found, value, lanes3_of(1.0f, -1.0f, 1.0f));
+  } else if (resolve.miss != KILN_MISS_KEEP) {
+    value = lanes3_select(found, value, lanes3_of(0.0f, 0.0f, 1.0f));
+  }
+  float x[KILN_WIDTH], y[KILN_WIDTH], z[KILN_WIDTH];
+  int baked[KILN_WIDTH];
+  lanes_keep(value.x, x);
+  lanes_keep(value.y, y);
+  lanes_keep(value.z, z);
+  lanes_keep(found, baked);
+  for (uint i = 0u; i < at.used; ++i) {
+    const uint texel = texel_index[at.first + i];
+    image[3u * (size_t)texel] = x[i];
+    image[3u * (size_t)texel + 1u] = y[i];
+    image[3u * (size_t)texel + 2u] = z[i];
+    coverage[texel] = baked[i] != 0 ? 1 : 2;
+  }
+}
+
+#if KILN_WIDTH == 1
+/// Averages a texel's samples and normalises, where there are several. Writes three interleaved floats and a
+/// coverage byte (1 baked, 2 missed) at the texel's place in the band.
 kernel void kiln_detail_resolve(const kiln_resolve_params params,
                                 global const uint* restrict texel_index,
                                 global const uint* restrict texel_first,
@@ -111,3 +208,4 @@ kernel void kiln_detail_resolve(const kiln_resolve_params params,
   vstore3(value, texel, image);
   coverage[texel] = hits != 0u ? 1 : 2;
 }
+#endif

@@ -68,6 +68,12 @@ static inline float3 hemisphere_unit(float3 v) {
   return scaled / sqrt(dot3(scaled, scaled));
 }
 
+static inline void hemisphere_store(float3 value, size_t i, size_t plane, global float* to) {
+  to[i] = value.x;
+  to[i + plane] = value.y;
+  to[i + 2 * plane] = value.z;
+}
+
 /// Positions, normals and pushes of samples [first, first + count). Samples without a point, and those that
 /// pad the last lanes, get normals of 0.
 kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
@@ -92,17 +98,17 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
   float3 face = (float3)(0.0f);
   const uint triangle = i < params.count ? hit_triangle[s] : KILN_NO_TRIANGLE;
   if (i < params.count && (triangle != KILN_NO_TRIANGLE || params.keep != 0u)) {
-    global const kiln_low_shading* low = shading + low_triangle[s];
-    const float low_u = low_barycentric[s];
-    const float low_v = low_barycentric[s + params.low_capacity];
     kiln_detail_params detail = {0};
     detail.two_sided = params.two_sided;
+    const detail_low low =
+        detail_read_low(detail, shading + low_triangle[s], low_barycentric[s],
+                        low_barycentric[s + params.low_capacity]);
     float u = 0.0f;
     float v = 0.0f;
     if (triangle == KILN_NO_TRIANGLE) {
       const size_t plane = params.low_capacity;
       position = (float3)(low_points[s], low_points[s + plane], low_points[s + 2 * plane]);
-      face = vload3(0, low->face_normal);
+      face = low.face_normal;
     } else {
       u = hit_barycentric[s];
       v = hit_barycentric[s + params.hit_capacity];
@@ -113,13 +119,12 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
       position = (a + ab * u) + ac * v;
       face = hemisphere_unit(cross3(hemisphere_unit(ab), hemisphere_unit(ac)));
     }
-    normal = detail_source_normal(detail, low, detail_frame_normal(low, low_u, low_v), triangle, u,
-                                  v, normal_indices, normals);
+    normal = detail_source_normal(detail, low, triangle, u, v, normal_indices, normals);
     if (dot3(face, face) == 0.0f) face = normal;
   }
-  detail_store(position, i, stride, points);
-  detail_store(normal, i, stride, points + 3 * stride);
-  detail_store(face * params.push, i, stride, points + 6 * stride);
+  hemisphere_store(position, i, stride, points);
+  hemisphere_store(normal, i, stride, points + 3 * stride);
+  hemisphere_store(face * params.push, i, stride, points + 6 * stride);
 }
 
 static inline float8 hemisphere_dot(const float8 a[3], const float8 b[3]) {
@@ -200,17 +205,29 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   }
 }
 
+/// The frame of the kernels that add up rows of rays: `planes` sums of each of a work-item's samples. `add` is
+/// what a row adds to sum[], of the lanes from `from` on.
+#define HEMISPHERE_ADD_ROWS(vector, planes, result, add)                                        \
+  const uint lane = (uint)get_global_id(0) * LANES;                                             \
+  if (lane >= params.stride) return;                                                            \
+  const size_t result_plane = params.out_capacity;                                              \
+  vector sum[planes];                                                                           \
+  for (int p = 0; p < planes; ++p) {                                                            \
+    sum[p] = vload8(0, result + params.first + lane + p * result_plane);                        \
+  }                                                                                             \
+  for (uint row = 0; row < params.rays; ++row) {                                                \
+    const size_t from = (size_t)row * params.stride + lane;                                     \
+    add                                                                                         \
+  }                                                                                             \
+  for (int p = 0; p < planes; ++p) {                                                            \
+    vstore8(sum[p], 0, result + params.first + lane + p * result_plane);                        \
+  }
+
 /// Adds to each sample how many of its rays hit nothing.
 kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
                                  global const uchar* restrict hit,
                                  global uint* restrict open) {
-  const uint lane = (uint)get_global_id(0) * LANES;
-  if (lane >= params.stride) return;
-  uint8 sum = vload8(0, open + params.first + lane);
-  for (uint row = 0; row < params.rays; ++row) {
-    sum += 1u - convert_uint8(vload8(0, hit + (size_t)row * params.stride + lane));
-  }
-  vstore8(sum, 0, open + params.first + lane);
+  HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + from)); })
 }
 
 /// Adds to each sample the directions of those rays.
@@ -219,20 +236,13 @@ kernel void kiln_hemisphere_lean(const kiln_hemisphere_params params,
                                  global const float* restrict rays,
                                  global float* restrict lean) {
 #pragma OPENCL FP_CONTRACT OFF
-  const uint lane = (uint)get_global_id(0) * LANES;
-  if (lane >= params.stride) return;
-  const size_t plane = params.ray_capacity;
-  global float* to = lean + params.first + lane;
-  float8 sum[3];
-  for (int axis = 0; axis < 3; ++axis) sum[axis] = vload8(0, to + (size_t)axis * params.out_capacity);
-  for (uint row = 0; row < params.rays; ++row) {
-    const size_t from = (size_t)row * params.stride + lane;
+  global const float* along = rays + 3 * (size_t)params.ray_capacity;
+  HEMISPHERE_ADD_ROWS(float8, 3, lean, {
     const float8 open = 1.0f - convert_float8(vload8(0, hit + from));
     for (int axis = 0; axis < 3; ++axis) {
-      sum[axis] -= open * vload8(0, rays + (3 + axis) * plane + from);
+      sum[axis] -= open * vload8(0, along + axis * (size_t)params.ray_capacity + from);
     }
-  }
-  for (int axis = 0; axis < 3; ++axis) vstore8(sum[axis], 0, to + (size_t)axis * params.out_capacity);
+  })
 }
 
 /// Adds to each sample how far its rays came, as shares of `reach`: 1 at most.
@@ -241,29 +251,24 @@ kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
                                   global const float* restrict distance,
                                   global float* restrict depth) {
 #pragma OPENCL FP_CONTRACT OFF
-  const uint lane = (uint)get_global_id(0) * LANES;
-  if (lane >= params.stride) return;
   const float8 reach = (float8)(params.reach);
-  float8 sum = vload8(0, depth + params.first + lane);
-  for (uint row = 0; row < params.rays; ++row) {
-    const size_t from = (size_t)row * params.stride + lane;
+  HEMISPHERE_ADD_ROWS(float8, 1, depth, {
     const int8 found = vload8(0, triangle + from) != (uint8)(KILN_NO_TRIANGLE);
     const float8 way = min(fabs(vload8(0, distance + from)), reach) / reach;
-    sum += select((float8)(1.0f), way, found);
-  }
-  vstore8(sum, 0, depth + params.first + lane);
+    sum[0] += select((float8)(1.0f), way, found);
+  })
 }
 
 /// The direction that a point is open to: its normal where it is open to nothing.
 static inline float3 hemisphere_bent(const kiln_detail_params params,
-                                     global const kiln_low_shading* low, float3 frame_normal,
-                                     uint triangle, global const float* barycentric,
-                                     uint capacity, global const float* lean, size_t i,
+                                     const detail_low low, uint triangle,
+                                     global const float* barycentric, uint capacity,
+                                     global const float* lean, size_t i,
                                      global const uint* normal_indices,
                                      global const float* normals) {
   const float3 normal =
-      detail_source_normal(params, low, frame_normal, triangle, barycentric[i],
-                           barycentric[i + capacity], normal_indices, normals);
+      detail_source_normal(params, low, triangle, barycentric[i], barycentric[i + capacity],
+                           normal_indices, normals);
   const size_t plane = params.out_capacity;
   return detail_unit((float3)(lean[i], lean[i + plane], lean[i + 2 * plane]), normal);
 }
@@ -289,19 +294,16 @@ kernel void kiln_hemisphere_bent(const kiln_detail_params params,
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
-  global const kiln_low_shading* low = shading + low_triangle[i];
-  const float low_u = low_barycentric[i];
-  const float low_v = low_barycentric[i + params.low_capacity];
-  const float3 frame_normal = detail_frame_normal(low, low_u, low_v);
-  float3 bent = hemisphere_bent(params, low, frame_normal, hit_triangle[i], hit_barycentric,
-                                params.hit_capacity, lean, i, normal_indices, normals);
+  const detail_low low = detail_read_low(params, shading + low_triangle[i], low_barycentric[i],
+                                         low_barycentric[i + params.low_capacity]);
+  float3 bent = hemisphere_bent(params, low, hit_triangle[i], hit_barycentric, params.hit_capacity,
+                                lean, i, normal_indices, normals);
   if (other_capacity != 0u && other_triangle[i] != KILN_NO_TRIANGLE) {
     const float3 other =
-        hemisphere_bent(params, low, frame_normal, other_triangle[i], other_barycentric,
-                        other_capacity, other_lean, i, normal_indices, normals);
+        hemisphere_bent(params, low, other_triangle[i], other_barycentric, other_capacity,
+                        other_lean, i, normal_indices, normals);
     const float share = shares[i];
     bent = detail_unit(bent * share + other * (1.0f - share), bent);
   }
-  detail_store(detail_to_map(params, low, low_u, low_v, frame_normal, bent), i,
-               params.out_capacity, result);
+  hemisphere_store(detail_to_map(params, low, bent), i, params.out_capacity, result);
 }

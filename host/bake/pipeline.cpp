@@ -1,0 +1,271 @@
+#include "bake/pipeline.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "bake/report.h"
+#include "match/match_array.h"
+#include "match/view_plan.h"
+#include "mesh/charts.h"
+
+namespace kiln {
+namespace {
+
+// Shares of the whole at which stages begin.
+constexpr double kAtBlend = 0.97, kAtMips = 0.97, kAtGutter = 0.98;
+
+}  // namespace
+
+Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
+    : scene_(scene),
+      context_(scene.high.device.context()),
+      bands_stay_(bands),
+      progress_(std::move(progress)),
+      unit_(1 / scene.high.frame.scale),
+      surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.cage_mesh)),
+      sampler_(context_, surface_,
+               {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
+      layers_(scene.high, surface_, scene.options) {
+  const BakeOptions& options = scene_.options;
+  result_.report.seconds_texels = watch_.lap();
+  if (options.mips) {
+    chart_of_triangle_ = uv_charts(scene_.low);
+    charts_ = ChartMap(std::size_t{options.width} * options.height, options.samples);
+  }
+  bands_.resize(bands_stay_ == Bands::stay ? sampler_.band_count() : 1);
+  result_.report.seconds_mips = watch_.lap();
+}
+
+void Pipeline::start_watch() {
+  BakeReport& report = result_.report;
+  watch_.lap();
+  report.seconds_texels = report.seconds_build = report.seconds_match = report.seconds_detail =
+      report.seconds_image = report.seconds_mips = 0;
+}
+
+void Pipeline::sample() {
+  for (std::uint32_t b = 0; b < bands_.size(); ++b) take(b);
+  sampled_ = bands_stay_ == Bands::stay;
+}
+
+/// A band's samples, with room for their points.
+PipelineBand& Pipeline::sampled(std::uint32_t number) {
+  PipelineBand& band = bands_[bands_stay_ == Bands::stay ? number : 0];
+  band.texels = sampler_.sample(number);
+  if (band.match.capacity < band.texels.capacity) {
+    band.match = Correspondence();
+    band.match = Correspondence(context_, band.texels.capacity);
+  }
+  band.match.count = band.texels.sample_count;
+  return band;
+}
+
+/// A band as it stays, or sampled anew; with it, which charts its texels belong to.
+PipelineBand& Pipeline::take(std::uint32_t number) {
+  if (sampled_) return bands_[number];
+  PipelineBand& band = sampled(number);
+  context_.finish();
+  result_.report.seconds_texels += watch_.lap();
+  if (scene_.options.mips) {
+    charts_.store(context_, band.texels, scene_.options.width, chart_of_triangle_);
+  }
+  result_.report.seconds_mips += watch_.lap();
+  return band;
+}
+
+bool Pipeline::keeps_matcher() const {
+  const BakeOptions& options = scene_.options;
+  return options.match == nullptr &&
+         !any_in_chain(options, [](const MatchRow& row) { return !row.follows_bvh; });
+}
+
+void Pipeline::prepare_match(Clusters& clusters) {
+  if (matcher_ != nullptr && keeps_matcher()) return;
+  BakeReport& report = result_.report;
+  cluster_ = clusters.cluster;
+  report.views.reset();
+  report.warnings.clear();
+  matcher_ = nullptr;  // its memory goes first
+  matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_);
+  made_warnings_ = std::exchange(report.warnings, {});
+  context_.finish();
+  report.seconds_match += watch_.lap() - report.seconds_build;
+}
+
+void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
+  source_hash_.reset();
+  if (points_stay()) matcher_->move(first, positions);
+}
+
+/// What is collected beside the maps as bands pass.
+void Pipeline::make_collectors() {
+  const BakeOptions& options = scene_.options;
+  if (!options.fallback.empty() && layers_.unit_vectors() != nullptr) {
+    switches_.emplace(scene_.low, options.width, options.height);
+  }
+  if (options.fallback_blend > 0) {
+    blend_.emplace(options.width, options.height, options.fallback_blend);
+  }
+}
+
+/// Of no samples yet; it says which meshes it belongs to.
+Match Pipeline::empty_match() {
+  const BakeOptions& options = scene_.options;
+  Match match = make_match(options.width, options.height, options.samples,
+                           scene_.high.triangles.size());
+  if (!source_hash_) source_hash_ = hash_source(scene_.high.positions, scene_.high.triangles);
+  if (!low_hash_) low_hash_ = hash_low(scene_.low);
+  match.source_hash = *source_hash_;
+  match.low_hash = *low_hash_;
+  return match;
+}
+
+void Pipeline::over_bands(const Pass& pass) {
+  BakeReport& report = result_.report;
+  if (pass.match) {
+    distance_sum_ = 0;
+    clear_counts(report);
+  }
+  if (scene_.options.keep_match && (pass.match || pass.measure)) {
+    result_.match = empty_match();
+  }
+  report.seconds_image += watch_.lap();
+  // Matches that prepare for long have reported their progress.
+  const double prepared = report.visibility ? kPreparingShare : 0;
+  const std::uint32_t count = sampler_.band_count();
+  for (std::uint32_t b = 0; b < count; ++b) {
+    progress_.at(prepared + (kAtBlend - prepared) * b / count, "baking");
+    PipelineBand& band = take(b);
+    find(band, pass);
+    if (pass.read) layers_.run(band.texels, band.match);
+    report.seconds_detail += watch_.lap();
+    note(band, pass);
+  }
+}
+
+/// The points of a band's samples.
+void Pipeline::find(PipelineBand& band, const Pass& pass) {
+  layers_.next_band();
+  if (pass.match) {
+    matcher_->run(band.texels, band.match);
+  } else if (pass.measure) {
+    matcher_->measure(band.texels, band.match);
+  }
+  context_.finish();
+  result_.report.seconds_match += watch_.lap();
+}
+
+/// What a band tells beside its maps.
+void Pipeline::note(const PipelineBand& band, const Pass& pass) {
+  BakeReport& report = result_.report;
+  if (switches_) switches_->store(layers_.reads(), band.texels, matcher_->deciders());
+  if (blend_) blend_->store(layers_.reads(), band.texels, matcher_->deciders());
+  if (result_.match && (pass.match || pass.measure)) {
+    store_band(context_, band.texels, band.match, unit_, *result_.match);
+  }
+  if (pass.match) {
+    count_samples(layers_.reads(), band.match, unit_, report, distance_sum_);
+    report.texels += band.texels.texel_count;
+    report.samples += band.texels.sample_count;
+  }
+  report.seconds_image += watch_.lap();
+}
+
+void Pipeline::finish_match(bool first_time) {
+  BakeReport& report = result_.report;
+  const std::uint64_t hits = report.samples - report.missed;
+  report.mean_abs_distance = hits != 0 ? distance_sum_ / static_cast<double>(hits) : 0;
+  report.warnings = made_warnings_;
+  MatchNotes notes;
+  if (first_time) matcher_->finish(notes);
+  take_notes(std::move(notes), report);
+  const std::vector<Warning>& sampling = sampler_.report().warnings;
+  report.warnings.insert(report.warnings.end(), sampling.begin(), sampling.end());
+  warn_about_misses(report);
+  warn_about_pixels();
+}
+
+/// Views of a high poly that is much larger than the low poly may show too little of it.
+void Pipeline::warn_about_pixels() {
+  BakeReport& report = result_.report;
+  if (!report.views) return;
+  const ViewArea area = view_area(surface_, 0, 1e300);
+  const double radius = area.radius * unit_;
+  if (!(report.views->pixel > radius / 25)) return;
+  report.warnings.push_back(
+      {"coarse-views",
+       "A pixel of the depth views is " + std::to_string(report.views->pixel / radius) +
+           " times the light mesh's radius, so they show next to nothing of it: raise views.size, "
+           "cut away what lies far from it in the dense mesh, or use rays.",
+       1});
+}
+
+void Pipeline::blend() {
+  if (!blend_) return;
+  BakeReport& report = result_.report;
+  blend_->plan(surface_);
+  for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
+    progress_.at(kAtBlend, "blending");
+    PipelineBand& band = sampled(b);
+    if (!blend_->touches(band.texels)) continue;
+    matcher_->run(band.texels, band.match);
+    report.blended_texels +=
+        blend_->run(context_, band.texels, *matcher_,
+                    [&](const Correspondence& other, const cl::Array<float>& shares) {
+                      layers_.run_blended(band.texels, band.match, other, shares);
+                    });
+  }
+  if (switches_) report.switches_blended = switches_->measure(*layers_.unit_vectors());
+  report.seconds_match += watch_.lap();
+}
+
+/// The tail: mip chain, padding, encoding.
+void Pipeline::finish_maps(Image* drawn) {
+  const BakeOptions& options = scene_.options;
+  BakeReport& report = result_.report;
+  std::vector<std::vector<Image>> mips(layers_.all().size());
+  if (options.mips) {
+    progress_.at(kAtMips, "mip-maps");
+    mips = layers_.mips(context_, options, charts_);
+    if (bands_stay_ == Bands::pass) charts_ = {};
+    report.seconds_mips += watch_.lap();
+  }
+  progress_.at(kAtGutter, "gutter");
+  std::vector<Image> images =
+      layers_.finish(context_, options, bands_stay_ == Bands::stay, result_.coverage,
+                     report.gutter_texels, drawn);
+  result_.maps.clear();
+  for (std::size_t l = 0; l < images.size(); ++l) {
+    result_.maps.push_back({layers_.all()[l].row->info.kind, std::move(images[l]),
+                            std::move(mips[l]), cluster_});
+  }
+  report.seconds_image += watch_.lap();
+}
+
+void Pipeline::finish_report() {
+  result_.report.peak_device_bytes = context_.peak_device_bytes();
+}
+
+BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
+  prepare_match(clusters);
+  make_collectors();
+  over_bands({});
+  finish_match(true);
+  if (switches_) result_.report.switches = switches_->measure(*layers_.unit_vectors());
+  blend();
+  finish_maps(drawn);
+  finish_report();
+  progress_.tell(1, "done");
+  return std::move(result_);
+}
+
+Match Pipeline::whole_match() {
+  Match match = empty_match();
+  for (const PipelineBand& band : bands_) {
+    store_band(context_, band.texels, band.match, unit_, match);
+  }
+  return match;
+}
+
+}  // namespace kiln

@@ -1,0 +1,52 @@
+// How far a bake is, and whether it shall go on.
+#pragma once
+
+#include <string_view>
+#include <utility>
+
+#include "kiln/types.h"
+#include "match/visibility.h"
+
+namespace kiln {
+
+/// Tells the caller's callback about a part of a bake.
+class BakeProgress {
+ public:
+  explicit BakeProgress(Progress callback = {}, double from = 0, double to = 1)
+      : callback_(std::move(callback)), from_(from), to_(to) {}
+
+  /// Of a part of this one's work.
+  BakeProgress part(double from, double to) const {
+    return BakeProgress(callback_, whole(from), whole(to));
+  }
+
+  explicit operator bool() const { return static_cast<bool>(callback_); }
+  /// \param done  of this part, [0, 1]. \returns whether to go on
+  bool tell(double done, std::string_view stage) const {
+    return !callback_ || callback_(whole(done), stage);
+  }
+  /// \throws Cancelled where the callback says stop
+  void at(double done, std::string_view stage) const {
+    if (!tell(done, stage)) throw Cancelled();
+  }
+
+ private:
+  double whole(double done) const { return from_ + (to_ - from_) * done; }
+
+  Progress callback_;
+  double from_, to_;
+};
+
+/// What `work` returns; or an empty result marked by `mark` where it was cancelled.
+template <typename Result, typename Work, typename Mark>
+Result unless_cancelled(const Work& work, const Mark& mark) {
+  try {
+    return work();
+  } catch (const Cancelled&) {
+    Result none;
+    mark(none);
+    return none;
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,127 @@
+#include <numeric>
+#include <utility>
+
+#include "bake/session_impl.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+
+}  // namespace
+
+SessionTexels::SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width)
+    : pipeline_(pipeline), triangles_(triangles), width_(width) {
+  for (const PipelineBand& from : pipeline.bands()) {
+    const std::uint32_t texels = from.texels.texel_count;
+    Band band;
+    band.index.resize(texels);
+    band.first.resize(texels + std::size_t{1});
+    from.texels.texel_index.read(pipeline.context(), band.index);
+    from.texels.texel_first.read(pipeline.context(), band.first);
+    band.first_texel = static_cast<std::uint32_t>(count_);
+    count_ += texels;
+    bands_.push_back(std::move(band));
+  }
+  chosen_ = Stamps(count_);
+}
+
+void SessionTexels::forget() {
+  texels_of_ = {};
+  padding_ = {};
+}
+
+/// Which texels each triangle of the high poly is matched by.
+void SessionTexels::index() {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // triangle, texel
+  for (std::size_t b = 0; b < bands_.size(); ++b) {
+    const Band& band = bands_[b];
+    const PipelineBand& on_device = pipeline_.bands()[b];
+    std::vector<std::uint32_t> triangle(on_device.texels.sample_count);
+    on_device.match.triangle.read(pipeline_.context(), triangle);
+    for (std::uint32_t t = 0; t < band.index.size(); ++t) {
+      for (std::uint32_t s = band.first[t]; s < band.first[t + 1]; ++s) {
+        const bool again = s != band.first[t] && triangle[s] == triangle[s - 1];
+        if (triangle[s] != KILN_NO_TRIANGLE && !again) {
+          pairs.emplace_back(triangle[s], band.first_texel + t);
+        }
+      }
+    }
+  }
+  texels_of_ =
+      Adjacency::make(triangles_, pairs.size(), [&](std::size_t i) { return pairs[i].first; });
+  for (std::uint32_t& item : texels_of_.items) item = pairs[item].second;
+}
+
+bool SessionTexels::choose(const DenseNormals& normals, const DenseNormals::Change& change) {
+  if (texels_of_.first.empty()) index();
+  chosen_.clear();
+  for (const std::uint32_t entry : change.entries) {
+    for (const std::uint32_t corner : normals.corners_of(entry)) {
+      for (const std::uint32_t texel : texels_of_.of(corner / 3)) chosen_.add(texel);
+    }
+  }
+  return chosen_.items().size() <= count_ / 2;
+}
+
+std::size_t SessionTexels::place_of(std::size_t band, std::uint32_t texel) const {
+  return std::size_t{pipeline_.bands()[band].texels.first_row} * width_ +
+         bands_[band].index[texel - bands_[band].first_texel];
+}
+
+void SessionTexels::read() {
+  chosen_.sort();
+  places_.clear();
+  const std::vector<std::uint32_t>& texels = chosen_.items();
+  std::size_t begin = 0;
+  for (std::size_t b = 0; b < bands_.size(); ++b) {
+    const std::size_t end_texel = bands_[b].first_texel + bands_[b].index.size();
+    std::size_t end = begin;
+    while (end < texels.size() && texels[end] < end_texel) ++end;
+    read_band(b, std::span(texels).subspan(begin, end - begin));
+    begin = end;
+  }
+}
+
+void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t> texels) {
+  if (texels.empty()) return;
+  cl::Context& context = pipeline_.context();
+  const Band& band = bands_[number];
+  const PipelineBand& all = pipeline_.bands()[number];
+  const auto count = static_cast<std::uint32_t>(texels.size());
+  std::vector<std::uint32_t> own(count), places(count), first(count + std::size_t{1});
+  for (std::size_t i = 0; i < count; ++i) {
+    own[i] = texels[i] - band.first_texel;
+    first[i + 1] = first[i] + band.first[own[i] + 1] - band.first[own[i]];
+    places_.push_back(place_of(number, texels[i]));
+  }
+  std::iota(places.begin(), places.end(), 0U);
+  const std::uint32_t samples = first.back();
+  TexelBand part;
+  part.texel_count = count;
+  part.sample_count = part.capacity = samples;
+  part.texel_index = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(places));
+  part.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(first));
+  part.triangle = cl::Array<std::uint32_t>(context, samples);
+  part.barycentric = cl::Array<float>(context, std::size_t{2} * samples);
+  Correspondence match;
+  match.count = match.capacity = samples;
+  match.triangle = cl::Array<std::uint32_t>(context, samples);
+  match.barycentric = cl::Array<float>(context, std::size_t{2} * samples);
+  const cl::Array<std::uint32_t> indices(context, std::span<const std::uint32_t>(own));
+  context.launch(context.kernel("session", "kiln_session_gather"), count, kLocal, count,
+                 all.texels.capacity, all.match.capacity, samples, indices, part.texel_first,
+                 all.texels.texel_first, all.texels.triangle, all.texels.barycentric,
+                 all.match.triangle, all.match.barycentric, part.triangle, part.barycentric,
+                 match.triangle, match.barycentric);
+  pipeline_.layers().run_some(part, match, std::span(places_).last(count));
+}
+
+void SessionTexels::finish(const BakeOptions& options) {
+  Layers& layers = pipeline_.layers();
+  if (padding_.first.empty()) padding_ = layers.padding_of(pipeline_.context(), options.gutter);
+  layers.finish_some(options, places_, padding_, pipeline_.result().maps);
+}
+
+}  // namespace kiln

@@ -1,0 +1,29 @@
+// Seconds of stages.
+#pragma once
+
+#include <chrono>
+
+namespace kiln {
+
+/// Starts when it is made.
+class Stopwatch {
+ public:
+  /// Seconds since the last lap, or since the start.
+  double lap() {
+    const auto now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+  /// Seconds since the start.
+  double total() const {
+    return std::chrono::duration<double>(Clock::now() - start_).count();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_ = start_;
+};
+
+}  // namespace kiln
