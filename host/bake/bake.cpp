@@ -183,6 +183,13 @@ void Pipeline::make_mips() {
 
 void Pipeline::pad_and_encode() {
   keep_on(kAtGutter, "gutter");
+  if (options_.two_component) {
+    for (const Layer& layer : layers_.all()) {
+      if (layer.row->info.type != MapType::unit_vector) continue;
+      warn_below_surface(layer.row->info.kind.name, layer.image, layers_.coverage(),
+                         result_.report);
+    }
+  }
   std::vector<Image> images =
       layers_.finish(context_, options_, false, result_.coverage, result_.report.gutter_texels);
   for (std::size_t l = 0; l < images.size(); ++l) {
