@@ -232,6 +232,12 @@ void Pipeline::finish_maps(Image* drawn) {
     report.seconds_mips += watch_.lap();
   }
   progress_.at(kAtGutter, "gutter");
+  if (options.two_component) {
+    for (const Layer& layer : layers_.all()) {
+      if (layer.row->info.type != MapType::unit_vector) continue;
+      warn_below_surface(layer.row->info.kind.name, layer.image, layers_.coverage(), report);
+    }
+  }
   std::vector<Image> images =
       layers_.finish(context_, options, bands_stay_ == Bands::stay, result_.coverage,
                      report.gutter_texels, drawn);

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "base/parallel.h"
+#include "image/gutter.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
@@ -64,6 +66,26 @@ void count_samples(BandReads& reads, const Correspondence& match, double unit, B
     report.missed += sums.counts[KILN_STATUS_MISS];
     distance_sum += sums.distance * unit;
   }
+}
+
+void warn_below_surface(std::string_view map, const Image& image,
+                        std::span<const std::uint8_t> coverage, BakeReport& report) {
+  std::uint64_t baked = 0, below = 0;
+  for (std::size_t i = 0; i < coverage.size(); ++i) {
+    if (coverage[i] != kCoverageBaked) continue;
+    ++baked;
+    below += image.pixels[i * image.channels + 2] <= 0 ? 1 : 0;
+  }
+  if (below == 0) return;
+  char share[32];
+  std::snprintf(share, sizeof share, "%.2g",
+                100 * static_cast<double>(below) / static_cast<double>(baked));
+  report.warnings.push_back(
+      {"below-surface",
+       std::string(share) + "% of the texels of the map " + std::string(map) +
+           " point below the surface. two_component has no sign for that: they lie on the horizon. "
+           "Leave it out to keep them.",
+       below});
 }
 
 void warn_about_misses(BakeReport& report) {

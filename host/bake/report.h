@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <string_view>
 
 #include "detail/band_reads.h"
 #include "kiln/bake.h"
@@ -20,6 +22,12 @@ void clear_counts(BakeReport& report);
 /// \param unit   world length of a frame unit
 void count_samples(BandReads& reads, const Correspondence& match, double unit,
                    BakeReport& report, double& distance_sum);
+
+/// Warns of texels whose normals point below the surface, where the third component, and its sign with it,
+/// is left out: they were pulled up to the horizon.
+/// \param image  unit vectors as they are, before encoding; coverage as of Layers
+void warn_below_surface(std::string_view map, const Image& image,
+                        std::span<const std::uint8_t> coverage, BakeReport& report);
 
 /// Warns where there is nothing to bake to, or much was missed.
 void warn_about_misses(BakeReport& report);

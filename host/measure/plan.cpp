@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -73,8 +74,13 @@ class Outlook {
   double texels_ = 0, above_ = 0;  // of the last map
 };
 
-/// The two layouts turned out not to agree, at one size or another.
+/// The two layouts turned out not to agree, at one size or another, or nothing lies at the same UVs.
 struct Unfit {};
+
+/// Whether a bake had texels, and found a point for none of them.
+bool found_nothing(const BakeReport& report) {
+  return report.samples != 0 && report.missed == report.samples;
+}
 
 class Planner {
  public:
@@ -130,6 +136,7 @@ class Planner {
     if (wanted == 0) {
       if (!stay && trial(first, size, outlook) <= wanted) return finished(wanted);
       stay ? level(MatchMethod::uv, *uv) : level(first, outlook);
+      find_something(size, outlook);
       return finished(best_error_);
     }
     if (!uv && trial(first, size, outlook) <= wanted) return finished(wanted);
@@ -138,7 +145,7 @@ class Planner {
     Outlook nearest_outlook = uv ? *uv : outlook;
     for (std::size_t i = 0; i < methods_.size(); ++i) {
       const MatchMethod method = methods_[i];
-      if (i == 1 && hopeless(nearest_outlook, wanted)) break;
+      if (i == 1 && best_finds_ && hopeless(nearest_outlook, wanted)) break;
       if (method == MatchMethod::views && !may_help(method)) continue;
       Outlook own = method == first ? outlook : outlook.with_limit(limit(method));
       if (uv && limit_of(method).missed == 1) continue;
@@ -150,7 +157,18 @@ class Planner {
       }
     }
     level(nearest, nearest_outlook);
+    find_something(size, outlook);
     return finished(wanted);
+  }
+
+  /// Where all trials found nothing, takes the next way that finds something.
+  void find_something(std::uint32_t size, const Outlook& outlook) {
+    for (const MatchMethod method : methods_) {
+      if (best_finds_) return;
+      if (tried(method) != 0) continue;
+      Outlook own = outlook.with_limit(limit(method));
+      if (std::isfinite(trial(method, size, own))) level(method, own);
+    }
   }
 
   void take_pictures(bool raster) {
@@ -186,6 +204,7 @@ class Planner {
     planned_ = {};
     planned_.seconds_measure = seconds;
     best_error_ = 0;
+    best_finds_ = false;
     nearest_limit_.reset();
   }
 
@@ -221,7 +240,8 @@ class Planner {
       } while (outlook.error(size) > wanted * kNear);
       const double error = trial(method, size, outlook);
       if (error <= wanted) return true;
-      if (error <= outlook.limit()) return false;  // larger maps gain nothing
+      // Larger maps gain nothing, or find no more.
+      if (error <= outlook.limit() || !std::isfinite(error)) return false;
     }
   }
 
@@ -233,7 +253,7 @@ class Planner {
         enough = next(enough);
       }
       if (enough == size) return;
-      trial(method, size = enough, outlook);
+      if (!std::isfinite(trial(method, size = enough, outlook))) return;
     }
   }
 
@@ -319,11 +339,12 @@ class Planner {
       if (method == MatchMethod::uv && error.code() == ErrorCode::input) throw Unfit();
       throw;
     }
+    if (method == MatchMethod::uv && found_nothing(baked.result.report)) throw Unfit();
     trial.seconds = watch.total();
     return baked;
   }
 
-  /// Bakes and measures. \returns the mean error
+  /// Bakes and measures. \returns the mean error; infinite where nothing was found
   double trial(MatchMethod method, std::uint32_t size, Outlook& outlook) {
     return measured(baked(method, size), outlook);
   }
@@ -345,19 +366,22 @@ class Planner {
     planned_.trials.push_back(trial);
     const double error = trial.error.mean_degrees;
     outlook.measured(std::min(trial.width, trial.height), error);
+    const bool finds = !found_nothing(report);
     const bool reached = options_.max_error > 0 && error <= options_.max_error;
-    // A larger map must be worth it.
-    if (reached || best_error_ == 0 || error <= best_error_ * 0.98) {
+    // A larger map must be worth it. One that found nothing gives way to any that found something.
+    const bool first = best_error_ == 0 || (finds && !best_finds_);
+    if (first || (finds && (reached || error <= best_error_ * 0.98))) {
       best_error_ = error;
+      best_finds_ = finds;
       planned_.chosen = trial;
       planned_.result = std::move(result);
     }
-    return error;
+    return finds ? error : std::numeric_limits<double>::infinity();
   }
 
   PlannedBake finished(double wanted) {
     planned_.wanted = wanted;
-    planned_.reached = planned_.chosen.error.mean_degrees <= wanted;
+    planned_.reached = best_finds_ && planned_.chosen.error.mean_degrees <= wanted;
     return std::move(planned_);
   }
 
@@ -371,6 +395,7 @@ class Planner {
   std::optional<NormalProbe::Limit> nearest_limit_;  // of UVs and the first way
   PlannedBake planned_;
   double best_error_ = 0;
+  bool best_finds_ = false;
 };
 
 }  // namespace

@@ -20,11 +20,29 @@ struct Distribution {
   double max = 0;     ///< The greatest value
 };
 
+/// A quantity of viewing rays: every pixel of every picture counts the same.
+struct RayMeasure {
+  double mean = 0;
+  double rms = 0;  ///< Root of the mean square
+  /// Of the rays that show a matched place of the light mesh, how many have this quantity, 0 to 1.
+  double share = 0;
+};
+
+/// How much the steps between the matches of neighbouring texels are longer or shorter than the texels'
+/// own.
+struct Uniformity {
+  double mean_percent = 0;  ///< Mean of 100 | |F(a) - F(b)| / |a - b| - 1 |
+  std::uint64_t pairs = 0;  ///< Of texels a, b
+};
+
 /// The same, texel by texel, for heat maps: one channel, rows from the top, width and height of the
 /// match. -1 where there is no value (not covered, missed, never visible), but for `stretch`.
 struct AssessmentFields {
-  Image object_distance;  ///< World units
-  Image image_distance;   ///< World units
+  Image object_space;            ///< World units: the mean over the rays that show the texel
+  Image image_space;             ///< World units: the same
+  Image normalised_image_space;  ///< 0 to 1: the same
+  Image uniformity;              ///< %: the mean over the texel's neighbours
+  Image match_distance;          ///< World units
   Image
       stretch;  ///< log2 of dense area over light area; -64 where there is no value, -63 where cells
                 ///< are folded over
@@ -42,27 +60,42 @@ struct AssessOptions {
 /// How good a correspondence F from the light surface to the dense one is, without looking at any map:
 /// Tarini, Cignoni, Scopigno, "Visibility based methods and assessment for detail-recovery" (2003),
 /// section 4. Positions are compared as numbers, never as colours.
+///
+/// A viewing ray comes from a test direction d and shows a point p of the light mesh where it meets a
+/// front face first; back faces hide what is behind them and are not looked at. Rays lie as evenly as the
+/// pixels of an orthogonal picture, without a size of pixels: each texel stands for its area times the
+/// cosine at which d sees it. Texels without a match have no ray.
 struct MatchAssessment {
   bool cancelled = false;     ///< The progress callback said stop: the figures are empty
   std::uint64_t samples = 0;  ///< Of the match that the light mesh covers
   std::uint64_t missed = 0;   ///< Of these, without a point
   double diagonal = 0;        ///< Of the dense mesh's bounding box, world units
 
-  /// Section 4.1: |F(p) - p|.
-  Distribution object_distance;
+  /// Section 4.1: the distance between F(p) and the point that the same ray meets first on the dense
+  /// mesh, where that is a front face. World units.
+  RayMeasure object_space;
+  /// Section 4.2: the distance from F(p) to the ray, world units.
+  RayMeasure image_space;
+  /// Section 4.2.1: the same over |p - F(p)|, 0 to 1. Where F(p) is p, to a millionth of the diagonal,
+  /// there is none.
+  RayMeasure normalised_image_space;
+  /// Section 4.3: over neighbours, above, below and beside each other, of one chart.
+  Uniformity uniformity;
+  /// The same over texels that are neighbours on the surface, across a seam of the layout. Pairs nearer
+  /// than half a texel are left out: their steps say nothing.
+  Uniformity uniformity_across_seams;
 
-  /// Section 4.2: how far p and F(p) are apart in a picture from direction d, |x - (x.d) d| with x =
-  /// F(p) - p, for the directions from which p is visible on the light mesh (back faces hide others and
-  /// are not looked at themselves). Here each p counts by its area, with its mean over directions, which
-  /// weigh by how much they face it: the normalised measure.
-  Distribution image_distance;
-  /// The plain measure: the mean over the pixels of all pictures together, so that what is seen from more
-  /// directions counts more.
-  double image_distance_plain = 0;
+  // Kiln's own measures.
+
+  /// |F(p) - p| over the light surface.
+  Distribution match_distance;
+  /// Each place's mean of image_space, over the light surface: here what is seen from few directions
+  /// counts as much as what is seen from many.
+  Distribution image_space_by_place;
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
-  /// Section 4.3: how evenly F samples the dense surface. log2 of the dense area over the light area of
-  /// each cell between a texel and its neighbours to the right and below, of the same chart.
+  /// How evenly F samples the dense surface, by areas. log2 of the dense area over the light area of each
+  /// cell between a texel and its neighbours to the right and below, of the same chart.
   Distribution stretch;     ///< Of |log2 - mean log2|: 0 is perfectly even
   double mean_stretch = 0;  ///< Mean log2
   std::uint64_t cells = 0;  ///< That were rated
@@ -78,7 +111,7 @@ struct MatchAssessment {
 /// Rates a match. Its samples must be those of `low` at the match's size.
 /// \throws Error(usage) for directions out of range, Error(input) where the match does not fit the meshes,
 ///         Error(device)
-/// Deterministic. Cost on two cores: the bunny at 512², 512 directions: 1 to 2 s.
+/// Deterministic. Cost on two cores: the bunny at 512², 512 directions: some 5 s.
 MatchAssessment assess(const Source& source, const Mesh& low, const Match& match,
                        const AssessOptions& options = {});
 

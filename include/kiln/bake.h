@@ -45,7 +45,9 @@ struct BakeOptions {
 
   NormalMapSpace space = NormalMapSpace::tangent;  ///< Of the maps of unit vectors
   bool flip_y = false;                             ///< Green down (DirectX); default up (OpenGL)
-  bool two_component = false;       ///< Third component left out (0): z = sqrt(1 - x^2 - y^2)
+  /// Third component left out (0): z = sqrt(1 - x^2 - y^2). A normal below the surface loses its sign and is
+  /// counted ("below-surface").
+  bool two_component = false;
   bool raw = false;                 ///< Components in [-1, 1] instead of n/2 + 1/2
   OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None

@@ -396,8 +396,8 @@ static inline float3 visibility_at(global const float* field, global const uint*
 }
 
 /// Writes a band's samples with new directions: where they are seen from, or, of the hybrid, between that
-/// and their own direction by the standard deviation of the directions that see them: all around where it
-/// is that of an open plane or more, and not at all where only one direction does.
+/// and their own direction by the standard deviation s of the directions that see them (section 3.4,
+/// equation 3): (1 - s) of the one, s of the other.
 /// \param field  means of directions, their length being what all have in common: of texels, or [3 *
 ///               triangles] of corners; w is 1, or 0 where there is none
 /// \param chart  of each triangle
@@ -447,8 +447,7 @@ kernel void kiln_visibility_direct(
       direction = mean / common;
       if (params.hybrid != 0) {
         const float deviation = sqrt(max(0.0f, 1.0f - common * common));
-        const float open = min(1.0f, deviation / KILN_VISIBILITY_OPEN);
-        direction = direction * (1.0f - open) + given * open;
+        direction = direction * (1.0f - deviation) + given * deviation;
       }
       const float3 normal = vload3(own, normals);
       const float size = sqrt(dot3(direction, direction));

@@ -1,21 +1,31 @@
-// Assess: how far apart a point of the light mesh and its match are in pictures from many directions.
+// Assess: what viewing rays from many directions show of a light mesh, its match and the dense mesh.
 //
-// Tarini, Cignoni, Scopigno 2003, "Visibility based methods and assessment for detail-recovery", section
-// 4.2. For each direction: samples that face it are aimed at the viewer; rays (occlusion.cl) find which of
-// them the light mesh hides; the distances of the others add up. One work-item owns a sample's sums, in
-// the directions' order.
+// Tarini, Cignoni, Scopigno 2003, "Visibility based methods and assessment for detail-recovery", sections
+// 4.1 and 4.2. For each direction: samples that face it are aimed at the viewer; rays (occlusion.cl) find
+// which of them the light mesh hides, and rays (ray.cl) what the viewer sees of the dense mesh instead of
+// the others; distances add up. One work-item owns a sample's sums, in the directions' order.
 //
-// kernel              global   local  memory traffic an item
-// kiln_assess_aim     samples  64     reads 12 B, writes 12 B
-// kiln_assess_gather  samples  64     reads 25 B, updates 8 B
+// kernel               global   local  memory traffic an item
+// kiln_assess_aim      samples  64     reads 12 B, writes 12 B
+// kiln_assess_gather   samples  64     reads 25 B, updates 12 B, writes 12 B
+// kiln_assess_compare  samples  64     reads 44 B + 12 B (gathered), updates 12 B
 //
-// Strengths: no picture is stored, so there is no pixel size to choose. Limits: a ray for every sample and
-// direction.
+// Strengths: no picture is stored, so there is no pixel size to choose. Limits: two rays for every sample
+// and direction.
 #include "lib/vector3.clh"
 #include "shared/assess.h"
 
 static inline float3 assess_vector(global const float* planes, size_t i, size_t plane) {
   return (float3)(planes[i], planes[i + plane], planes[i + 2 * plane]);
+}
+
+/// Adds a distance and its square, by their weight, to three planes of sums.
+static inline void assess_add(global float* sums, size_t i, size_t plane, float weight,
+                              float distance) {
+#pragma OPENCL FP_CONTRACT OFF
+  sums[i] += weight;
+  sums[i + plane] += weight * distance;
+  sums[i + 2 * plane] += weight * (distance * distance);
 }
 
 /// Writes the directions (planes 3 to 5 of `points`): the viewer's, or 0 (no ray) where a face is turned
@@ -33,23 +43,50 @@ kernel void kiln_assess_aim(const kiln_assess_params params, global const float*
   points[i + 5 * plane] = faces ? toward.z : 0.0f;
 }
 
+/// Adds the distances from matches to the rays, and takes the directions of hidden samples away.
 /// \param offsets  from the sample to its match
 /// \param hidden   by the light mesh; 0 where no ray was cast
-/// \param sums     2 planes: of the cosines to the viewer where a sample is visible, and of the distances
-///                 in the picture times the cosine
+/// \param sums     KILN_ASSESS_SUMS planes
 kernel void kiln_assess_gather(const kiln_assess_params params,
                                global const float* restrict normals,
                                global const float* restrict offsets,
-                               global const uchar* restrict hidden, global float* restrict sums) {
+                               global const uchar* restrict hidden, global float* restrict points,
+                               global float* restrict sums) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   const size_t plane = params.capacity;
   const float3 toward = vload3(0, params.direction);
   const float cosine = dot3(assess_vector(normals, i, plane), toward);
-  if (!(cosine > 0.0f) || hidden[i] != 0) return;
+  if (!(cosine > 0.0f)) return;
+  if (hidden[i] != 0) {
+    for (int k = 3; k < 6; ++k) points[i + k * plane] = 0.0f;
+    return;
+  }
   const float3 offset = assess_vector(offsets, i, plane);
   const float3 across = offset - toward * dot3(offset, toward);
-  sums[i] += cosine;
-  sums[i + plane] += cosine * sqrt(dot3(across, across));
+  assess_add(sums + KILN_ASSESS_SEEN * plane, i, plane, cosine, sqrt(dot3(across, across)));
+}
+
+/// Adds the distances from matches to what the rays meet first on the dense mesh, where they meet a front
+/// face.
+/// \param points         aimed samples; those without a direction have no ray
+/// \param dense_normals  unit normals of the dense mesh's faces
+/// \param triangle       that the ray meets, or KILN_NO_TRIANGLE
+/// \param distance       along the direction, from the sample
+kernel void kiln_assess_compare(
+    const kiln_assess_params params, global const float* restrict normals,
+    global const float* restrict offsets, global const float* restrict points,
+    global const float* restrict dense_normals, global const uint* restrict triangle,
+    global const float* restrict distance, global float* restrict sums) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t plane = params.capacity;
+  const float3 toward = assess_vector(points + 3 * plane, i, plane);
+  if (triangle[i] == KILN_NO_TRIANGLE || !(dot3(toward, toward) > 0.0f)) return;
+  if (!(dot3(vload3(triangle[i], dense_normals), toward) > 0.0f)) return;
+  const float cosine = dot3(assess_vector(normals, i, plane), toward);
+  const float3 apart = assess_vector(offsets, i, plane) - toward * distance[i];
+  assess_add(sums + KILN_ASSESS_MET * plane, i, plane, cosine, sqrt(dot3(apart, apart)));
 }

@@ -13,4 +13,13 @@ struct kiln_assess_params {
 typedef struct kiln_assess_params kiln_assess_params;
 KILN_CHECK_SIZE(kiln_assess_params, 32);
 
+/// Planes of the sums that a sample gathers over all directions.
+#define KILN_ASSESS_SEEN 0           ///< Of cosines to the viewer, where the sample is visible
+#define KILN_ASSESS_ACROSS 1         ///< The same times the match's distance to the ray
+#define KILN_ASSESS_ACROSS_SQUARE 2  ///< The same times its square
+#define KILN_ASSESS_MET 3    ///< Of cosines, where the ray meets a front face of the dense mesh
+#define KILN_ASSESS_APART 4  ///< The same times the distance from the match to that point
+#define KILN_ASSESS_APART_SQUARE 5  ///< The same times its square
+#define KILN_ASSESS_SUMS 6
+
 #endif

@@ -9,11 +9,11 @@
 #define KILN_VISIBILITY_LEAST_COSINE 0.02f
 
 /// A matching direction leaves its face at this cosine at least.
+///
+/// Beside a ridge the mean of what sees both sides may lie along the wall, or lead into it: the ray would
+/// run far over the face, or under it. It is raised along the face's normal, which changes it the least
+/// of all ways.
 #define KILN_VISIBILITY_LEAST_RISE 0.1f
-
-/// Standard deviation of cosine-weighted directions over the open half of all directions: their mean has
-/// the length 2/3, so sqrt(1 - 4/9).
-#define KILN_VISIBILITY_OPEN 0.74535599f
 
 /// Depth of a pixel that shows nothing.
 #define KILN_VISIBILITY_FAR 1e30f

@@ -375,6 +375,49 @@ TEST(Bake, FlipYTurnsGreenAndTwoComponentsDropBlue) {
   }
 }
 
+TEST(Bake, TwoComponentsCountWhatPointsBelowTheSurface) {
+  KILN_REQUIRE_DEVICE();
+  // A plane under waves so steep that some of their normals, turned by 75 degrees, point below it.
+  const Mesh low = test::plane(1, 1);
+  Mesh high = test::plane(32, 32);
+  high.normals.clear();
+  for (const Vec3& p : high.positions) {
+    const double angle = 1.9 * std::sin(9 * double{p.x});
+    high.normals.push_back(
+        {static_cast<float>(std::sin(angle)), 0, static_cast<float>(std::cos(angle))});
+  }
+  high.normal_triangles = high.triangles;
+  const Source source(*test::device(), high);
+  for (const NormalMapSpace space : {NormalMapSpace::face, NormalMapSpace::tangent}) {
+    BakeOptions options = small_options();
+    options.space = space;
+    options.raw = true;
+    const BakeResult whole = bake(source, low, options);
+    std::uint64_t below = 0;
+    for (std::size_t i = 0; i < whole.coverage.size(); ++i) {
+      const bool baked = whole.coverage[i] == 1;
+      below += baked && whole.maps[0].image.pixels[3 * i + 2] <= 0 ? 1 : 0;
+    }
+    ASSERT_GT(below, 100U);
+    const auto counted = [](const BakeResult& result) {
+      std::uint64_t count = 0;
+      for (const Warning& warning : result.report.warnings) {
+        if (warning.code == "below-surface") count += warning.count;
+      }
+      return count;
+    };
+    EXPECT_EQ(counted(whole), 0U);
+    options.two_component = true;
+    EXPECT_EQ(counted(bake(source, low, options)), below);
+  }
+  // Where all point up, there is nothing to say.
+  BakeOptions options = small_options();
+  options.two_component = true;
+  for (const Warning& warning : bake(Source(*test::device(), low), low, options).report.warnings) {
+    EXPECT_NE(warning.code, "below-surface");
+  }
+}
+
 TEST(Bake, CageFindsTheOuterSurfaceFirst) {
   KILN_REQUIRE_DEVICE();
   // Two sheets above a plane, both facing up: the cage ray meets the upper one first.

@@ -174,9 +174,12 @@ TEST(Golden, Assessments) {
     assess_options.fields = true;
     const AssessmentFields fields = assess(source, low, match, assess_options).fields;
     const std::string name = method == MatchMethod::ray ? "ray" : "closest";
-    group.check(name + "-object-distance", fields.object_distance);
-    group.check(name + "-image-distance", fields.image_distance);
+    group.check(name + "-match-distance", fields.match_distance);
+    group.check(name + "-image-space", fields.image_space);
     group.check(name + "-stretch", fields.stretch);
+    group.check(name + "-object-space", fields.object_space);
+    group.check(name + "-normalised-image-space", fields.normalised_image_space);
+    group.check(name + "-uniformity", fields.uniformity);
   }
   KILN_FINISH_GROUP(group);
 }

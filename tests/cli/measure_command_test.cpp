@@ -100,23 +100,32 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   const json& ray = report["methods"][0];
   const json& closest = report["methods"][1];
   EXPECT_EQ(ray["method"], "ray");
-  EXPECT_EQ(ray["image_distance"]["directions"], 64);
+  EXPECT_EQ(ray["directions"], 64);
   EXPECT_EQ(ray["miss_rate"], 0);
   const auto mean = [](const json& of) { return of["mean"].get<double>(); };
   // Heights of the bumps are some hundredths; nearest points are nearer than where normals lead.
-  EXPECT_GT(mean(closest["object_distance"]), 0.005);
-  EXPECT_LT(mean(closest["object_distance"]), mean(ray["object_distance"]));
-  EXPECT_LT(mean(ray["object_distance"]), 0.04);
-  // Pictures show a distance shorter or as it is.
-  EXPECT_LT(mean(ray["image_distance"]["normalised"]), mean(ray["object_distance"]));
+  EXPECT_GT(mean(closest["match_distance"]), 0.005);
+  EXPECT_LT(mean(closest["match_distance"]), mean(ray["match_distance"]));
+  EXPECT_LT(mean(ray["match_distance"]), 0.04);
+  for (const json& row : {ray, closest}) {
+    // Pictures show a distance shorter or as it is; a ray that is aslant meets the bumps farther off.
+    EXPECT_LT(mean(row["image_space"]), mean(row["match_distance"]));
+    EXPECT_GT(mean(row["object_space"]), mean(row["image_space"]));
+    EXPECT_GT(row["object_space"]["rms"], row["object_space"]["mean"]);
+    EXPECT_GT(row["object_space"]["share_of_rays"], 0.95);
+    EXPECT_NEAR(mean(row["normalised_image_space"]), 2.0 / 3, 0.05);
+    EXPECT_GT(row["uniformity"]["pairs"], 20000);
+    EXPECT_GT(row["uniformity"]["across_seams"]["pairs"], 100);
+  }
+  EXPECT_GT(closest["uniformity"]["mean_percent"], ray["uniformity"]["mean_percent"]);
   EXPECT_LT(ray["rendered_normals"]["mean_angle_degrees"].get<double>(),
             report["without_map"]["mean_angle_degrees"].get<double>() / 3);
   EXPECT_GE(ray["rendered_normals"]["rms_angle_degrees"].get<double>(),
             ray["rendered_normals"]["mean_angle_degrees"].get<double>());
 
-  ASSERT_EQ(report["outputs"].size(), 9U);
+  ASSERT_EQ(report["outputs"].size(), 2U * 6 + 3);
   for (const json& output : report["outputs"]) EXPECT_TRUE(fs::exists(output.get<std::string>()));
-  const Image field = load_image(scene / "out" / "low_ray_object_distance.exr");
+  const Image field = load_image(scene / "out" / "low_ray_match_distance.exr");
   EXPECT_EQ(field.width, 128U);
   double sum = 0;
   int known = 0;
@@ -127,7 +136,7 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   }
   EXPECT_EQ(known, ray["samples"].get<int>());
   // Texels of the sphere's map weigh alike here and by their area there.
-  EXPECT_NEAR(sum / known, mean(ray["object_distance"]), 0.2 * mean(ray["object_distance"]));
+  EXPECT_NEAR(sum / known, mean(ray["match_distance"]), 0.2 * mean(ray["match_distance"]));
 
   // What measure.png shows: two shades, then a block a measure with a tile a method.
   expect_tiles(scene / "out", "measure", 2 + 4 * 2);
@@ -150,7 +159,7 @@ TEST(MeasureCommand, RatesWaysToMatch) {
     }
     // A ball covers three quarters of its square; one side of it stands for the whole.
     EXPECT_NEAR(known, 0.76 * static_cast<double>(pixels), 0.12 * static_cast<double>(pixels));
-    const double percent = 100 * method["object_distance"]["mean_of_diagonal"].get<double>();
+    const double percent = 100 * method["object_space"]["mean_of_diagonal"].get<double>();
     EXPECT_NEAR(sum / known, percent, 0.3 * percent);
   }
   EXPECT_GE(plot["tile"][0], 300);
@@ -193,6 +202,37 @@ TEST(MeasureCommand, ShowsAThinModelLarge) {
   EXPECT_LE(tile[0], 120) << "nothing beside the mesh";
 }
 
+TEST(MeasureCommand, RatesPlacesOfVisibilityApart) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(2000);
+  const auto measure = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"measure", scene / "high.obj", scene / "low.obj", "--size", "64",
+                               "--directions", "12", "--max-distance", "10%"});
+    return run_kiln(more);
+  };
+  const ProcessResult result =
+      measure({"--match", "ray", "--match", "hybrid", "--match", "visibility", "--visibility-at",
+               "vertex", "--visibility-at", "texel", "--json", scene / "r.json", "--out", scene});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(scene / "r.json");
+  std::vector<std::string> names;
+  for (const json& row : report["methods"]) {
+    names.push_back(row["name"]);
+    EXPECT_EQ(row.contains("visibility_at"), row["method"] != "ray");
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"ray", "hybrid_vertex", "hybrid_texel",
+                                             "visibility_vertex", "visibility_texel"}));
+  EXPECT_EQ(report["methods"][3]["visibility_at"], "vertex");
+  EXPECT_NE(report["methods"][3]["object_space"], report["methods"][4]["object_space"]);
+  EXPECT_TRUE(fs::exists(scene / "low_hybrid_vertex_uniformity.exr"));
+  for (const std::string& name : names) {
+    EXPECT_NE(result.output.find("\n" + name), std::string::npos) << result.output;
+  }
+  EXPECT_EQ(measure({"--match", "ray", "--visibility-at", "face"}).exit_code, 2);
+  EXPECT_EQ(measure({"--visibility-at", "edge"}).exit_code, 2);
+  EXPECT_EQ(measure({"--study", "views", "--out", scene, "--visibility-at", "face"}).exit_code, 2);
+}
+
 /// Waves on a plane with UVs, a plane under them with the same layout, and one whose layout is turned.
 fs::path make_layouts() {
   const fs::path scene = test::scratch_folder();
@@ -231,8 +271,8 @@ TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
   EXPECT_TRUE(report["left_out"].empty());
   // Over a plane, the normals' lines and the UVs say the same.
   const json ray = report["methods"][2], uv = report["methods"][3];
-  EXPECT_NEAR(uv["object_distance"]["mean"].get<double>(),
-              ray["object_distance"]["mean"].get<double>(), 1e-5);
+  EXPECT_NEAR(uv["match_distance"]["mean"].get<double>(),
+              ray["match_distance"]["mean"].get<double>(), 1e-5);
   EXPECT_NEAR(uv["rendered_normals"]["mean_angle_degrees"].get<double>(),
               ray["rendered_normals"]["mean_angle_degrees"].get<double>(), 0.01);
 
@@ -253,6 +293,40 @@ TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
   const ProcessResult none = run_kiln({"measure", scene / "turned.obj", scene / "low.obj",
                                        "--match", "uv", "--max-distance", "10%"});
   EXPECT_EQ(none.exit_code, 3);
+}
+
+TEST(MeasureCommand, LeavesOutWhatFindsNothing) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_layouts();
+  // Half of the light mesh's layout lies beside the unit square, and the dense one's beside the rest.
+  Mesh low = load_mesh(scene / "low.obj"), high = load_mesh(scene / "high.obj");
+  for (Vec2& uv : low.uvs) uv.x += 0.5F;
+  for (Vec2& uv : high.uvs) uv.x *= 0.4F;
+  save_obj(low, scene / "outside.obj");
+  save_obj(high, scene / "left.obj");
+  const auto measure = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"measure", scene / "left.obj", scene / "outside.obj", "--size", "64",
+                 "--directions", "12", "--max-distance", "10%", "--json", scene / "r.json"});
+    return run_kiln(more);
+  };
+  const ProcessResult result = measure({});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(scene / "r.json");
+  EXPECT_EQ(report["methods"].size(), 5U);
+  ASSERT_EQ(report["left_out"].size(), 1U);
+  EXPECT_EQ(report["left_out"][0]["method"], "uv");
+  EXPECT_NE(report["left_out"][0]["reason"].get<std::string>().find("where LOW has none"),
+            std::string::npos);
+  const ProcessResult refused = measure({"--match", "uv"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.errors.find("where LOW has none"), std::string::npos) << refused.errors;
+  // Rays reach what the same UVs cannot.
+  const ProcessResult baked =
+      run_kiln({"bake", scene / "left.obj", scene / "outside.obj", "--match", "auto", "--max-error",
+                "30", "--size", "128", "--out", scene / "auto", "--json", scene / "b.json"});
+  EXPECT_EQ(baked.exit_code, 0) << baked.errors;
+  EXPECT_NE(baked.output.find("ray"), std::string::npos) << baked.output;
 }
 
 TEST(MeasureCommand, TakesAHeightField) {
@@ -277,7 +351,7 @@ TEST(MeasureCommand, TakesAHeightField) {
   EXPECT_EQ(report["options"]["height"], 0.3);
   for (const json& row : report["methods"]) {
     EXPECT_EQ(row["miss_rate"], 0);
-    EXPECT_NEAR(row["object_distance"]["mean"].get<double>(), 0.3 * 0.5, 0.02);
+    EXPECT_NEAR(row["match_distance"]["mean"].get<double>(), 0.3 * 0.5, 0.02);
     for (const json& warning : row["warnings"]) EXPECT_NE(warning["code"], "uv-disagreement");
   }
   EXPECT_EQ(measure("high.obj", {"--match", "ray"}).exit_code, 2);

@@ -62,14 +62,14 @@ TEST(Assess, APlaneOverAPlaneHasTheDistancesOfGeometry) {
   const MatchAssessment a = assess_plane(0.25F, point);
   EXPECT_EQ(a.samples, kSize * kSize);
   EXPECT_EQ(a.missed, 0U);
-  EXPECT_NEAR(a.object_distance.mean, 0.25, 1e-6);
-  EXPECT_NEAR(a.object_distance.rms, 0.25, 1e-6);
-  EXPECT_NEAR(a.object_distance.p95, 0.25, 1e-6);
-  EXPECT_NEAR(a.object_distance.max, 0.25, 1e-6);
-  EXPECT_NEAR(a.object_distance.area, 1, 1e-6);
+  EXPECT_NEAR(a.match_distance.mean, 0.25, 1e-6);
+  EXPECT_NEAR(a.match_distance.rms, 0.25, 1e-6);
+  EXPECT_NEAR(a.match_distance.p95, 0.25, 1e-6);
+  EXPECT_NEAR(a.match_distance.max, 0.25, 1e-6);
+  EXPECT_NEAR(a.match_distance.area, 1, 1e-6);
   // The integral of h sin(t) cos(t) over the hemisphere over that of cos(t): 2/3 h.
-  EXPECT_NEAR(a.image_distance.mean, 0.25 * 2 / 3, 2e-3);
-  EXPECT_NEAR(a.image_distance_plain, 0.25 * 2 / 3, 2e-3);
+  EXPECT_NEAR(a.image_space_by_place.mean, 0.25 * 2 / 3, 2e-3);
+  EXPECT_NEAR(a.image_space.mean, 0.25 * 2 / 3, 2e-3);
   EXPECT_EQ(a.never_visible, 0);
   EXPECT_NEAR(a.mean_stretch, 0, 1e-4);
   EXPECT_NEAR(a.stretch.max, 0, 1e-3);
@@ -83,8 +83,8 @@ TEST(Assess, APlaneOverAPlaneHasTheDistancesOfGeometry) {
 TEST(Assess, APerfectMatchHasNoDistance) {
   KILN_REQUIRE_DEVICE();
   const MatchAssessment a = assess_plane(0, point, 64);
-  EXPECT_NEAR(a.object_distance.max, 0, 1e-6);
-  EXPECT_NEAR(a.image_distance.max, 0, 1e-6);
+  EXPECT_NEAR(a.match_distance.max, 0, 1e-6);
+  EXPECT_NEAR(a.image_space_by_place.max, 0, 1e-6);
 }
 
 TEST(Assess, DistancesAlongAPictureDoNotCountInIt) {
@@ -101,8 +101,8 @@ TEST(Assess, DistancesAlongAPictureDoNotCountInIt) {
     }
   }
   const MatchAssessment a = assess_plane(0, [](double x, double y) { return point(x + 0.25, y); });
-  EXPECT_NEAR(a.object_distance.mean, 0.25, 1e-6);
-  EXPECT_NEAR(a.image_distance.mean, 0.25 * sum / weights, 1e-3);
+  EXPECT_NEAR(a.match_distance.mean, 0.25, 1e-6);
+  EXPECT_NEAR(a.image_space_by_place.mean, 0.25 * sum / weights, 1e-3);
 }
 
 TEST(Assess, FoldsAndStretchAreFound) {
@@ -155,11 +155,11 @@ TEST(Assess, MissesAreLeftOut) {
   options.fields = true;
   const MatchAssessment a = assess(source, test::plane(1, 1), match, options);
   EXPECT_EQ(a.missed, kSize * kSize / 4);
-  EXPECT_NEAR(a.object_distance.area, 0.75, 1e-6);
-  EXPECT_EQ(a.fields.object_distance.pixels.front(), -1);
-  EXPECT_EQ(a.fields.image_distance.pixels.front(), -1);
+  EXPECT_NEAR(a.match_distance.area, 0.75, 1e-6);
+  EXPECT_EQ(a.fields.match_distance.pixels.front(), -1);
+  EXPECT_EQ(a.fields.image_space.pixels.front(), -1);
   EXPECT_EQ(a.fields.stretch.pixels.front(), -64);
-  EXPECT_NEAR(a.fields.object_distance.pixels.back(), 0.25, 1e-6);
+  EXPECT_NEAR(a.fields.match_distance.pixels.back(), 0.25, 1e-6);
 }
 
 TEST(Assess, WhatIsHiddenDoesNotCount) {
@@ -182,7 +182,7 @@ TEST(Assess, WhatIsHiddenDoesNotCount) {
   options.directions = 64;
   const MatchAssessment a = assess(source, inside, *baked.match, options);
   EXPECT_NEAR(a.never_visible, 1, 0.02);
-  EXPECT_GT(a.object_distance.mean, 0);
+  EXPECT_GT(a.match_distance.mean, 0);
 }
 
 // ---- by brute force -----------------------------------------------------------------------------
@@ -280,16 +280,15 @@ TEST(Assess, AgreesWithBruteForceWhereThingsHideEachOther) {
         if (weight > 0) {
           normalised += texel_area * sum / weight;
           area += texel_area;
-          EXPECT_NEAR(a.fields.image_distance.pixels[i], sum / weight, 2e-4)
-              << row << ' ' << column;
+          EXPECT_NEAR(a.fields.image_space.pixels[i], sum / weight, 2e-4) << row << ' ' << column;
         }
         ++compared;
       }
     }
   }
   EXPECT_EQ(compared, a.samples);
-  EXPECT_NEAR(a.image_distance_plain, plain / plain_weight, 1e-4 * plain / plain_weight);
-  EXPECT_NEAR(a.image_distance.mean, normalised / area, 1e-4 * normalised / area);
+  EXPECT_NEAR(a.image_space.mean, plain / plain_weight, 1e-4 * plain / plain_weight);
+  EXPECT_NEAR(a.image_space_by_place.mean, normalised / area, 1e-4 * normalised / area);
 }
 
 TEST(Assess, RefusesWhatDoesNotFit) {
@@ -325,7 +324,7 @@ TEST(Assess, RaysAndNearestPointsDifferAsTheyShould) {
   const MatchAssessment a = assess(source, low, *ray.match, options);
   const MatchAssessment b = assess(source, low, *closest.match, options);
   // Nearest points are nearest, and rays sample more evenly and never fold where both find something.
-  EXPECT_LT(b.object_distance.mean, a.object_distance.mean);
+  EXPECT_LT(b.match_distance.mean, a.match_distance.mean);
   EXPECT_LT(a.stretch.rms, b.stretch.rms);
 }
 

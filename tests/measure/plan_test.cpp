@@ -320,6 +320,41 @@ TEST(Plan, TakesUvsBeforeAllElseWhereLayoutsAgree) {
   EXPECT_GT(hopeless.least, 0);
 }
 
+TEST(Plan, ATrialThatFindsNothingIsNeverTheResult) {
+  KILN_REQUIRE_DEVICE();
+  // Half of the light mesh's layout lies beside the unit square; the dense one's lies beside the rest.
+  Waves pair;
+  for (Vec2& uv : pair.low.uvs) uv.x += 0.5F;
+  for (Vec2& uv : pair.high.uvs) uv.x *= 0.4F;
+  const Source source(*test::device(), pair.high);
+  BakeOptions by_uv = plan_options(0, 128).bake;
+  by_uv.method = MatchMethod::uv;
+  const BakeReport nothing = bake(source, pair.low, by_uv).report;
+  ASSERT_GT(nothing.samples, 0U);
+  ASSERT_EQ(nothing.missed, nothing.samples) << "else this tests nothing";
+  for (const double wanted : {0.0, 4.0, 60.0}) {
+    const PlannedBake planned = bake_planned(source, pair.low, plan_options(wanted, 256));
+    EXPECT_EQ(planned.chosen.method, MatchMethod::ray) << wanted;
+    EXPECT_TRUE(planned.reached) << wanted;
+    EXPECT_EQ(planned.result.report.missed, 0U);
+    EXPECT_FALSE(planned.result.report.uv);
+  }
+  // Rays that end too early find nothing; nearest points have no such end.
+  const Mesh far = test::plane(8, 8), low = test::plane(2, 2);
+  Mesh raised = far;
+  for (Vec3& p : raised.positions) p.z = 0.3F;
+  raised.uvs.clear();
+  raised.uv_triangles.clear();
+  PlanOptions turned = plan_options(60, 128);
+  turned.bake.max_distance = Length::absolute(0.5);
+  Mesh inward = low;
+  inward.normals = {{1, 0, 0}};  // rays run along the plane
+  const PlannedBake planned = bake_planned(Source(*test::device(), raised), inward, turned);
+  EXPECT_NE(planned.chosen.method, MatchMethod::ray);
+  EXPECT_LT(planned.chosen.missed, 1);
+  EXPECT_LT(planned.result.report.missed, planned.result.report.samples);
+}
+
 TEST(Plan, LeavesUvsOutWhereTheyDoNotFit) {
   KILN_REQUIRE_DEVICE();
   const auto expect_rays = [](const Waves& pair, const PlanOptions& options) {

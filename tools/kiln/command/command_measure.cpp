@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
 
 #include "arguments/bake_arguments.h"
+#include "arguments/bake_values.h"
 #include "arguments/dense_input.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -28,7 +30,7 @@ const std::map<std::string, StudyKind> kStudies = {
 struct MeasureArguments {
   std::string high, low, study, out, json, device;
   std::string max_distance = "2%";
-  std::vector<std::string> matches;
+  std::vector<std::string> matches, visibility_at;
   std::optional<std::uint32_t> views, view_size, size, faces, directions;
   HeightArguments heights;
   bool z_up = false, quiet = false;
@@ -37,8 +39,11 @@ struct MeasureArguments {
 /// Contradictions between several options.
 void check(const MeasureArguments& a) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
-  if (!a.matches.empty() || a.directions) {
-    fail("--match and --directions are for rating ways to match: leave out --study, or them.");
+  if (!a.matches.empty() || a.directions || !a.visibility_at.empty()) {
+    fail(
+        "--match, --directions and --visibility-at are for rating ways to match: leave out "
+        "--study, "
+        "or them.");
   }
   if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
   if (!a.low.empty() && a.study != "views") {
@@ -173,6 +178,14 @@ int run_rating(const MeasureArguments& a) {
   }
   RatingOptions options;
   options.methods = a.matches.empty() ? match_names() : a.matches;
+  for (const std::string& at : a.visibility_at) {
+    options.visibility_at.push_back(visibility_at_values().at(at));
+  }
+  if (!a.visibility_at.empty() &&
+      std::none_of(options.methods.begin(), options.methods.end(),
+                   [](const std::string& name) { return find_match(name).takes_visibility; })) {
+    fail("--visibility-at is for --match visibility and hybrid: add one of them, or leave it out.");
+  }
   options.strict = !a.matches.empty();
   options.size = a.size.value_or(options.size);
   options.directions = a.directions.value_or(options.directions);
@@ -213,10 +226,13 @@ int run_rating(const MeasureArguments& a) {
       outputs.push_back((folder / name).string());
     };
     for (const Rating& row : ratings->rows) {
-      const std::string stem = low.name + "_" + row.method;
+      const std::string stem = low.name + "_" + row.name;
       const AssessmentFields& fields = row.match.fields;
-      save(fields.object_distance, stem + "_object_distance.exr");
-      save(fields.image_distance, stem + "_image_distance.exr");
+      save(fields.object_space, stem + "_object_space.exr");
+      save(fields.image_space, stem + "_image_space.exr");
+      save(fields.normalised_image_space, stem + "_normalised_image_space.exr");
+      save(fields.uniformity, stem + "_uniformity.exr");
+      save(fields.match_distance, stem + "_match_distance.exr");
       save(fields.stretch, stem + "_stretch.exr");
     }
     if (!save_plots(folder, {ratings_plot(*ratings)}, outputs, warnings)) return kExitCancelled;
@@ -228,6 +244,7 @@ int run_rating(const MeasureArguments& a) {
         {"inputs", {{"high", cli::describe(high, a.high)}, {"low", cli::describe(low, a.low)}}},
         {"options",
          {{"match", options.methods},
+          {"visibility_at", a.visibility_at},
           {"size", options.size},
           {"directions", options.directions},
           {"max_distance", a.max_distance},
@@ -280,8 +297,15 @@ Run add_measure(CLI::App& app) {
       ->allow_extra_args(false)
       ->check(CLI::IsMember(match_names()));
   command
+      ->add_option(
+          "--visibility-at", a->visibility_at,
+          "Rate visibility and hybrid with directions gathered here: face, vertex or texel; "
+          "may be given again (default: texel)")
+      ->allow_extra_args(false)
+      ->check(one_of(visibility_at_values()));
+  command
       ->add_option("--directions", a->directions,
-                   "Directions of the pictures that distances are measured in (default 512)")
+                   "Directions that viewing rays come from (default 512)")
       ->check(CLI::Range(12U, 4096U));
   command
       ->add_option("--study", a->study,

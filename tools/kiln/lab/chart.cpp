@@ -208,12 +208,14 @@ double ChartRow::error(ChartMeasure measure) const {
       return map_error.mean_angle_degrees;
     case ChartMeasure::picture:
       return normal_error.mean_degrees;
-    case ChartMeasure::object_distance:
-      return 100 * match.object_distance.mean / match.diagonal;
-    case ChartMeasure::image_distance:
+    case ChartMeasure::object_space:
+      return 100 * match.object_space.mean / match.diagonal;
+    case ChartMeasure::normalised_image_space:
+      return match.normalised_image_space.mean;
+    case ChartMeasure::uniformity:
       break;
   }
-  return 100 * match.image_distance.mean / match.diagonal;
+  return match.uniformity.mean_percent;
 }
 
 const char* family_name(ChartFamily family) {

@@ -61,14 +61,19 @@ struct ChartSeconds {
 /// How far from the truth, by several measures.
 enum class ChartMeasure {
   map,  ///< Against the reference map, over texels that both have and where the reference found something
-  picture,          ///< Rendered normals against the dense mesh's, over held-out views
-  object_distance,  ///< From samples to their matches (Tarini et al. 2003, section 4.1)
-  image_distance,   ///< The same in pictures, normalised (section 4.2)
+  object_space,            ///< Tarini et al. 2003, section 4.1
+  normalised_image_space,  ///< Section 4.2.1
+  uniformity,              ///< Section 4.3
+  picture,                 ///< Rendered normals against the dense mesh's, over held-out views
 };
-constexpr std::array<ChartMeasure, 4> kChartMeasures = {ChartMeasure::map, ChartMeasure::picture,
-                                                        ChartMeasure::object_distance,
-                                                        ChartMeasure::image_distance};
-/// Of the distances: texels a side, one sample each, and directions of pictures.
+constexpr std::array<ChartMeasure, 5> kChartMeasures = {
+    ChartMeasure::map, ChartMeasure::object_space, ChartMeasure::normalised_image_space,
+    ChartMeasure::uniformity, ChartMeasure::picture};
+/// Those that are drawn.
+constexpr std::array<ChartMeasure, 4> kChartPanels = {
+    ChartMeasure::object_space, ChartMeasure::normalised_image_space, ChartMeasure::uniformity,
+    ChartMeasure::picture};
+/// Of Tarini's measures: texels a side, one sample each, and directions of viewing rays.
 constexpr std::uint32_t kAssessedSize = 256, kAssessedDirections = 512;
 
 struct ChartRow {
@@ -82,7 +87,8 @@ struct ChartRow {
   MatchAssessment match;
   std::array<bool, kChartMeasures.size()> on_front{};  ///< Undominated, by measure
 
-  double error(ChartMeasure measure) const;  ///< Mean: degrees, or % of the diagonal
+  /// Mean: degrees, % of the diagonal (object space), 0 to 1 (normalised) or % (uniformity).
+  double error(ChartMeasure measure) const;
   bool front(ChartMeasure measure) const { return on_front[static_cast<std::size_t>(measure)]; }
 };
 

@@ -61,12 +61,16 @@ Json describe(const ChartRow& row) {
                        {"max_angle_degrees", row.map_error.max_angle_degrees},
                        {"texels", row.map_error.compared}};
   json["normal_error"] = cli::describe(row.normal_error);
-  json["object_distance_percent"] = row.error(ChartMeasure::object_distance);
-  json["image_distance_percent"] = row.error(ChartMeasure::image_distance);
-  json["image_distance_plain_percent"] = 100 * row.match.image_distance_plain / row.match.diagonal;
-  json["uneven_sampling_log2_rms"] = row.match.stretch.rms;
-  json["fold_rate"] = row.match.folded;
-  json["largest_jump_percent"] = 100 * row.match.largest_jump / row.match.diagonal;
+  const MatchAssessment& match = row.match;
+  json["object_space_percent"] = row.error(ChartMeasure::object_space);
+  json["object_space_rms_percent"] = 100 * match.object_space.rms / match.diagonal;
+  json["image_space_percent"] = 100 * match.image_space.mean / match.diagonal;
+  json["normalised_image_space"] = row.error(ChartMeasure::normalised_image_space);
+  json["uniformity_percent"] = row.error(ChartMeasure::uniformity);
+  json["match_distance_percent"] = 100 * match.match_distance.mean / match.diagonal;
+  json["stretch_log2_rms"] = match.stretch.rms;
+  json["fold_rate"] = match.folded;
+  json["largest_jump_percent"] = 100 * match.largest_jump / match.diagonal;
   for (const ChartMeasure measure : kChartMeasures) {
     json["on_front"][measure_name(measure)] = row.front(measure);
   }
@@ -97,12 +101,14 @@ const char* measure_name(ChartMeasure measure) {
       return "map_error";
     case ChartMeasure::picture:
       return "normal_error";
-    case ChartMeasure::object_distance:
-      return "object_distance";
-    case ChartMeasure::image_distance:
+    case ChartMeasure::object_space:
+      return "object_space";
+    case ChartMeasure::normalised_image_space:
+      return "normalised_image_space";
+    case ChartMeasure::uniformity:
       break;
   }
-  return "image_distance";
+  return "uniformity";
 }
 
 std::vector<const ChartRow*> front_rows(const ChartPair& pair, ChartMeasure measure) {
@@ -118,9 +124,10 @@ std::vector<const ChartRow*> front_rows(const ChartPair& pair, ChartMeasure meas
 
 std::string chart_data(const std::vector<ChartPair>& pairs) {
   std::string text =
-      "pair,setting,family,seconds,map_error,normal_error,object_distance,image_distance,map_front,"
-      "normal_front,object_front,image_front,seconds_least,seconds_most,seconds_build,seconds_"
-      "match,seconds_total,samples_a_side,views,view_size,"
+      "pair,setting,family,seconds,map_error,object_space,normalised_image_space,uniformity,"
+      "normal_error,map_front,object_front,normalised_front,uniformity_front,normal_front,"
+      "seconds_least,seconds_most,seconds_build,seconds_match,seconds_total,samples_a_side,views,"
+      "view_size,"
       "texels,samples,outward,inward,cage,viewed,closest,missed,map_texels,map_p95,map_p99,map_max,"
       "normal_pixels,normal_median,normal_p95,normal_p99,normal_max,normal_mean_8bit\n";
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -167,26 +174,27 @@ std::string chart_data(const std::vector<ChartPair>& pairs) {
 std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions& options,
                         const DeviceInfo& device) {
   std::ostringstream text;
-  text << "# Speed against accuracy\n\n"
-       << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
-       << ", driver " << markdown_cell(device.driver) << "), " << options.size << " x "
-       << options.size
-       << " map. Seconds: from the dense mesh on the device to the correspondence (build and "
-          "match), "
-       << (options.repeat == 1 ? "one run"
-                               : "the median of " + std::to_string(options.repeat) + " runs")
-       << "; the bake beside it adds putting the mesh on the device, texels, detail and image, but "
-          "no files. Errors are angles in degrees, mean / 95% / 99%: of the map's texels against "
-          "the reference, rays with 4×4 samples a texel; and of the rendered normals against the "
-          "dense mesh's from "
-       << kHeldOutViews
-       << " directions that nothing is matched from. Distances are means, % of the diagonal, from "
-          "the "
-          "light surface to its matches: in space, and in pictures from "
-       << kAssessedDirections
-       << " directions (Tarini et al. 2003, sections 4.1 and 4.2, of a map of " << kAssessedSize
-       << "²); uneven: root mean square of log2 of how densely the dense surface is sampled. ●: "
-          "nothing else is both faster and closer.\n";
+  text
+      << "# Speed against accuracy\n\n"
+      << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
+      << ", driver " << markdown_cell(device.driver) << "), " << options.size << " x "
+      << options.size
+      << " map. Seconds: from the dense mesh on the device to the correspondence (build and "
+         "match), "
+      << (options.repeat == 1 ? "one run"
+                              : "the median of " + std::to_string(options.repeat) + " runs")
+      << "; the bake beside it adds putting the mesh on the device, texels, detail and image, but "
+         "no files. Errors are angles in degrees, mean / 95% / 99%: of the map's texels against "
+         "the reference, rays with 4×4 samples a texel; and of the rendered normals against the "
+         "dense mesh's from "
+      << kHeldOutViews
+      << " directions that nothing is matched from. Object space (mean, % of the diagonal), "
+         "normalised "
+         "image space (mean, 0 to 1) and uniformity (mean, %) are those of Tarini et al. 2003, "
+         "sections 4.1, 4.2.1 and 4.3, over viewing rays from "
+      << kAssessedDirections << " directions, of a map of " << kAssessedSize
+      << "²; match distance: the mean from the light surface to its matches, % of the diagonal. ●: "
+         "nothing else is both faster and closer.\n";
   for (const ChartPair& pair : pairs) {
     text << "\n## " << markdown_cell(pair.high_name) << " (" << with_commas(pair.high_faces)
          << " faces) to " << markdown_cell(pair.low_name) << " (" << with_commas(pair.low_faces)
@@ -195,10 +203,11 @@ std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions&
          << fixed_text(pair.without_map.p95_degrees, 2) << " / "
          << fixed_text(pair.without_map.p99_degrees, 2) << " degrees off.\n\n"
          << "| setting | views | pixels | seconds | build | match | bake, s | missed | map error | "
-            "| picture's error | | distance in space | | in pictures | | uneven | folded |\n"
+            "| picture's error | | object space | | normalised image space | | uniformity | | "
+            "match distance | "
+            "folded |\n"
          << "| --- | --: | --: | --: | --: | --: | --: | --: | --: | :-: | --: | :-: | --: | :-: | "
-            "--: "
-            "| :-: | --: | --: |\n";
+            "--: | :-: | --: | :-: | --: | --: |\n";
     for (const ChartRow& row : pair.rows) {
       const BakeReport& r = row.report;
       text << "| " << markdown_cell(row.setting.label) << " | ";
@@ -219,12 +228,14 @@ std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions&
            << fixed_text(row.normal_error.p95_degrees, 2) << " / "
            << fixed_text(row.normal_error.p99_degrees, 2) << " | "
            << (row.front(ChartMeasure::picture) ? "●" : "") << " | "
-           << fixed_text(row.error(ChartMeasure::object_distance), 4) << " | "
-           << (row.front(ChartMeasure::object_distance) ? "●" : "") << " | "
-           << fixed_text(row.error(ChartMeasure::image_distance), 4) << " | "
-           << (row.front(ChartMeasure::image_distance) ? "●" : "") << " | "
-           << fixed_text(row.match.stretch.rms, 3) << " | " << fixed_text(100 * row.match.folded, 2)
-           << "% |\n";
+           << fixed_text(row.error(ChartMeasure::object_space), 4) << " | "
+           << (row.front(ChartMeasure::object_space) ? "●" : "") << " | "
+           << fixed_text(row.error(ChartMeasure::normalised_image_space), 4) << " | "
+           << (row.front(ChartMeasure::normalised_image_space) ? "●" : "") << " | "
+           << fixed_text(row.error(ChartMeasure::uniformity), 2) << "% | "
+           << (row.front(ChartMeasure::uniformity) ? "●" : "") << " | "
+           << fixed_text(100 * row.match.match_distance.mean / row.match.diagonal, 4) << " | "
+           << fixed_text(100 * row.match.folded, 2) << "% |\n";
     }
   }
   return text.str();

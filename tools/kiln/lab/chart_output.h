@@ -17,7 +17,7 @@ std::string fixed_text(double value, int digits);
 /// Inside a table of Markdown.
 std::string markdown_cell(const std::string& text);
 
-/// "map_error" or "normal_error".
+/// "map_error", "object_space", ...: as in the files.
 const char* measure_name(ChartMeasure measure);
 
 /// The rows of a measure's front, by seconds.

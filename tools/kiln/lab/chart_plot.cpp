@@ -24,26 +24,24 @@ constexpr std::array<Style, 7> kStyles = {
      {ChartFamily::visibility, "visibility", "p", "#8a6d00"},
      {ChartFamily::uv, "same UVs", "x", "#56b4e9"}}};
 
-/// In the picture: where a number was chosen or an error is 0, it says so.
-std::string label_of(const ChartRow& row, ChartMeasure measure) {
+/// In the picture: where a number was chosen, it says so.
+std::string label_of(const ChartRow& row) {
   std::string text = row.setting.label;
   if (row.report.views && row.setting.bake.views.automatic) {
     text = std::to_string(row.report.views->directions.size()) + " views chosen";
-  }
-  if (measure == ChartMeasure::map && row.setting.name == kChartReference) {
-    text += ": the reference itself";
   }
   return text;
 }
 
 std::string title_of(const ChartPair& pair, ChartMeasure measure) {
   switch (measure) {
-    case ChartMeasure::map:
-      return "Error of the map: angle to the reference (rays, 4×4 samples)";
-    case ChartMeasure::object_distance:
-      return "Distance in space from the light surface to its matches";
-    case ChartMeasure::image_distance:
-      return "Distance in pictures from all around, normalised";
+    case ChartMeasure::object_space:
+      return "Object space: from what the map shows to what the dense mesh shows";
+    case ChartMeasure::normalised_image_space:
+      return "Normalised image space: from a match to its ray, over its distance";
+    case ChartMeasure::uniformity:
+      return "Uniformity: steps between matches, longer or shorter than the texels'";
+    case ChartMeasure::map:  // is not drawn
     case ChartMeasure::picture:
       break;
   }
@@ -53,11 +51,25 @@ std::string title_of(const ChartPair& pair, ChartMeasure measure) {
          std::string(figure) + "°)";
 }
 
+const char* unit_of(ChartMeasure measure) {
+  switch (measure) {
+    case ChartMeasure::object_space:
+      return "Mean, % of the diagonal";
+    case ChartMeasure::normalised_image_space:
+      return "Mean, 0 to 1";
+    case ChartMeasure::uniformity:
+      return "Mean, %";
+    case ChartMeasure::map:  // is not drawn
+    case ChartMeasure::picture:
+      break;
+  }
+  return "Mean angle, degrees";
+}
+
 Json panel(const ChartPair& pair, ChartMeasure measure) {
-  const bool is_angle = measure == ChartMeasure::map || measure == ChartMeasure::picture;
   Json marks = Json::array();
   for (const ChartRow& row : pair.rows) {
-    Json mark = {{"label", label_of(row, measure)},
+    Json mark = {{"label", label_of(row)},
                  {"family", family_name(row.setting.family)},
                  {"seconds", row.seconds.correspondence()},
                  {"error", row.error(measure)},
@@ -67,7 +79,7 @@ Json panel(const ChartPair& pair, ChartMeasure measure) {
   }
   return {{"name", measure_name(measure)},
           {"title", title_of(pair, measure)},
-          {"unit", is_angle ? "Mean angle, degrees" : "Mean, % of the diagonal"},
+          {"unit", unit_of(measure)},
           {"marks", std::move(marks)}};
 }
 
@@ -81,7 +93,7 @@ Json group(const ChartPair& pair) {
           "views of " + std::to_string(row.report.views->size) + "² pixels where none are named";
     }
   }
-  for (const ChartMeasure measure : kChartMeasures) json["panels"].push_back(panel(pair, measure));
+  for (const ChartMeasure measure : kChartPanels) json["panels"].push_back(panel(pair, measure));
   return json;
 }
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "arguments/bake_arguments.h"
+#include "arguments/bake_values.h"
 #include "lab/study.h"
 #include "lab/value_tiles.h"
 #include "report/check_result.h"
@@ -84,9 +84,9 @@ void draw_pictures(const Device& device, const Mesh& high, const Mesh& low, cons
   view.size = picture_size(scene, view, kPictureSide);
   row.shape = gray(scene.draw(view));
   const AssessmentFields& fields = row.match.fields;
-  row.object_distance = draw_field(device, low, fields.object_distance, -1, view);
-  row.image_distance = draw_field(device, low, fields.image_distance, -1, view);
-  row.stretch = draw_field(device, low, fields.stretch, -64, view);
+  row.object_space = draw_field(device, low, fields.object_space, -1, view);
+  row.normalised = draw_field(device, low, fields.normalised_image_space, -1, view);
+  row.uniformity = draw_field(device, low, fields.uniformity, -1, view);
   view.show_normals = true;
   view.samples = 1;
   row.angle = normal_angles(Scene(device, high).draw(view), scene.draw(view));
@@ -107,15 +107,36 @@ void compile_kernels(const Device& device, const BakeOptions& like) {
   bake(Source(device, square), square, bake_with);
 }
 
-Json describe(const Distribution& d, double diagonal) {
-  return {{"mean", d.mean},
-          {"rms", d.rms},
-          {"median", d.median},
-          {"p95", d.p95},
-          {"p99", d.p99},
-          {"max", d.max},
-          {"mean_of_diagonal", d.mean / diagonal},
-          {"area", d.area}};
+/// One row to come.
+struct Candidate {
+  std::string name, method;
+  std::optional<VisibilityAt> visibility_at;
+};
+
+/// Every method, and those that take directions of visibility once a place where these are gathered.
+std::vector<Candidate> candidates(const RatingOptions& options) {
+  std::vector<Candidate> result;
+  for (const std::string& method : options.methods) {
+    if (!find_match(method).takes_visibility || options.visibility_at.empty()) {
+      result.push_back({method, method, std::nullopt});
+      continue;
+    }
+    for (const VisibilityAt at : options.visibility_at) {
+      result.push_back({method + "_" + name_of(visibility_at_values(), at), method, at});
+    }
+  }
+  return result;
+}
+
+BakeOptions bake_options(const Candidate& candidate, const RatingOptions& options) {
+  BakeOptions bake_with;
+  bake_with.method = match_method(candidate.method);
+  bake_with.width = bake_with.height = options.size;
+  bake_with.max_distance = options.max_distance;
+  bake_with.uv = options.uv;
+  if (candidate.visibility_at) bake_with.visibility.at = *candidate.visibility_at;
+  bake_with.keep_match = true;
+  return bake_with;
 }
 
 }  // namespace
@@ -134,23 +155,20 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     angles.push_back(view_angles(toward));
   }
   const NormalReference reference(Scene(device, high), high, angles, kMeasuredSize);
-  std::vector<std::string> methods = options.methods;
-  std::erase_if(methods, [&](const std::string& name) {
-    std::optional<LeftOut> left =
-        unfit(match_method(name), "--match " + name, source, high, low, options.uv, options.strict);
-    if (left) ratings.left_out.push_back({name, left->reason});
+  std::vector<Candidate> rows = candidates(options);
+  std::erase_if(rows, [&](const Candidate& row) {
+    std::optional<LeftOut> left = unfit(match_method(row.method), "--match " + row.method, source,
+                                        high, low, options.uv, options.strict);
+    if (left) ratings.left_out.push_back({row.name, left->reason});
     return left.has_value();
   });
-  const double steps = static_cast<double>(methods.size());
-  for (std::size_t i = 0; i < methods.size(); ++i) {
+  const double steps = static_cast<double>(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
     Rating row;
-    row.method = methods[i];
-    BakeOptions bake_with;
-    bake_with.method = match_method(row.method);
-    bake_with.width = bake_with.height = options.size;
-    bake_with.max_distance = options.max_distance;
-    bake_with.uv = options.uv;
-    bake_with.keep_match = true;
+    row.name = rows[i].name;
+    row.method = rows[i].method;
+    row.visibility_at = rows[i].visibility_at;
+    BakeOptions bake_with = bake_options(rows[i], options);
     const auto show = [&](double from, double to, const std::string& stage) {
       return [&, from, to, stage](double done, std::string_view) {
         return progress((static_cast<double>(i) + from + (to - from) * done) / steps, stage);
@@ -158,23 +176,30 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     };
 
     compile_kernels(device, bake_with);
-    bake_with.progress = show(0, 0.2, "matching by " + row.method);
+    bake_with.progress = show(0, 0.2, "matching by " + row.name);
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return std::nullopt;
+    const bool found_nothing =
+        baked.report.samples != 0 && baked.report.missed == baked.report.samples;
+    const bool last_hope = ratings.rows.empty() && i + 1 == rows.size();
+    if (found_nothing && !options.strict && !last_hope) {
+      ratings.left_out.push_back({row.name, why_nothing(baked.report, high, low)});
+      continue;
+    }
     check_result(baked.report, high, low);
     row.bake = baked.report;
     AssessOptions assess_with;
     assess_with.directions = options.directions;
     if (baked.report.views) assess_with.avoid = baked.report.views->directions;
     assess_with.fields = options.pictures;
-    assess_with.progress = show(0.2, 0.8, "rating " + row.method);
+    assess_with.progress = show(0.2, 0.8, "rating " + row.name);
     row.match = assess(source, low, *baked.match, assess_with);
     if (row.match.cancelled) return std::nullopt;
     if (!show(0.8, 1, "comparing normals")(0, "")) return std::nullopt;
     const Image& map = baked.maps[0].image;
     const Scene scene(device, low, {&map});
     row.normal = reference.compare(scene);
-    if (i == 0) ratings.without_map = reference.compare(scene, true);
+    if (ratings.rows.empty()) ratings.without_map = reference.compare(scene, true);
     if (options.pictures) draw_pictures(device, high, low, map, options, row);
     ratings.rows.push_back(std::move(row));
   }
@@ -193,20 +218,18 @@ Plot ratings_plot(const Ratings& ratings) {
            : pixel < 0      ? ValueTiles::kNotKnown
                             : 100 * pixel / row.match.diagonal;
   };
-  const auto stretch = [](const Rating& row, float pixel) {
-    // Between folded (-63) and what is there, the map's filter makes values that are neither.
+  const auto plain = [](const Rating&, float pixel) {
     return pixel == kBeside ? ValueTiles::kBeside
-           : pixel < -63.5F ? ValueTiles::kNotKnown
-           : pixel < -17    ? ValueTiles::kFolded
-                            : std::abs(pixel - row.match.mean_stretch);
+           : pixel < 0      ? ValueTiles::kNotKnown
+                            : double{pixel};
   };
   const auto angle = [](const Rating&, float pixel) {
     return pixel == -1 ? ValueTiles::kBeside : pixel < 0 ? ValueTiles::kNotKnown : double{pixel};
   };
   const std::array<Measure, 4> measures = {
-      {{"distance in space", "% of the diagonal", &Rating::object_distance, share},
-       {"distance in pictures", "% of the diagonal", &Rating::image_distance, share},
-       {"uneven sampling", "octaves", &Rating::stretch, stretch},
+      {{"object space", "% of the diagonal", &Rating::object_space, share},
+       {"normalised image space", "0 to 1", &Rating::normalised, plain},
+       {"uniformity", "% longer or shorter", &Rating::uniformity, plain},
        {"error of the normal", "degrees", &Rating::angle, angle}}};
   ValueTiles tiles;
   std::vector<Json> shades;
@@ -219,85 +242,19 @@ Plot ratings_plot(const Ratings& ratings) {
       Json tile =
           tiles.add(row.*measure.picture, [&](float pixel) { return measure.value(row, pixel); });
       tile["shade"] = shades[i];
-      tile["captions"] = Json::array({row.method});
+      tile["captions"] = Json::array({row.name});
       block["tiles"].push_back(std::move(tile));
     }
     blocks.push_back(std::move(block));
   }
-  return {"measure",
-          {{"kind", "pictures"},
-           {"image", "measure_plot.png"},
-           {"tile", tiles.size()},
-           {"blocks", blocks},
-           {"legend",
-            {{{"code", 1}, {"text", "missed, never visible, or seen of one mesh only"}},
-             {{"code", 2}, {"text", "folded over"}}}}},
-          tiles.image()};
-}
-
-Json describe(const Ratings& ratings) {
-  Json rows = Json::array();
-  for (const Rating& row : ratings.rows) {
-    const MatchAssessment& a = row.match;
-    const double share =
-        a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
-    Json json = {{"method", row.method}, {"samples", a.samples}, {"miss_rate", share}};
-    json["texels"] = describe_texels(row.bake);
-    json["object_distance"] = describe(a.object_distance, a.diagonal);
-    json["image_distance"] = {{"plain_mean", a.image_distance_plain},
-                              {"normalised", describe(a.image_distance, a.diagonal)},
-                              {"directions", a.directions},
-                              {"never_visible", a.never_visible}};
-    json["uniformity"] = {{"mean_log2_stretch", a.mean_stretch},
-                          {"deviation", describe(a.stretch, 1)},
-                          {"cells", a.cells}};
-    json["fold_rate"] = a.folded;
-    json["largest_jump"] = {{"distance", a.largest_jump},
-                            {"of_diagonal", a.largest_jump / a.diagonal},
-                            {"largest_step_of_texels", a.largest_step}};
-    json["rendered_normals"] = cli::describe(row.normal);
-    json["seconds"] = {{"build", row.bake.seconds_build},
-                       {"match", row.bake.seconds_match},
-                       {"assess", a.seconds}};
-    json["warnings"] = cli::describe(row.bake.warnings);
-    rows.push_back(std::move(json));
-  }
-  Json left_out = Json::array();
-  for (const LeftOut& left : ratings.left_out) {
-    left_out.push_back({{"method", left.name}, {"reason", left.reason}});
-  }
-  return {{"diagonal", ratings.diagonal},
-          {"left_out", left_out},
-          {"rendered_views", ratings.views},
-          {"without_map", cli::describe(ratings.without_map)},
-          {"methods", rows}};
-}
-
-std::vector<std::string> ratings_table(const Ratings& ratings) {
-  std::vector<std::string> lines = {
-      "method      object mean  image mean  normalised   uneven  folded  jump      missed  normals "
-      "mean   rms   95%   match",
-      "            % of diag.   % of diag.  % of diag.   log2    %       % diag.   %       "
-      "degrees                 seconds"};
-  char text[256];
-  for (const Rating& row : ratings.rows) {
-    const MatchAssessment& a = row.match;
-    const double percent = 100 / a.diagonal;
-    std::snprintf(
-        text, sizeof text,
-        "%-11s %11.4f %11.4f %11.4f %8.2f %7.2f %8.2f %9.2f %13.2f %5.2f %5.2f %8.3f",
-        row.method.c_str(), a.object_distance.mean * percent, a.image_distance_plain * percent,
-        a.image_distance.mean * percent, a.stretch.rms, 100 * a.folded, a.largest_jump * percent,
-        a.samples != 0 ? 100.0 * static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0,
-        row.normal.mean_degrees, row.normal.rms_degrees, row.normal.p95_degrees,
-        row.bake.seconds_build + row.bake.seconds_match);
-    lines.emplace_back(text);
-  }
-  std::snprintf(text, sizeof text, "%-88s %6.2f %5.2f %5.2f", "(no map)",
-                ratings.without_map.mean_degrees, ratings.without_map.rms_degrees,
-                ratings.without_map.p95_degrees);
-  lines.emplace_back(text);
-  return lines;
+  return {
+      "measure",
+      {{"kind", "pictures"},
+       {"image", "measure_plot.png"},
+       {"tile", tiles.size()},
+       {"blocks", blocks},
+       {"legend", {{{"code", 1}, {"text", "missed, never visible, or seen of one mesh only"}}}}},
+      tiles.image()};
 }
 
 }  // namespace kiln::cli

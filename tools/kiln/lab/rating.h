@@ -14,10 +14,13 @@ namespace kiln::cli {
 
 struct RatingOptions {
   std::vector<std::string> methods;  ///< As `kiln bake --match` has them
+  /// Where those that take directions of visibility gather them: each is rated so often. Empty: where
+  /// `kiln bake` does.
+  std::vector<VisibilityAt> visibility_at;
   bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
   UvOptions uv;
   std::uint32_t size = 512;        ///< Texels a side
-  std::uint32_t directions = 512;  ///< Of the image-space distance
+  std::uint32_t directions = 512;  ///< Of viewing rays
   Length max_distance = Length::share(0.02);
   bool pictures = false;
   bool z_up = false;
@@ -25,15 +28,17 @@ struct RatingOptions {
 
 /// One way to match.
 struct Rating {
+  std::string
+      name;  ///< In files: the method, and where it gathers directions if that was asked for
   std::string method;
+  std::optional<VisibilityAt> visibility_at;
   BakeReport bake;
   MatchAssessment match;
   NormalError normal;  ///< Rendered normals against the dense mesh's, over held-out views
   // With pictures, one channel: each field as it lies on the light mesh, and the error of the normal; degrees
   // -1 and -2 as normal_angles() has them.
-  Image shape;  ///< Clay: shading for the others
-  Image object_distance, image_distance,
-      stretch;  ///< Values as AssessmentFields, by pixel; -99 beside
+  Image shape;                                 ///< Clay: shading for the others
+  Image object_space, normalised, uniformity;  ///< Values as AssessmentFields, by pixel; -99 beside
   Image angle;
 };
 

@@ -1,5 +1,6 @@
 #include "lab/uv_fit.h"
 
+#include "report/check_result.h"
 #include "report/flags.h"
 
 namespace kiln::cli {
@@ -15,7 +16,9 @@ std::string why_not(const Source& source, const Mesh& high, const Mesh& low, con
   trial.uv = uv;
   trial.width = trial.height = kTrialSize;
   try {
-    bake(source, low, trial);
+    const BakeReport report = bake(source, low, trial).report;
+    if (report.samples != 0 && report.missed == report.samples)
+      return why_nothing(report, high, low);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::input) throw;
     return with_flags(error.what());

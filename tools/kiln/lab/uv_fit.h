@@ -14,7 +14,7 @@ struct LeftOut {
 };
 
 /// Whether a way to match does for two meshes. By UVs: HIGH must have some, and both layouts must agree
-/// (found by baking a small map). Others always do.
+/// and share some place (found by baking a small map). Others always do.
 /// \param name  of what is to be compared, for people
 /// \param must  throw where it does not
 /// \returns nothing where it does

@@ -24,7 +24,7 @@ std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
 }
 
 /// Where two meshes lie, for people who wonder why nothing matches.
-std::string why_nothing(const Mesh& high, const Mesh& low) {
+std::string why_no_place(const Mesh& high, const Mesh& low) {
   struct Box {
     std::array<double, 3> lo{}, hi{};
     double diagonal = 0;
@@ -87,13 +87,14 @@ void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
             "larger --size, or move the UVs into the unit square.");
   }
   if (report.missed == report.samples) {
-    throw Error(
-        ErrorCode::input,
-        "No point of '" + high.name + "' was found for any of the " + with_commas(report.samples) +
-            " samples of '" + low.name + "': " +
-            (report.uv ? why_no_uv(*report.uv, high.triangles.size()) : why_nothing(high, low)) +
-            ".");
+    throw Error(ErrorCode::input, why_nothing(report, high, low));
   }
+}
+
+std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low) {
+  return "No point of '" + high.name + "' was found for any of the " + with_commas(report.samples) +
+         " samples of '" + low.name + "': " +
+         (report.uv ? why_no_uv(*report.uv, high.triangles.size()) : why_no_place(high, low)) + ".";
 }
 
 Mesh load_light(const std::string& path, const std::string& otherwise,

@@ -11,6 +11,9 @@ namespace kiln::cli {
 /// A map with nothing in it is no success. \throws Error(input) that says why nothing matched
 void check_result(const BakeReport& report, const Mesh& high, const Mesh& low);
 
+/// Of a bake that found no point for any texel: what is the matter, a sentence for people.
+std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low);
+
 /// Reads a light mesh whose map is to be measured.
 /// \param otherwise  ends the message: ", or ..."
 /// \throws Error(input) where it has no UVs

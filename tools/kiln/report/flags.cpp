@@ -29,6 +29,7 @@ constexpr std::array kFlags = {
     Flag{"save_match()", "--save-match"},
     Flag{"simplify() makes a light mesh to unwrap",
          "`kiln bake` without LOW makes a light mesh that has them"},
+    Flag{"two_component", "--two-component"},
     Flag{"two_sided", "--two-sided"},
     Flag{"unwrap()", "`kiln bake --unwrap`"},
     Flag{"views.count", "--views"},

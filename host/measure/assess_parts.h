@@ -1,0 +1,67 @@
+// The parts of assess(), each rating samples by measures of its own.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "kiln/assess.h"
+#include "measure/assess_samples.h"
+
+namespace kiln {
+
+/// Values with weights, to be summed up.
+struct Weighted {
+  std::vector<std::pair<double, double>> values;
+  void add(double value, double weight) { values.emplace_back(value, weight); }
+};
+
+/// \param unit, area_unit  world units of a value and of a weight
+Distribution distribution(Weighted weighted, double unit, double area_unit);
+
+/// A quantity's sums over rays: weights, and weights times values and their squares.
+class RaySums {
+ public:
+  void add(double weight, double value, double square) {
+    weight_ += weight;
+    value_ += value;
+    square_ += square;
+  }
+  /// \param all  weight of all rays
+  /// \param unit  world units of a value
+  RayMeasure measure(double all, double unit) const;
+
+ private:
+  double weight_ = 0, value_ = 0, square_ = 0;
+};
+
+/// Which samples are neighbours in the grid of a match.
+class SampleGrid {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+  SampleGrid(const AssessedSamples& samples, const Mesh& low, const Match& match);
+
+  /// The sample at a step of the grid from one, of the same chart and found; none: kNone.
+  std::uint32_t neighbour(std::size_t i, int right, int below) const;
+  /// The sample of an element of the grid, found or not; none: kNone.
+  std::uint32_t at(std::size_t element) const { return sample_of_[element]; }
+
+ private:
+  const AssessedSamples& samples_;
+  std::int64_t width_, height_;
+  std::vector<std::uint32_t> sample_of_;
+  std::vector<std::uint32_t> chart_;
+};
+
+/// object_space, image_space, normalised_image_space, image_space_by_place, never_visible, directions.
+/// \returns false where cancelled
+bool rate_rays(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
+               const AssessOptions& options, MatchAssessment& result);
+
+/// uniformity, uniformity_across_seams.
+void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& match,
+                     const AssessedSamples& samples, const SampleGrid& grid, bool fields,
+                     MatchAssessment& result);
+
+}  // namespace kiln

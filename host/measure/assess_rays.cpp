@@ -1,0 +1,220 @@
+// What viewing rays show of the light mesh, its match and the dense mesh (Tarini, Cignoni, Scopigno 2003,
+// sections 4.1 and 4.2).
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "accel/ray.h"
+#include "base/parallel.h"
+#include "kiln/measure.h"
+#include "measure/assess_parts.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::size_t kGrain = 1 << 15;
+// Frame units: what a ray passes over, so that a sample's own triangle does not hide it.
+constexpr float kSkip = 1e-5F;
+constexpr float kBeyond = 64;
+// Of the diagonal: matches nearer to their places have no direction.
+constexpr double kNoOffset = 1e-6;
+// Up to so many directions to avoid, test directions keep 2 degrees from each; more leave no room for that.
+constexpr std::size_t kFew = 64;
+
+std::vector<float> planes_of(std::size_t size, std::size_t planes, const auto& vector_of) {
+  std::vector<float> result(size * planes, 0.0F);
+  parallel_for(size, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 v = vector_of(i);
+      result[i] = v.x;
+      result[i + size] = v.y;
+      result[i + 2 * size] = v.z;
+    }
+  });
+  return result;
+}
+
+std::vector<Vec3> test_directions(const AssessOptions& options) {
+  // Those of 12 views, too: turned, so that no test direction is one that a match likes to use.
+  std::vector<Vec3> avoid = options.avoid;
+  if (avoid.empty()) avoid = spread_views(12);
+  const bool few = avoid.size() <= kFew && options.directions <= 512;
+  return held_out_views(options.directions, avoid, few ? 0.5 : 0.02);
+}
+
+/// Unit normals of the dense mesh's faces; 0 where they have no area.
+std::vector<float> dense_normals(const Source::Impl& source) {
+  std::vector<float> normals(3 * source.triangles.size(), 0.0F);
+  parallel_for(source.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const Triangle& corners = source.triangles[t];
+      const Vec3d a(source.positions[corners[0]]);
+      const Vec3d normal =
+          cross(Vec3d(source.positions[corners[1]]) - a, Vec3d(source.positions[corners[2]]) - a);
+      const double size = length(normal);
+      if (!(size > 0)) continue;
+      const Vec3 unit = to_float(normal * (1 / size));
+      std::copy_n(&unit.x, 3, &normals[3 * t]);
+    }
+  });
+  return normals;
+}
+
+/// How far from a sample, against a ray, both meshes are behind the viewer; frame units.
+float viewer_distance(const Source::Impl& source, const AssessedSamples& samples) {
+  double square = 0;
+  for (const Vec3& p : source.positions) square = std::max(square, dot(Vec3d(p), Vec3d(p)));
+  for (const Vec3& p : samples.position) square = std::max(square, dot(Vec3d(p), Vec3d(p)));
+  return static_cast<float>(2.01 * std::sqrt(square));
+}
+
+/// The samples that have a match, on the device: of others there is nothing to measure.
+class RayBench {
+ public:
+  RayBench(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
+           std::vector<std::size_t> found)
+      : context_(source.device.context()),
+        found_(std::move(found)),
+        low_rays_(context_, source.frame.to_frame(low), low.triangles, source.traversal),
+        dense_rays_(source.rays()),
+        // Seven planes, as rays have them; the last is not used.
+        points_(upload(7, [&](std::size_t i) { return samples.position[i]; })),
+        normals_(upload(3, [&](std::size_t i) { return samples.normal[i]; })),
+        offsets_(upload(3,
+                        [&](std::size_t i) {
+                          return to_float(samples.match[i] - Vec3d(samples.position[i]));
+                        })),
+        dense_normals_(context_, std::span<const float>(dense_normals(source))),
+        hidden_(context_, found_.size()),
+        met_(context_, static_cast<std::uint32_t>(found_.size())),
+        sums_(context_, KILN_ASSESS_SUMS * found_.size()) {
+    context_.fill(sums_, 0.0F);
+    hide_.t_min = kSkip;
+    hide_.t_max = kBeyond;
+    hide_.two_sided = true;
+    // From the viewer, who is farther than anything, inward.
+    meet_.offset = viewer_distance(source, samples);
+    meet_.t_max = 2 * meet_.offset;
+    meet_.inward = true;
+    meet_.two_sided = true;
+    params_.count = params_.capacity = static_cast<std::uint32_t>(found_.size());
+  }
+
+  void add(const Vec3& direction) {
+    params_.direction[0] = direction.x;
+    params_.direction[1] = direction.y;
+    params_.direction[2] = direction.z;
+    const std::size_t count = found_.size();
+    context_.launch(context_.kernel("assess", "kiln_assess_aim"), count, kLocal, params_, normals_,
+                    points_);
+    low_rays_.occluded(points_, params_.count, params_.capacity, hide_, hidden_);
+    context_.launch(context_.kernel("assess", "kiln_assess_gather"), count, kLocal, params_,
+                    normals_, offsets_, hidden_, points_, sums_);
+    dense_rays_.intersect(points_, params_.count, params_.capacity, meet_, met_);
+    context_.launch(context_.kernel("assess", "kiln_assess_compare"), count, kLocal, params_,
+                    normals_, offsets_, points_, dense_normals_, met_.triangle, met_.distance,
+                    sums_);
+  }
+
+  void finish() const { context_.finish(); }
+
+  /// KILN_ASSESS_SUMS planes.
+  std::vector<float> sums() const { return sums_.download(context_); }
+  const std::vector<std::size_t>& found() const { return found_; }
+
+ private:
+  cl::Array<float> upload(std::size_t planes, const auto& vector_of) {
+    return {context_, std::span<const float>(planes_of(found_.size(), planes, [&](std::size_t k) {
+              return vector_of(found_[k]);
+            }))};
+  }
+
+  cl::Context& context_;
+  std::vector<std::size_t> found_;
+  RayCaster low_rays_;
+  const RayCaster& dense_rays_;
+  cl::Array<float> points_, normals_, offsets_, dense_normals_;
+  cl::Array<std::uint8_t> hidden_;
+  Correspondence met_;
+  cl::Array<float> sums_;
+  RayQuery hide_, meet_;
+  kiln_assess_params params_{};
+};
+
+void sum_up(const RayBench& bench, const AssessedSamples& samples, double unit, bool fields,
+            MatchAssessment& result) {
+  const std::vector<float> sums = bench.sums();
+  const std::size_t count = bench.found().size();
+  RaySums object, image, normalised;
+  Weighted places;
+  double rays = 0, unseen = 0, all = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = bench.found()[k];
+    const auto sum = [&](std::size_t plane) { return double{sums[k + plane * count]}; };
+    const double area = samples.area[i];
+    const double seen = sum(KILN_ASSESS_SEEN), met = sum(KILN_ASSESS_MET);
+    const double across = sum(KILN_ASSESS_ACROSS);
+    all += area;
+    if (!(seen > 0)) {
+      unseen += area;
+      continue;
+    }
+    rays += area * seen;
+    places.add(across / seen, area);
+    image.add(area * seen, area * across, area * sum(KILN_ASSESS_ACROSS_SQUARE));
+    object.add(area * met, area * sum(KILN_ASSESS_APART), area * sum(KILN_ASSESS_APART_SQUARE));
+    const double apart = length(samples.match[i] - Vec3d(samples.position[i]));
+    const bool has_direction = apart * unit > kNoOffset * result.diagonal;
+    if (has_direction) {
+      normalised.add(area * seen, area * across / apart,
+                     area * sum(KILN_ASSESS_ACROSS_SQUARE) / (apart * apart));
+    }
+    if (!fields) continue;
+    const std::size_t element = samples.element[i];
+    const auto store = [&](Image& field, double value) {
+      field.pixels[element] = static_cast<float>(value);
+    };
+    store(result.fields.image_space, across / seen * unit);
+    if (has_direction) store(result.fields.normalised_image_space, across / seen / apart);
+    if (met > 0) store(result.fields.object_space, sum(KILN_ASSESS_APART) / met * unit);
+  }
+  result.object_space = object.measure(rays, unit);
+  result.image_space = image.measure(rays, unit);
+  result.normalised_image_space = normalised.measure(rays, 1);
+  result.image_space_by_place = distribution(std::move(places), unit, unit * unit);
+  if (all > 0) result.never_visible = unseen / all;
+}
+
+}  // namespace
+
+RayMeasure RaySums::measure(double all, double unit) const {
+  if (!(weight_ > 0)) return {};
+  return {value_ / weight_ * unit, std::sqrt(square_ / weight_) * unit, weight_ / all};
+}
+
+bool rate_rays(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
+               const AssessOptions& options, MatchAssessment& result) {
+  const std::vector<Vec3> directions = test_directions(options);
+  result.directions = static_cast<std::uint32_t>(directions.size());
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (samples.found[i] != 0) found.push_back(i);
+  }
+  if (found.empty()) return true;
+  RayBench bench(source, low, samples, std::move(found));
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    if (options.progress && !options.progress(0.1 + 0.85 * static_cast<double>(k) /
+                                                        static_cast<double>(directions.size()),
+                                              "pictures")) {
+      return false;
+    }
+    bench.add(directions[k]);
+    if (k % 16 == 15) bench.finish();
+  }
+  sum_up(bench, samples, 1 / source.frame.scale, options.fields, result);
+  return true;
+}
+
+}  // namespace kiln

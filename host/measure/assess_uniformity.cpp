@@ -1,0 +1,126 @@
+// How evenly a match samples the dense surface (Tarini, Cignoni, Scopigno 2003, section 4.3).
+#include <cmath>
+
+#include "measure/assess_parts.h"
+#include "mesh/charts.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/low_surface.h"
+#include "mesh/surface_links.h"
+
+namespace kiln {
+namespace {
+
+/// A pair across a seam counts where it is this many texels apart.
+constexpr double kLeastStep = 0.5;
+
+/// Mean of percentages.
+class Percentages {
+ public:
+  void add(double percent) {
+    sum_ += percent;
+    ++count_;
+  }
+  double mean() const { return count_ == 0 ? 0 : sum_ / static_cast<double>(count_); }
+  std::uint64_t count() const { return count_; }
+
+ private:
+  double sum_ = 0;
+  std::uint64_t count_ = 0;
+};
+
+class Steps {
+ public:
+  explicit Steps(const AssessedSamples& samples) : samples_(samples) {}
+
+  double low(std::size_t a, std::size_t b) const {
+    return length(Vec3d(samples_.position[a]) - Vec3d(samples_.position[b]));
+  }
+  /// By how much the matches' step is longer or shorter, %.
+  double percent(std::size_t a, std::size_t b) const {
+    return 100 * std::abs(length(samples_.match[a] - samples_.match[b]) / low(a, b) - 1);
+  }
+
+ private:
+  const AssessedSamples& samples_;
+};
+
+Uniformity across_seams(const Source::Impl& source, const Mesh& low, const Match& match,
+                        const AssessedSamples& samples, const SampleGrid& grid) {
+  const LowSurface surface = LowSurface::of(low, source.frame);
+  const SurfaceTopology topology = SurfaceTopology::of(surface);
+  std::vector<std::uint32_t> triangle(match.status.size(), KILN_NO_TRIANGLE);
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    triangle[samples.element[i]] = samples.triangle[i];
+  const TexelLinks links = TexelLinks::of(surface, topology, triangle, match.width, match.height);
+  // As TexelLinks has its neighbours: left, right, above, below.
+  const std::array<std::int64_t, 4> steps = {-1, 1, -std::int64_t{match.width},
+                                             std::int64_t{match.width}};
+  const Steps distance(samples);
+  Percentages percentages;
+  for (std::size_t at = 0; at < links.links.size(); at += 9) {
+    const std::uint32_t element = links.links[at];
+    const std::uint32_t i = grid.at(element);
+    if (samples.found[i] == 0) continue;
+    for (std::size_t k = 0; k < steps.size(); ++k) {
+      const std::uint32_t other = links.links[at + 1 + k];
+      if (other == KILN_VISIBILITY_NO_LINK || other == element + steps[k]) continue;
+      const std::uint32_t j = grid.at(other);
+      if (samples.found[j] == 0) continue;
+      if (!(distance.low(i, j) >= kLeastStep * std::sqrt(samples.area[i]))) continue;
+      percentages.add(distance.percent(i, j));
+    }
+  }
+  return {percentages.mean(), percentages.count()};
+}
+
+}  // namespace
+
+SampleGrid::SampleGrid(const AssessedSamples& samples, const Mesh& low, const Match& match)
+    : samples_(samples), width_(match.width), height_(match.height) {
+  const std::vector<std::uint32_t> charts = uv_charts(low);
+  sample_of_.assign(match.status.size(), kNone);
+  chart_.resize(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    sample_of_[samples.element[i]] = static_cast<std::uint32_t>(i);
+    chart_[i] = charts[samples.triangle[i]];
+  }
+}
+
+std::uint32_t SampleGrid::neighbour(std::size_t i, int right, int below) const {
+  const auto element = static_cast<std::int64_t>(samples_.element[i]);
+  const std::int64_t x = element % width_ + right, y = element / width_ + below;
+  if (x < 0 || y < 0 || x >= width_ || y >= height_) return kNone;
+  const std::uint32_t other = sample_of_[static_cast<std::size_t>(y * width_ + x)];
+  if (other == kNone || samples_.found[other] == 0 || chart_[other] != chart_[i]) return kNone;
+  return other;
+}
+
+void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& match,
+                     const AssessedSamples& samples, const SampleGrid& grid, bool fields,
+                     MatchAssessment& result) {
+  const Steps distance(samples);
+  Percentages pairs;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (samples.found[i] == 0) continue;
+    Percentages around;
+    const auto look = [&](int right, int below, bool counts) {
+      const std::uint32_t other = grid.neighbour(i, right, below);
+      if (other == SampleGrid::kNone || !(distance.low(i, other) > 0)) return;
+      const double percent = distance.percent(i, other);
+      around.add(percent);
+      if (counts) pairs.add(percent);
+    };
+    // Every pair once.
+    look(1, 0, true);
+    look(0, 1, true);
+    if (!fields) continue;
+    look(-1, 0, false);
+    look(0, -1, false);
+    if (around.count() == 0) continue;
+    result.fields.uniformity.pixels[samples.element[i]] = static_cast<float>(around.mean());
+  }
+  result.uniformity = {pairs.mean(), pairs.count()};
+  result.uniformity_across_seams = across_seams(source, low, match, samples, grid);
+}
+
+}  // namespace kiln

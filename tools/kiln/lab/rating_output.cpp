@@ -1,0 +1,76 @@
+// Ratings as a report and as a table.
+#include <cstdio>
+
+#include "arguments/bake_values.h"
+#include "lab/assessment_json.h"
+#include "lab/rating.h"
+
+namespace kiln::cli {
+namespace {
+
+double miss_rate(const MatchAssessment& a) {
+  return a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
+}
+
+Json describe(const Rating& row) {
+  const MatchAssessment& a = row.match;
+  Json json = {{"name", row.name},
+               {"method", row.method},
+               {"samples", a.samples},
+               {"miss_rate", miss_rate(a)}};
+  if (row.visibility_at)
+    json["visibility_at"] = name_of(visibility_at_values(), *row.visibility_at);
+  json["texels"] = describe_texels(row.bake);
+  json.update(describe_assessment(a));
+  json["rendered_normals"] = cli::describe(row.normal);
+  json["seconds"] = {
+      {"build", row.bake.seconds_build}, {"match", row.bake.seconds_match}, {"assess", a.seconds}};
+  json["warnings"] = cli::describe(row.bake.warnings);
+  return json;
+}
+
+}  // namespace
+
+Json describe(const Ratings& ratings) {
+  Json rows = Json::array();
+  for (const Rating& row : ratings.rows) rows.push_back(describe(row));
+  Json left_out = Json::array();
+  for (const LeftOut& left : ratings.left_out) {
+    left_out.push_back({{"method", left.name}, {"reason", left.reason}});
+  }
+  return {{"diagonal", ratings.diagonal},
+          {"left_out", left_out},
+          {"rendered_views", ratings.views},
+          {"without_map", cli::describe(ratings.without_map)},
+          {"methods", rows}};
+}
+
+std::vector<std::string> ratings_table(const Ratings& ratings) {
+  std::vector<std::string> lines = {
+      "match              object space     image   normalised  uniformity  match     missed  "
+      "normals            match",
+      "                   % of diagonal    space                %           distance  %       "
+      "degrees            seconds",
+      "                   mean    rms                                                         "
+      "mean   rms    95%"};
+  char text[256];
+  for (const Rating& row : ratings.rows) {
+    const MatchAssessment& a = row.match;
+    const double percent = 100 / a.diagonal;
+    std::snprintf(text, sizeof text,
+                  "%-17s %7.4f %7.4f %8.4f %10.4f %11.2f %10.4f %8.2f %8.2f %6.2f %6.2f %8.3f",
+                  row.name.c_str(), a.object_space.mean * percent, a.object_space.rms * percent,
+                  a.image_space.mean * percent, a.normalised_image_space.mean,
+                  a.uniformity.mean_percent, a.match_distance.mean * percent, 100 * miss_rate(a),
+                  row.normal.mean_degrees, row.normal.rms_degrees, row.normal.p95_degrees,
+                  row.bake.seconds_build + row.bake.seconds_match);
+    lines.emplace_back(text);
+  }
+  std::snprintf(text, sizeof text, "%-86s %6.2f %6.2f %6.2f", "(no map)",
+                ratings.without_map.mean_degrees, ratings.without_map.rms_degrees,
+                ratings.without_map.p95_degrees);
+  lines.emplace_back(text);
+  return lines;
+}
+
+}  // namespace kiln::cli
