@@ -132,7 +132,7 @@ void Pipeline::sample_and_match(std::uint32_t number, TexelBand& band) {
   result_.report.seconds_texels += watch_.lap();
   if (match_.capacity < band.capacity) {
     match_ = Correspondence();
-    match_ = Correspondence(context_, band.capacity);
+    match_ = Correspondence(context_, band.capacity, layers_.need_visibility());
   }
   match_.count = band.sample_count;
   matcher_->run(band, match_);

@@ -113,7 +113,7 @@ struct BakeSession::Impl {
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       Band band;
       band.texels = sampler.sample(b);
-      band.match = Correspondence(context, band.texels.capacity);
+      band.match = Correspondence(context, band.texels.capacity, layers->need_visibility());
       band.match.count = band.texels.sample_count;
       band.index.resize(band.texels.texel_count);
       band.first.resize(band.texels.texel_count + std::size_t{1});

@@ -71,6 +71,8 @@ struct MapInfo {
   std::string_view holds;  ///< In words, with the unit
   /// Values that integer formats put at 0 and at 1. Both 0: they depend on what was baked; see value_range().
   float low = 0, high = 1;
+  /// It holds what a match by visibility went by: BakeOptions::method must take VisibilityOptions.
+  bool needs_visibility = false;
 };
 
 /// All maps, in the order that they are listed to people.
