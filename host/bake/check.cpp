@@ -69,8 +69,7 @@ void check_map(MapKind map, const BakeOptions& options) {
   if (options.match == nullptr && match_row(options.method).info.takes_visibility) return;
   usage("The map " + std::string(map.name) +
         " holds what a match by visibility goes by: choose the match visibility or hybrid" +
-        (options.match != nullptr ? " instead of a saved match" : "") +
-        ", or leave the map out.");
+        (options.match != nullptr ? " instead of a saved match" : "") + ", or leave the map out.");
 }
 
 }  // namespace

@@ -28,8 +28,8 @@ struct HostMatch {
     for (std::size_t c = 0; c < 3; ++c) seen[c] = reads.read(match.seen, count, c * match.capacity);
   }
   std::span<const std::uint32_t> triangle;
-  std::span<const float> u, v, distance;  // no distances: 0
-  std::span<const std::uint8_t> status;   // none: 0
+  std::span<const float> u, v, distance;       // no distances: 0
+  std::span<const std::uint8_t> status;        // none: 0
   std::array<std::span<const float>, 3> seen;  // none: 0
 };
 

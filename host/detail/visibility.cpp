@@ -42,11 +42,10 @@ MapRow deviation_map() {
                       "the place, 1 where they cancel out or none does",
                       0);
   row.make = [](const MapRequest& request) {
-    return make_point_map(request, deviation_map().info,
-                          [](const DensePoint& point, float* value) {
-                            const double common = dot(point.seen, point.seen);
-                            value[0] = static_cast<float>(std::sqrt(std::max(0.0, 1 - common)));
-                          });
+    return make_point_map(request, deviation_map().info, [](const DensePoint& point, float* value) {
+      const double common = dot(point.seen, point.seen);
+      value[0] = static_cast<float>(std::sqrt(std::max(0.0, 1 - common)));
+    });
   };
   return row;
 }

@@ -26,9 +26,9 @@ struct CameraTarget {
 
 /// An orthographic view of the world.
 struct Camera {
-  Vec3d right, up, toward;         ///< Unit; `toward` points from the scene to the viewer
-  std::array<double, 3> center{};  ///< World point in the picture's middle
-  double half_side = 1;            ///< World units: of the picture's longer side
+  Vec3d right, up, toward;              ///< Unit; `toward` points from the scene to the viewer
+  std::array<double, 3> center{};       ///< World point in the picture's middle
+  double half_side = 1;                 ///< World units: of the picture's longer side
   std::uint32_t width = 1, height = 1;  ///< Pixels
   /// Of the key light, unit, in the camera's own axes: right, up, towards the viewer.
   Vec3d key;

@@ -25,7 +25,8 @@ void check_frame(const RenderOptions& options) {
     refuse("A frame is " + std::to_string(options.size) + " pixels a side: use 1 to 2048.");
   }
   if (options.show_colors) refuse("Frames are lit: leave show_colors out.");
-  if (options.zoom != 1 || options.at) refuse("Frames show all of the mesh: leave zoom and at out.");
+  if (options.zoom != 1 || options.at)
+    refuse("Frames show all of the mesh: leave zoom and at out.");
 }
 
 /// The camera as a depth view whose pixels are the picture's, to 1/512 of one.
@@ -80,8 +81,7 @@ class FramePainter {
   kiln_render_params place(const CameraTarget& target, const RenderOptions& options) const {
     RenderOptions one = options;
     one.samples = 1;
-    kiln_render_params params =
-        camera_params(Camera::fit(target, one), scene_.target.frame, one);
+    kiln_render_params params = camera_params(Camera::fit(target, one), scene_.target.frame, one);
     const std::uint32_t rows = (params.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
     params.pixel_count = params.sample_count = params.tile_columns * rows * kTilePixels;
     params.capacity = capacity_;

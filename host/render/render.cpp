@@ -344,7 +344,7 @@ PictureGeometry Scene::geometry(const RenderOptions& options) const {
   check_render(options);
   const Camera camera = impl_->camera(options);
   const auto axis = [](const Vec3d& v) { return std::array<double, 3>{v.x, v.y, v.z}; };
-  return {camera.width,        camera.height,       axis(camera.right), axis(camera.up),
+  return {camera.width,        camera.height, axis(camera.right), axis(camera.up),
           axis(camera.toward), camera.center, camera.pixel()};
 }
 

@@ -23,9 +23,9 @@ struct NormalMap {
 };
 
 struct RenderOptions {
-  std::uint32_t size = 512;         ///< Width and height of the picture (see `trim`), 1 to 8192 pixels
-  double azimuth_degrees = 30;      ///< Around the up axis (+Y): 0 looks at the front, from +Z; 90
-                                    ///< looks from +X
+  std::uint32_t size = 512;     ///< Width and height of the picture (see `trim`), 1 to 8192 pixels
+  double azimuth_degrees = 30;  ///< Around the up axis (+Y): 0 looks at the front, from +Z; 90
+                                ///< looks from +X
   double elevation_degrees = 15;    ///< Of the camera above the horizon, -90 to 90
   bool z_up = false;                ///< The up axis is +Z; the front is then seen from -Y
   std::uint32_t samples = 3;        ///< N x N samples a pixel, 1 to 16
@@ -37,20 +37,21 @@ struct RenderOptions {
   bool show_colors = false;   ///< The map's channels as they are, without light, averaged over the
                               ///< samples that hit; 0 beside the mesh. Needs a map.
   const Mesh* frame =
-      nullptr;  ///< Fit this mesh into the picture (default: the scene's own), so that
-                ///< pictures of several meshes line up in world coordinates
+      nullptr;      ///< Fit this mesh into the picture (default: the scene's own), so that
+                    ///< pictures of several meshes line up in world coordinates
   double zoom = 1;  ///< How much larger than what fits, 0.01 to 100,000
   /// World point in the picture's middle. None given: the middle of what is framed.
   std::optional<std::array<double, 3>> at = {};
-  bool trim = false;  ///< Only as wide and high as the framed mesh needs; its longer side has `size` pixels
+  bool trim =
+      false;  ///< Only as wide and high as the framed mesh needs; its longer side has `size` pixels
 };
 
 /// Where a picture shows the world.
 struct PictureGeometry {
-  std::uint32_t width = 0, height = 0;               ///< Pixels
-  std::array<double, 3> right{}, up{}, toward{};     ///< Unit; `toward` points to the viewer
-  std::array<double, 3> center{};                    ///< World point in the picture's middle
-  double pixel = 1;                                  ///< Side of one, world units
+  std::uint32_t width = 0, height = 0;            ///< Pixels
+  std::array<double, 3> right{}, up{}, toward{};  ///< Unit; `toward` points to the viewer
+  std::array<double, 3> center{};                 ///< World point in the picture's middle
+  double pixel = 1;                               ///< Side of one, world units
 
   /// Column and row of a point, pixels from the picture's top left corner (a pixel's middle is at a half);
   /// and how far the point is from the plane through the picture's middle, towards the viewer, world units.
@@ -59,8 +60,8 @@ struct PictureGeometry {
 
 /// What drawing a scene takes, as papers on simplified meshes state it.
 struct FrameCost {
-  std::uint32_t frames = 0;             ///< Timed
-  std::uint32_t width = 0, height = 0;  ///< Of a frame, pixels
+  std::uint32_t frames = 0;                                        ///< Timed
+  std::uint32_t width = 0, height = 0;                             ///< Of a frame, pixels
   double seconds_median = 0, seconds_least = 0, seconds_most = 0;  ///< Of one frame
   std::uint64_t triangles = 0;
   /// Corners that differ in position, normal or (with a map) UV: what a vertex buffer would hold.

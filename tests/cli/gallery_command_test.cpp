@@ -47,15 +47,15 @@ TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
                 .exit_code,
             0);
   const std::string map = scene / "maps" / "low_normal.png";
-  const std::vector<std::string> arguments = {
-      "render", low, "--normal", map, "--reference", high, "--size", "120", "--ambient-rays", "0",
-      "--samples", "1"};
+  const std::vector<std::string> arguments = {"render",         low,  "--normal",  map,
+                                              "--reference",    high, "--size",    "120",
+                                              "--ambient-rays", "0",  "--samples", "1"};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), arguments.begin(), arguments.end());
     return more;
   };
-  ProcessResult result = run_kiln(
-      with({"--out", scene / "plain.png", "--json", scene / "r.json", "--frames", "3"}));
+  ProcessResult result =
+      run_kiln(with({"--out", scene / "plain.png", "--json", scene / "r.json", "--frames", "3"}));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_report(scene / "r.json");
   const json& frames = report["frames"];
@@ -78,8 +78,9 @@ TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
   EXPECT_GT(error.width, 4 * 120U);
   EXPECT_GT(error.height, plain.height + 40);
   // Close up, the picture is another one.
-  ASSERT_EQ(run_kiln(with({"--out", scene / "close.png", "--zoom", "4", "--at", "1,0,0.3"})).exit_code,
-            0);
+  ASSERT_EQ(
+      run_kiln(with({"--out", scene / "close.png", "--zoom", "4", "--at", "1,0,0.3"})).exit_code,
+      0);
   const Image close = load_image(scene / "close.png");
   ASSERT_EQ(close.width, plain.width);
   EXPECT_GT(compare_images(plain, close).max_error, 0.2);
@@ -108,11 +109,23 @@ TEST(GalleryCommand, ShowsEveryMatch) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_pictures_scene();
   const fs::path out = scene / "pictures";
-  const std::vector<std::string> arguments = {
-      "gallery",   scene / "high.obj", scene / "low.obj", "--match",        "ray",
-      "--match",   "closest",          "--size",          "128",            "--max-distance",
-      "10%",       "--picture-size",   "160",             "--out",          out,
-      "--json",    scene / "g.json"};
+  const std::vector<std::string> arguments = {"gallery",
+                                              scene / "high.obj",
+                                              scene / "low.obj",
+                                              "--match",
+                                              "ray",
+                                              "--match",
+                                              "closest",
+                                              "--size",
+                                              "128",
+                                              "--max-distance",
+                                              "10%",
+                                              "--picture-size",
+                                              "160",
+                                              "--out",
+                                              out,
+                                              "--json",
+                                              scene / "g.json"};
   const ProcessResult result = run_kiln(arguments);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_report(scene / "g.json");
@@ -186,9 +199,9 @@ TEST(DiffCommand, DrawsTheDifference) {
             0);
   const Image channels = load_image(folder / "channels.exr");
   EXPECT_NEAR(channels.pixels[15], std::sin(30 * 3.14159265358979 / 180) / 2, 1e-6);
-  ASSERT_EQ(run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.png"})
-                .exit_code,
-            1);
+  ASSERT_EQ(
+      run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.png"}).exit_code,
+      1);
   EXPECT_GT(load_image(folder / "d.png").width, 260U) << "the scale is wider than the maps";
   expect_exit({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.jpg"}, 2, ".png");
   expect_exit({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "a.exr"}, 2, "a.exr");

@@ -81,7 +81,8 @@ TEST(RenderGeometry, AKnownPointLandsOnItsPixel) {
       const double right = from[0] * std::cos(a) - front * std::sin(a);
       const double ahead = from[0] * std::sin(a) + front * std::cos(a);
       EXPECT_NEAR(x, geometry.width / 2.0 + right / geometry.pixel, 1e-9);
-      EXPECT_NEAR(y, geometry.height / 2.0 - (up * std::cos(e) - ahead * std::sin(e)) / geometry.pixel,
+      EXPECT_NEAR(y,
+                  geometry.height / 2.0 - (up * std::cos(e) - ahead * std::sin(e)) / geometry.pixel,
                   1e-9);
       EXPECT_NEAR(toward, ahead * std::cos(e) + up * std::sin(e), 1e-9);
     }

@@ -73,8 +73,8 @@ void check_visibility(const BakeArguments& a) {
 
 /// Maps of what some matches alone go by.
 void check_maps(const BakeArguments& a) {
-  const bool by_visibility = a.load_match.empty() && a.match != kAutomatic &&
-                             find_match(a.match).takes_visibility;
+  const bool by_visibility =
+      a.load_match.empty() && a.match != kAutomatic && find_match(a.match).takes_visibility;
   for (const std::string& name : a.maps) {
     if (!find_map(name).needs_visibility || by_visibility) continue;
     fail("--maps " + name +

@@ -36,8 +36,8 @@ void check(const DiffArguments& arguments) {
 void save_difference(const DiffArguments& arguments, const Image& a, const Image& b,
                      const Image* mask) {
   constexpr Colour kMasked = {0.55F, 0.60F, 0.68F};
-  const bool by_channel = a.channels < 3 || (arguments.max_error && !arguments.max_angle &&
-                                             !arguments.max_mean_angle);
+  const bool by_channel =
+      a.channels < 3 || (arguments.max_error && !arguments.max_angle && !arguments.max_mean_angle);
   const Image differences = image_differences(a, b, mask, by_channel);
   if (is_exr(arguments.out)) {
     save_image(differences, arguments.out, {ImageFormat::exr_float});
@@ -94,19 +94,20 @@ int run_diff(const DiffArguments& arguments) {
                            : "different");
   if (!arguments.out.empty()) save_difference(arguments, a, b, mask ? &*mask : nullptr);
   if (!arguments.json.empty()) {
-    const Json report = {{"version", version()},
-                         {"a", arguments.a},
-                         {"b", arguments.b},
-                         {"compared", difference.compared},
-                         {"mean_angle_degrees", difference.mean_angle_degrees},
-                         {"p95_angle_degrees", difference.p95_angle_degrees},
-                         {"p99_angle_degrees", difference.p99_angle_degrees},
-                         {"max_angle_degrees", difference.max_angle_degrees},
-                         {"mean_error", difference.mean_error},
-                         {"max_error", difference.max_error},
-                         {"worst", {difference.worst_x, difference.worst_y}},
-                         {"outputs", arguments.out.empty() ? Json::array() : Json::array({arguments.out})},
-                         {"within", within}};
+    const Json report = {
+        {"version", version()},
+        {"a", arguments.a},
+        {"b", arguments.b},
+        {"compared", difference.compared},
+        {"mean_angle_degrees", difference.mean_angle_degrees},
+        {"p95_angle_degrees", difference.p95_angle_degrees},
+        {"p99_angle_degrees", difference.p99_angle_degrees},
+        {"max_angle_degrees", difference.max_angle_degrees},
+        {"mean_error", difference.mean_error},
+        {"max_error", difference.max_error},
+        {"worst", {difference.worst_x, difference.worst_y}},
+        {"outputs", arguments.out.empty() ? Json::array() : Json::array({arguments.out})},
+        {"within", within}};
     save_report(arguments.json, report);
   }
   return within ? 0 : 1;

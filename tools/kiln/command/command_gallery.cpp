@@ -72,8 +72,8 @@ int run_gallery(const GalleryArguments& a) {
   options.uv = uv_options(dense);
   const Mesh low = load_light(a.low, "", warnings);
   const double seconds_load = watch.lap();
-  const std::optional<Gallery> gallery = make_gallery(
-      device, dense.mesh, low, options, [&](double done, std::string_view stage) {
+  const std::optional<Gallery> gallery =
+      make_gallery(device, dense.mesh, low, options, [&](double done, std::string_view stage) {
         return console.progress(0.05 + 0.9 * done, stage);
       });
   if (!gallery) return kExitCancelled;
@@ -83,8 +83,7 @@ int run_gallery(const GalleryArguments& a) {
   console.progress(1, "done");
   std::vector<Warning> of_methods;
   for (const Exhibit& exhibit : gallery->exhibits) {
-    of_methods.insert(of_methods.end(), exhibit.bake.warnings.begin(),
-                      exhibit.bake.warnings.end());
+    of_methods.insert(of_methods.end(), exhibit.bake.warnings.begin(), exhibit.bake.warnings.end());
   }
   print_warnings(console, warnings, of_methods, "--json");
   for (const LeftOut& left : gallery->left_out) {
@@ -94,8 +93,7 @@ int run_gallery(const GalleryArguments& a) {
   if (a.json.empty()) return 0;
   Json json = {{"version", version()},
                {"device", describe(device.info())},
-               {"inputs",
-                {{"high", describe(dense.mesh, a.high)}, {"low", describe(low, a.low)}}},
+               {"inputs", {{"high", describe(dense.mesh, a.high)}, {"low", describe(low, a.low)}}},
                {"options",
                 {{"match", options.methods},
                  {"size", options.size},
@@ -128,9 +126,10 @@ Run add_gallery(CLI::App& app) {
   command->add_option("HIGH", a->high, std::string("The dense mesh (") + kDenseKinds + ")")
       ->required();
   command->add_option("LOW", a->low, "The light mesh, with UVs")->required();
-  command->add_option("--out", a->out,
-                      "Folder for matches.png, error.png, samples.png, and "
-                      "LOW_<match>_normal_error.exr")
+  command
+      ->add_option("--out", a->out,
+                   "Folder for matches.png, error.png, samples.png, and "
+                   "LOW_<match>_normal_error.exr")
       ->required();
   command
       ->add_option("--match", a->matches,
@@ -144,8 +143,9 @@ Run add_gallery(CLI::App& app) {
       ->add_option("--max-distance", a->max_distance,
                    "How far to look each way: world units, or P% of HIGH's diagonal")
       ->capture_default_str();
-  command->add_option("--picture-size", a->picture_size,
-                      "Pixels of a picture's longer side, 64 to 4096")
+  command
+      ->add_option("--picture-size", a->picture_size,
+                   "Pixels of a picture's longer side, 64 to 4096")
       ->check(CLI::Range(64U, 4096U))
       ->capture_default_str();
   add_view_options(*command, a->view);

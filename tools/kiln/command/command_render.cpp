@@ -318,8 +318,9 @@ Run add_render(CLI::App& app) {
   add_height_options(*command, a->heights, "The height field (--reference is a PNG or EXR)");
   command->add_option("--out", a->out, "The picture to write (PNG)")->required();
   add_view_options(*command, a->view);
-  command->add_option("--views", a->views,
-                      "MESH from N directions, on one sheet: those of --match views N")
+  command
+      ->add_option("--views", a->views,
+                   "MESH from N directions, on one sheet: those of --match views N")
       ->check(CLI::Range(1, 512));
   command->add_option("--size", a->size, "Pixels of the longer side, 1 to 8192")
       ->capture_default_str();
@@ -335,8 +336,9 @@ Run add_render(CLI::App& app) {
   command->add_flag("--normals", a->show_normals, "Colour by world-space normal");
   command->add_flag("--error", a->error,
                     "One more picture: the angle to HIGH's normals, with a scale");
-  command->add_option("--frames", a->frames,
-                      "How many frames --json times of each mesh, 1 to 1000 (default 30)")
+  command
+      ->add_option("--frames", a->frames,
+                   "How many frames --json times of each mesh, 1 to 1000 (default 30)")
       ->check(CLI::Range(1, 1000));
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file, or - for standard output");

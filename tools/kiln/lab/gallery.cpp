@@ -99,8 +99,8 @@ Image normal_error_texture(const Device& device, const Scene& high, const Scene&
       const auto texel = [&](float share) {
         return std::min(size - 1, static_cast<std::uint32_t>(share * static_cast<float>(size)));
       };
-      const std::size_t at = std::size_t{texel(shown.pixels[3 * i + 1])} * size +
-                             texel(shown.pixels[3 * i]);
+      const std::size_t at =
+          std::size_t{texel(shown.pixels[3 * i + 1])} * size + texel(shown.pixels[3 * i]);
       sums[at] += double{error.pixels[i]};
       ++counts[at];
     }
@@ -159,12 +159,13 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
   }
   gallery.matches = make_sheet(panels);
   const Scale scale = angles.scale();
-  std::vector<Panel> errors = {{panels[0].image, {"high poly", ""}},
-                               {angles.picture(0, scale),
-                                {"without a map", format("mean %.2f degrees", angles.mean(0))}}};
+  std::vector<Panel> errors = {
+      {panels[0].image, {"high poly", ""}},
+      {angles.picture(0, scale), {"without a map", format("mean %.2f degrees", angles.mean(0))}}};
   for (std::size_t i = 0; i < gallery.exhibits.size(); ++i) {
-    errors.push_back({angles.picture(i + 1, scale),
-                      {gallery.exhibits[i].method, format("mean %.2f degrees", angles.mean(i + 1))}});
+    errors.push_back(
+        {angles.picture(i + 1, scale),
+         {gallery.exhibits[i].method, format("mean %.2f degrees", angles.mean(i + 1))}});
   }
   gallery.error = make_sheet(errors, scale);
   draw_samples(original, plain, options, view, gallery);

@@ -14,7 +14,7 @@ namespace kiln::cli {
 
 struct GalleryOptions {
   std::vector<std::string> methods;  ///< As `kiln bake --match` has them
-  bool strict = false;               ///< All must do for the meshes. Else those that do not are left out
+  bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
   UvOptions uv;
   std::uint32_t size = 1024;  ///< Texels a side
   Length max_distance = Length::share(0.02);
@@ -25,9 +25,9 @@ struct GalleryOptions {
 struct Exhibit {
   std::string method;
   BakeReport bake;
-  Image map;                  ///< Normals, tangent space
-  Image points;               ///< F(p) of each texel's middle p, object space
-  Image offsets;              ///< F(p) - p
+  Image map;                           ///< Normals, tangent space
+  Image points;                        ///< F(p) of each texel's middle p, object space
+  Image offsets;                       ///< F(p) - p
   std::vector<std::uint8_t> coverage;  ///< Of both, per texel: 1 where a point was found
   double mean_degrees = 0;             ///< Of rendered normals, from the pictures' view
   Image error;                         ///< Of the normal, per texel; see normal_error_texture()
@@ -40,7 +40,7 @@ struct Gallery {
   Image matches;  ///< Original, low poly and each match (Tarini et al. 2003, figures 7 and 8)
   Image error;    ///< Where each match's normals differ (Wang et al. 2003, figure 4b)
   Image samples;  ///< Where texels' points land on the high poly (Tarini et al., figure 5)
-  std::uint32_t every = 1;        ///< Texels between those drawn in `samples`
+  std::uint32_t every = 1;          ///< Texels between those drawn in `samples`
   std::uint64_t samples_drawn = 0;  ///< On the low poly
 };
 

@@ -68,12 +68,11 @@ std::array<double, 3> middle_of(const Scene& scene, const RenderOptions& view) {
 std::uint32_t choose_every(const Scene& plain, const RenderOptions& view, const Exhibit& exhibit) {
   const std::vector<Point> points = texel_points(exhibit, 1, false);
   const Image depth = plain.draw_depth(view);
-  const auto covered = static_cast<double>(
-      std::count_if(depth.pixels.begin(), depth.pixels.end(),
-                    [](float value) { return value != Scene::kNoDepth; }));
+  const auto covered =
+      static_cast<double>(std::count_if(depth.pixels.begin(), depth.pixels.end(),
+                                        [](float value) { return value != Scene::kNoDepth; }));
   Canvas none(depth.width, depth.height);
-  const auto shown =
-      static_cast<double>(draw_points(plain, view, points, 0, kWhite, none));
+  const auto shown = static_cast<double>(draw_points(plain, view, points, 0, kWhite, none));
   if (!(covered > 0) || !(shown > 0)) return 1;
   const double apart = std::sqrt(covered / shown);
   return static_cast<std::uint32_t>(std::max(1.0, std::ceil(kApart / apart)));

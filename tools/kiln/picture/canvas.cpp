@@ -62,15 +62,13 @@ void Canvas::line(double x0, double y0, double x1, double y1, double width, cons
     return static_cast<std::int64_t>(std::max(0.0, std::floor(std::min(a, b) - reach)));
   };
   const auto last = [&](double a, double b, std::uint32_t size) {
-    return static_cast<std::int64_t>(
-        std::min(double{size} - 1, std::ceil(std::max(a, b) + reach)));
+    return static_cast<std::int64_t>(std::min(double{size} - 1, std::ceil(std::max(a, b) + reach)));
   };
   const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
   for (std::int64_t y = first(y0, y1); y <= last(y0, y1, image_.height); ++y) {
     for (std::int64_t x = first(x0, x1); x <= last(x0, x1, image_.width); ++x) {
       const double px = static_cast<double>(x) + 0.5 - x0, py = static_cast<double>(y) + 0.5 - y0;
-      const double along =
-          square > 0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0.0;
+      const double along = square > 0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0.0;
       const double distance = std::hypot(px - along * dx, py - along * dy);
       const auto cover = static_cast<float>(std::clamp(radius + 0.5 - distance, 0.0, 1.0) * share);
       if (!(cover > 0)) continue;

@@ -65,8 +65,8 @@ void draw_legend(Canvas& canvas, const Scale& scale, const Legend& legend, std::
   for (std::size_t k = 0; k < scale.others.size(); ++k) {
     const Legend::Part& part = legend.parts[k + 1];
     canvas.fill(left + part.x, top + part.y + 2, kSwatch, kSwatch, scale.others[k].first);
-    canvas.text(static_cast<double>(left + part.x + kSwatch + 6),
-                static_cast<double>(top + part.y), scale.others[k].second);
+    canvas.text(static_cast<double>(left + part.x + kSwatch + 6), static_cast<double>(top + part.y),
+                scale.others[k].second);
   }
 }
 
@@ -153,7 +153,8 @@ Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& s
   if (columns == 0) columns = choose_columns(panels.size(), cell, row);
   const auto across = static_cast<std::int64_t>(columns);
   const auto rows = static_cast<std::int64_t>((panels.size() + columns - 1) / columns);
-  const Legend legend = place_legend(scale, std::max(across * cell, bar_width(scale.value_or(Scale{}))));
+  const Legend legend =
+      place_legend(scale, std::max(across * cell, bar_width(scale.value_or(Scale{}))));
   const std::int64_t page = std::max(across * cell, legend.width) + kGap;
   Canvas canvas(static_cast<std::uint32_t>(page),
                 static_cast<std::uint32_t>(rows * row + legend.height + kGap));
@@ -165,9 +166,9 @@ Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& s
     canvas.put(image, left + (cell - kGap - image.width) / 2, top);
     double y = static_cast<double>(top + height + kGap / 2);
     for (const std::string& text : panels[i].captions) {
-      canvas.text(static_cast<double>(left) +
-                      (static_cast<double>(cell - kGap) - text_width(text)) / 2,
-                  y, text);
+      canvas.text(
+          static_cast<double>(left) + (static_cast<double>(cell - kGap) - text_width(text)) / 2, y,
+          text);
       y += kTextHeight;
     }
   }

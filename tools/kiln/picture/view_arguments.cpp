@@ -20,8 +20,8 @@ std::array<double, 3> parse_point(const std::string& text) {
     char* end = nullptr;
     point[i] = std::strtod(rest, &end);
     if (end == rest || !std::isfinite(point[i]) || *end != (i < 2 ? ',' : '\0')) {
-      throw Error(ErrorCode::usage, "--at '" + text +
-                                        "': give a point of the world, X,Y,Z, such as 0.1,0,-2.5.");
+      throw Error(ErrorCode::usage,
+                  "--at '" + text + "': give a point of the world, X,Y,Z, such as 0.1,0,-2.5.");
     }
     rest = end + 1;
   }
