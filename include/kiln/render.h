@@ -82,9 +82,9 @@ class Scene {
   explicit Scene(const Device& device, const Mesh& mesh, const NormalMap& map = {});
 
   /// An orthographic picture: clay in the light of a key, a fill and a rim light that travel with the
-  /// camera (the key light grazes sheets, such as terrains), and of a sky dimmed by ambient occlusion, over a plain light background. RGB, [0, 1],
-  /// sRGB-encoded. Faces turned away are shaded as if they faced the viewer. Normal maps change the
-  /// shading and never the silhouette or the occlusion.
+  /// camera, and of a sky dimmed by ambient occlusion, over a plain light background. The key light grazes
+  /// sheets, such as terrains. RGB, [0, 1], sRGB-encoded. Faces turned away are shaded as if they faced
+  /// the viewer. Normal maps change the shading and never the silhouette or the occlusion.
   ///
   /// Deterministic. Device memory beside the mesh's stays under 110 MB at any size.
   /// \throws Error(usage) for an option out of its range, Error(input) for a frame without extent,

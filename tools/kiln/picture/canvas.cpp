@@ -62,7 +62,8 @@ void Canvas::line(double x0, double y0, double x1, double y1, double width, cons
     return static_cast<std::int64_t>(std::max(0.0, std::floor(std::min(a, b) - reach)));
   };
   const auto last = [&](double a, double b, std::uint32_t size) {
-    return static_cast<std::int64_t>(std::min(double{size} - 1, std::ceil(std::max(a, b) + reach)));
+    return static_cast<std::int64_t>(
+        std::min(static_cast<double>(size) - 1, std::ceil(std::max(a, b) + reach)));
   };
   const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
   for (std::int64_t y = first(y0, y1); y <= last(y0, y1, image_.height); ++y) {
