@@ -131,7 +131,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
   const json report = read_report(scene / "g.json");
   ASSERT_EQ(report["methods"].size(), 2U);
   EXPECT_EQ(report["methods"][0]["method"], "ray");
-  EXPECT_GT(report["samples"]["drawn"], 50);
+  EXPECT_GT(report["samples"]["drawn"].get<int>(), 50);
   for (const char* name : {"matches.png", "error.png", "samples.png"}) {
     const Image picture = load_image(out / name);
     EXPECT_GT(picture.width, 320U) << name;

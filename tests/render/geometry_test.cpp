@@ -70,9 +70,9 @@ TEST(RenderGeometry, AKnownPointLandsOnItsPixel) {
       ASSERT_EQ(image.height, geometry.height);
       const auto [x, y, toward] = geometry.project(at);
       const auto shown = middle(image);
-      // A ball of 12 pixels' radius or more, cut by pixels: its middle is found to a tenth of one.
-      EXPECT_NEAR(shown[0], x, 0.1) << z_up << zoom;
-      EXPECT_NEAR(shown[1], y, 0.1) << z_up << zoom;
+      // A ball of 6 pixels' radius or more: its middle is found to a fraction of one.
+      EXPECT_NEAR(shown[0], x, 0.15) << z_up << zoom;
+      EXPECT_NEAR(shown[1], y, 0.15) << z_up << zoom;
       // By hand: the front is +Z (-Y with z_up); azimuth turns to +X, elevation up.
       const double a = 33 * 3.14159265358979 / 180, e = 21 * 3.14159265358979 / 180;
       const std::array<double, 3> from = {at[0] - geometry.center[0], at[1] - geometry.center[1],
@@ -124,7 +124,7 @@ TEST(RenderGeometry, TrimmedPicturesFitTheMesh) {
   const Image image = scene.draw(options);
   EXPECT_EQ(image.height, 500U);
   // The side is 2 / 0.92; 4% of it on each side, and a twentieth of 92% between.
-  EXPECT_EQ(image.width, static_cast<std::uint32_t>(std::ceil(500 * (0.08 + 0.92 / 20))));
+  EXPECT_EQ(image.width, 63U) << "500 (0.08 + 0.92 / 20)";
   EXPECT_EQ(image.pixels.size(), std::size_t{500} * image.width * 3);
   const auto [x, y] = middle(image);
   EXPECT_NEAR(x, image.width / 2.0, 0.51);

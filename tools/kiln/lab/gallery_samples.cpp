@@ -12,17 +12,19 @@ constexpr double kCloseUp = 6;
 constexpr double kApart = 7;  // pixels between dots, at least
 constexpr double kRadius = 1.8;
 constexpr Colour kDot = {0.05F, 0.25F, 0.65F};
-constexpr float kPale = 0.45F;  // what is left of the picture's own contrast
-constexpr std::uint8_t kFound = 1;
+constexpr float kPale = 0.45F;                   // what is left of the picture's own contrast
+constexpr std::uint8_t kFound = 1, kMissed = 2;  // BakeResult::coverage
 
-/// Texels in a grid of their own: every one whose column and row `every` divides.
+/// Texels in a grid of their own: every one whose column and row `every` divides. Those that were missed are
+/// on the low poly alone.
 std::vector<Point> texel_points(const Exhibit& exhibit, std::uint32_t every, bool on_high) {
   std::vector<Point> points;
   const Image& at = exhibit.points;
   for (std::uint32_t y = 0; y < at.height; y += every) {
     for (std::uint32_t x = 0; x < at.width; x += every) {
       const std::size_t i = std::size_t{y} * at.width + x;
-      if (exhibit.coverage[i] != kFound) continue;
+      const std::uint8_t coverage = exhibit.coverage[i];
+      if (coverage != kFound && (on_high || coverage != kMissed)) continue;
       Point point;
       for (std::size_t c = 0; c < 3; ++c) {
         point[c] = double{at.pixels[3 * i + c]};
