@@ -84,6 +84,14 @@ void check_distances(const BakeOptions& options) {
   }
 }
 
+void check_map(MapKind map, const BakeOptions& options) {
+  if (!map_row(map).info.needs_visibility) return;
+  if (options.match == nullptr && match_row(options.method).info.takes_visibility) return;
+  usage("The map " + std::string(map.name) +
+        " holds what a match by visibility goes by: choose the match visibility or hybrid" +
+        (options.match != nullptr ? " instead of a saved match" : "") + ", or leave the map out.");
+}
+
 /// What single maps take.
 void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
@@ -121,7 +129,7 @@ void check_options(const BakeOptions& options) {
         "The two-component form needs normals on one side of the surface: use tangent or face "
         "space.");
   }
-  for (const MapKind map : options.maps) map_row(map);
+  for (const MapKind map : options.maps) check_map(map, options);
   match_row(options.method);
   check_views(options.views);
   check_fallback(options);

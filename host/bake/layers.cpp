@@ -139,6 +139,11 @@ bool Layers::read_around() const {
                      [](const Layer& layer) { return layer.row->reads_around; });
 }
 
+bool Layers::need_visibility() const {
+  return std::any_of(layers_.begin(), layers_.end(),
+                     [](const Layer& layer) { return layer.row->info.needs_visibility; });
+}
+
 std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOptions& options,
                                              const ChartMap& charts) const {
   std::vector<std::vector<Image>> all(layers_.size());

@@ -48,6 +48,8 @@ class Layers {
   bool follow_positions() const;
   /// Whether one of the maps may change anywhere wherever the high poly changes.
   bool read_around() const;
+  /// Whether one of the maps holds what a match by visibility went by.
+  bool need_visibility() const;
   /// Per texel: empty, baked or missed (image/gutter.h).
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }
 

@@ -55,7 +55,7 @@ PipelineBand& Pipeline::sampled(std::uint32_t number) {
   band.texels = sampler_.sample(number);
   if (band.match.capacity < band.texels.capacity) {
     band.match = Correspondence();
-    band.match = Correspondence(context_, band.texels.capacity);
+    band.match = Correspondence(context_, band.texels.capacity, layers_.need_visibility());
   }
   band.match.count = band.texels.sample_count;
   return band;

@@ -24,10 +24,13 @@ struct HostMatch {
         v(reads.read(match.barycentric, count, match.capacity)) {
     if (!match.distance.empty()) distance = reads.read(match.distance, count);
     if (!match.status.empty()) status = reads.read(match.status, count);
+    if (match.seen.empty()) return;
+    for (std::size_t c = 0; c < 3; ++c) seen[c] = reads.read(match.seen, count, c * match.capacity);
   }
   std::span<const std::uint32_t> triangle;
-  std::span<const float> u, v, distance;  // no distances: 0
-  std::span<const std::uint8_t> status;   // none: 0
+  std::span<const float> u, v, distance;       // no distances: 0
+  std::span<const std::uint8_t> status;        // none: 0
+  std::array<std::span<const float>, 3> seen;  // none: 0
 };
 
 /// A band's samples on the host.
@@ -93,9 +96,9 @@ class PointMap : public MapMaker {
           } else if (miss_ != MissPolicy::keep) {
             continue;
           }
-          Value value = value_at(samples, s, found);
+          Value value = value_at(samples, s, found, found);
           if (mixed && mixed->triangle[s] != KILN_NO_TRIANGLE) {
-            const Value with = value_at(samples, s, *mixed);
+            const Value with = value_at(samples, s, *mixed, found);
             for (std::uint32_t c = 0; c < info_.channels; ++c) {
               value[c] = value[c] * share[s] + with[c] * (1 - share[s]);
             }
@@ -150,8 +153,11 @@ class PointMap : public MapMaker {
     std::vector<std::pair<Value, std::uint32_t>> votes_;
   };
 
-  Value value_at(const HostSamples& samples, std::size_t s, const HostMatch& found) const {
+  /// \param first  what the bake's own match says of the sample, which has its directions
+  Value value_at(const HostSamples& samples, std::size_t s, const HostMatch& found,
+                 const HostMatch& first) const {
     DensePoint point;
+    if (!first.seen[0].empty()) point.seen = {first.seen[0][s], first.seen[1][s], first.seen[2][s]};
     point.triangle = found.triangle[s];
     point.found = point.triangle != KILN_NO_TRIANGLE;
     if (!found.status.empty()) point.status = found.status[s];

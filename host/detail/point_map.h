@@ -21,6 +21,8 @@ struct DensePoint {
   std::uint32_t low_triangle = 0;  ///< The low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
   Vec3d offset;                    ///< From the low poly's point to this one, world units
+  Vec3d
+      seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };
 
 /// What a map holds at a point. \param value  as many as the map has channels

@@ -12,7 +12,8 @@ std::span<const MapRow> map_rows() {
   static const std::vector<MapRow> rows = {
       normal_map(), ao_map(),        bent_normal_map(),  thickness_map(), mask_map(),
       height_map(), curvature_map(), displacement_map(), distance_map(),  provenance_map(),
-      uv_map(),     wireframe_map(), position_map(),     id_map(),        slope_map()};
+      uv_map(),     wireframe_map(), visibility_map(),   deviation_map(), position_map(),
+      id_map(),     slope_map()};
   return rows;
 }
 

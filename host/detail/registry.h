@@ -94,5 +94,7 @@ MapRow distance_map();
 MapRow provenance_map();
 MapRow uv_map();
 MapRow wireframe_map();
+MapRow visibility_map();
+MapRow deviation_map();
 
 }  // namespace kiln

@@ -66,9 +66,7 @@ void check_pixels(const Image& image, const char* what) {
   }
 }
 
-}  // namespace
-
-ImageDifference compare_images(const Image& a, const Image& b, const Image* mask) {
+void check_images(const Image& a, const Image& b, const Image* mask) {
   check_pixels(a, "first");
   check_pixels(b, "second");
   if (a.width == b.width && a.height == b.height && a.channels != b.channels) {
@@ -89,6 +87,12 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
                                         size_text(a) + ". Use a mask of their size.");
     }
   }
+}
+
+}  // namespace
+
+ImageDifference compare_images(const Image& a, const Image& b, const Image* mask) {
+  check_images(a, b, mask);
   const std::size_t texels = std::size_t{a.width} * a.height;
   const std::size_t block_count = (texels + kBlock - 1) / kBlock;
   std::vector<double> angles(a.channels >= 3 ? texels : 0);
@@ -136,6 +140,33 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
   }
   result.worst_x = static_cast<std::uint32_t>(worst % a.width);
   result.worst_y = static_cast<std::uint32_t>(worst / a.width);
+  return result;
+}
+
+Image image_differences(const Image& a, const Image& b, const Image* mask, bool by_channel) {
+  check_images(a, b, mask);
+  const bool angles = a.channels >= 3 && !by_channel;
+  Image result{a.width, a.height, 1, {}};
+  result.pixels.resize(std::size_t{a.width} * a.height);
+  parallel_for(result.pixels.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (mask != nullptr && mask->pixels[i * mask->channels] == 0.0F) {
+        result.pixels[i] = -1;
+        continue;
+      }
+      const float* texel_a = &a.pixels[i * a.channels];
+      const float* texel_b = &b.pixels[i * a.channels];
+      double value = 0;
+      if (angles) {
+        value = normal_angle_degrees(texel_a, texel_b);
+      } else {
+        for (std::size_t c = 0; c < a.channels; ++c) {
+          value = std::max(value, channel_error(texel_a[c], texel_b[c]));
+        }
+      }
+      result.pixels[i] = static_cast<float>(value);
+    }
+  });
   return result;
 }
 

@@ -33,6 +33,7 @@ class VisibilityMatcher : public Matcher {
       capacity_ = band.capacity;
     }
     field_->direct(band, samples_, hybrid_, points_, capacity_, cluster_);
+    if (!match.seen.empty()) field_->means(band, samples_, match.seen, match.capacity, cluster_);
     rays_.intersect(points_, band.sample_count, capacity_, query_, match);
   }
 

@@ -22,6 +22,7 @@
 #include "accel/device_bvh.h"
 #include "cl/context.h"
 #include "kiln/bake.h"
+#include "mesh/kernels_shared.h"
 #include "mesh/low_surface.h"
 #include "mesh/vector.h"
 #include "texel/texels.h"
@@ -125,6 +126,11 @@ class VisibilityField {
               const cl::Array<float>& directed, std::uint32_t capacity,
               std::uint32_t cluster = 0) const;
 
+  /// Writes the mean of the directions that see each of a band's samples: what direct() goes by.
+  /// \param seen  3 planes of `capacity`
+  void means(const TexelBand& band, std::uint32_t samples, const cl::Array<float>& seen,
+             std::uint32_t capacity, std::uint32_t cluster = 0) const;
+
   /// Where more than one cluster was asked for.
   const std::optional<VisibilityClusters>& clusters() const { return clusters_; }
 
@@ -140,6 +146,8 @@ class VisibilityField {
                       std::vector<std::array<float, 4>>& means);
   void make_corners(const LowSurface& surface, VisibilityProbe& probe,
                     const VisibilityOptions& options, VisibilityReport& report);
+  kiln_visibility_band band_params(const TexelBand& band, std::uint32_t samples,
+                                   std::uint32_t capacity) const;
 
   cl::Context& context_;
   std::uint32_t width_, height_;

@@ -438,9 +438,8 @@ void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& p
   field_ = cl::Array<float>(context_, std::span<const float>(field));
 }
 
-void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
-                             const cl::Array<float>& directed, std::uint32_t capacity,
-                             std::uint32_t cluster) const {
+kiln_visibility_band VisibilityField::band_params(const TexelBand& band, std::uint32_t samples,
+                                                  std::uint32_t capacity) const {
   kiln_visibility_band params{};
   params.texel_count = band.texel_count;
   params.capacity = band.capacity;
@@ -451,6 +450,23 @@ void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool 
   params.samples = samples;
   params.field_width = field_width_;
   params.field_height = field_height_;
+  return params;
+}
+
+void VisibilityField::means(const TexelBand& band, std::uint32_t samples,
+                            const cl::Array<float>& seen, std::uint32_t capacity,
+                            std::uint32_t cluster) const {
+  context_.launch(context_.kernel("visibility", "kiln_visibility_seen"), band.texel_count, kLocal,
+                  band_params(band, samples, capacity), band.texel_index, band.texel_first,
+                  band.sample_slot, band.triangle, band.barycentric,
+                  cluster == 0 ? field_ : further_[cluster - 1], field_triangle_, chart_, border_,
+                  links_, seen);
+}
+
+void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
+                             const cl::Array<float>& directed, std::uint32_t capacity,
+                             std::uint32_t cluster) const {
+  kiln_visibility_band params = band_params(band, samples, capacity);
   params.hybrid = hybrid ? 1 : 0;
   context_.launch(context_.kernel("visibility", "kiln_visibility_direct"), band.texel_count, kLocal,
                   params, band.texel_index, band.texel_first, band.sample_slot, band.triangle,

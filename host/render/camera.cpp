@@ -23,17 +23,48 @@ std::pair<double, double> sine_cosine(double degrees) {
 /// From a world whose up axis is +Y and whose front is +Z to the options'.
 Vec3d oriented(const Vec3d& v, bool z_up) { return z_up ? Vec3d{v.x, -v.z, v.y} : v; }
 
+Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
+
+/// From above on the left, in front. Where it would wash out a sheet, such as a terrain or a relief: from the
+/// same side, 60 degrees off the way that it faces, so that its slopes show.
+Vec3d key_light(const Vec3d& facing, const Camera& camera) {
+  constexpr double kSheet = 0.7;
+  const Vec3d kUsual = {-0.5145, 0.6860, 0.5145};
+  if (length(facing) < kSheet) return kUsual;
+  Vec3d n = unit({dot(facing, camera.right), dot(facing, camera.up), dot(facing, camera.toward)});
+  if (n.z < 0) n = n * -1.0;  // faces turned away are shaded as if they faced the viewer
+  const Vec3d left_up = {-1, 1, 0};
+  const Vec3d across = left_up - n * dot(left_up, n);
+  if (length(across) < 1e-6) return kUsual;
+  return n * 0.5 + unit(across) * std::sqrt(0.75);
+}
+
 }  // namespace
 
+std::array<double, 3> PictureGeometry::project(const std::array<double, 3>& point) const {
+  const Vec3d from(point[0] - center[0], point[1] - center[1], point[2] - center[2]);
+  const auto along = [&](const std::array<double, 3>& axis) {
+    return from.x * axis[0] + from.y * axis[1] + from.z * axis[2];
+  };
+  return {width / 2.0 + along(right) / pixel, height / 2.0 - along(up) / pixel, along(toward)};
+}
+
 CameraTarget CameraTarget::of(const Mesh& mesh) {
-  CameraTarget target{Frame::of(mesh), {}};
+  CameraTarget target{Frame::of(mesh), {}, {}};
   std::vector<bool> used(mesh.positions.size());
+  double area = 0;
   for (const Triangle& triangle : mesh.triangles) {
     const bool finite = std::all_of(triangle.begin(), triangle.end(),
                                     [&](std::uint32_t i) { return is_finite(mesh.positions[i]); });
     if (!finite) continue;
     for (std::uint32_t i : triangle) used[i] = true;
+    const Vec3d a(target.frame.to_frame(mesh, triangle[0]));
+    const Vec3d normal = cross(Vec3d(target.frame.to_frame(mesh, triangle[1])) - a,
+                               Vec3d(target.frame.to_frame(mesh, triangle[2])) - a);
+    target.facing += normal;
+    area += length(normal);
   }
+  if (area > 0) target.facing = target.facing * (1 / area);
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (used[i]) target.points.push_back(target.frame.to_frame(mesh, i));
   }
@@ -63,12 +94,22 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
   }
   // A line seen end on still gets a picture: the frame's unit is the smallest that could be meant.
   constexpr double kMargin = 0.04;
-  const double extent = std::max({high_x - low_x, high_y - low_y, 1e-6});
-  camera.half_side = extent / 2 / (1 - 2 * kMargin) / target.frame.scale;
+  const double extent_x = high_x - low_x, extent_y = high_y - low_y;
+  const double extent = std::max({extent_x, extent_y, 1e-6});
+  const double side = extent / (1 - 2 * kMargin);
+  camera.half_side = side / 2 / target.frame.scale / options.zoom;
+  const auto pixels = [&](double reach) {
+    const double share = options.trim ? (reach + 2 * kMargin * side) / side : 1;
+    return static_cast<std::uint32_t>(std::max(1.0, std::ceil(share * options.size - 1e-6)));
+  };
+  camera.width = std::min(options.size, pixels(extent_x));
+  camera.height = std::min(options.size, pixels(extent_y));
   const Vec3d middle = camera.right * ((low_x + high_x) / 2) + camera.up * ((low_y + high_y) / 2);
   camera.center = {target.frame.center[0] + middle.x / target.frame.scale,
                    target.frame.center[1] + middle.y / target.frame.scale,
                    target.frame.center[2] + middle.z / target.frame.scale};
+  if (options.at) camera.center = *options.at;
+  camera.key = key_light(target.facing, camera);
   return camera;
 }
 

@@ -15,28 +15,9 @@ namespace {
 constexpr std::uint32_t kLocal = 64;
 constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
 constexpr std::uint32_t kMaxSamplesPerPart = 1 << 20;
+constexpr double kLeastZoom = 0.01, kMostZoom = 1e5;
 /// How far occluders count, as a share of the framed extent.
 constexpr double kAmbientReach = 0.4;
-
-void check(const RenderOptions& options) {
-  const auto require = [](bool fits, const std::string& message) {
-    if (!fits) throw Error(ErrorCode::usage, message);
-  };
-  require(options.size >= 1 && options.size <= 8192,
-          "The picture's size is " + std::to_string(options.size) + ": use 1 to 8192 pixels.");
-  require(options.samples >= 1 && options.samples <= 16, "The samples a pixel are " +
-                                                             std::to_string(options.samples) +
-                                                             " squared: use 1 to 16 a side.");
-  require(options.ambient_rays <= 255, "The rays for ambient occlusion are " +
-                                           std::to_string(options.ambient_rays) +
-                                           " a pixel: use 0 (none) to 255.");
-  require(std::isfinite(options.azimuth_degrees) && std::abs(options.azimuth_degrees) <= 1e6,
-          "The view's azimuth is " + std::to_string(options.azimuth_degrees) +
-              ": use a finite number of degrees, such as 30.");
-  require(options.elevation_degrees >= -90 && options.elevation_degrees <= 90,
-          "The view's elevation is " + std::to_string(options.elevation_degrees) +
-              ": use -90 (from below) to 90 (from above) degrees.");
-}
 
 template <typename T>
 cl::Array<T> upload(cl::Context& context, const T* data, std::size_t size) {
@@ -71,29 +52,6 @@ void set(kiln_float (&to)[3], const Vec3d& from) {
   to[2] = static_cast<float>(from.z);
 }
 
-/// The camera as a mesh's frame sees it, where the mesh lies around the origin.
-kiln_render_params camera_params(const Camera& camera, const Frame& frame,
-                                 const RenderOptions& options) {
-  kiln_render_params params{};
-  const Vec3d middle = Vec3d(camera.center[0] - frame.center[0], camera.center[1] - frame.center[1],
-                             camera.center[2] - frame.center[2]) *
-                       frame.scale;
-  const double half_side = camera.half_side * frame.scale;
-  set(params.right, camera.right);
-  set(params.up, camera.up);
-  set(params.toward, camera.toward);
-  params.left_edge = static_cast<float>(dot(middle, camera.right) - half_side);
-  params.top_edge = static_cast<float>(dot(middle, camera.up) + half_side);
-  params.pixel = static_cast<float>(2 * half_side / options.size);
-  params.size = options.size;
-  params.samples = options.samples;
-  params.tile_columns = (options.size + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
-  params.flat = options.flat ? 1 : 0;
-  params.show_normals = options.show_normals ? 1 : 0;
-  params.show_colors = options.show_colors ? 1 : 0;
-  return params;
-}
-
 /// The samples of one part of the picture, on the device.
 struct Part {
   cl::Array<float> points;   ///< 7 planes; see RayCaster
@@ -111,8 +69,62 @@ struct Part {
         match(context, samples) {}
 };
 
-/// Puts a part's pixels, which are ordered by tiles, at their places.
-void place(const std::vector<float>& colors, const kiln_render_params& params, Image& image) {
+}  // namespace
+
+void check_render(const RenderOptions& options) {
+  const auto require = [](bool fits, const std::string& message) {
+    if (!fits) throw Error(ErrorCode::usage, message);
+  };
+  require(options.size >= 1 && options.size <= 8192,
+          "The picture's size is " + std::to_string(options.size) + ": use 1 to 8192 pixels.");
+  require(options.samples >= 1 && options.samples <= 16, "The samples a pixel are " +
+                                                             std::to_string(options.samples) +
+                                                             " squared: use 1 to 16 a side.");
+  require(options.ambient_rays <= 255, "The rays for ambient occlusion are " +
+                                           std::to_string(options.ambient_rays) +
+                                           " a pixel: use 0 (none) to 255.");
+  require(std::isfinite(options.azimuth_degrees) && std::abs(options.azimuth_degrees) <= 1e6,
+          "The view's azimuth is " + std::to_string(options.azimuth_degrees) +
+              ": use a finite number of degrees, such as 30.");
+  require(options.elevation_degrees >= -90 && options.elevation_degrees <= 90,
+          "The view's elevation is " + std::to_string(options.elevation_degrees) +
+              ": use -90 (from below) to 90 (from above) degrees.");
+  require(options.zoom >= kLeastZoom && options.zoom <= kMostZoom,
+          "The picture's zoom is " + std::to_string(options.zoom) +
+              ": use 0.01 to 100000; 1 shows all of the mesh.");
+  require(!options.at || std::all_of(options.at->begin(), options.at->end(),
+                                     [](double x) { return std::isfinite(x); }),
+          "The point in the picture's middle is not finite: give three finite coordinates.");
+}
+
+kiln_render_params camera_params(const Camera& camera, const Frame& frame,
+                                 const RenderOptions& options) {
+  kiln_render_params params{};
+  const Vec3d middle = Vec3d(camera.center[0] - frame.center[0], camera.center[1] - frame.center[1],
+                             camera.center[2] - frame.center[2]) *
+                       frame.scale;
+  const double pixel = camera.pixel() * frame.scale;
+  set(params.right, camera.right);
+  set(params.up, camera.up);
+  set(params.toward, camera.toward);
+  params.left_edge = static_cast<float>(dot(middle, camera.right) - pixel * camera.width / 2);
+  params.top_edge = static_cast<float>(dot(middle, camera.up) + pixel * camera.height / 2);
+  params.pixel = static_cast<float>(pixel);
+  params.width = camera.width;
+  params.height = camera.height;
+  set(params.key, camera.key);
+  const Vec3d half_way = camera.key + Vec3d{0, 0, 1};
+  set(params.half_way, half_way * (1 / length(half_way)));
+  params.samples = options.samples;
+  params.tile_columns = (camera.width + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
+  params.flat = options.flat ? 1 : 0;
+  params.show_normals = options.show_normals ? 1 : 0;
+  params.show_colors = options.show_colors ? 1 : 0;
+  return params;
+}
+
+void place_pixels(const std::vector<float>& colors, const kiln_render_params& params,
+                  Image& image) {
   for (std::uint32_t i = 0; i < params.pixel_count; ++i) {
     const std::uint32_t tile = params.first_tile + i / kTilePixels;
     const std::uint32_t within = i % kTilePixels;
@@ -120,13 +132,11 @@ void place(const std::vector<float>& colors, const kiln_render_params& params, I
         tile % params.tile_columns * KILN_RENDER_TILE + within % KILN_RENDER_TILE;
     const std::uint32_t y =
         tile / params.tile_columns * KILN_RENDER_TILE + within / KILN_RENDER_TILE;
-    if (x < params.size && y < params.size) {
+    if (x < params.width && y < params.height) {
       std::copy_n(&colors[std::size_t{3} * i], 3, image.at(x, y));
     }
   }
 }
-
-}  // namespace
 
 Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& normal_map)
     : device(opened) {
@@ -222,23 +232,54 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
   has_map = true;
 }
 
+Camera Scene::Impl::camera(const RenderOptions& options) const {
+  return Camera::fit(options.frame == nullptr ? target : CameraTarget::of(*options.frame), options);
+}
+
 Image Scene::Impl::draw(const RenderOptions& options) const {
-  check(options);
+  check_render(options);
   if (options.show_colors && (!has_map || options.ignore_map || options.flat)) {
     throw Error(
         ErrorCode::usage,
         "A map's colours are to be shown, but there is no map, or it is left out: give one.");
   }
-  const Camera camera =
-      Camera::fit(options.frame == nullptr ? target : CameraTarget::of(*options.frame), options);
+  return trace(camera(options), options, false);
+}
+
+Image Scene::Impl::draw_depth(const RenderOptions& options) const {
+  check_render(options);
+  RenderOptions one = options;
+  one.samples = 1;
+  one.ambient_rays = 0;
+  const Camera from = camera(options);
+  const Image shown = trace(from, one, true);
+  const Frame& frame = target.frame;
+  const Vec3d middle = {from.center[0] - frame.center[0], from.center[1] - frame.center[1],
+                        from.center[2] - frame.center[2]};
+  const double plane = dot(middle, from.toward);
+  Image depth{shown.width, shown.height, 1, {}};
+  depth.pixels.reserve(shown.pixels.size() / 3);
+  for (std::size_t i = 0; i < shown.pixels.size(); i += 3) {
+    depth.pixels.push_back(shown.pixels[i + 1] > 0
+                               ? static_cast<float>(shown.pixels[i] / frame.scale - plane)
+                               : kNoDepth);
+  }
+  return depth;
+}
+
+Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, bool depth) const {
   kiln_render_params params = camera_params(camera, target.frame, options);
   const std::uint32_t per_pixel = options.samples * options.samples;
-  if (!options.show_normals && !options.show_colors) {
+  if (depth) {
+    params.show_depth = 1;
+    params.show_normals = params.show_colors = 0;
+  } else if (!options.show_normals && !options.show_colors) {
     params.ambient_passes = (options.ambient_rays + per_pixel - 1) / per_pixel;
   }
 
   const std::uint32_t samples_per_tile = kTilePixels * per_pixel;
-  const std::uint32_t tiles = params.tile_columns * params.tile_columns;
+  const std::uint32_t tiles =
+      params.tile_columns * ((camera.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE);
   const std::uint32_t tiles_per_part = std::min(tiles, kMaxSamplesPerPart / samples_per_tile);
   params.capacity = tiles_per_part * samples_per_tile;
 
@@ -257,8 +298,8 @@ Image Scene::Impl::draw(const RenderOptions& options) const {
       static_cast<float>(std::min(2.0, kAmbientReach * 2 * camera.half_side * target.frame.scale));
   to_sky.two_sided = true;
 
-  Image image{options.size, options.size, 3, {}};
-  image.pixels.resize(std::size_t{options.size} * options.size * 3);
+  Image image{camera.width, camera.height, 3, {}};
+  image.pixels.resize(std::size_t{camera.width} * camera.height * 3);
   std::vector<float> colors(part.colors.size());
   for (params.first_tile = 0; params.first_tile < tiles; params.first_tile += tiles_per_part) {
     params.pixel_count = std::min(tiles_per_part, tiles - params.first_tile) * kTilePixels;
@@ -278,7 +319,7 @@ Image Scene::Impl::draw(const RenderOptions& options) const {
       context.launch(context.kernel("render", "kiln_render_ambient_add"), count, kLocal, params,
                      pass, part.hit, part.open);
     }
-    if (has_map && !options.ignore_map && !options.flat) {
+    if (has_map && !options.ignore_map && !options.flat && !depth) {
       kiln_render_map_params with_map = map_params;
       with_map.count = count;
       with_map.capacity = params.capacity;
@@ -289,7 +330,7 @@ Image Scene::Impl::draw(const RenderOptions& options) const {
     context.launch(context.kernel("render", "kiln_render_shade"), params.pixel_count, kLocal,
                    params, part.match.triangle, part.surface, part.open, part.colors);
     part.colors.read(context, std::span(colors).first(std::size_t{3} * params.pixel_count));
-    place(colors, params, image);
+    place_pixels(colors, params, image);
   }
   return image;
 }
@@ -298,6 +339,16 @@ Scene::Scene(const Device& device, const Mesh& mesh, const NormalMap& map)
     : impl_(std::make_shared<const Impl>(device, mesh, map)) {}
 
 Image Scene::draw(const RenderOptions& options) const { return impl_->draw(options); }
+
+PictureGeometry Scene::geometry(const RenderOptions& options) const {
+  check_render(options);
+  const Camera camera = impl_->camera(options);
+  const auto axis = [](const Vec3d& v) { return std::array<double, 3>{v.x, v.y, v.z}; };
+  return {camera.width,        camera.height, axis(camera.right), axis(camera.up),
+          axis(camera.toward), camera.center, camera.pixel()};
+}
+
+Image Scene::draw_depth(const RenderOptions& options) const { return impl_->draw_depth(options); }
 
 const std::vector<Warning>& Scene::warnings() const { return impl_->warnings; }
 

@@ -15,6 +15,9 @@ namespace kiln {
 struct Scene::Impl {
   Impl(const Device& opened, const Mesh& mesh, const NormalMap& normal_map);
   Image draw(const RenderOptions& options) const;
+  Image draw_depth(const RenderOptions& options) const;
+  Image rasterise(const RenderOptions& options) const;
+  FrameCost time_frames(const RenderOptions& options, std::uint32_t frames) const;
 
   Device device;
   CameraTarget target;
@@ -34,6 +37,19 @@ struct Scene::Impl {
 
  private:
   void upload_map(const Mesh& mesh, const NormalMap& normal_map);
+  Camera camera(const RenderOptions& options) const;
+  /// Rays, a part of the picture after the other. \param depth  instead of the options' colours
+  Image trace(const Camera& camera, const RenderOptions& options, bool depth) const;
 };
+
+/// \throws Error(usage) for an option out of its range
+void check_render(const RenderOptions& options);
+
+/// The camera as a mesh's frame sees it, where the mesh lies around the origin.
+kiln_render_params camera_params(const Camera& camera, const Frame& frame,
+                                 const RenderOptions& options);
+
+/// Puts a part's pixels, which are ordered by tiles, at their places.
+void place_pixels(const std::vector<float>& colors, const kiln_render_params& params, Image& image);
 
 }  // namespace kiln

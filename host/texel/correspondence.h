@@ -16,9 +16,12 @@ struct Correspondence {
   cl::Array<float> barycentric;       ///< 2 planes
   cl::Array<float> distance;
   cl::Array<std::uint8_t> status;  ///< kiln_status
+  /// Where asked for, and the match goes by visibility: 3 planes, the mean of the directions that see the
+  /// sample's place, object space. Empty: not asked for.
+  cl::Array<float> seen;
 
   Correspondence() = default;
-  Correspondence(cl::Context& context, std::uint32_t plane_capacity);
+  Correspondence(cl::Context& context, std::uint32_t plane_capacity, bool with_seen = false);
 };
 
 }  // namespace kiln

@@ -88,4 +88,11 @@ struct ImageDifference {
 /// \throws Error(input) where sizes or numbers of channels differ, or pixels are missing.
 ImageDifference compare_images(const Image& a, const Image& b, const Image* mask = nullptr);
 
+/// The same texel by texel, one channel: the angle in degrees, or the largest channel difference; -1 where
+/// the mask leaves texels out.
+/// \param by_channel  channel differences; always of images with fewer than 3 channels
+/// \throws as compare_images
+Image image_differences(const Image& a, const Image& b, const Image* mask = nullptr,
+                        bool by_channel = false);
+
 }  // namespace kiln

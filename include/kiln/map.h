@@ -73,6 +73,8 @@ struct MapInfo {
   /// Value that integer formats put at 0. Both 0: they depend on what was baked; see value_range().
   float low = 0;
   float high = 1;  ///< Value that integer formats put at 1
+  /// It holds what a match by visibility went by: BakeOptions::method must take VisibilityOptions.
+  bool needs_visibility = false;
 };
 
 /// All maps, in the order that they are listed to people.

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "kiln/device.h"
@@ -21,9 +24,9 @@ struct NormalMap {
 
 /// Camera, light and surface of a picture.
 struct RenderOptions {
-  std::uint32_t size = 512;         ///< Width and height of the picture, 1 to 8192 pixels
-  double azimuth_degrees = 30;      ///< Around the up axis (+Y): 0 looks at the front, from +Z; 90
-                                    ///< looks from +X
+  std::uint32_t size = 512;     ///< Width and height of the picture (see `trim`), 1 to 8192 pixels
+  double azimuth_degrees = 30;  ///< Around the up axis (+Y): 0 looks at the front, from +Z; 90
+                                ///< looks from +X
   double elevation_degrees = 15;    ///< Of the camera above the horizon, -90 to 90
   bool z_up = false;                ///< The up axis is +Z; the front is then seen from -Y
   std::uint32_t samples = 3;        ///< N x N samples a pixel, 1 to 16
@@ -35,8 +38,38 @@ struct RenderOptions {
   bool show_colors = false;   ///< The map's channels as they are, without light, averaged over the
                               ///< samples that hit; 0 beside the mesh. Needs a map.
   const Mesh* frame =
-      nullptr;  ///< Fit this mesh into the picture (default: the scene's own), so that
-                ///< pictures of several meshes line up in world coordinates
+      nullptr;      ///< Fit this mesh into the picture (default: the scene's own), so that
+                    ///< pictures of several meshes line up in world coordinates
+  double zoom = 1;  ///< How much larger than what fits, 0.01 to 100,000
+  /// World point in the picture's middle. None given: the middle of what is framed.
+  std::optional<std::array<double, 3>> at = {};
+  bool trim =
+      false;  ///< Only as wide and high as the framed mesh needs; its longer side has `size` pixels
+};
+
+/// Where a picture shows the world.
+struct PictureGeometry {
+  std::uint32_t width = 0, height = 0;            ///< Pixels
+  std::array<double, 3> right{}, up{}, toward{};  ///< Unit; `toward` points to the viewer
+  std::array<double, 3> center{};                 ///< World point in the picture's middle
+  double pixel = 1;                               ///< Side of one, world units
+
+  /// Column and row of a point, pixels from the picture's top left corner (a pixel's middle is at a half);
+  /// and how far the point is from the plane through the picture's middle, towards the viewer, world units.
+  std::array<double, 3> project(const std::array<double, 3>& point) const;
+};
+
+/// What drawing a scene takes, as papers on simplified meshes state it.
+struct FrameCost {
+  std::uint32_t frames = 0;                                        ///< Timed
+  std::uint32_t width = 0, height = 0;                             ///< Of a frame, pixels
+  double seconds_median = 0, seconds_least = 0, seconds_most = 0;  ///< Of one frame
+  std::uint64_t triangles = 0;
+  /// Corners that differ in position, normal or (with a map) UV: what a vertex buffer would hold.
+  std::uint64_t vertices = 0;
+  /// Of those vertices (position and normal, 24 bytes; with a map also UV and tangent, 48), of three indices
+  /// of 4 bytes a triangle, and of the map, 3 channels of 16 bits a texel.
+  std::uint64_t bytes = 0;
 };
 
 /// A mesh made ready for pictures: hierarchy, normals and normal map on the device. Built once, drawn
@@ -50,20 +83,40 @@ class Scene {
   explicit Scene(const Device& device, const Mesh& mesh, const NormalMap& map = {});
 
   /// An orthographic picture: clay in the light of a key, a fill and a rim light that travel with the
-  /// camera, and of a sky dimmed by ambient occlusion, over a plain light background. RGB, [0, 1],
-  /// sRGB-encoded. Faces turned away are shaded as if they faced the viewer. Normal maps change the
-  /// shading and never the silhouette or the occlusion.
+  /// camera, and of a sky dimmed by ambient occlusion, over a plain light background. The key light grazes
+  /// sheets, such as terrains. RGB, [0, 1], sRGB-encoded. Faces turned away are shaded as if they faced
+  /// the viewer. Normal maps change the shading and never the silhouette or the occlusion.
   ///
   /// Deterministic. Device memory beside the mesh's stays under 110 MB at any size.
   /// \throws Error(usage) for an option out of its range, Error(input) for a frame without extent,
   ///         Error(device)
   Image draw(const RenderOptions& options = {}) const;
 
+  /// Where the picture that draw() makes with these options shows things. \throws as draw()
+  PictureGeometry geometry(const RenderOptions& options = {}) const;
+
+  /// What lies in front: how far it is from the plane through the picture's middle, towards the viewer, world
+  /// units, one channel; kNoDepth beside the mesh. One sample a pixel, whatever the options say.
+  /// \throws as draw()
+  Image draw_depth(const RenderOptions& options = {}) const;
+  static constexpr float kNoDepth = -std::numeric_limits<float>::infinity();
+
+  /// The same picture as draw() with one sample a pixel and no ambient occlusion, but by a z-buffer: as a
+  /// renderer of frames draws it. Differs from draw() where a triangle's edge passes within 1/128 of a pixel
+  /// of a pixel's middle.
+  /// \throws Error(usage) for show_colors, a zoom, or a picture of more than 2048 pixels a side
+  Image rasterise(const RenderOptions& options = {}) const;
+
+  /// Times rasterise() from `frames` sides around the up axis, without reading pictures back, after two that
+  /// are not timed. \throws as rasterise(); Error(usage) for frames not in 1 to 1,000
+  FrameCost time_frames(const RenderOptions& options = {}, std::uint32_t frames = 30) const;
+
   /// Triangles that rays pass through, since they have no area or are not finite.
   const std::vector<Warning>& warnings() const;
 
- private:
   struct Impl;
+
+ private:
   std::shared_ptr<const Impl> impl_;
 };
 

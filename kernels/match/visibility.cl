@@ -17,6 +17,7 @@
 // kiln_visibility_smooth    pixels        64     reads 144 B (mostly shared), writes 16 B
 // kiln_visibility_link      border pixels 64     reads 36 B + 144 B (gathered), writes 16 B
 // kiln_visibility_direct    texels        64     a sample: reads 36 B + field, writes 28 B
+// kiln_visibility_seen      texels        64     a sample: reads 16 B + field, writes 12 B
 //
 // Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_texels takes one sample an item: for GPUs
 //          KILN_VISIBILITY_SEEN  kiln_visibility_texels and _add also note which directions see a
@@ -395,6 +396,38 @@ static inline float3 visibility_at(global const float* field, global const uint*
   return sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
 }
 
+/// The mean of the directions that see a sample's place: from corners, or from the field of texels.
+/// \param index  of its texel within the band
+static inline float3 visibility_mean(const kiln_visibility_band* params, uint index, uint i, uint own,
+                                     global const uint* sample_slot,
+                                     global const float* barycentric, global const float* field,
+                                     global const uint* field_triangle, global const uint* chart,
+                                     global const uint* border, global const uint* links) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t plane = params->capacity;
+  float3 mean;
+  if (params->field_width == 0) {
+    const float v1 = barycentric[i];
+    const float v2 = barycentric[i + plane];
+    const float4 sum = (vload4((size_t)3 * own, field) * ((1.0f - v1) - v2) +
+                        vload4((size_t)3 * own + 1, field) * v1) +
+                       vload4((size_t)3 * own + 2, field) * v2;
+    mean = sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
+  } else {
+    const float step = 1.0f / (float)params->samples;
+    const uint slot = sample_slot[i];
+    const float x =
+        (float)(index % params->width) + ((float)(slot % params->samples) + 0.5f) * step;
+    const float y = (float)(params->first_row + index / params->width) +
+                    ((float)(slot / params->samples) + 0.5f) * step;
+    const float place_x = x * ((float)params->field_width / (float)params->width) - 0.5f;
+    const float place_y = y * ((float)params->field_height / (float)params->height) - 0.5f;
+    mean = visibility_at(field, field_triangle, chart, border, links, chart[own], place_x,
+                         place_y, (int)params->field_width, (int)params->field_height);
+  }
+  return mean;
+}
+
 /// Writes a band's samples with new directions: where they are seen from, or, of the hybrid, between that
 /// and their own direction by the standard deviation s of the directions that see them (section 3.4,
 /// equation 3): (1 - s) of the one, s of the other.
@@ -419,26 +452,8 @@ kernel void kiln_visibility_direct(
   const uint end = texel_first[texel + 1];
   for (uint i = texel_first[texel]; i < end; ++i) {
     const uint own = triangle[i];
-    float3 mean;
-    if (params.field_width == 0) {
-      const float v1 = barycentric[i];
-      const float v2 = barycentric[i + plane];
-      const float4 sum = (vload4((size_t)3 * own, field) * ((1.0f - v1) - v2) +
-                          vload4((size_t)3 * own + 1, field) * v1) +
-                         vload4((size_t)3 * own + 2, field) * v2;
-      mean = sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
-    } else {
-      const float step = 1.0f / (float)params.samples;
-      const uint slot = sample_slot[i];
-      const float x =
-          (float)(index % params.width) + ((float)(slot % params.samples) + 0.5f) * step;
-      const float y = (float)(params.first_row + index / params.width) +
-                      ((float)(slot / params.samples) + 0.5f) * step;
-      const float place_x = x * ((float)params.field_width / (float)params.width) - 0.5f;
-      const float place_y = y * ((float)params.field_height / (float)params.height) - 0.5f;
-      mean = visibility_at(field, field_triangle, chart, border, links, chart[own], place_x,
-                           place_y, (int)params.field_width, (int)params.field_height);
-    }
+    const float3 mean = visibility_mean(&params, index, i, own, sample_slot, barycentric, field,
+                                        field_triangle, chart, border, links);
     const float3 given =
         (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);
     float3 direction = given;
@@ -465,5 +480,29 @@ kernel void kiln_visibility_direct(
     directed[i + 4 * out] = direction.y;
     directed[i + 5 * out] = direction.z;
     directed[i + 6 * out] = points[i + 6 * plane];
+  }
+}
+
+/// Writes the mean of the directions that see each of a band's samples; arguments as above.
+/// \param seen  3 planes
+kernel void kiln_visibility_seen(
+    const kiln_visibility_band params, global const uint* restrict texel_index,
+    global const uint* restrict texel_first, global const uint* restrict sample_slot,
+    global const uint* restrict triangle, global const float* restrict barycentric,
+    global const float* restrict field, global const uint* restrict field_triangle,
+    global const uint* restrict chart, global const uint* restrict border,
+    global const uint* restrict links, global float* restrict seen) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t texel = get_global_id(0);
+  if (texel >= params.texel_count) return;
+  const size_t out = params.out_capacity;
+  const uint index = texel_index[texel];
+  const uint end = texel_first[texel + 1];
+  for (uint i = texel_first[texel]; i < end; ++i) {
+    const float3 mean = visibility_mean(&params, index, i, triangle[i], sample_slot, barycentric,
+                                        field, field_triangle, chart, border, links);
+    seen[i] = mean.x;
+    seen[i + out] = mean.y;
+    seen[i + 2 * out] = mean.z;
   }
 }

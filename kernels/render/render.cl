@@ -1,6 +1,7 @@
 // Render: orthographic pictures of meshes, shaded to make small detail readable.
 //
-// Camera rays go through the ray family; here are the steps around it. Normals are interpolated over the
+// Camera rays go through the ray family, or a z-buffer of the raster family names each pixel's triangle;
+// here are the steps around both. Normals are interpolated over the
 // hit triangle, or read from a normal map: the exact inverse of kernels/detail.cl (tangent frames after
 // Mikkelsen 2008, interpolated and not normalised). Light is a wrapped key, a fill and a rim light that
 // travel with the camera, a broad highlight, and a sky dimmed by ambient occlusion: directions with a
@@ -10,6 +11,7 @@
 //
 // kernel                     global    local  memory traffic an item
 // kiln_render_camera         samples   64     writes 28 B
+// kiln_render_keys           pixels    64     reads 8 B + a triangle's corners (gathered), writes 12 B
 // kiln_render_surface        samples   64     reads 36 B + a triangle's corners (gathered), writes 36 B
 // kiln_render_map            samples   64     reads 24 B + 152 B + 4 texels (gathered), writes 12 B
 // kiln_render_ambient_rays   samples   64     reads 40 B, writes 28 B
@@ -17,8 +19,9 @@
 // kiln_render_shade          pixels    64     reads 17 B a sample, writes 12 B
 //
 // Strengths: the same bytes everywhere (no pow, no sin: only + - * / and square roots). Limits: one
-// hard-wired material and light; no shadows but ambient occlusion's.
+// hard-wired material; no shadows but ambient occlusion's.
 
+#include "accel/keys.clh"
 #include "lib/vector3.clh"
 #include "shared/detail.h"
 #include "shared/render.h"
@@ -72,6 +75,53 @@ kernel void kiln_render_camera(const kiln_render_params params, global float* re
   render_store(position, points, i, capacity);
   render_store(-toward, points + 3 * capacity, i, capacity);
   points[i + 6 * capacity] = 0.0f;
+}
+
+/// What a z-buffer shows at the middles of the part's pixels, as rays would have it: one sample a pixel.
+/// \param keys  of one view, whose pixels are the picture's
+kernel void kiln_render_keys(const kiln_render_params params,
+                             global const ulong* restrict keys,
+                             global const uchar* restrict drawn,
+                             global const uint* restrict position_indices,
+                             global const float* restrict positions,
+                             global uint* restrict hit_triangle,
+                             global float* restrict hit_barycentric) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.pixel_count) return;
+  const size_t capacity = params.capacity;
+  const uint2 pixel = render_pixel(&params, (uint)i);
+  hit_triangle[i] = KILN_NO_TRIANGLE;
+  if (pixel.x >= params.width || pixel.y >= params.height) return;
+  const ulong key = keys_at(keys, drawn, keys_index(0u, params.width, pixel.x, pixel.y));
+  if (key == KILN_RASTER_EMPTY) return;
+  const uint triangle = (uint)key;
+  const uint3 corner = vload3(triangle, position_indices);
+  const float3 right = vload3(0, params.right);
+  const float3 up = vload3(0, params.up);
+  // Corners as the picture has them, from the pixel's middle.
+  const float2 middle =
+      (float2)(params.left_edge + ((float)pixel.x + 0.5f) * params.pixel,
+               params.top_edge - ((float)pixel.y + 0.5f) * params.pixel);
+  float2 at[3];
+  for (int k = 0; k < 3; ++k) {
+    const uint index = k == 0 ? corner.x : k == 1 ? corner.y : corner.z;
+    const float3 p = vload3(index, positions);
+    at[k] = (float2)(dot3(right, p), dot3(up, p)) - middle;
+  }
+  const float2 ab = at[1] - at[0];
+  const float2 ac = at[2] - at[0];
+  const float area = ab.x * ac.y - ab.y * ac.x;
+  float u = (ac.x * at[0].y - ac.y * at[0].x) / area;
+  float v = (ab.y * at[0].x - ab.x * at[0].y) / area;
+  // A z-buffer's vertices are snapped to parts of a pixel: a middle may lie just beside its triangle.
+  if (!(u > 0.0f)) u = 0.0f;
+  if (!(v > 0.0f)) v = 0.0f;
+  u = min(u, 1.0f);
+  v = min(v, 1.0f - u);
+  hit_triangle[i] = triangle;
+  hit_barycentric[i] = u;
+  hit_barycentric[i + capacity] = v;
 }
 
 /// What the rays hit: position, face normal, shading normal.
@@ -286,13 +336,11 @@ static float render_wrapped(float3 n, float3 light, float wrap) {
 }
 
 /// Radiance of the material. \param n  unit normal seen from the camera: right, up, towards the viewer
-static float3 render_shaded(float3 n, float open) {
+static float3 render_shaded(float3 n, float open, float3 key, float3 half_way) {
 #pragma OPENCL FP_CONTRACT OFF
   const float3 albedo = (float3)(0.60f, 0.505f, 0.425f);
-  const float3 key = (float3)(-0.5145f, 0.6860f, 0.5145f);
   const float3 fill = (float3)(0.8321f, 0.0f, 0.5547f);
   const float3 rim = (float3)(0.4243f, 0.5657f, -0.7071f);
-  const float3 half_way = (float3)(-0.2957f, 0.3942f, 0.8702f);  // between key and viewer
 
   const float3 sky = (float3)(0.43f, 0.47f, 0.53f);
   const float3 ground = (float3)(0.30f, 0.25f, 0.21f);
@@ -313,7 +361,8 @@ static float3 render_shaded(float3 n, float open) {
 }
 
 /// Colours the part's pixels. With show_normals: the normal in world space as n/2 + 1/2, averaged over
-/// the samples that hit, 0 where none did; with show_colors: the map's channels likewise. Else sRGB.
+/// the samples that hit, 0 where none did; with show_colors: the map's channels likewise; with show_depth:
+/// the depth, and 1 as the second channel. Else sRGB.
 kernel void kiln_render_shade(const kiln_render_params params,
                               global const uint* restrict hit_triangle,
                               global const float* restrict surface,
@@ -339,25 +388,32 @@ kernel void kiln_render_shade(const kiln_render_params params,
   const float3 right = vload3(0, params.right);
   const float3 up = vload3(0, params.up);
   const float3 toward = vload3(0, params.toward);
+  const float3 key = vload3(0, params.key);
+  const float3 half_way = vload3(0, params.half_way);
   float3 sum = (float3)(0.0f);
   for (size_t s = first; s < first + per_pixel; ++s) {
     if (hit_triangle[s] == KILN_NO_TRIANGLE) continue;
+    if (params.show_depth != 0u) {
+      const float3 p = render_load(surface + KILN_SURFACE_POSITION * capacity, s, capacity);
+      sum += (float3)(dot3(p, toward), 1.0f, 0.0f);
+      continue;
+    }
     const float3 n = render_load(surface + KILN_SURFACE_NORMAL * capacity, s, capacity);
     sum += params.show_normals != 0u || params.show_colors != 0u
                ? n
                : render_shaded((float3)(dot3(n, right), dot3(n, up),
                                         dot3(n, toward)),
-                               sky);
+                               sky, key, half_way);
   }
   float3 color;
-  if (params.show_colors != 0u) {
+  if (params.show_colors != 0u || params.show_depth != 0u) {
     color = hits == 0u ? (float3)(0.0f) : sum / (float)hits;
   } else if (params.show_normals != 0u) {
     color = hits == 0u ? (float3)(0.0f) : render_unit(sum, toward) * 0.5f + 0.5f;
   } else {
     const uint2 pixel = render_pixel(&params, (uint)i);
-    const float x = ((float)pixel.x + 0.5f) / (float)params.size - 0.5f;
-    const float y = ((float)pixel.y + 0.5f) / (float)params.size - 0.45f;
+    const float x = ((float)pixel.x + 0.5f) / (float)params.width - 0.5f;
+    const float y = ((float)pixel.y + 0.5f) / (float)params.height - 0.45f;
     const float from_centre = min(1.0f, x * x + y * y);
     const float3 background = (float3)(0.90f, 0.91f, 0.92f) -
                               (float3)(0.36f, 0.35f, 0.33f) * from_centre;

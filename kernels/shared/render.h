@@ -22,7 +22,7 @@ typedef struct kiln_render_params {
   kiln_float top_edge;     // along `up`, of the picture's top edge
   kiln_float toward[3];    // unit, from the scene to the viewer
   kiln_float pixel;        // side of a pixel
-  kiln_uint size;          // pixels a side
+  kiln_uint width;         // of the picture, pixels
   kiln_uint samples;       // N: N x N samples a pixel
   kiln_uint first_tile;    // of this part
   kiln_uint tile_columns;  // tiles in a row of the picture
@@ -33,9 +33,13 @@ typedef struct kiln_render_params {
   kiln_uint show_normals;  // 1: the normal as a colour
   kiln_uint ambient_passes;  // rays a sample for ambient occlusion; 0: none
   kiln_uint show_colors;     // 1: the map's channels, unlit
+  kiln_uint height;          // of the picture, pixels
+  kiln_float key[3];         // of the key light: unit, seen from the camera (right, up, towards the viewer)
+  kiln_uint show_depth;      // 1: how far towards the viewer the surface is, frame units; and 1 where one is
+  kiln_float half_way[3];    // unit, between the key light and the viewer
   kiln_uint padding;
 } kiln_render_params;
-KILN_CHECK_SIZE(kiln_render_params, 96);
+KILN_CHECK_SIZE(kiln_render_params, 128);
 
 typedef struct kiln_render_map_params {
   kiln_uint count;     // samples

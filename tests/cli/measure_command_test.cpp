@@ -435,7 +435,7 @@ TEST(MeasureCommand, StudiesFaces) {
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, "");
   EXPECT_TRUE(test::only_warnings(result.errors)) << result.errors;
-  expect_files(out, "study_faces", 2);
+  expect_files(out, "study_faces", 3);
   const json report = read_json(scene / "report.json");
   const std::vector<json> settings = select(report, "kiln");
   ASSERT_EQ(settings.size(), 2U) << "500 and 1,000: the mesh has 1,568";
@@ -454,6 +454,12 @@ TEST(MeasureCommand, StudiesFaces) {
   EXPECT_LT(settings[1]["distance_error"]["mean"], settings[0]["distance_error"]["mean"]);
 
   const json plot = read_json(out / "study_faces_plot.json");
+  // Depth differs less the more faces there are; it is the mesh's, whatever the map.
+  const std::vector<json> plain = select(report, "none");
+  EXPECT_GT(plain[1]["depth_difference"]["mean"].get<double>(), 0);
+  EXPECT_LT(plain[1]["depth_difference"]["mean"], plain[0]["depth_difference"]["mean"]);
+  EXPECT_FALSE(settings[0].contains("depth_difference"));
+  EXPECT_EQ(plot["panels"][1]["curves"][0]["y"][0], plain[0]["depth_difference"]["mean"]);
   for (std::size_t i = 0; i < 2; ++i) {
     const json& distance = settings[i]["distance_error"];
     const json& curves = plot["panels"][0]["curves"];

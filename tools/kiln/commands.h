@@ -14,6 +14,7 @@ Run add_simplify(CLI::App& app);
 Run add_render(CLI::App& app);
 Run add_measure(CLI::App& app);
 Run add_chart(CLI::App& app);
+Run add_gallery(CLI::App& app);
 Run add_diff(CLI::App& app);
 Run add_volume(CLI::App& app);
 Run add_devices(CLI::App& app);

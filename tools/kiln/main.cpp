@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
   commands["render"] = cli::add_render(app);
   commands["measure"] = cli::add_measure(app);
   commands["chart"] = cli::add_chart(app);
+  commands["gallery"] = cli::add_gallery(app);
   commands["diff"] = cli::add_diff(app);
   commands["volume"] = cli::add_volume(app);
   commands["devices"] = cli::add_devices(app);

@@ -71,6 +71,17 @@ void check_visibility(const BakeArguments& a) {
   }
 }
 
+/// Maps of what some matches alone go by.
+void check_maps(const BakeArguments& a) {
+  const bool by_visibility =
+      a.load_match.empty() && a.match != kAutomatic && find_match(a.match).takes_visibility;
+  for (const std::string& name : a.maps) {
+    if (!find_map(name).needs_visibility || by_visibility) continue;
+    fail("--maps " + name +
+         " holds what a match by visibility goes by: use it with --match visibility or hybrid.");
+  }
+}
+
 void check_height_field(const BakeArguments& a) {
   if (!is_height_field(a.high)) {
     if (!a.given.contains("--height") && !a.given.contains("--extent")) return;
@@ -97,6 +108,7 @@ void check(const BakeArguments& a) {
   if (a.match == kAutomatic && std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {
     fail("--match auto measures normal maps: add normal to --maps.");
   }
+  check_maps(a);
   check_low(a);
   check_served(a);
   if (matches_by(a, MatchMethod::axis) && a.view.size() != 1) {

@@ -7,6 +7,7 @@
 #include "arguments/paths.h"
 #include "commands.h"
 #include "kiln/kiln.h"
+#include "picture/sheet.h"
 #include "report/map_file.h"
 #include "report/report.h"
 
@@ -14,12 +15,49 @@ namespace kiln::cli {
 namespace {
 
 struct DiffArguments {
-  std::string a, b, mask, json;
+  std::string a, b, mask, out, json;
   std::optional<double> max_mean_angle, max_angle, max_error;
 };
 
+bool is_exr(const std::string& path) { return std::filesystem::path(path).extension() == ".exr"; }
+
+void check(const DiffArguments& arguments) {
+  check_paths({arguments.a, arguments.b, arguments.mask}, {arguments.out, arguments.json});
+  if (arguments.out.empty()) return;
+  if (!is_exr(arguments.out) && std::filesystem::path(arguments.out).extension() != ".png") {
+    throw Error(ErrorCode::usage, "--out '" + arguments.out +
+                                      "': a picture's name ends in .png, a texture of the "
+                                      "differences in .exr.");
+  }
+  prepare_parent(arguments.out);
+}
+
+/// Where the maps differ: a picture with its scale (PNG), or the values as they are (EXR).
+void save_difference(const DiffArguments& arguments, const Image& a, const Image& b,
+                     const Image* mask) {
+  constexpr Colour kMasked = {0.55F, 0.60F, 0.68F};
+  const bool by_channel =
+      a.channels < 3 || (arguments.max_error && !arguments.max_angle && !arguments.max_mean_angle);
+  const Image differences = image_differences(a, b, mask, by_channel);
+  if (is_exr(arguments.out)) {
+    save_image(differences, arguments.out, {ImageFormat::exr_float});
+    return;
+  }
+  std::vector<double> values;
+  for (const float value : differences.pixels) {
+    if (value >= 0) values.push_back(value);
+  }
+  Scale scale{scale_end(std::move(values)), by_channel ? "channel difference" : "degrees", {}};
+  if (mask != nullptr) scale.others = {{kMasked, "masked"}};
+  const Image picture = coloured(differences, scale, [&](float value) -> std::optional<Colour> {
+    if (value >= 0) return std::nullopt;
+    return kMasked;
+  });
+  save_image(make_sheet({{picture, {}}}, scale), arguments.out, {ImageFormat::png8});
+}
+
 int run_diff(const DiffArguments& arguments) {
-  check_paths({arguments.a, arguments.b, arguments.mask}, {arguments.json});
+  check(arguments);
   const Image a = load_normal_map(arguments.a);
   const Image b = load_normal_map(arguments.b);
   std::optional<Image> mask;
@@ -54,19 +92,22 @@ int run_diff(const DiffArguments& arguments) {
                within      ? "within"
                : has_limit ? "beyond the limits"
                            : "different");
+  if (!arguments.out.empty()) save_difference(arguments, a, b, mask ? &*mask : nullptr);
   if (!arguments.json.empty()) {
-    const Json report = {{"version", version()},
-                         {"a", arguments.a},
-                         {"b", arguments.b},
-                         {"compared", difference.compared},
-                         {"mean_angle_degrees", difference.mean_angle_degrees},
-                         {"p95_angle_degrees", difference.p95_angle_degrees},
-                         {"p99_angle_degrees", difference.p99_angle_degrees},
-                         {"max_angle_degrees", difference.max_angle_degrees},
-                         {"mean_error", difference.mean_error},
-                         {"max_error", difference.max_error},
-                         {"worst", {difference.worst_x, difference.worst_y}},
-                         {"within", within}};
+    const Json report = {
+        {"version", version()},
+        {"a", arguments.a},
+        {"b", arguments.b},
+        {"compared", difference.compared},
+        {"mean_angle_degrees", difference.mean_angle_degrees},
+        {"p95_angle_degrees", difference.p95_angle_degrees},
+        {"p99_angle_degrees", difference.p99_angle_degrees},
+        {"max_angle_degrees", difference.max_angle_degrees},
+        {"mean_error", difference.mean_error},
+        {"max_error", difference.max_error},
+        {"worst", {difference.worst_x, difference.worst_y}},
+        {"outputs", arguments.out.empty() ? Json::array() : Json::array({arguments.out})},
+        {"within", within}};
     save_report(arguments.json, report);
   }
   return within ? 0 : 1;
@@ -90,6 +131,10 @@ Run add_diff(CLI::App& app) {
   command->add_option(
       "--mask", arguments->mask,
       "Texels that are 0 there do not count: an image, such as bake's mask, or a saved match");
+  command->add_option("--out", arguments->out,
+                      "Also write where they differ: a picture with a scale (.png), or a texture "
+                      "(.exr): degrees; with --max-error alone, or fewer than 3 channels, "
+                      "channel differences; -1 where masked");
   command->add_option("--json", arguments->json,
                       "Write the figures to this file, or - for standard output");
   return [arguments] { return run_diff(*arguments); };

@@ -2,13 +2,14 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <tuple>
 
 #include "arguments/dense_input.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "commands.h"
 #include "kiln/kiln.h"
+#include "picture/angles.h"
+#include "picture/view_arguments.h"
 #include "report/console.h"
 #include "report/map_file.h"
 #include "report/report.h"
@@ -17,10 +18,12 @@ namespace kiln::cli {
 namespace {
 
 struct RenderArguments {
-  std::string mesh, normal, reference, out, view = "30,15", space = "tangent", device, json;
+  std::string mesh, normal, reference, out, space = "tangent", device, json;
   HeightArguments heights;
-  std::uint32_t size = 512, samples = 3, ambient_rays = 64;
-  bool flip_y = false, z_up = false, flat = false, show_normals = false, quiet = false;
+  ViewArguments view;
+  std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
+  std::optional<std::uint32_t> frames;
+  bool flip_y = false, flat = false, show_normals = false, error = false, quiet = false;
 };
 
 /// Pictures side by side, with a thin line between them.
@@ -78,12 +81,10 @@ Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& 
 }
 
 RenderOptions render_options(const RenderArguments& arguments) {
-  RenderOptions options;
+  RenderOptions options = view_options(arguments.view, is_height_field(arguments.reference));
   options.size = arguments.size;
-  std::tie(options.azimuth_degrees, options.elevation_degrees) = parse_view(arguments.view);
   options.samples = arguments.samples;
   options.ambient_rays = arguments.ambient_rays;
-  options.z_up = arguments.z_up;
   options.flat = arguments.flat;
   options.show_normals = arguments.show_normals;
   return options;
@@ -109,6 +110,123 @@ void check(const RenderArguments& arguments) {
                 "--flat shows faces and --normal the map: leave one of them out. With --reference "
                 "and --normal the flat mesh is shown beside.");
   }
+  if (arguments.error && arguments.reference.empty()) {
+    throw Error(ErrorCode::usage, "--error is the angle to HIGH's normals: add --reference HIGH.");
+  }
+  if (arguments.views != 0 && (!arguments.reference.empty() || arguments.view.given())) {
+    throw Error(ErrorCode::usage,
+                "--views shows MESH alone, from all around: leave out --reference, --view, --zoom "
+                "and --at.");
+  }
+  if (arguments.frames && arguments.json.empty()) {
+    throw Error(ErrorCode::usage, "--frames says how many frames --json times: add --json FILE.");
+  }
+}
+
+NormalMap read_map(const RenderArguments& arguments, Image& image) {
+  NormalMap map;
+  if (arguments.normal.empty()) return map;
+  image = load_normal_map(arguments.normal);
+  map.image = &image;
+  map.flip_y = arguments.flip_y;
+  map.space = arguments.space == "object" ? NormalMapSpace::object
+              : arguments.space == "face" ? NormalMapSpace::face
+                                          : NormalMapSpace::tangent;
+  return map;
+}
+
+/// The views that a match by depth views takes (Wang, Froehlich, Goebel 2003, figure 4a).
+Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options) {
+  options.trim = false;
+  std::vector<Panel> panels;
+  for (const Vec3& toward : spread_views(count)) {
+    look_from(toward, options);
+    char text[64];
+    std::snprintf(text, sizeof text, "%zu: %.0f, %.0f", panels.size() + 1, options.azimuth_degrees,
+                  options.elevation_degrees);
+    panels.push_back({scene.draw(options), {text}});
+  }
+  return make_sheet(panels);
+}
+
+/// Original, low poly, low poly with the map, as far as they are there; with --error also where they differ.
+Image draw_picture(const RenderArguments& arguments, const Scene* high, const Scene& low,
+                   bool has_map, const RenderOptions& options) {
+  std::vector<Panel> panels;
+  if (high != nullptr) panels.push_back({high->draw(options), {"high poly"}});
+  if (high != nullptr && has_map) {
+    RenderOptions flat = options;
+    flat.flat = true;
+    panels.push_back({low.draw(flat), {"low poly"}});
+  }
+  panels.push_back({low.draw(options), {has_map ? "with the map" : "low poly"}});
+  if (!arguments.error) {
+    std::vector<Image> images;
+    for (Panel& panel : panels) images.push_back(std::move(panel.image));
+    return join(images);
+  }
+  AnglePictures angles;
+  angles.add(*high, low, options);
+  const Scale scale = angles.scale();
+  char text[64];
+  std::snprintf(text, sizeof text, "error: mean %.2f degrees", angles.mean(0));
+  panels.push_back({angles.picture(0, scale), {text}});
+  return make_sheet(panels, scale, panels.size());
+}
+
+/// What frames take: of the original, of the low poly, of the low poly with the map (Wang et al., figure 7;
+/// Barry and Wood, table 1).
+Json time_frames(const RenderArguments& arguments, Console& console, const Scene* high,
+                 const Scene& low, bool has_map, RenderOptions options) {
+  constexpr std::uint32_t kFrames = 30, kLargest = 2048;
+  const std::uint32_t count = arguments.frames.value_or(kFrames);
+  options.zoom = 1;
+  options.at.reset();
+  options.size = std::min(options.size, kLargest);
+  Json json = Json::object();
+  std::string line = "a frame by z-buffer, median of " + std::to_string(count) + ":";
+  const auto add = [&](const char* key, const char* name, const Scene& scene,
+                       const RenderOptions& with) {
+    const FrameCost cost = scene.time_frames(with, count);
+    json[key] = {{"frames", cost.frames},
+                 {"size", {cost.width, cost.height}},
+                 {"seconds_median", cost.seconds_median},
+                 {"seconds_least", cost.seconds_least},
+                 {"seconds_most", cost.seconds_most},
+                 {"triangles", cost.triangles},
+                 {"vertices", cost.vertices},
+                 {"bytes", cost.bytes}};
+    char text[96];
+    std::snprintf(text, sizeof text, "%s %s %.2f ms (%s bytes)", line.back() == ':' ? "" : ",",
+                  name, cost.seconds_median * 1e3, with_commas(cost.bytes).c_str());
+    line += line.back() == ':' ? text + 1 : text;
+  };
+  if (high != nullptr) add("reference", "high poly", *high, options);
+  RenderOptions plain = options;
+  plain.ignore_map = true;
+  add("mesh", "low poly", low, plain);
+  if (has_map) add("with_map", "with the map", low, options);
+  console.line(line);
+  return json;
+}
+
+Json describe_options(const RenderArguments& arguments, const RenderOptions& options) {
+  Json json = {{"size", arguments.size},
+               {"samples", arguments.samples},
+               {"ambient_rays", arguments.ambient_rays},
+               {"view", {options.azimuth_degrees, options.elevation_degrees}},
+               {"zoom", options.zoom},
+               {"z_up", options.z_up},
+               {"square", arguments.view.square},
+               {"flat", arguments.flat},
+               {"normals", arguments.show_normals},
+               {"error", arguments.error},
+               {"normal_map", arguments.normal},
+               {"space", arguments.space},
+               {"flip_y", arguments.flip_y}};
+  json["at"] = options.at ? Json(*options.at) : Json();
+  json["views"] = arguments.views != 0 ? Json(arguments.views) : Json();
+  return json;
 }
 
 int run_render(const RenderArguments& arguments) {
@@ -127,15 +245,8 @@ int run_render(const RenderArguments& arguments) {
     reference = load_dense(arguments.reference, arguments.heights, warnings).mesh;
   }
   Image map_image;
-  NormalMap map;
-  if (!arguments.normal.empty()) {
-    map_image = load_normal_map(arguments.normal);
-    map.image = &map_image;
-    map.flip_y = arguments.flip_y;
-    map.space = arguments.space == "object" ? NormalMapSpace::object
-                : arguments.space == "face" ? NormalMapSpace::face
-                                            : NormalMapSpace::tangent;
-  }
+  const NormalMap map = read_map(arguments, map_image);
+  const bool has_map = map.image != nullptr;
   const double seconds_load = watch.lap();
 
   const Device device = Device::open(arguments.device);
@@ -147,53 +258,42 @@ int run_render(const RenderArguments& arguments) {
     warnings.insert(warnings.end(), high->warnings().begin(), high->warnings().end());
     options.frame = &*reference;
   }
+  const Scene* original = high ? &*high : nullptr;
   const double seconds_build = watch.lap();
-
-  std::vector<Image> panels;
-  if (high) panels.push_back(high->draw(options));
-  if (high && map.image != nullptr) {
-    RenderOptions flat = options;
-    flat.flat = true;
-    panels.push_back(low.draw(flat));
-  }
-  panels.push_back(low.draw(options));
+  const Image picture = arguments.views != 0
+                            ? contact_sheet(low, arguments.views, options)
+                            : draw_picture(arguments, original, low, has_map, options);
   const double seconds_draw = watch.lap();
-  save_image(join(panels), arguments.out, {ImageFormat::png8});
+  save_image(picture, arguments.out, {ImageFormat::png8});
   const double seconds_save = watch.lap();
 
   for (const Warning& warning : warnings) console.warning(warning.message);
   Json rendered;
-  if (high) rendered = measure(console, *high, low, *reference, options, map.image != nullptr);
-  console.line("wrote " + arguments.out);
+  if (high) rendered = measure(console, *high, low, *reference, options, has_map);
+  const double seconds_measure = watch.lap();
   if (!arguments.json.empty()) {
+    const Json frames = time_frames(arguments, console, original, low, has_map, options);
     Json inputs = {{"mesh", describe(mesh, arguments.mesh)}};
     if (reference) inputs["reference"] = describe(*reference, arguments.reference);
     Json json = {{"version", version()},
                  {"device", describe(device.info())},
                  {"inputs", inputs},
-                 {"options",
-                  {{"size", arguments.size},
-                   {"samples", arguments.samples},
-                   {"ambient_rays", arguments.ambient_rays},
-                   {"view", {options.azimuth_degrees, options.elevation_degrees}},
-                   {"z_up", arguments.z_up},
-                   {"flat", arguments.flat},
-                   {"normals", arguments.show_normals},
-                   {"normal_map", arguments.normal},
-                   {"space", arguments.space},
-                   {"flip_y", arguments.flip_y}}},
+                 {"options", describe_options(arguments, options)},
+                 {"frames", frames},
                  {"outputs", {arguments.out}},
                  {"seconds",
                   {{"load", seconds_load},
                    {"build", seconds_build},
                    {"draw", seconds_draw},
                    {"save", seconds_save},
-                   {"measure", watch.lap()},
+                   {"measure", seconds_measure},
+                   {"frames", watch.lap()},
                    {"total", watch.total()}}},
                  {"warnings", describe(warnings)}};
     if (high) json["rendered_normals"] = rendered;
     save_report(arguments.json, json);
   }
+  console.line("wrote " + arguments.out);
   return 0;
 }
 
@@ -217,9 +317,13 @@ Run add_render(CLI::App& app) {
                       "The dense mesh or height field, shown beside; also measures the difference");
   add_height_options(*command, a->heights, "The height field (--reference is a PNG or EXR)");
   command->add_option("--out", a->out, "The picture to write (PNG)")->required();
-  command->add_option("--view", a->view, "AZ,EL in degrees: 0,0 looks at the front, from +Z")
+  add_view_options(*command, a->view);
+  command
+      ->add_option("--views", a->views,
+                   "MESH from N directions, on one sheet: those of --match views N")
+      ->check(CLI::Range(1, 512));
+  command->add_option("--size", a->size, "Pixels of the longer side, 1 to 8192")
       ->capture_default_str();
-  command->add_option("--size", a->size, "Pixels a side, 1 to 8192")->capture_default_str();
   command->add_option("--samples", a->samples, "N x N samples a pixel, 1 to 16")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();
@@ -228,9 +332,14 @@ Run add_render(CLI::App& app) {
                    "Rays a pixel for ambient occlusion, 0 (none) to 255")
       ->check(CLI::Range(0, 255))
       ->capture_default_str();
-  command->add_flag("--z-up", a->z_up, "The up axis is +Z (default +Y): the front is seen from -Y");
   command->add_flag("--flat", a->flat, "Face normals instead of smooth ones");
   command->add_flag("--normals", a->show_normals, "Colour by world-space normal");
+  command->add_flag("--error", a->error,
+                    "One more picture: the angle to HIGH's normals, with a scale");
+  command
+      ->add_option("--frames", a->frames,
+                   "How many frames --json times of each mesh, 1 to 1000 (default 30)")
+      ->check(CLI::Range(1, 1000));
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file, or - for standard output");
   command->add_flag("--quiet", a->quiet,

@@ -1,6 +1,7 @@
 #include "lab/study.h"
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -180,6 +181,8 @@ Study run_study(const Device& device, const Mesh& high, const Mesh* low,
   std::vector<ViewAngles> angles;
   for (const Vec3& toward : study.held_out) angles.push_back(view_angles(toward));
   const NormalReference reference(high_scene, high, angles, kMeasuredSize);
+  std::optional<DepthReference> depths;
+  if (options.kind == StudyKind::faces) depths.emplace(high_scene, high, angles, kMeasuredSize);
   RenderOptions picture = picture_options(high, study.held_out, used, options.z_up);
   study.original = high_scene.draw(picture);
   picture.show_normals = true;
@@ -219,6 +222,7 @@ Study run_study(const Device& device, const Mesh& high, const Mesh* low,
     if (!show(0.5)) return study;
     const Scene scene(device, mesh, map);
     setting.normal = reference.compare(scene);
+    if (depths && setting.curve == Curve::none) setting.depth = depths->compare(scene);
     if (setting.normal.pixels == 0) {
       throw Error(ErrorCode::input,
                   "'" + mesh.name + "' is seen nowhere that '" + high.name +

@@ -52,6 +52,7 @@ struct Setting {
   std::uint32_t view_size = 0;  ///< Pixels a side; 0: not matched by views
   NormalError normal;           ///< Over the held-out views
   DistanceError distance;       ///< Of the match, light to dense, world units
+  DepthError depth;             ///< Of the light mesh over the held-out views; of StudyKind::faces
   double seconds_bake = 0, seconds_measure = 0;
   std::vector<Warning> warnings;
 };

@@ -32,6 +32,13 @@ Json describe(const Setting& setting, double diagonal) {
                               {"p95_percent_of_diagonal", 100 * d.p95 / diagonal},
                               {"max_percent_of_diagonal", 100 * d.max / diagonal}};
   }
+  if (setting.depth.pixels != 0) {
+    json["depth_difference"] = {{"pixels", setting.depth.pixels},
+                                {"one_sided", setting.depth.one_sided},
+                                {"mean", setting.depth.mean},
+                                {"rms", setting.depth.rms},
+                                {"max", setting.depth.max}};
+  }
   json["seconds"] = {{"bake", setting.seconds_bake}, {"measure", setting.seconds_measure}};
   json["warnings"] = cli::describe(setting.warnings);
   return json;
@@ -68,7 +75,7 @@ std::string study_data(const Study& study) {
       "curve,views,target_faces,faces,size,pixels,mean_degrees,median_degrees,p95_degrees,"
       "p99_degrees,max_degrees,mean_8bit,above_4,above_8,above_16,above_32,above_64,samples,missed,"
       "distance_mean,distance_p95,distance_max,distance_mean_percent,distance_p95_percent,"
-      "distance_max_percent\n";
+      "distance_max_percent,depth_mean,depth_rms,depth_max\n";
   for (const Setting& s : study.settings) {
     text += curve_name(s.curve);
     for (const std::uint64_t value : {std::uint64_t{s.views}, std::uint64_t{s.target_faces},
@@ -85,6 +92,10 @@ std::string study_data(const Study& study) {
     for (const double value : {d.mean, d.p95, d.max}) text += "," + exact_text(value);
     for (const double value : {d.mean, d.p95, d.max}) {
       text += "," + exact_text(100 * value / study.diagonal);
+    }
+    const bool has_depth = s.depth.pixels != 0;
+    for (const double value : {s.depth.mean, s.depth.rms, s.depth.max}) {
+      text += "," + (has_depth ? exact_text(value) : std::string());
     }
     text += "\n";
   }
@@ -106,6 +117,10 @@ std::string summary(const Setting& s, double diagonal) {
     std::snprintf(text, sizeof text, "; distance %.4f%%, 95%% %.3f%%, max %.2f%%",
                   100 * s.distance.mean / diagonal, 100 * s.distance.p95 / diagonal,
                   100 * s.distance.max / diagonal);
+    line += text;
+  }
+  if (s.depth.pixels != 0) {
+    std::snprintf(text, sizeof text, "; depth difference %.5f", s.depth.mean);
     line += text;
   }
   return line;

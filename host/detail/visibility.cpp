@@ -1,0 +1,53 @@
+// From where each place of the low poly is seen, and how much that varies (Tarini, Cignoni, Scopigno 2003,
+// section 3.3, equations 1 and 3, figure 4): what a match by visibility went by.
+#include <algorithm>
+#include <cmath>
+
+#include "detail/point_map.h"
+
+namespace kiln {
+namespace {
+
+MapRow row_of(std::string_view name, std::uint32_t channels, MapType type, std::string_view holds,
+              float low) {
+  MapRow row;
+  row.info = {MapKind{name}, channels, type, holds, low, 1};
+  row.info.needs_visibility = true;
+  // It follows the match alone; but texels that are read for changed normals have no directions.
+  row.follows_positions = true;
+  return row;
+}
+
+}  // namespace
+
+MapRow visibility_map() {
+  MapRow row = row_of("visibility", 3, MapType::vector,
+                      "visibility direction v: the mean of the directions that see the low poly's "
+                      "place, object space; the longer, the more they agree",
+                      -1);
+  row.make = [](const MapRequest& request) {
+    return make_point_map(request, visibility_map().info,
+                          [](const DensePoint& point, float* value) {
+                            value[0] = static_cast<float>(point.seen.x);
+                            value[1] = static_cast<float>(point.seen.y);
+                            value[2] = static_cast<float>(point.seen.z);
+                          });
+  };
+  return row;
+}
+
+MapRow deviation_map() {
+  MapRow row = row_of("deviation", 1, MapType::scalar,
+                      "standard deviation of those directions, sqrt(1 - |v|^2): 0 where one sees "
+                      "the place, 1 where they cancel out or none does",
+                      0);
+  row.make = [](const MapRequest& request) {
+    return make_point_map(request, deviation_map().info, [](const DensePoint& point, float* value) {
+      const double common = dot(point.seen, point.seen);
+      value[0] = static_cast<float>(std::sqrt(std::max(0.0, 1 - common)));
+    });
+  };
+  return row;
+}
+
+}  // namespace kiln

@@ -1,0 +1,223 @@
+// Frames as a renderer draws them, by a z-buffer, and what they take (Wang, Froehlich, Goebel 2003, figure
+// 7; Barry and Wood 2007, table 1).
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "accel/raster.h"
+#include "render/render.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kLocal = 64;
+constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
+constexpr std::uint32_t kLargest = 2048;
+constexpr std::uint32_t kNotTimed = 2;
+
+void check_frame(const RenderOptions& options) {
+  check_render(options);
+  const auto refuse = [](const std::string& message) { throw Error(ErrorCode::usage, message); };
+  if (options.size > kLargest) {
+    refuse("A frame is " + std::to_string(options.size) + " pixels a side: use 1 to 2048.");
+  }
+  if (options.show_colors) refuse("Frames are lit: leave show_colors out.");
+  if (options.zoom != 1 || options.at)
+    refuse("Frames show all of the mesh: leave zoom and at out.");
+}
+
+/// The camera as a depth view whose pixels are the picture's, to 1/512 of one.
+kiln_view view_of(const kiln_render_params& params) {
+  kiln_view view{};
+  std::copy_n(params.right, 3, view.right);
+  std::copy_n(params.up, 3, view.up);
+  std::copy_n(params.toward, 3, view.toward);
+  const auto snapped = [](double pixels) {
+    return static_cast<float>(std::nearbyint(pixels * KILN_RASTER_UNIT) / KILN_RASTER_UNIT);
+  };
+  view.scale = 1 / params.pixel;
+  view.left = snapped(-double{params.left_edge} / params.pixel);
+  view.top = snapped(double{params.top_edge} / params.pixel);
+  view.width = params.width;
+  view.height = params.height;
+  view.flags = KILN_RASTER_TWO_SIDED;
+  return view;
+}
+
+std::vector<Vec3> vectors(const std::vector<float>& numbers) {
+  std::vector<Vec3> result(numbers.size() / 3);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+  }
+  return result;
+}
+
+std::vector<Triangle> triples(const std::vector<std::uint32_t>& numbers) {
+  std::vector<Triangle> result(numbers.size() / 3);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+  }
+  return result;
+}
+
+/// Draws frames of one size; its arrays live as long as it does.
+class FramePainter {
+ public:
+  FramePainter(const Scene::Impl& scene, const RenderOptions& options)
+      : scene_(scene),
+        context_(scene.device.context()),
+        with_map_(scene.has_map && !options.ignore_map && !options.flat),
+        raster_(context_, vectors(scene.positions.download(context_)),
+                triples(scene.position_indices.download(context_))) {
+    grow(options.size, options.size);
+  }
+
+  bool with_map() const { return with_map_; }
+
+  /// Where the camera stands. \param options  of the size that the painter was made for
+  kiln_render_params place(const CameraTarget& target, const RenderOptions& options) const {
+    RenderOptions one = options;
+    one.samples = 1;
+    kiln_render_params params = camera_params(Camera::fit(target, one), scene_.target.frame, one);
+    const std::uint32_t rows = (params.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
+    params.pixel_count = params.sample_count = params.tile_columns * rows * kTilePixels;
+    params.capacity = capacity_;
+    return params;
+  }
+
+  /// Enqueued, not finished.
+  void draw(const kiln_render_params& params) {
+    const kiln_view view = view_of(params);
+    raster_.draw({&view, 1}, keys_);
+    const std::uint32_t count = params.pixel_count;
+    context_.launch(context_.kernel("render", "kiln_render_keys"), count, kLocal, params,
+                    keys_.keys, keys_.drawn, scene_.position_indices, scene_.positions,
+                    match_.triangle, match_.barycentric);
+    context_.launch(context_.kernel("render", "kiln_render_surface"), count, kLocal, params,
+                    match_.triangle, match_.barycentric, scene_.position_indices, scene_.positions,
+                    scene_.normal_indices, scene_.normals, surface_);
+    if (with_map_) {
+      kiln_render_map_params map = scene_.map_params;
+      map.count = count;
+      map.capacity = params.capacity;
+      context_.launch(context_.kernel("render", "kiln_render_map"), count, kLocal, map,
+                      match_.triangle, match_.barycentric, scene_.shading, scene_.uvs, scene_.map,
+                      surface_);
+    }
+    context_.launch(context_.kernel("render", "kiln_render_shade"), count, kLocal, params,
+                    match_.triangle, surface_, open_, colors_);
+  }
+
+  void finish() { context_.finish(); }
+
+  std::vector<float> colors() { return colors_.download(context_); }
+
+ private:
+  void grow(std::uint32_t width, std::uint32_t height) {
+    const auto tiles = [](std::uint32_t pixels) {
+      return (pixels + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
+    };
+    capacity_ = tiles(width) * tiles(height) * kTilePixels;
+    keys_ = DepthKeys(context_, DepthKeys::count(width, height));
+    match_ = Correspondence(context_, capacity_);
+    surface_ = cl::Array<float>(context_, std::size_t{KILN_SURFACE_PLANES} * capacity_);
+    open_ = cl::Array<std::uint8_t>(context_, capacity_);
+    colors_ = cl::Array<float>(context_, std::size_t{3} * capacity_);
+  }
+
+  const Scene::Impl& scene_;
+  cl::Context& context_;
+  bool with_map_;
+  Rasterizer raster_;
+  std::uint32_t capacity_ = 0;
+  DepthKeys keys_;
+  Correspondence match_;
+  cl::Array<float> surface_, colors_;
+  cl::Array<std::uint8_t> open_;
+};
+
+CameraTarget framed(const Scene::Impl& scene, const RenderOptions& options) {
+  return options.frame == nullptr ? scene.target : CameraTarget::of(*options.frame);
+}
+
+/// See FrameCost::vertices.
+std::uint64_t count_vertices(const Scene::Impl& scene, bool with_map) {
+  cl::Context& context = scene.device.context();
+  const std::vector<std::uint32_t> position = scene.position_indices.download(context);
+  const std::vector<std::uint32_t> normal = scene.normal_indices.download(context);
+  std::vector<float> uv;
+  if (with_map) uv = scene.uvs.download(context);
+  using Corner = std::array<std::uint64_t, 2>;
+  std::vector<Corner> corners(position.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    corners[i] = {std::uint64_t{position[i]} << 32 | normal[i], 0};
+    if (!with_map) continue;
+    std::uint32_t bits[2];
+    std::memcpy(bits, &uv[2 * i], sizeof bits);
+    corners[i][1] = std::uint64_t{bits[0]} << 32 | bits[1];
+  }
+  std::sort(corners.begin(), corners.end());
+  return static_cast<std::uint64_t>(std::unique(corners.begin(), corners.end()) - corners.begin());
+}
+
+}  // namespace
+
+Image Scene::Impl::rasterise(const RenderOptions& options) const {
+  check_frame(options);
+  FramePainter painter(*this, options);
+  const kiln_render_params params = painter.place(framed(*this, options), options);
+  painter.draw(params);
+  Image image{params.width, params.height, 3, {}};
+  image.pixels.resize(std::size_t{params.width} * params.height * 3);
+  place_pixels(painter.colors(), params, image);
+  return image;
+}
+
+FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t frames) const {
+  check_frame(options);
+  if (frames < 1 || frames > 1000) {
+    throw Error(ErrorCode::usage,
+                "The frames to time are " + std::to_string(frames) + ": use 1 to 1000.");
+  }
+  FramePainter painter(*this, options);
+  FrameCost cost;
+  cost.frames = frames;
+  const CameraTarget shown = framed(*this, options);
+  std::vector<double> seconds;
+  for (std::uint32_t i = 0; i < frames + kNotTimed; ++i) {
+    RenderOptions turned = options;
+    turned.azimuth_degrees += 360.0 * (i % frames) / frames;
+    const kiln_render_params params = painter.place(shown, turned);
+    painter.finish();
+    const auto start = std::chrono::steady_clock::now();
+    painter.draw(params);
+    painter.finish();
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    cost.width = params.width;
+    cost.height = params.height;
+    if (i >= kNotTimed) seconds.push_back(taken.count());
+  }
+  std::sort(seconds.begin(), seconds.end());
+  cost.seconds_least = seconds.front();
+  cost.seconds_most = seconds.back();
+  cost.seconds_median = (seconds[(frames - 1) / 2] + seconds[frames / 2]) / 2;
+  cost.triangles = position_indices.size() / 3;
+  cost.vertices = count_vertices(*this, painter.with_map());
+  constexpr std::uint64_t kPlain = 24, kMapped = 48, kTriangle = 12, kTexel = 6;
+  cost.bytes = cost.triangles * kTriangle + cost.vertices * (painter.with_map() ? kMapped : kPlain);
+  if (painter.with_map()) {
+    cost.bytes += std::uint64_t{map_params.width} * map_params.height * kTexel;
+  }
+  return cost;
+}
+
+Image Scene::rasterise(const RenderOptions& options) const { return impl_->rasterise(options); }
+
+FrameCost Scene::time_frames(const RenderOptions& options, std::uint32_t frames) const {
+  return impl_->time_frames(options, frames);
+}
+
+}  // namespace kiln

@@ -1,0 +1,47 @@
+// Pictures put together from panels, lines, dots and labels.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "kiln/image.h"
+
+namespace kiln::cli {
+
+using Colour = std::array<float, 3>;  ///< [0, 1], as the file has it
+constexpr Colour kWhite = {1, 1, 1}, kInk = {0.13F, 0.13F, 0.13F}, kSoft = {0.4F, 0.4F, 0.4F};
+
+/// Height of a line of text that is easy to read at the picture's own size, pixels.
+constexpr double kTextHeight = 20;
+
+/// Of a line of text, pixels.
+double text_width(const std::string& text, double height = kTextHeight);
+
+/// An RGB picture to draw on. Coordinates are pixels from the top left corner; what lies beside is left out.
+class Canvas {
+ public:
+  Canvas(std::uint32_t width, std::uint32_t height, const Colour& background = kWhite);
+  /// Draws on a picture of 3 channels.
+  explicit Canvas(Image picture) : image_(std::move(picture)) {}
+
+  void put(const Image& picture, std::int64_t left, std::int64_t top);
+  void fill(std::int64_t left, std::int64_t top, std::int64_t width, std::int64_t height,
+            const Colour& colour);
+  /// Round ends. \param width  pixels. \param share  how much of what is below it hides, [0, 1]
+  void line(double x0, double y0, double x1, double y1, double width, const Colour& colour,
+            double share = 1);
+  void dot(double x, double y, double radius, const Colour& colour) {
+    line(x, y, x, y, 2 * radius, colour);
+  }
+  /// \param top  of the line of text. Bytes that are not ASCII become boxes, one a character
+  void text(double left, double top, const std::string& words, const Colour& colour = kInk,
+            double height = kTextHeight);
+
+  const Image& image() const { return image_; }
+
+ private:
+  Image image_;
+};
+
+}  // namespace kiln::cli

@@ -1,0 +1,41 @@
+// Panels of one size side by side, each with its captions, over a scale of colours where they need one.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "picture/canvas.h"
+
+namespace kiln::cli {
+
+struct Panel {
+  Image image;  ///< 3 channels
+  std::vector<std::string> captions;
+};
+
+/// Colours of values from 0 to an end.
+struct Scale {
+  double end = 1;
+  std::string unit;  ///< "degrees"
+  /// What some pixels hold instead of a value.
+  std::vector<std::pair<Colour, std::string>> others;
+};
+
+/// A value's colour, dark to light (inferno, by Smith and van der Walt, at nine of its points).
+Colour scale_colour(double share);
+
+/// A round number, 1, 2 or 5 times a power of ten, that 3 of 100 values exceed at most.
+double scale_end(std::vector<double> values);
+
+/// Values as colours. \param values  one channel
+/// \param other  of a value that is none: its colour
+Image coloured(const Image& values, const Scale& scale,
+               const std::function<std::optional<Colour>(float)>& other);
+
+/// In as many columns as make the sheet about 8 : 5, or as told. Cells are as wide as the widest caption.
+Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& scale = {},
+                 std::size_t columns = 0);
+
+}  // namespace kiln::cli
