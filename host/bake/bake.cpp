@@ -76,6 +76,7 @@ class Pipeline {
   Stopwatch watch_;
   LowSurface surface_;
   TexelSampler sampler_;
+  EdgeTurn turn_;
   Layers layers_;
   std::unique_ptr<Matcher> matcher_;
   Correspondence match_;
@@ -103,6 +104,7 @@ Pipeline::Pipeline(const Source::Impl& high, const Mesh& low, const BakeOptions&
 void Pipeline::prepare() {
   BakeReport& report = result_.report;
   report.seconds_texels = watch_.lap();
+  turn_ = edge_turn(options_, high_, surface_);
   matcher_ = make_matcher(high_, surface_, options_, report, clusters_.cluster, clusters_.field);
   context_.finish();
   report.seconds_match = watch_.lap() - report.seconds_build;
@@ -128,6 +130,7 @@ void Pipeline::prepare() {
 
 void Pipeline::sample_and_match(std::uint32_t number, TexelBand& band) {
   band = sampler_.sample(number);
+  turn_.apply(context_, band);
   context_.finish();
   result_.report.seconds_texels += watch_.lap();
   if (match_.capacity < band.capacity) {
@@ -159,7 +162,8 @@ void Pipeline::blend() {
   blend_->plan(surface_);
   for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
     keep_on(kAtBlend, "blending");
-    const TexelBand band = sampler_.sample(b);
+    TexelBand band = sampler_.sample(b);
+    turn_.apply(context_, band);
     if (!blend_->touches(band)) continue;
     match_.count = band.sample_count;
     matcher_->run(band, match_);

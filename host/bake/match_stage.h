@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "match/registry.h"
+#include "texel/edge_turn.h"
 
 namespace kiln {
 
@@ -21,6 +22,10 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
 /// What the options ask of a match.
 MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
                            const LowSurface& surface);
+
+/// How the directions of samples turn, for matches that look along them; see RayOptions.
+EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
+                   const LowSurface& surface);
 
 /// Adds what a match said of itself to the report.
 void take_notes(MatchNotes notes, BakeReport& report);

@@ -105,6 +105,7 @@ struct BakeSession::Impl {
   void sample() {
     TexelSampler sampler(context, surface,
                          {options.width, options.height, options.samples, kBandSamples});
+    const EdgeTurn turn = edge_turn(options, source, surface);
     std::vector<std::uint32_t> chart_of_triangle;
     if (options.mips) {
       chart_of_triangle = uv_charts(low);
@@ -113,6 +114,7 @@ struct BakeSession::Impl {
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       Band band;
       band.texels = sampler.sample(b);
+      turn.apply(context, band.texels);
       band.match = Correspondence(context, band.texels.capacity);
       band.match.count = band.texels.sample_count;
       band.index.resize(band.texels.texel_count);

@@ -24,6 +24,7 @@ struct BakeOptions {
   ViewOptions views = {};             ///< For MatchMethod::views; its directions for axis
   VisibilityOptions visibility = {};  ///< For MatchMethod::visibility and hybrid
   UvOptions uv = {};                  ///< For MatchMethod::uv
+  RayOptions ray = {};                ///< For MatchMethod::ray
   /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
   /// twice, and all with MatchInfo::may_follow. None given: such samples are misses.
   std::vector<MatchMethod> fallback = {};
@@ -73,6 +74,8 @@ struct BakeReport {
   /// Samples by status
   std::uint64_t outward = 0, inward = 0, cage = 0, viewed = 0, closest = 0, missed = 0;
   std::uint64_t by_uv = 0;  ///< Samples by status, too
+  /// Samples by status, too: rays outward that passed over a nearer face (RayRule::outermost)
+  std::uint64_t passed_over = 0;
   std::uint64_t gutter_texels = 0;
   double max_distance = 0;               ///< As used, world units
   double mean_abs_distance = 0;          ///< Of the samples that hit, world units

@@ -113,6 +113,32 @@ struct VisibilityOptions {
   std::vector<Likelihood> likelihoods = {};
 };
 
+/// Which of the faces that a ray meets counts.
+enum class RayRule {
+  /// The outermost one that faces the sample, but no farther out than where the ray meets the light mesh
+  /// again: what lies beyond belongs to that part or fold of it. A sample inside another part of the light
+  /// mesh takes the nearest one.
+  outermost,
+  nearest,  ///< The nearest outward, else the nearest inward (Tarini et al., section 3.2)
+};
+
+/// Where rays leave the light mesh to.
+enum class RayDirection {
+  /// Along its own normal, as shaded; near hard edges turned towards the averaged one, which both sides of
+  /// an edge share. So details stand straight and edges have no gaps. Meshes without hard edges: averaged.
+  automatic,
+  averaged,  ///< Along the average of all normals at a vertex, interpolated
+  face,      ///< Along its own normal everywhere: the two sides of a hard edge part
+};
+
+struct RayOptions {
+  RayRule rule = RayRule::outermost;
+  RayDirection direction = RayDirection::automatic;  ///< With a cage, too; not with a cage mesh
+  /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
+  /// None given: 1% of the diagonal.
+  std::optional<Length> edge_width = {};
+};
+
 /// How far MatchMethod::uv trusts the layouts. Shares, 0 or more; infinity for no bound.
 struct UvOptions {
   double warn_overlap = 0;    ///< Warns where more of the dense mesh's samples are covered twice,
@@ -135,7 +161,8 @@ struct Match {
   std::vector<float> u, v;              ///< Weights of the triangle's corners 1 and 2
   std::vector<float> distance;          ///< World units, outward positive
   std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
-                                        ///< 5 view, 6 nearest point, 7 UV
+                                        ///< 5 view, 6 nearest point, 7 UV,
+                                        ///< 8 outward, past a nearer face
 };
 
 /// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
@@ -212,7 +239,8 @@ struct MatchInfo {
   bool needs_direction = false;
   bool may_follow = true;         ///< It can be one of BakeOptions::fallback
   bool looks_far = true;          ///< It obeys BakeOptions::max_distance
-  bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh
+  bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh, and ray.rule
+  bool along_low = false;         ///< It looks along the light mesh's directions: BakeOptions::ray
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
 };

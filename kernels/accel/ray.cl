@@ -31,12 +31,12 @@ kernel void kiln_ray_closest_scalar(
     global uchar* restrict status) {
   const uint index = params.first + (uint)get_global_id(0);
   if (index >= params.end) return;
-  const int two_way = (params.flags & KILN_RAY_OUTWARD_FIRST) != 0 ? -1 : 0;
+  const int order = ray_order(params);
   ray_state ray;
   ray_hit hit;
-  ray_start(params, &hit);
+  ray_start(points, index, params, &hit);
   if (ray_load(points, index, params, &ray)) {
-    scalar_trace(nodes, blocks, &ray, two_way, false, &hit);
+    scalar_trace(nodes, blocks, &ray, order, false, &hit);
   }
   ray_store(index, params, &ray, &hit, triangle, barycentric, distance, status);
 }
@@ -54,7 +54,7 @@ kernel void kiln_ray_closest_beam(
     global uchar* restrict status) {
   const uint first = params.first + (uint)get_global_id(0) * KILN_BEAM_RAYS;
   if (first >= params.end) return;
-  const int two_way = (params.flags & KILN_RAY_OUTWARD_FIRST) != 0 ? -1 : 0;
+  const int order = ray_order(params);
   beam_rays rays;
   beam_bounds bounds;
   const uint count = min(params.end - first, (uint)KILN_BEAM_RAYS);
@@ -62,17 +62,17 @@ kernel void kiln_ray_closest_beam(
   const bool beam = count == KILN_BEAM_RAYS &&
                     beam_load(points, first, params, &rays, segment_lo, segment_hi) &&
                     beam_bound(params, &rays, segment_lo, segment_hi, &bounds);
-  if (beam && beam_trace(nodes, blocks, two_way, &rays, &bounds)) {
+  if (beam && beam_trace(nodes, blocks, order, &rays, &bounds)) {
     beam_store(first, params, &rays, points, triangle, barycentric, distance, status);
     return;
   }
   for (uint i = 0; i < count; ++i) {
     ray_state ray;
     ray_hit hit;
-    ray_start(params, &hit);
+    ray_start(points, first + i, params, &hit);
     if (ray_load(points, first + i, params, &ray)) {
       if (beam) beam_extract(&rays, i, &hit);
-      wide_trace(nodes, blocks, &ray, two_way, false, &hit);
+      wide_trace(nodes, blocks, &ray, order, false, &hit);
     }
     ray_store(first + i, params, &ray, &hit, triangle, barycentric, distance, status);
   }

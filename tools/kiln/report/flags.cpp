@@ -30,6 +30,7 @@ constexpr std::array kFlags = {
     Flag{"simplify() makes a light mesh to unwrap",
          "`kiln bake` without LOW makes a light mesh that has them"},
     Flag{"two_sided", "--two-sided"},
+    Flag{"ray.edge_width", "--edge-width"},
     Flag{"unwrap()", "`kiln bake --unwrap`"},
     Flag{"views.count", "--views"},
     Flag{"views.size", "--view-size"},
