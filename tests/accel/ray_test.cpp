@@ -32,7 +32,8 @@ void expect_agrees(const Scene& scene, const std::vector<Ray>& rays, const RayQu
     const std::array<double, 3> origin{p.x + offset * n.x, p.y + offset * n.y, p.z + offset * n.z};
     const std::array<double, 3> direction{sign * n.x, sign * n.y, sign * n.z};
     reference::RaySearch search{.t_min = query.t_min,
-                                .t_max = query.t_max,
+                                .t_max = query.limited ? rays[i].reach : query.t_max,
+                                .greatest_first = query.outermost,
                                 .nearest_outward_first = query.outward_first,
                                 .keep = query.two_sided ? 0
                                         : query.inward  ? -1
@@ -45,7 +46,7 @@ void expect_agrees(const Scene& scene, const std::vector<Ray>& rays, const RayQu
         reference::cast_ray(scene.positions, scene.triangles, origin, direction, search);
     search.slack = slack;
     search.t_min = query.t_min - 1e-5;
-    search.t_max = query.t_max + 1e-5;
+    search.t_max += 2e-5;
     const reference::RayHit loose =
         reference::cast_ray(scene.positions, scene.triangles, origin, direction, search);
     const double t = sign * (static_cast<double>(ours.distance[i]) - offset);
@@ -55,7 +56,9 @@ void expect_agrees(const Scene& scene, const std::vector<Ray>& rays, const RayQu
     if (!ours.hit(i)) continue;
     ++hits;
     ASSERT_TRUE(loose.found) << "ray " << i << " hit nothing at " << t;
-    const auto rank = [&](double at) { return query.outward_first && at < 0 ? 1000 - at : at; };
+    const auto rank = [&](double at) {
+      return query.outermost ? -at : query.outward_first && at < 0 ? 1000 - at : at;
+    };
     if (std::abs(t) > 1e-5) {
       EXPECT_GE(rank(t), rank(loose.t) - 1e-3) << "ray " << i;
       if (strict.found) {
