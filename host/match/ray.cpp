@@ -41,7 +41,7 @@ RayQuery ray_query(const MatchRequest& request, bool with_cage) {
 MatchRow ray_match() {
   MatchRow row;
   row.info.method = MatchMethod::ray;
-  row.info.searches = "along the low poly's normal, the outermost face; from a cage inward";
+  row.info.searches = "along the low poly's normal, outward first; from a cage inward";
   row.info.takes_cage = row.info.along_low = row.follows_bvh = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();

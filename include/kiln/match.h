@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/ray.h"
 #include "kiln/types.h"
 
 namespace kiln {
@@ -111,32 +112,6 @@ struct VisibilityOptions {
   /// For ViewLikelihood::list: each of the spread directions takes the weight of the nearest of these. Only
   /// ratios of weights count.
   std::vector<Likelihood> likelihoods = {};
-};
-
-/// Which of the faces that a ray meets counts.
-enum class RayRule {
-  /// The outermost one that faces the sample, but no farther out than where the ray meets the light mesh
-  /// again: what lies beyond belongs to that part or fold of it. A sample inside another part of the light
-  /// mesh takes the nearest one.
-  outermost,
-  nearest,  ///< The nearest outward, else the nearest inward (Tarini et al., section 3.2)
-};
-
-/// Where rays leave the light mesh to.
-enum class RayDirection {
-  /// Along its own normal, as shaded; near hard edges turned towards the averaged one, which both sides of
-  /// an edge share. So details stand straight and edges have no gaps. Meshes without hard edges: averaged.
-  automatic,
-  averaged,  ///< Along the average of all normals at a vertex, interpolated
-  face,      ///< Along its own normal everywhere: the two sides of a hard edge part
-};
-
-struct RayOptions {
-  RayRule rule = RayRule::outermost;
-  RayDirection direction = RayDirection::automatic;  ///< With a cage, too; not with a cage mesh
-  /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
-  /// None given: 1% of the diagonal.
-  std::optional<Length> edge_width = {};
 };
 
 /// How far MatchMethod::uv trusts the layouts. Shares, 0 or more; infinity for no bound.

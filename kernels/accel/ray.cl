@@ -5,6 +5,11 @@
 // triangle. Culling is strict and its arithmetic is monotone, so the result is a function of the ray
 // and the triangles alone.
 //
+// Which hit counts (shared/ray.h): the smallest t; or outward first, the nearest t >= 0, else the
+// nearest t < 0; or the outermost, the greatest t. An outermost ray also says whether hits of two or
+// more different t >= 0 lie on it: only there can its answer differ from outward first, and the host
+// looks again (host/match/outermost.cpp) whether the light mesh lies between.
+//
 // | kernel                  | global size         | local | reads, writes a sample            |
 // | kiln_ray_closest_beam   | samples / 64, up    | 64    | 24 B (28 with reach) + tree, 17 B |
 // | kiln_ray_closest_scalar | samples             | 64    | the same                          |

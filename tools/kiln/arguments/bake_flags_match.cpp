@@ -74,8 +74,8 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->group(group_match);
   command
       .add_option("--ray", a.ray,
-                  "Which face a ray takes: outermost, what a viewer sees before LOW hides it, or "
-                  "nearest, outward first")
+                  "Which face a ray takes: nearest, outward first; or outermost, which is what a "
+                  "viewer sees, but nothing beyond LOW's own folds and parts")
       ->check(one_of(ray_rule_values()))
       ->capture_default_str()
       ->group(group_match);
