@@ -110,6 +110,7 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const RayQuery& query,
                          const cl::Array<std::uint8_t>& hit) const {
   check_query(query, count, capacity);
+  if (query.limited) throw Error(ErrorCode::internal, "Any-hit rays have no limits of their own.");
   const bool stream = impl_->traversal == Traversal::cpu;
   impl_->launch("occlusion",
                 stream                               ? "kiln_occlusion_any_stream"

@@ -145,8 +145,6 @@ inline std::vector<RayCase> all_queries() {
       {"outermost", {.t_min = -0.3f, .t_max = 0.2f, .outermost = true}},
       {"outermost, two-sided",
        {.t_min = -0.3f, .t_max = 0.3f, .two_sided = true, .outermost = true}},
-      {"outermost, limited",
-       {.t_min = -0.3f, .t_max = 0.3f, .two_sided = true, .outermost = true, .limited = true}},
       {"cage", {.t_min = 0, .t_max = 0.1f, .offset = 0.05f, .inward = true}},
       {"cage mesh", {.t_min = 0, .t_max = 0.1f, .use_reach = true, .inward = true}},
       {"far", {.t_min = 0, .t_max = 4.0f, .two_sided = true}},
