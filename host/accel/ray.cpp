@@ -26,6 +26,9 @@ void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capac
                                       std::to_string(query.t_max) +
                                       "] must be finite and not reversed.");
   }
+  if (query.limited && (!query.outermost || query.use_reach)) {
+    throw Error(ErrorCode::internal, "Only outermost rays have limits, and no offsets then.");
+  }
   if (count > capacity) {
     throw Error(ErrorCode::internal, "More rays than their arrays hold.");
   }
@@ -56,7 +59,9 @@ struct RayCaster::Impl {
     params.flags = (query.use_reach ? KILN_RAY_USE_REACH : 0) |
                    (query.inward ? KILN_RAY_INWARD : 0) |
                    (query.outward_first ? KILN_RAY_OUTWARD_FIRST : 0) |
-                   (query.two_sided ? KILN_RAY_TWO_SIDED : 0);
+                   (query.two_sided ? KILN_RAY_TWO_SIDED : 0) |
+                   (query.outermost ? KILN_RAY_OUTERMOST : 0) |
+                   (query.limited ? KILN_RAY_LIMITED : 0);
     return params;
   }
 
@@ -105,6 +110,7 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const RayQuery& query,
                          const cl::Array<std::uint8_t>& hit) const {
   check_query(query, count, capacity);
+  if (query.limited) throw Error(ErrorCode::internal, "Any-hit rays have no limits of their own.");
   const bool stream = impl_->traversal == Traversal::cpu;
   impl_->launch("occlusion",
                 stream                               ? "kiln_occlusion_any_stream"

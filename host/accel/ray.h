@@ -25,6 +25,10 @@ struct RayQuery {
   bool outward_first = false;  ///< t_min < 0: the nearest hit with t >= 0, else the nearest with
                                ///< t < 0 (Tarini et al., section 3.2). Otherwise the smallest t.
   bool two_sided = false;      ///< Keep hits whose face normal points against the direction
+  /// The greatest t instead. KILN_RAY_SEVERAL is set in the status of rays with hits at two or more
+  /// different t >= 0. Not with `inward` or `outward_first`.
+  bool outermost = false;
+  bool limited = false;  ///< With `outermost`: no t above each sample's own `reach`
 };
 
 /// The traversal kernels of rays, and the hierarchy that they walk.

@@ -79,6 +79,7 @@ void check_size(const BakeOptions& options) {
 void check_distances(const BakeOptions& options) {
   if (options.max_distance) check_length("max_distance", *options.max_distance, false);
   if (options.cage) check_length("cage", *options.cage, true);
+  if (options.ray.edge_width) check_length("ray.edge_width", *options.ray.edge_width, false);
   if (options.cage && options.cage_mesh != nullptr) {
     usage("Both a cage distance and a cage mesh were given: choose one.");
   }

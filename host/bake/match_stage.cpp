@@ -48,7 +48,15 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
   request.views = options.views;
   request.visibility = options.visibility;
   request.uv = options.uv;
+  request.ray = options.ray;
   return request;
+}
+
+EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
+                   const LowSurface& surface) {
+  if (options.match != nullptr || !match_row(options.method).info.along_low) return {};
+  const Length width = options.ray.edge_width.value_or(Length::share(0.01));
+  return {source.device.context(), surface, options.ray.direction, to_frame(width, source.frame)};
 }
 
 void take_notes(MatchNotes notes, BakeReport& report) {

@@ -6,6 +6,7 @@
 
 #include "bake/progress.h"
 #include "match/registry.h"
+#include "texel/edge_turn.h"
 
 namespace kiln {
 
@@ -25,6 +26,10 @@ struct Clusters {
   /// Made for the first one; of one cluster alone it stays from bake to bake.
   std::shared_ptr<const VisibilityField> field;
 };
+
+/// How the directions of samples turn, for matches that look along them; see RayOptions.
+EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
+                   const LowSurface& surface);
 
 /// Adds what a match said of itself to the report.
 void take_notes(MatchNotes notes, BakeReport& report);

@@ -26,6 +26,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.cage_mesh)),
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
+      turn_(edge_turn(scene.options, scene.high, surface_)),
       layers_(scene.high, surface_, scene.options) {
   const BakeOptions& options = scene_.options;
   result_.report.seconds_texels = watch_.lap();
@@ -53,6 +54,7 @@ void Pipeline::sample() {
 PipelineBand& Pipeline::sampled(std::uint32_t number) {
   PipelineBand& band = bands_[bands_stay_ == Bands::stay ? number : 0];
   band.texels = sampler_.sample(number);
+  turn_.apply(context_, band.texels);
   if (band.match.capacity < band.texels.capacity) {
     band.match = Correspondence();
     band.match = Correspondence(context_, band.texels.capacity, layers_.need_visibility());

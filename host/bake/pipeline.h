@@ -98,6 +98,7 @@ class Pipeline {
   Stopwatch watch_;
   LowSurface surface_;
   TexelSampler sampler_;
+  EdgeTurn turn_;
   Layers layers_;
   std::vector<PipelineBand> bands_;  // one, or all
   bool sampled_ = false;             // all, and they stay

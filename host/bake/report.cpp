@@ -58,6 +58,7 @@ void count_samples(BandReads& reads, const Correspondence& match, double unit, B
   });
   for (const Sums& sums : blocks) {
     report.outward += sums.counts[KILN_STATUS_OUTWARD];
+    report.passed_over += sums.counts[KILN_STATUS_OUTERMOST];
     report.inward += sums.counts[KILN_STATUS_INWARD];
     report.cage += sums.counts[KILN_STATUS_CAGE];
     report.viewed += sums.counts[KILN_STATUS_VIEW];

@@ -15,6 +15,8 @@ Colour colour_of(const DensePoint& point) {
   switch (point.status) {
     case KILN_STATUS_OUTWARD:
       return {0, 1, 0};
+    case KILN_STATUS_OUTERMOST:
+      return {0.5F, 1, 0};
     case KILN_STATUS_INWARD:
       return {0, 0, 1};
     case KILN_STATUS_CAGE:
@@ -37,8 +39,8 @@ MapRow provenance_map() {
   row.info = {MapKind{"provenance"},
               3,
               MapType::id,
-              "how the point was found: green ray outward, blue ray inward, yellow cage, orange "
-              "depth view, cyan nearest point, grey UV, magenta missed",
+              "how the point was found: green ray outward, lime ray outward past a nearer face, blue "
+              "ray inward, yellow cage, orange depth view, cyan nearest point, grey UV, magenta missed",
               0,
               1};
   // It follows the match alone; but texels that are read for changed normals have no status.

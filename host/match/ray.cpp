@@ -1,6 +1,8 @@
 // Rays along the low poly's normals (Tarini, Cignoni, Scopigno, section 3.2), from a cage where there is one.
 #include "match/ray.h"
 
+#include "match/outermost.h"
+
 namespace kiln {
 namespace {
 
@@ -40,8 +42,10 @@ MatchRow ray_match() {
   MatchRow row;
   row.info.method = MatchMethod::ray;
   row.info.searches = "along the low poly's normal, outward first; from a cage inward";
-  row.info.takes_cage = row.follows_bvh = true;
+  row.info.takes_cage = row.info.along_low = row.follows_bvh = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
+    const bool cage = request.cage_mesh || request.cage.has_value();
+    if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
     return std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
   };
   return row;

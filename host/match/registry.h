@@ -30,6 +30,7 @@ struct MatchRequest {
   ViewOptions views = {};
   VisibilityOptions visibility = {};
   UvOptions uv = {};
+  RayOptions ray = {};
   std::uint32_t cluster = 0;  ///< Of several clusters of directions of visibility, which one
   /// Their field: made where it is null, for the clusters after this one.
   std::shared_ptr<const VisibilityField>* field = nullptr;

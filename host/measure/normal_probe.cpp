@@ -306,10 +306,10 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
       place.back = from_behind(at);
     }
   });
-  store(places_);
+  band_ = band_of(places_);
 }
 
-void NormalProbe::store(const std::vector<Place>& places) {
+TexelBand NormalProbe::band_of(const std::vector<Place>& places) const {
   const std::size_t count = places.size();
   std::vector<std::uint32_t> index(count + 1), triangle(count);
   std::iota(index.begin(), index.end(), 0U);
@@ -335,18 +335,20 @@ void NormalProbe::store(const std::vector<Place>& places) {
       for (std::size_t k = 0; k < 7; ++k) points[k * count + i] = values[k];
     }
   });
-  band_.row_count = 1;
-  band_.texel_count = band_.sample_count = band_.capacity = static_cast<std::uint32_t>(count);
-  if (count == 0) return;
+  TexelBand band;
+  band.row_count = 1;
+  band.texel_count = band.sample_count = band.capacity = static_cast<std::uint32_t>(count);
+  if (count == 0) return band;
   cl::Context& context = source_.device.context();
-  band_.texel_index =
+  band.texel_index =
       cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index).first(count));
-  band_.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index));
+  band.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index));
   const std::vector<std::uint32_t> zeros(count, 0);
-  band_.sample_slot = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(zeros));
-  band_.triangle = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(triangle));
-  band_.barycentric = cl::Array<float>(context, std::span<const float>(barycentric));
-  band_.points = cl::Array<float>(context, std::span<const float>(points));
+  band.sample_slot = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(zeros));
+  band.triangle = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(triangle));
+  band.barycentric = cl::Array<float>(context, std::span<const float>(barycentric));
+  band.points = cl::Array<float>(context, std::span<const float>(points));
+  return band;
 }
 
 NormalError NormalProbe::compare(const Image& shown) const {
@@ -480,7 +482,15 @@ NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
     match_by_uv(in_space, field, match);
   } else {
     BakeReport report;
-    make_matcher(source_, surface_, in_space, report, 0, field)->run(band_, match);
+    const std::unique_ptr<Matcher> matcher =
+        make_matcher(source_, surface_, in_space, report, 0, field);
+    if (const EdgeTurn turn = edge_turn(in_space, source_, surface_); turn.turns()) {
+      TexelBand turned = band_of(places_);
+      turn.apply(context, turned);
+      matcher->run(turned, match);
+    } else {
+      matcher->run(band_, match);
+    }
   }
   NormalDetail detail(context, surface_, source_.attributes, in_space);
   cl::Array<float> image(context, std::size_t{3} * places());

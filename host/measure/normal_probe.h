@@ -63,7 +63,7 @@ class NormalProbe {
     float u = 0, v = 0;  ///< Weights of corners 1 and 2
     bool back = false;   ///< Seen from behind: its normal is turned round
   };
-  void store(const std::vector<Place>& places);
+  TexelBand band_of(const std::vector<Place>& places) const;
   void match_by_uv(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
                    Correspondence& match) const;
   NormalError compare(const Image& shown) const;

@@ -26,6 +26,7 @@ struct BakeOptions {
   ViewOptions views = {};                 ///< For MatchMethod::views; its directions for axis
   VisibilityOptions visibility = {};      ///< For MatchMethod::visibility and hybrid
   UvOptions uv = {};                      ///< For MatchMethod::uv
+  RayOptions ray = {};                    ///< For MatchMethod::ray
   /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
   /// twice, and all with MatchInfo::may_follow. None given: such samples are misses.
   std::vector<MatchMethod> fallback = {};
@@ -81,6 +82,8 @@ struct BakeReport {
   std::uint64_t viewed = 0;              ///< Samples that a depth view decided
   std::uint64_t closest = 0;             ///< Samples that took the nearest point
   std::uint64_t by_uv = 0;               ///< Samples that took the point with their own UV
+  /// Samples whose ray outwards passed over a nearer face (RayRule::outermost)
+  std::uint64_t passed_over = 0;
   std::uint64_t missed = 0;              ///< Samples without a point
   std::uint64_t gutter_texels = 0;       ///< Texels that padding filled
   double max_distance = 0;               ///< As used, world units

@@ -19,6 +19,7 @@
 #include "kiln/measure.h"
 #include "kiln/mesh.h"
 #include "kiln/plan.h"
+#include "kiln/ray.h"
 #include "kiln/render.h"
 #include "kiln/session.h"
 #include "kiln/source.h"

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/ray.h"
 #include "kiln/types.h"
 
 namespace kiln {
@@ -138,7 +139,8 @@ struct Match {
   std::vector<float> v;                 ///< Weight of the triangle's corner 2
   std::vector<float> distance;          ///< World units, outward positive
   std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
-                                        ///< 5 view, 6 nearest point, 7 UV
+                                        ///< 5 view, 6 nearest point, 7 UV,
+                                        ///< 8 outward, past a nearer face
 };
 
 /// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
@@ -219,7 +221,8 @@ struct MatchInfo {
   bool needs_direction = false;
   bool may_follow = true;         ///< It can be one of BakeOptions::fallback
   bool looks_far = true;          ///< It obeys BakeOptions::max_distance
-  bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh
+  bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh, and ray.rule
+  bool along_low = false;         ///< It looks along the light mesh's directions: BakeOptions::ray
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
 };

@@ -40,7 +40,7 @@ kernel void kiln_occlusion_any_wide(
   if (index >= params.end) return;
   ray_state ray;
   ray_hit hit;
-  ray_start(params, &hit);
+  ray_start(points, index, params, &hit);
   if (ray_load(points, index, params, &ray)) {
 #ifdef KILN_RAY_SCALAR
     scalar_trace(nodes, blocks, &ray, 0, true, &hit);

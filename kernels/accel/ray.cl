@@ -5,6 +5,11 @@
 // triangle. Culling is strict and its arithmetic is monotone, so the result is a function of the ray
 // and the triangles alone.
 //
+// Which hit counts (shared/ray.h): the smallest t; or outward first, the nearest t >= 0, else the
+// nearest t < 0; or the outermost, the greatest t. An outermost ray also says whether hits of two or
+// more different t >= 0 lie on it: only there can its answer differ from outward first, and the host
+// looks again (host/match/outermost.cpp) whether the light mesh lies between.
+//
 // | kernel                  | global size         | local | reads, writes a sample            |
 // | kiln_ray_closest_beam   | samples / 64, up    | 64    | 24 B (28 with reach) + tree, 17 B |
 // | kiln_ray_closest_scalar | samples             | 64    | the same                          |
@@ -31,12 +36,12 @@ kernel void kiln_ray_closest_scalar(
     global uchar* restrict status) {
   const uint index = params.first + (uint)get_global_id(0);
   if (index >= params.end) return;
-  const int two_way = (params.flags & KILN_RAY_OUTWARD_FIRST) != 0 ? -1 : 0;
+  const int order = ray_order(params);
   ray_state ray;
   ray_hit hit;
-  ray_start(params, &hit);
+  ray_start(points, index, params, &hit);
   if (ray_load(points, index, params, &ray)) {
-    scalar_trace(nodes, blocks, &ray, two_way, false, &hit);
+    scalar_trace(nodes, blocks, &ray, order, false, &hit);
   }
   ray_store(index, params, &ray, &hit, triangle, barycentric, distance, status);
 }
@@ -54,7 +59,7 @@ kernel void kiln_ray_closest_beam(
     global uchar* restrict status) {
   const uint first = params.first + (uint)get_global_id(0) * KILN_BEAM_RAYS;
   if (first >= params.end) return;
-  const int two_way = (params.flags & KILN_RAY_OUTWARD_FIRST) != 0 ? -1 : 0;
+  const int order = ray_order(params);
   beam_rays rays;
   beam_bounds bounds;
   const uint count = min(params.end - first, (uint)KILN_BEAM_RAYS);
@@ -62,17 +67,17 @@ kernel void kiln_ray_closest_beam(
   const bool beam = count == KILN_BEAM_RAYS &&
                     beam_load(points, first, params, &rays, segment_lo, segment_hi) &&
                     beam_bound(params, &rays, segment_lo, segment_hi, &bounds);
-  if (beam && beam_trace(nodes, blocks, two_way, &rays, &bounds)) {
+  if (beam && beam_trace(nodes, blocks, order, &rays, &bounds)) {
     beam_store(first, params, &rays, points, triangle, barycentric, distance, status);
     return;
   }
   for (uint i = 0; i < count; ++i) {
     ray_state ray;
     ray_hit hit;
-    ray_start(params, &hit);
+    ray_start(points, first + i, params, &hit);
     if (ray_load(points, first + i, params, &ray)) {
       if (beam) beam_extract(&rays, i, &hit);
-      wide_trace(nodes, blocks, &ray, two_way, false, &hit);
+      wide_trace(nodes, blocks, &ray, order, false, &hit);
     }
     ray_store(first + i, params, &ray, &hit, triangle, barycentric, distance, status);
   }

@@ -14,7 +14,8 @@ enum kiln_status {
   KILN_STATUS_VIEW = 5,     ///< Seen in a depth view
   KILN_STATUS_CLOSEST = 6,  ///< The nearest point
   KILN_STATUS_UV = 7,       ///< The point with the same UV
-  KILN_STATUS_COUNT = 8
+  KILN_STATUS_OUTERMOST = 8,  ///< Ray along the direction, past a nearer face
+  KILN_STATUS_COUNT = 9
 };
 
 #endif

@@ -8,6 +8,12 @@
 #define KILN_RAY_INWARD 2u         ///< Against the sample's direction
 #define KILN_RAY_OUTWARD_FIRST 4u  ///< Nearest hit with t >= 0, else nearest with t < 0
 #define KILN_RAY_TWO_SIDED 8u      ///< Faces turned away from the sample's direction count too
+#define KILN_RAY_OUTERMOST 16u     ///< The hit with the greatest t
+#define KILN_RAY_LIMITED 32u       ///< With OUTERMOST: no t above the sample's own reach
+
+/// Bit of the status that OUTERMOST sets beside the provenance where hits of two or more different
+/// t >= 0 lie on the ray.
+#define KILN_RAY_SEVERAL 128u
 
 /// Origins with a coordinate beyond this many frame units miss: their arithmetic could overflow.
 #define KILN_RAY_FARTHEST 1048576.0f

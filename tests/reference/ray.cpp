@@ -20,6 +20,7 @@ RayHit cast_ray(std::span<const Vec3> positions, std::span<const Triangle> trian
   RayHit best;
   const auto better = [&](double t) {
     if (!best.found) return true;
+    if (search.greatest_first) return t > best.t;
     if (!search.nearest_outward_first) return t < best.t;
     const bool out = t >= 0;
     const bool best_out = best.t >= 0;

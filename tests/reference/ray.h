@@ -19,6 +19,7 @@ struct RayHit {
 struct RaySearch {
   double t_min = 0;
   double t_max = 1;
+  bool greatest_first = false;         ///< The greatest t
   bool nearest_outward_first = false;  ///< Nearest with t >= 0, else nearest with t < 0
   /// 0 keeps all faces; 1 only those whose normal does not point against the ray's direction; -1 only
   /// those whose normal does not point along it.

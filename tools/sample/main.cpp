@@ -1,4 +1,5 @@
 // kiln_sample: writes a dense mesh, a volume or a height field made by formula, to try Kiln and to measure it on.
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "fields.h"
+#include "hard_scenes.h"
 #include "kiln/error.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
@@ -24,6 +26,7 @@ constexpr std::string_view usage =
     "       kiln_sample --out FILE --volume sphere|torus|gyroid|boxes [--size N] [--type "
     "f32|u8|u16]\n"
     "       kiln_sample --out FILE --terrain N\n"
+    "       kiln_sample --out HIGH.obj --low LOW.obj --scene NAME\n"
     "\n"
     "Writes a dense closed mesh with detail worth baking, a volume, or a height field. The same\n"
     "options give the same file.\n"
@@ -38,6 +41,9 @@ constexpr std::string_view usage =
     "  --type NAME    f32 (default): signed distance, the surface at 0; u8, u16: what of it is "
     "within 4\n"
     "                 voxels, the surface at 127.5 or 32767.5\n"
+    "  --scene NAME   a hard surface and a low poly for it: cube, cylinder, bracket, bolt, pipe,\n"
+    "                 assembly or leaf\n"
+    "  --low FILE     where the scene's low poly goes, .obj with UVs and hard edges\n"
     "  --terrain N    heights of mountains and valleys, N x N pixels, 2 to 16384\n"
     "  --help         this text\n";
 
@@ -49,6 +55,8 @@ struct Options {
   std::uint64_t size = 128;
   kiln::VoxelType type = kiln::VoxelType::f32;
   std::uint64_t terrain = 0;  ///< Pixels a side; 0: none
+  std::string scene;          ///< Empty: none
+  std::filesystem::path low;
 };
 
 [[noreturn]] void fail_usage(const std::string& message) {
@@ -67,12 +75,33 @@ std::uint64_t parse_number(const std::string& name, const std::string& value, st
   return number;
 }
 
+void check_scene(const Options& options, bool others) {
+  const auto names = kiln::sample::hard_scene_names();
+  if (std::find(names.begin(), names.end(), options.scene) == names.end()) {
+    fail_usage("--scene is '" + options.scene +
+               "', not cube, cylinder, bracket, bolt, pipe, assembly or leaf");
+  }
+  if (others) fail_usage("--scene goes with --out and --low alone");
+  if (options.out.extension() != ".obj" || options.low.extension() != ".obj") {
+    fail_usage("--scene needs --out and --low, two files that end in .obj");
+  }
+}
+
 Options parse(const std::vector<std::string>& arguments) {
   Options options;
   std::string for_mesh, for_volume;  // an option that was given and is for the one alone
   for (std::size_t i = 0; i < arguments.size(); i += 2) {
     const std::string& name = arguments[i];
     const bool mesh = name == "--shape" || name == "--faces";
+    if (name == "--scene" || name == "--low") {
+      if (i + 1 == arguments.size()) fail_usage(name + " needs a value");
+      if (name == "--low") {
+        options.low = arguments[i + 1];
+      } else {
+        options.scene = arguments[i + 1];
+      }
+      continue;
+    }
     const bool volume = name == "--volume" || name == "--size" || name == "--type";
     if (!mesh && !volume && name != "--terrain" && name != "--out")
       fail_usage("unknown option '" + name + "'");
@@ -104,6 +133,10 @@ Options parse(const std::vector<std::string>& arguments) {
       }
       options.type = *type;
     }
+  }
+  if (!options.scene.empty() || !options.low.empty()) {
+    check_scene(options, !for_mesh.empty() || !for_volume.empty() || options.terrain != 0);
+    return options;
   }
   if (options.volume.empty() && !for_volume.empty()) fail_usage(for_volume + " needs --volume");
   if (!options.volume.empty() && !for_mesh.empty()) {
@@ -171,6 +204,15 @@ int main(int argc, char** argv) {
       std::printf("%s: %u x %u x %u voxels, %s; the surface lies at %g\n",
                   options.out.string().c_str(), volume.size[0], volume.size[1], volume.size[2],
                   kiln::name_of(volume.type), kiln::sample::surface_value(volume.type));
+      return 0;
+    }
+    if (!options.scene.empty()) {
+      const kiln::sample::HardScene scene = kiln::sample::hard_scene(options.scene);
+      kiln::save_obj(scene.high, options.out);
+      kiln::save_obj(scene.low, options.low);
+      std::printf("%s: %zu faces; %s: %zu faces\n", options.out.string().c_str(),
+                  scene.high.triangles.size(), options.low.string().c_str(),
+                  scene.low.triangles.size());
       return 0;
     }
     if (options.terrain != 0) {

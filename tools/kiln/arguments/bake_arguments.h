@@ -38,6 +38,9 @@ struct BakeArguments {
   std::vector<std::string> fallback = {"low"};
   std::uint32_t fallback_blend = 0;
   std::string cage, cage_mesh;
+  std::string ray = "nearest";
+  std::string direction = "averaged";
+  std::string edge_width;
   bool two_sided = false;
   bool force_uv = false;
   HeightArguments heights;

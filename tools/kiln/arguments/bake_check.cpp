@@ -50,6 +50,21 @@ void check_low(const BakeArguments& a) {
   }
 }
 
+/// Flags of rays that serve some of their ways alone.
+void check_rays(const BakeArguments& a) {
+  const bool cage = !a.cage.empty() || !a.cage_mesh.empty();
+  if (cage && a.given.contains("--ray")) {
+    fail("--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
+  }
+  if (!a.cage_mesh.empty() && a.given.contains("--direction")) {
+    fail("--direction is for rays without --cage-mesh, which says where they leave to: leave one "
+         "out.");
+  }
+  if (a.given.contains("--edge-width") && (a.direction != "auto" || !a.cage_mesh.empty())) {
+    fail("--edge-width is for --direction auto, without --cage-mesh.");
+  }
+}
+
 /// Flags of visibility that serve some of its ways alone.
 void check_visibility(const BakeArguments& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
@@ -114,6 +129,7 @@ void check(const BakeArguments& a) {
   if (matches_by(a, MatchMethod::axis) && a.view.size() != 1) {
     fail("--match axis looks along one direction: give one --view, such as 0,0,1.");
   }
+  check_rays(a);
   check_visibility(a);
   check_fallback(a);
   check_height_field(a);

@@ -73,6 +73,24 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->excludes(cage)
       ->group(group_match);
   command
+      .add_option("--ray", a.ray,
+                  "Which face a ray takes: nearest, outward first; or outermost, which is what a "
+                  "viewer sees, but nothing beyond LOW's own folds and parts")
+      ->check(one_of(ray_rule_values()))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--direction", a.direction,
+                  "Where rays leave to: auto, LOW's own normal, turned to the averaged one at hard "
+                  "edges; averaged; or face, LOW's own normal alone, which leaves gaps at edges")
+      ->check(one_of(ray_direction_values()))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--edge-width", a.edge_width,
+                  "--direction auto: how near to a hard edge rays turn, D or P% (default 1%)")
+      ->group(group_match);
+  command
       .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")
       ->group(group_match);
   command

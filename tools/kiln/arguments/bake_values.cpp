@@ -23,6 +23,20 @@ const std::map<std::string, RayTraversal>& traversal_values() {
   return values;
 }
 
+const std::map<std::string, RayRule>& ray_rule_values() {
+  static const std::map<std::string, RayRule> values = {{"outermost", RayRule::outermost},
+                                                        {"nearest", RayRule::nearest}};
+  return values;
+}
+
+const std::map<std::string, RayDirection>& ray_direction_values() {
+  static const std::map<std::string, RayDirection> values = {
+      {"auto", RayDirection::automatic},
+      {"averaged", RayDirection::averaged},
+      {"face", RayDirection::face}};
+  return values;
+}
+
 const std::map<std::string, VisibilityAt>& visibility_at_values() {
   static const std::map<std::string, VisibilityAt> values = {{"face", VisibilityAt::face},
                                                              {"vertex", VisibilityAt::vertex},

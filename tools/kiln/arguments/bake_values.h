@@ -15,6 +15,8 @@ constexpr const char* kAutomatic = "auto";  ///< Of --match
 const std::map<std::string, NormalMapSpace>& space_values();
 const std::map<std::string, MissPolicy>& miss_values();
 const std::map<std::string, RayTraversal>& traversal_values();
+const std::map<std::string, RayRule>& ray_rule_values();
+const std::map<std::string, RayDirection>& ray_direction_values();
 const std::map<std::string, VisibilityAt>& visibility_at_values();
 const std::map<std::string, VisibilityTest>& visibility_test_values();
 const std::map<std::string, ViewLikelihood>& likelihood_values();

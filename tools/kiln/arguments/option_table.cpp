@@ -18,6 +18,7 @@ bool by_views(const MatchInfo& match) { return match.method == MatchMethod::view
 bool by_uv(const MatchInfo& match) { return match.needs_uvs; }
 bool in_clusters(const MatchInfo& match) { return match.method == MatchMethod::visibility; }
 bool takes_cage(const MatchInfo& match) { return match.takes_cage; }
+bool along_low(const MatchInfo& match) { return match.along_low; }
 bool takes_directions(const MatchInfo& match) { return match.takes_directions; }
 bool takes_visibility(const MatchInfo& match) { return match.takes_visibility; }
 bool looks_far(const MatchInfo& match) { return match.looks_far; }
@@ -49,6 +50,10 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--max-distance", .match = looks_far, .beside_auto = true},
     OptionRow{.flag = "--cage", .match = takes_cage, .beside_auto = true},
     OptionRow{.flag = "--cage-mesh", .match = takes_cage, .beside_auto = true},
+    OptionRow{.flag = "--ray", .match = takes_cage, .beside_auto = true},
+    OptionRow{.flag = "--direction", .match = along_low, .in_fallback = false, .beside_auto = true},
+    OptionRow{
+        .flag = "--edge-width", .match = along_low, .in_fallback = false, .beside_auto = true},
     OptionRow{.flag = "--force-uv", .match = by_uv, .in_fallback = false},
     OptionRow{.flag = "--views", .match = by_views},
     OptionRow{.flag = "--view", .match = takes_directions},

@@ -104,7 +104,8 @@ std::string percent(std::uint64_t part, std::uint64_t whole) {
 std::string shares(const BakeReport& report) {
   std::string text;
   for (const auto& [name, count] :
-       {std::pair{"outward", report.outward}, std::pair{"inward", report.inward},
+       {std::pair{"outward", report.outward},
+        std::pair{"outward past a nearer face", report.passed_over}, std::pair{"inward", report.inward},
         std::pair{"cage", report.cage}, std::pair{"views", report.viewed},
         std::pair{"closest", report.closest}, std::pair{"UV", report.by_uv}}) {
     if (count == 0) continue;

@@ -31,6 +31,7 @@ constexpr std::array kFlags = {
          "`kiln bake` without LOW makes a light mesh that has them"},
     Flag{"two_component", "--two-component"},
     Flag{"two_sided", "--two-sided"},
+    Flag{"ray.edge_width", "--edge-width"},
     Flag{"unwrap()", "`kiln bake --unwrap`"},
     Flag{"views.count", "--views"},
     Flag{"views.size", "--view-size"},

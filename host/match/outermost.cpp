@@ -1,0 +1,173 @@
+// The outermost face within reach: one walk for all samples, and a second look at those few whose rays meet
+// several faces outward.
+#include "match/outermost.h"
+
+#include <span>
+#include <vector>
+
+#include "match/ray.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/vector.h"
+#include "shared/ray.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+// Faces nearer to each other than this along a ray are one: hits lie up to KILN_BVH_EPSILON off either way.
+constexpr float kSameFace = 4 * KILN_BVH_EPSILON;
+// The light mesh's own face, and those beside it, are met at 0.
+constexpr float kOwnFace = 8 * KILN_BVH_EPSILON;
+
+/// Some samples' correspondences on the host.
+struct Found {
+  std::vector<std::uint32_t> triangle;
+  std::vector<float> u, v, distance;
+  std::vector<std::uint8_t> status;
+
+  Found(cl::Context& context, const Correspondence& match, std::uint32_t count)
+      : triangle(count), u(count), v(count), distance(count), status(count) {
+    match.triangle.read(context, triangle);
+    match.barycentric.read(context, u);
+    match.barycentric.read(context, v, match.capacity);
+    match.distance.read(context, distance);
+    match.status.read(context, status);
+  }
+
+  void take(const Found& other, std::size_t i) {
+    triangle[i] = other.triangle[i];
+    u[i] = other.u[i];
+    v[i] = other.v[i];
+    distance[i] = other.distance[i];
+  }
+
+  void write(cl::Context& context, Correspondence& match) const {
+    match.triangle.write(context, std::span(triangle));
+    match.barycentric.write(context, std::span(u));
+    match.barycentric.write(context, std::span(v), match.capacity);
+    match.distance.write(context, std::span(distance));
+    match.status.write(context, std::span(status));
+  }
+};
+
+/// The light mesh as rays meet it.
+class LowRays {
+ public:
+  LowRays(cl::Context& context, const LowSurface& surface) {
+    std::vector<Vec3> positions;
+    std::vector<Triangle> triangles;
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      if (surface.usable[t] == 0) continue;
+      const auto first = static_cast<std::uint32_t>(positions.size());
+      for (const LowSurface::Corner& corner : surface.triangles[t]) {
+        positions.push_back(corner.position);
+      }
+      triangles.push_back({first, first + 1, first + 2});
+      const Vec3d a(positions[first]);
+      normals_.push_back(cross(Vec3d(positions[first + 1]) - a, Vec3d(positions[first + 2]) - a));
+    }
+    rays_.emplace(context, positions, triangles);
+  }
+
+  /// How far out each sample may look: up to `farthest`, or to the light mesh; 0 within another part of it.
+  std::vector<float> limits(cl::Context& context, const TexelBand& samples, float farthest) const {
+    const std::uint32_t count = samples.sample_count;
+    RayQuery query;
+    query.t_min = kOwnFace;
+    query.t_max = std::max(farthest, kOwnFace);
+    query.two_sided = true;
+    Correspondence met(context, samples.capacity);
+    rays_->intersect(samples.points, count, samples.capacity, query, met);
+    const Found found(context, met, count);
+    std::vector<float> points(std::size_t{7} * samples.capacity);
+    samples.points.read(context, points);
+    std::vector<float> limit(count, farthest);
+    const std::size_t plane = samples.capacity;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (found.triangle[i] == KILN_NO_TRIANGLE) continue;
+      const Vec3d direction{points[3 * plane + i], points[4 * plane + i], points[5 * plane + i]};
+      const bool leaves = dot(normals_[found.triangle[i]], direction) > 0;
+      limit[i] = leaves ? 0 : found.distance[i];
+    }
+    return limit;
+  }
+
+ private:
+  std::vector<Vec3d> normals_;
+  std::optional<RayCaster> rays_;
+};
+
+class OutermostMatcher : public Matcher {
+ public:
+  explicit OutermostMatcher(const MatchRequest& request)
+      : context_(request.source.device.context()),
+        rays_(request.source.rays()),
+        surface_(request.surface),
+        nearest_(ray_query(request, false)),
+        outermost_(nearest_) {
+    outermost_.outward_first = false;
+    outermost_.outermost = true;
+  }
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    rays_.intersect(band.points, band.sample_count, band.capacity, outermost_, match);
+    std::vector<std::uint8_t> status(band.sample_count);
+    match.status.read(context_, status);
+    std::vector<std::uint32_t> several;
+    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      if ((status[i] & KILN_RAY_SEVERAL) != 0) several.push_back(i);
+    }
+    if (!several.empty()) decide(band, several, match);
+  }
+
+ private:
+  /// Decides samples whose rays meet several faces outward.
+  void decide(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+              Correspondence& match) {
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    TexelBand some;
+    some.sample_count = some.capacity = count;
+    some.points = cl::Array<float>(context_, std::size_t{7} * count);
+    const cl::Array<std::uint32_t> indices(context_, std::span(samples));
+    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
+                    band.capacity, count, indices, band.points, some.points);
+    if (!low_) low_.emplace(context_, surface_);
+    const std::vector<float> limits = low_->limits(context_, some, outermost_.t_max);
+    some.points.write(context_, std::span(limits), std::size_t{6} * count);
+
+    Correspondence result(context_, count);
+    rays_.intersect(some.points, count, count, nearest_, result);
+    Found chosen(context_, result, count);
+    RayQuery limited = outermost_;
+    limited.limited = true;
+    rays_.intersect(some.points, count, count, limited, result);
+    const Found outer(context_, result, count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool found = outer.triangle[i] != KILN_NO_TRIANGLE;
+      if (!found || !(outer.distance[i] > chosen.distance[i] + kSameFace)) continue;
+      chosen.take(outer, i);
+      chosen.status[i] = KILN_STATUS_OUTERMOST;
+    }
+    chosen.write(context_, result);
+    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count, count,
+                    match.capacity, indices, result.triangle, result.barycentric, result.distance,
+                    result.status, match.triangle, match.barycentric, match.distance,
+                    match.status);
+    context_.finish();  // `indices` and `result` go
+  }
+
+  cl::Context& context_;
+  const RayCaster& rays_;
+  const LowSurface& surface_;
+  RayQuery nearest_, outermost_;
+  std::optional<LowRays> low_;  ///< Made where it is needed
+};
+
+}  // namespace
+
+std::unique_ptr<Matcher> outermost_matcher(const MatchRequest& request) {
+  return std::make_unique<OutermostMatcher>(request);
+}
+
+}  // namespace kiln

@@ -1,0 +1,29 @@
+// Hard edges: where the normals of a light mesh's faces part.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mesh/low_surface.h"
+
+namespace kiln {
+
+/// Edges that two or more faces share, and at one end of which two of their normals part by more than half a
+/// degree. Faces meet where their corners lie in exactly the same place. Faces that are not usable have none.
+struct HardEdges {
+  struct Edge {
+    Vec3 from, along;  ///< The other end is from + along
+  };
+  std::vector<Edge> edges;  ///< Without length: none
+
+  static HardEdges of(const LowSurface& surface);
+
+  /// Edges that may come nearer than `width` to points of each triangle; some may not.
+  struct Near {
+    std::vector<std::uint32_t> first;  ///< Per triangle its first element of `edge`, and the end
+    std::vector<std::uint32_t> edge;
+  };
+  Near near(const LowSurface& surface, float width) const;
+};
+
+}  // namespace kiln

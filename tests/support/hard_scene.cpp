@@ -1,0 +1,95 @@
+#include "support/hard_scene.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "accel/ray.h"
+#include "mesh/weld.h"
+#include "shared/match.h"
+#include "support/environment.h"
+
+namespace kiln::test {
+namespace {
+
+constexpr std::uint32_t kDirections = 512;
+constexpr float kFar = 4;       // beyond any scene of about unit size
+constexpr float kOwn = 1e-4F;   // the light mesh's own face
+
+/// Samples as rays towards one direction.
+cl::Array<float> towards(cl::Context& context, const AssessedSamples& samples, const Vec3& w) {
+  const std::size_t count = samples.size();
+  std::vector<float> planes(7 * count, 0.0F);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3& p = samples.position[i];
+    const float values[6] = {p.x, p.y, p.z, w.x, w.y, w.z};
+    for (std::size_t k = 0; k < 6; ++k) planes[k * count + i] = values[k];
+  }
+  return {context, std::span<const float>(planes)};
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> parts_of(const Mesh& mesh) {
+  const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
+  std::vector<std::uint32_t> root(mesh.positions.size());
+  std::iota(root.begin(), root.end(), 0U);
+  const auto find = [&](std::uint32_t i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) {
+      const std::uint32_t a = find(welded[triangle[0]]), b = find(welded[corner]);
+      root[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  std::vector<std::uint32_t> parts;
+  for (const Triangle& triangle : mesh.triangles) parts.push_back(find(welded[triangle[0]]));
+  return parts;
+}
+
+HardBake::HardBake(const Source& source, const Mesh& low, BakeOptions options) {
+  options.keep_match = true;
+  baked = bake(source, low, options);
+  samples = assessed_samples(source.impl(), low, *baked.match);
+}
+
+std::vector<double> shown_shares(const Source& source, const Mesh& high, const Mesh& low,
+                                 const HardBake& bake, float reach) {
+  cl::Context& context = device()->context();
+  const AssessedSamples& samples = bake.samples;
+  const std::vector<std::uint32_t> parts = parts_of(high);
+  const RayCaster light(context, source.impl().frame.to_frame(low), low.triangles);
+  const auto count = static_cast<std::uint32_t>(samples.size());
+  std::vector<double> sum(count), own(count);
+  Correspondence shown(context, count);
+  cl::Array<std::uint8_t> hidden(context, count);
+  for (const Vec3& w : spread_views(kDirections)) {
+    const cl::Array<float> points = towards(context, samples, w);
+    light.occluded(points, count, count, {.t_min = kOwn, .t_max = kFar, .two_sided = true}, hidden);
+    RayQuery from_outside{.t_min = 0, .t_max = kFar + reach, .offset = kFar, .inward = true};
+    source.impl().rays().intersect(points, count, count, from_outside, shown);
+    std::vector<std::uint8_t> blocked(count);
+    std::vector<std::uint32_t> triangle(count);
+    std::vector<float> distance(count);
+    hidden.read(context, blocked);
+    shown.triangle.read(context, triangle);
+    shown.distance.read(context, distance);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3& n = samples.normal[i];
+      const double cosine = double{n.x} * w.x + double{n.y} * w.y + double{n.z} * w.z;
+      if (cosine <= 0 || blocked[i] != 0 || triangle[i] == KILN_NO_TRIANGLE) continue;
+      if (distance[i] > reach || bake.triangle(i) == KILN_NO_TRIANGLE) continue;
+      sum[i] += cosine;
+      if (parts[triangle[i]] == parts[bake.triangle(i)]) own[i] += cosine;
+    }
+  }
+  std::vector<double> shares(count, -1);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (sum[i] > 0) shares[i] = own[i] / sum[i];
+  }
+  return shares;
+}
+
+}  // namespace kiln::test

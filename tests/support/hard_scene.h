@@ -1,0 +1,32 @@
+// Hard-surface scenes for tests: their connected parts, and what outside views show of them at each sample.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "measure/assess_samples.h"
+
+namespace kiln::test {
+
+/// The connected part of each triangle, named by a vertex of it: triangles that share a place are of one.
+std::vector<std::uint32_t> parts_of(const Mesh& mesh);
+
+/// A bake whose correspondence is kept, and its samples on both surfaces.
+struct HardBake {
+  HardBake(const Source& source, const Mesh& low, BakeOptions options);
+  BakeResult baked;
+  AssessedSamples samples;
+  /// Of a sample's match: its triangle on the dense mesh
+  std::uint32_t triangle(std::size_t i) const { return baked.match->triangle[samples.element[i]]; }
+};
+
+/// Of what outside views show at each sample's place, the share that is of the part that it was matched with:
+/// over 512 directions spread evenly, those that see the place past the light mesh, each by its cosine to
+/// the light face. A view shows the first face of the dense mesh along its line, where that lies within
+/// `reach` of the place. Negative where no direction sees the place.
+/// \param reach  frame units
+std::vector<double> shown_shares(const Source& source, const Mesh& high, const Mesh& low,
+                                 const HardBake& bake, float reach);
+
+}  // namespace kiln::test

@@ -1,0 +1,182 @@
+#include "hard_scenes.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "hard.h"
+
+namespace kiln::sample {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+struct Builder {
+  explicit Builder(std::string_view name)
+      : high(std::string(name) + "_high"), low(std::string(name) + "_low") {}
+
+  /// A disc whose base lies `base` above the place, and its top `top`.
+  void stamp(const Stand& stand, double radius, double base, double top) {
+    high.disc(stand.moved(0, 0, base), radius, top - base, 0.3 * (top - std::max(base, 0.0)));
+    stamps.push_back({stand.origin, stand.z, radius, top});
+  }
+  void box(const Stand& stand, const Point& half, double radius) {
+    high.rounded_box(stand, half, radius);
+    low.box(stand, half);
+  }
+  /// Upright along z from 0, its upper rim rounded.
+  void rod(const Stand& stand, double radius, double height, double rounding, int sides = 12) {
+    high.disc(stand, radius, height, rounding, 96);
+    low.cylinder(stand, sides, radius, height, true);
+  }
+  HardScene done() { return {high.mesh(), low.finish(), stamps}; }
+
+  DenseParts high;
+  LightParts low;
+  std::vector<Stamp> stamps;
+};
+
+HardScene cube() {
+  Builder b("cube");
+  b.box({}, {1, 1, 1}, 0.06);
+  const std::array<Point, 6> axes = {Point{1, 0, 0},  Point{-1, 0, 0}, Point{0, 1, 0},
+                                     Point{0, -1, 0}, Point{0, 0, 1},  Point{0, 0, -1}};
+  for (const Point& axis : axes) {
+    const Stand face = stand_along(axis, axis);
+    b.stamp(face.moved(-0.5, -0.5, 0), 0.22, -0.02, 0.04);  // sunk in
+    b.stamp(face.moved(0.45, -0.35, 0), 0.18, 0, 0.05);     // on it
+    b.stamp(face.moved(0.1, 0.6, 0), 0.2, 0.02, 0.05);      // floating
+  }
+  return b.done();
+}
+
+HardScene cylinder() {
+  Builder b("cylinder");
+  const Stand stand = stand_along({0, -1, 0}, {0, 1, 0});
+  b.rod(stand, 0.8, 2, 0.05);
+  for (int i = 0; i < 6; ++i) {
+    const double angle = 2 * kPi * i / 6;
+    b.high.bent_plate(stand.moved(0, 0, 1), 0.78, 0.815, angle, 2 * kPi / 6 * 0.7, 0.55, 16);
+    for (const double z : {0.22, 1.78}) {
+      for (const double turn : {0.15, 0.55}) {
+        const double a = angle + turn;
+        const Point out = stand.turned({std::cos(a), std::sin(a), 0});
+        const Point at = stand.at({0.8 * std::cos(a), 0.8 * std::sin(a), z});
+        b.high.disc(stand_along(at - 0.02 * out, out), 0.05, 0.035, 0.01, 24);
+      }
+    }
+  }
+  b.stamp(stand.moved(0.2, 0.1, 2), 0.3, 0.005, 0.04);
+  return b.done();
+}
+
+HardScene bracket() {
+  Builder b("bracket");
+  const Outline outline = {{-0.8, -0.8}, {0.8, -0.8}, {0.8, -0.45}, {-0.45, -0.45}, {-0.45, 0.8},
+                           {-0.8, 0.8}};
+  const std::array<double, 2> centre = {-0.625, -0.625};
+  b.high.extrusion({}, outline, centre, 0.7, 0.05);
+  b.low.extrusion({}, outline, centre, 0.7);
+  const Stand floor = stand_along({0.15, -0.45, 0}, {0, 1, 0});
+  const Stand wall = stand_along({-0.45, 0.15, 0}, {1, 0, 0});
+  for (const Stand& stand : {floor, wall}) {
+    b.stamp(stand.moved(0, 0.35, 0), 0.15, -0.01, 0.045);
+    b.stamp(stand.moved(0, -0.35, 0), 0.15, 0, 0.045);
+  }
+  b.stamp(stand_along({-0.33, -0.45, 0.1}, {0, 1, 0}), 0.08, 0, 0.03);  // in the corner
+  b.stamp(stand_along({0.8, -0.625, 0.2}, {1, 0, 0}), 0.12, 0.01, 0.03);
+  return b.done();
+}
+
+HardScene bolt() {
+  Builder b("bolt");
+  b.box(stand_along({0, -0.15, 0}, {0, 1, 0}), {1, 1, 0.15}, 0.04);
+  const Stand up = stand_along({0, 0, 0}, {0, 1, 0});
+  b.high.disc(up.moved(0, 0, -0.01), 0.56, 0.045, 0.01, 96);  // the washer
+  b.high.prism(up.moved(0, 0, -0.05), 6, 0.42, 0.4, 0.04);
+  b.low.cylinder(up.moved(0, 0, -0.05), 6, 0.42, 0.4, false);
+  b.stamp(up.moved(0, 0, 0.35), 0.15, 0.005, 0.03);
+  for (const double x : {-0.75, 0.75}) {
+    for (const double y : {-0.75, 0.75}) b.stamp(up.moved(x, y, 0), 0.12, 0, 0.04);
+  }
+  return b.done();
+}
+
+HardScene pipe() {
+  Builder b("pipe");
+  b.box({}, {1, 1, 0.12}, 0.03);
+  const Stand along = stand_along({0, 0, -1}, {0, 0, 1});
+  b.rod(along, 0.35, 2, 0.03);
+  for (const double side : {-1.0, 1.0}) {
+    const Stand face = stand_along({0, 0, 0.12 * side}, {0, 0, side});
+    b.high.disc(face.moved(0, 0, -0.02), 0.55, 0.06, 0.015, 96);  // the flange
+    for (int i = 0; i < 4; ++i) {
+      const double a = kPi / 4 + kPi / 2 * i;
+      b.stamp(face.moved(0.8 * std::cos(a), 0.8 * std::sin(a), 0), 0.1, 0.01, 0.045);
+    }
+  }
+  return b.done();
+}
+
+HardScene assembly() {
+  Builder b("assembly");
+  b.box({}, {0.6, 0.16, 0.1}, 0.02);                                            // receiver
+  b.box(Stand{}.moved(0, 0.2, 0), {0.5, 0.045, 0.05}, 0.012);                   // rail
+  b.rod(stand_along({0.58, 0.03, 0}, {1, 0, 0}), 0.07, 0.75, 0.015);            // barrel
+  b.rod(stand_along({1.28, 0.03, 0}, {1, 0, 0}), 0.1, 0.18, 0.02);              // muzzle
+  b.box(Stand{}.moved(0.85, 0.03, 0), {0.24, 0.11, 0.11}, 0.02);                // hand guard
+  b.box(Stand{}.moved(-0.95, -0.02, 0), {0.36, 0.12, 0.07}, 0.025);             // stock
+  b.box(Stand{}.moved(-1.29, -0.06, 0), {0.035, 0.2, 0.08}, 0.015);             // butt plate
+  const double tilt = 0.3;
+  const Stand leaning{{-0.4, -0.33, 0},
+                      {std::cos(tilt), std::sin(tilt), 0},
+                      {-std::sin(tilt), std::cos(tilt), 0},
+                      {0, 0, 1}};
+  b.box(leaning, {0.1, 0.24, 0.07}, 0.025);                                     // grip
+  b.box(Stand{}.moved(0.2, -0.36, 0), {0.11, 0.26, 0.06}, 0.015);               // magazine
+  b.box(Stand{}.moved(-0.12, -0.27, 0), {0.16, 0.015, 0.04}, 0.006);            // trigger guard
+  b.box(Stand{}.moved(-0.14, -0.2, 0), {0.02, 0.06, 0.015}, 0.006);             // trigger
+  b.box(Stand{}.moved(1.2, 0.16, 0), {0.03, 0.07, 0.015}, 0.006);               // front sight
+  b.box(Stand{}.moved(-0.42, 0.27, 0), {0.05, 0.04, 0.04}, 0.01);               // rear sight
+  b.rod(stand_along({0.2, 0.05, 0.09}, {0, 0, 1}), 0.05, 0.1, 0.012);           // bolt handle
+  for (const double z : {-1.0, 1.0}) {
+    for (const double x : {-0.45, -0.1, 0.42}) {
+      b.stamp(stand_along({x, -0.06, 0.1 * z}, {0, 0, z}), 0.05, -0.01, 0.015);
+    }
+    b.stamp(stand_along({0.85, 0.03, 0.11 * z}, {0, 0, z}), 0.05, 0.003, 0.015);
+    b.stamp(stand_along({-0.95, -0.02, 0.07 * z}, {0, 0, z}), 0.06, 0, 0.02);
+  }
+  return b.done();
+}
+
+double leaf_height(double x, double y) {
+  const double droop = 0.35 * y * y, fold = 0.25 * std::abs(x) * std::abs(x);
+  return 0.2 - droop + fold + 0.01 * std::sin(20 * y + 8 * std::abs(x));
+}
+
+HardScene leaf() {
+  Builder b("leaf");
+  b.high.sheet({}, 0.5, 1, 96, leaf_height);
+  b.low.card({}, 0.5, 1);
+  return b.done();
+}
+
+constexpr std::array<std::string_view, 7> kNames = {"cube", "cylinder", "bracket", "bolt",
+                                                    "pipe", "assembly", "leaf"};
+constexpr std::array kScenes = {cube, cylinder, bracket, bolt, pipe, assembly, leaf};
+static_assert(kNames.size() == kScenes.size());
+
+}  // namespace
+
+std::span<const std::string_view> hard_scene_names() { return kNames; }
+
+HardScene hard_scene(std::string_view name) {
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if (kNames[i] == name) return kScenes[i]();
+  }
+  throw std::invalid_argument("no scene " + std::string(name));
+}
+
+}  // namespace kiln::sample

@@ -1,0 +1,33 @@
+// Hard-surface scenes: a dense mesh of closed parts that float, touch and sink in, and a light one with hard
+// edges and UVs.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "noise.h"
+
+namespace kiln::sample {
+
+/// A raised disc: where its axis leaves the light mesh, along what, and what it rises to.
+struct Stamp {
+  Point at, normal;
+  double radius = 0, height = 0;
+};
+
+struct HardScene {
+  Mesh high, low;
+  std::vector<Stamp> stamps;  ///< Those that stand on flat faces of the light mesh
+};
+
+/// "cube": bevelled, with 18 raised discs that float, touch or sink in. "cylinder": of 12 sides, with panels
+/// and rivets. "bracket": an L with an inner corner. "bolt": a hex bolt and a washer on a plate. "pipe":
+/// through a wall, with flanges. "assembly": 14 parts. "leaf": an open card under a bent leaf.
+std::span<const std::string_view> hard_scene_names();
+
+/// \param name  one of those
+HardScene hard_scene(std::string_view name);
+
+}  // namespace kiln::sample
