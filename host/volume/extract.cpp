@@ -66,7 +66,7 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
          std::to_string(light.dropped_parts) + " of " + std::to_string(light.parts) +
              " parts of the surface have less than " + share +
              "% of the largest one's vertices and were left out" +
-             (options.choose.min_part ? " as noise; min_part 0 keeps them." : ", as asked."),
+             (options.choose.min_part ? " as noise (min_part)." : ", as asked."),
          light.dropped_parts});
   }
   if (!light.reached) {
@@ -77,11 +77,9 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
                                light.faces});
   }
   if (light.changed_topology != 0) {
-    const std::string why = report.used.kept_faces == 0
-                                ? "."
-                                : "; keeping all of them takes " +
-                                      std::to_string(report.used.kept_faces) +
-                                      " faces, which keep_topology does.";
+    const std::string kept = std::to_string(report.used.kept_faces);
+    const std::string why =
+        report.used.kept_faces == 0 ? "." : "; keeping all of them takes " + kept + " faces.";
     report.warnings.push_back({"topology-changed",
                                std::to_string(light.changed_topology) +
                                    " vertices of the light mesh stand for more than one sheet: "
