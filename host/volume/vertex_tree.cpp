@@ -10,8 +10,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kNone = VertexTree::kNone;
-
 /// What decides whether a cluster is one sheet.
 struct Shape {
   std::int32_t euler2 = 0;       ///< Twice its surface's Euler characteristic
