@@ -1,15 +1,9 @@
-// NIfTI 1 and 2 in one file. libnifti makes sense of the header; the voxels are read here, since it
-// trusts a header's sizes. https://nifti.nimh.nih.gov/nifti-1, https://nifti.nimh.nih.gov/nifti-2
-#include <nifti2_io.h>
-
+// NIfTI 1 and 2 in one file. https://nifti.nimh.nih.gov/nifti-1, https://nifti.nimh.nih.gov/nifti-2
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <memory>
-#include <mutex>
-#include <optional>
 #include <type_traits>
 
 #include "io/volume/volume_reader.h"
@@ -20,15 +14,35 @@ namespace {
 constexpr const char* export_again = "Export the volume again as one NIfTI file (.nii or .nii.gz).";
 
 constexpr std::size_t size_1 = 348, size_2 = 540;  // of the headers of the two versions, bytes
-static_assert(sizeof(nifti_1_header) == size_1 && sizeof(nifti_2_header) == size_2);
 
-/// The fields that are checked before libnifti sees the header, in the machine's byte order.
+/// Codes of `datatype`.
+enum : std::int64_t {
+  kUint8 = 2,
+  kInt16 = 4,
+  kInt32 = 8,
+  kFloat32 = 16,
+  kComplex64 = 32,
+  kFloat64 = 64,
+  kRgb24 = 128,
+  kInt8 = 256,
+  kUint16 = 512,
+  kUint32 = 768,
+  kComplex128 = 1792,
+  kComplex256 = 2048,
+  kRgba32 = 2304
+};
+
+/// The fields of the header that Kiln uses, in the machine's byte order.
 struct Fields {
   bool second = false;  ///< NIfTI-2
   ByteOrder order = ByteOrder::little;
   std::array<std::int64_t, 8> dim{};
   std::int64_t type = 0;
   double offset = 0, slope = 0, intercept = 0;
+  std::array<double, 8> pixdim{};  ///< [0]: the sign of the third axis; [1] to [3]: spacing
+  std::int64_t qform_code = 0, sform_code = 0;
+  std::array<double, 3> quaternion{}, qoffset{};  ///< b, c, d
+  std::array<std::array<double, 4>, 3> srow{};
 };
 
 class HeaderBytes {
@@ -49,6 +63,19 @@ class HeaderBytes {
   const std::array<std::byte, size_2>& bytes_;
   bool swap_ = false;
 };
+
+/// Where voxels are in space. \param pixdim  where its 8 numbers begin
+/// \param forms   where the quaternion begins, followed by the offsets and the three rows of the sform
+template <typename T>
+void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms, Fields& fields) {
+  const auto number = [&](std::size_t first, std::size_t i) {
+    return static_cast<double>(header.get<T>(first + i * sizeof(T)));
+  };
+  for (std::size_t i = 0; i < 8; ++i) fields.pixdim[i] = number(pixdim, i);
+  for (std::size_t i = 0; i < 3; ++i) fields.quaternion[i] = number(forms, i);
+  for (std::size_t i = 0; i < 3; ++i) fields.qoffset[i] = number(forms, 3 + i);
+  for (std::size_t i = 0; i < 12; ++i) fields.srow[i / 4][i % 4] = number(forms, 6 + i);
+}
 
 Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2>& raw,
                     std::size_t have) {
@@ -95,37 +122,43 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2
     fields.offset = static_cast<double>(header.get<std::int64_t>(168));
     fields.slope = header.get<double>(176);
     fields.intercept = header.get<double>(184);
+    fields.qform_code = header.get<std::int32_t>(344);
+    fields.sform_code = header.get<std::int32_t>(348);
+    get_places<double>(header, 104, 352, fields);
   } else {
     fields.offset = header.get<float>(108);
     fields.slope = header.get<float>(112);
     fields.intercept = header.get<float>(116);
+    fields.qform_code = header.get<std::int16_t>(252);
+    fields.sform_code = header.get<std::int16_t>(254);
+    get_places<float>(header, 76, 256, fields);
   }
   return fields;
 }
 
 VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
   switch (type) {
-    case NIFTI_TYPE_UINT8:
+    case kUint8:
       return VoxelType::u8;
-    case NIFTI_TYPE_INT8:
+    case kInt8:
       return VoxelType::i8;
-    case NIFTI_TYPE_UINT16:
+    case kUint16:
       return VoxelType::u16;
-    case NIFTI_TYPE_INT16:
+    case kInt16:
       return VoxelType::i16;
-    case NIFTI_TYPE_UINT32:
+    case kUint32:
       return VoxelType::u32;
-    case NIFTI_TYPE_INT32:
+    case kInt32:
       return VoxelType::i32;
-    case NIFTI_TYPE_FLOAT32:
+    case kFloat32:
       return VoxelType::f32;
-    case NIFTI_TYPE_FLOAT64:
+    case kFloat64:
       return VoxelType::f64;
-    case NIFTI_TYPE_RGB24:
-    case NIFTI_TYPE_RGBA32:
-    case NIFTI_TYPE_COMPLEX64:
-    case NIFTI_TYPE_COMPLEX128:
-    case NIFTI_TYPE_COMPLEX256:
+    case kRgb24:
+    case kRgba32:
+    case kComplex64:
+    case kComplex128:
+    case kComplex256:
       input.fail("datatype", "code " + std::to_string(type) + " has several values a voxel",
                  "Save one component as a volume of its own.");
     default:
@@ -135,7 +168,7 @@ VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
              "Save the volume with 8, 16 or 32-bit integers, float or double.");
 }
 
-/// What libnifti would turn into something else, or take on trust.
+/// Sizes, and where the voxels begin.
 void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume) {
   if (fields.dim[0] < 3 || fields.dim[0] > 7) {
     input.fail("dim[0]", "it has " + std::to_string(fields.dim[0]) + " dimensions",
@@ -165,32 +198,45 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
   }
 }
 
-using Image = std::unique_ptr<nifti_image, decltype(&nifti_image_free)>;
+using Matrix = std::array<std::array<double, 4>, 3>;
 
-/// The header as libnifti understands it, without data.
-Image interpret(const VolumeInput& input, const Fields& fields,
-                const std::array<std::byte, size_2>& raw) {
-  static std::once_flag quiet;
-  std::call_once(quiet, [] { nifti_set_debug_level(0); });
-  nifti_image* image = nullptr;
-  if (fields.second) {
-    nifti_2_header header;
-    std::memcpy(&header, raw.data(), size_2);
-    image = nifti_convert_n2hdr2nim(header, nullptr);
+/// Method 2 of the standard: a rotation as a quaternion whose first part is left out, spacing, and the sign
+/// of the third axis.
+Matrix qform(const Fields& fields) {
+  auto [b, c, d] = fields.quaternion;
+  const double squared = b * b + c * c + d * d;
+  double a = 1 - squared;
+  if (a < 1e-7) {
+    // Rounding may have made it longer than unit: a rotation by 180 degrees.
+    const double scale = 1 / std::sqrt(squared);
+    b *= scale;
+    c *= scale;
+    d *= scale;
+    a = 0;
   } else {
-    nifti_1_header header;
-    std::memcpy(&header, raw.data(), size_1);
-    image = nifti_convert_n1hdr2nim(header, nullptr);
+    a = std::sqrt(a);
   }
-  if (image == nullptr) input.fail("header", "libnifti cannot use it", export_again);
-  return {image, &nifti_image_free};
+  const double rotation[3][3] = {
+      {a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)},
+      {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b)},
+      {2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c}};
+  Matrix matrix{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double spacing = fields.pixdim[axis + 1] > 0 ? fields.pixdim[axis + 1] : 1;
+      const double sign = axis == 2 && fields.pixdim[0] < 0 ? -1 : 1;
+      matrix[row][axis] = rotation[row][axis] * spacing * sign;
+    }
+    matrix[row][3] = fields.qoffset[row];
+  }
+  return matrix;
 }
 
-void place_in_space(const VolumeInput& input, const nifti_image& image, Volume& volume) {
-  const auto set = [&volume](const nifti_dmat44& m) {
+void place_in_space(const VolumeInput& input, const Fields& fields, Volume& volume) {
+  const auto set = [&volume](const Matrix& m) {
     for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t a = 0; a < 3; ++a) volume.axes[a][c] = m.m[c][a];
-      volume.origin[c] = m.m[c][3];
+      for (std::size_t a = 0; a < 3; ++a) volume.axes[a][c] = m[c][a];
+      volume.origin[c] = m[c][3];
     }
     return geometry_fault(volume).empty();
   };
@@ -199,18 +245,20 @@ void place_in_space(const VolumeInput& input, const nifti_image& image, Volume& 
         "bad-transform",
         std::string("the ") + form + " has no three independent, finite axes; it was ignored", 1);
   };
-  if (image.sform_code > 0) {
-    if (set(image.sto_xyz)) return;
+  if (fields.sform_code > 0) {
+    if (set(fields.srow)) return;
     unusable("sform");
   }
-  if (image.qform_code > 0) {
-    if (set(image.qto_xyz)) return;
+  if (fields.qform_code > 0) {
+    if (set(qform(fields))) return;
     unusable("qform");
   }
   volume.origin = {};
   volume.axes = {};
-  const double spacing[] = {image.dx, image.dy, image.dz};
-  for (std::size_t a = 0; a < 3; ++a) volume.axes[a][a] = std::abs(spacing[a]);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double spacing = std::abs(fields.pixdim[a + 1]);
+    volume.axes[a][a] = spacing > 0 && std::isfinite(spacing) ? spacing : 1;
+  }
   check_geometry(input, "pixdim", volume);
 }
 
@@ -276,11 +324,10 @@ Volume read_nifti(const VolumeInput& input) {
   Volume volume;
   volume.type = voxel_type(input, fields.type);
   check_fields(input, fields, volume);
-  const Image image = interpret(input, fields, raw);
-  place_in_space(input, *image, volume);
+  place_in_space(input, fields, volume);
 
   std::array<std::byte, 4096> skipped{};
-  const auto begin = static_cast<std::uint64_t>(std::max<std::int64_t>(image->iname_offset, 0));
+  const auto begin = static_cast<std::uint64_t>(fields.offset);
   for (std::uint64_t at = have; at < begin;) {
     const std::size_t got = stream->read(
         skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
