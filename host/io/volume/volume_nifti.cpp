@@ -1,9 +1,12 @@
-// NIfTI 1 and 2 in one file. https://nifti.nimh.nih.gov/nifti-1, https://nifti.nimh.nih.gov/nifti-2
+// NIfTI 1 and 2, in one file or two. https://nifti.nimh.nih.gov/nifti-1, https://nifti.nimh.nih.gov/nifti-2
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <memory>
 #include <type_traits>
 
 #include "io/volume/volume_reader.h"
@@ -12,6 +15,7 @@ namespace kiln {
 namespace {
 
 constexpr const char* export_again = "Export the volume again as one NIfTI file (.nii or .nii.gz).";
+constexpr const char* export_again_both = "Copy or export both files again.";
 
 constexpr std::size_t size_1 = 348, size_2 = 540;  // of the headers of the two versions, bytes
 
@@ -35,6 +39,7 @@ enum : std::int64_t {
 /// The fields of the header that Kiln uses, in the machine's byte order.
 struct Fields {
   bool second = false;  ///< NIfTI-2
+  bool apart = false;   ///< The voxels are in a file of their own
   ByteOrder order = ByteOrder::little;
   std::array<std::int64_t, 8> dim{};
   std::int64_t type = 0;
@@ -106,12 +111,12 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2
   char magic[4] = {};
   std::memcpy(magic, raw.data() + (fields.second ? 4 : 344), 3);
   const std::string found = magic;
-  if (found == "ni1" || found == "ni2") {
-    input.fail("magic", "the header and the voxels are in two files (.hdr and .img)", export_again);
-  }
-  if (found != (fields.second ? "n+2" : "n+1")) {
-    input.fail("magic", "it is not \"n+1\" or \"n+2\"; the file may be of Analyze 7.5",
-               export_again);
+  fields.apart = found == (fields.second ? "ni2" : "ni1");
+  if (!fields.apart && found != (fields.second ? "n+2" : "n+1")) {
+    input.fail(
+        "magic",
+        "it is none of \"n+1\", \"ni1\", \"n+2\" and \"ni2\"; the file may be of Analyze 7.5",
+        export_again);
   }
   for (std::size_t i = 0; i < 8; ++i) {
     fields.dim[i] = fields.second ? header.get<std::int64_t>(16 + 8 * i)
@@ -304,12 +309,50 @@ void apply_scale(const VolumeInput& input, const Fields& fields, Volume& volume)
   }
 }
 
+std::unique_ptr<ByteStream> open_stream(const VolumeInput& input, const ByteSource& source) {
+  return source.head(2) == "\x1f\x8b" ? inflating_stream(source, 0, input.fail_with())
+                                      : plain_stream(source, 0);
+}
+
+/// The file of the voxels that goes with a header: its name, but for the extension.
+std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
+  std::string stem = std::filesystem::path(input.file).filename().string();
+  std::string header = stem;
+  for (char& c : header) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool packed = header.ends_with(".hdr.gz");
+  if (!input.open_beside || !(packed || header.ends_with(".hdr"))) {
+    input.fail("magic", "the header and the voxels are in two files",
+               "Name the header NAME.hdr, beside the voxels in NAME.img.");
+  }
+  stem.resize(stem.size() - (packed ? 7 : 4));
+  // As nibabel and FSL write them: both packed or none.
+  const auto beside = [&](const char* extension) {
+    return std::filesystem::path(input.file).parent_path() / (stem + extension);
+  };
+  for (const char* extension : {".img", ".IMG", ".img.gz"}) {
+    std::error_code ignored;
+    if (std::filesystem::exists(beside(extension), ignored)) {
+      return input.open_beside(stem + extension);
+    }
+  }
+  return input.open_beside(stem + ".img");  // says that it is not there
+}
+
+/// Reads on to where the voxels begin. \param at  where the stream stands
+void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
+  std::array<std::byte, 4096> skipped{};
+  while (at < begin) {
+    const std::size_t got = stream.read(
+        skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
+    if (got == 0) break;  // too few voxels then
+    at += got;
+  }
+}
+
 }  // namespace
 
 Volume read_nifti(const VolumeInput& input) {
-  const bool packed = input.source->head(2) == "\x1f\x8b";
-  const auto stream = packed ? inflating_stream(*input.source, 0, input.fail_with())
-                             : plain_stream(*input.source, 0);
+  const auto stream = open_stream(input, *input.source);
   std::array<std::byte, size_2> raw{};
   std::size_t have = stream->read(raw.data(), size_1);
   if (have < 4) {
@@ -326,15 +369,16 @@ Volume read_nifti(const VolumeInput& input) {
   check_fields(input, fields, volume);
   place_in_space(input, fields, volume);
 
-  std::array<std::byte, 4096> skipped{};
   const auto begin = static_cast<std::uint64_t>(fields.offset);
-  for (std::uint64_t at = have; at < begin;) {
-    const std::size_t got = stream->read(
-        skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
-    if (got == 0) break;  // too few voxels then
-    at += got;
+  if (fields.apart) {
+    const auto image = open_image(input);
+    const auto voxels = open_stream(input, *image);
+    skip_to(*voxels, 0, begin);
+    read_voxels(input, *voxels, fields.order, export_again_both, volume);
+  } else {
+    skip_to(*stream, have, begin);
+    read_voxels(input, *stream, fields.order, "Copy or export the file again.", volume);
   }
-  read_voxels(input, *stream, fields.order, "Copy or export the file again.", volume);
   apply_scale(input, fields, volume);
   count_non_finite(input, volume);
   return volume;
