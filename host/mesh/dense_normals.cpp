@@ -35,31 +35,47 @@ DenseNormals::Change DenseNormals::rebuild(const Mesh& mesh, std::span<const Vec
     first_ = weld_positions(positions);
     weights_.resize(mesh.triangles.size());
     parallel_for(weights_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        weights_[t] = corner_weights(positions, mesh.triangles[t]);
-      }
+      corner_weights(positions, mesh.triangles, mesh.polygons, begin, end, &weights_[begin]);
     });
   }
   return {true, {}};
+}
+
+std::vector<std::uint32_t> DenseNormals::first_of_polygons(
+    const Mesh& mesh, std::span<const std::uint32_t> triangles) {
+  std::vector<std::uint32_t> firsts(triangles.begin(), triangles.end());
+  if (mesh.polygons.empty()) return firsts;
+  for (std::uint32_t& t : firsts) {
+    while (t > 0 && mesh.polygons[t - 1] == mesh.polygons[t]) --t;
+  }
+  std::sort(firsts.begin(), firsts.end());
+  firsts.erase(std::unique(firsts.begin(), firsts.end()), firsts.end());
+  return firsts;
 }
 
 DenseNormals::Change DenseNormals::move(const Mesh& mesh, std::span<const Vec3> positions,
                                         std::span<const std::uint32_t> triangles) {
   if (!computed_ && !has_extra(mesh)) return {};
   if (has_extra(mesh) || weld_positions(positions) != first_) return rebuild(mesh, positions);
-  parallel_for(triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  const std::vector<std::uint32_t> firsts = first_of_polygons(mesh, triangles);
+  parallel_for(firsts.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      weights_[triangles[i]] = corner_weights(positions, mesh.triangles[triangles[i]]);
+      const std::uint32_t t = firsts[i];
+      corner_weights(positions, mesh.triangles, mesh.polygons, t, t + 1, &weights_[t]);
     }
   });
   std::vector<std::uint32_t> touched;
   std::vector<bool> seen(corners_.normals.size());
-  for (const std::uint32_t t : triangles) {
-    for (const std::uint32_t entry : corners_.triangles[t]) {
-      if (seen[entry]) continue;
-      seen[entry] = true;
-      touched.push_back(entry);
-    }
+  for (const std::uint32_t first : firsts) {
+    std::uint32_t t = first;
+    do {
+      for (const std::uint32_t entry : corners_.triangles[t]) {
+        if (seen[entry]) continue;
+        seen[entry] = true;
+        touched.push_back(entry);
+      }
+      ++t;
+    } while (t < mesh.polygons.size() && mesh.polygons[t] == mesh.polygons[first]);
   }
   std::sort(touched.begin(), touched.end());
   // Summed in the order of triangles, as for all of them.

@@ -60,6 +60,9 @@ class DenseNormals {
 
  private:
   Change rebuild(const Mesh& mesh, std::span<const Vec3> positions);
+  /// The first triangles of the polygons that the given ones belong to.
+  static std::vector<std::uint32_t> first_of_polygons(const Mesh& mesh,
+                                                      std::span<const std::uint32_t> triangles);
   void index();
   /// Some normals are made up for corners that have none: no entry by itself says what they are.
   bool has_extra(const Mesh& mesh) const;

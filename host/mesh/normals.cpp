@@ -44,17 +44,20 @@ namespace {
 /// Calls add(triangle index, weights) in triangle order; the weights are computed in parallel.
 template <typename Add>
 void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                      const Add& add) {
+                      std::span<const std::uint32_t> polygons, const Add& add) {
   constexpr std::size_t kChunk = 1 << 19;
-  std::vector<CornerWeights> weights(std::min(kChunk, triangles.size()));
-  for (std::size_t first = 0; first < triangles.size(); first += kChunk) {
-    const std::size_t count = std::min(kChunk, triangles.size() - first);
-    parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        weights[i] = corner_weights(positions, triangles[first + i]);
-      }
+  std::vector<CornerWeights> weights;
+  for (std::size_t first = 0, last = 0; first < triangles.size(); first = last) {
+    last = std::min(first + kChunk, triangles.size());
+    // Whole polygons.
+    while (!polygons.empty() && last < triangles.size() && polygons[last] == polygons[last - 1]) {
+      ++last;
+    }
+    weights.resize(last - first);
+    parallel_for(last - first, 1 << 14, [&](std::size_t begin, std::size_t end) {
+      corner_weights(positions, triangles, polygons, first + begin, first + end, &weights[begin]);
     });
-    for (std::size_t i = 0; i < count; ++i) add(first + i, weights[i]);
+    for (std::size_t i = first; i < last; ++i) add(i, weights[i - first]);
   }
 }
 
@@ -70,16 +73,20 @@ std::vector<Vec3> normalized(const std::vector<Vec3d>& sums, const std::vector<d
 }
 
 /// Angle-weighted face normals added up at each vertex; zero where they cancel out.
+/// \param sums_of  to whose sums a triangle's corners add
 std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
-                                 std::span<const Triangle> triangles) {
+                                 std::span<const Triangle> triangles,
+                                 std::span<const std::uint32_t> polygons,
+                                 std::span<const Triangle> sums_of) {
   std::vector<Vec3d> sums(positions.size());
   std::vector<double> totals(positions.size());
-  for_each_weights(positions, triangles, [&](std::size_t i, const CornerWeights& weights) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      sums[triangles[i][k]] += weights.normal * weights.angles[k];
-      totals[triangles[i][k]] += weights.angles[k];
-    }
-  });
+  for_each_weights(positions, triangles, polygons,
+                   [&](std::size_t i, const CornerWeights& weights) {
+                     for (std::size_t k = 0; k < 3; ++k) {
+                       sums[sums_of[i][k]] += weights.normal * weights.angles[k];
+                       totals[sums_of[i][k]] += weights.angles[k];
+                     }
+                   });
   return normalized(sums, totals);
 }
 
@@ -107,8 +114,9 @@ bool is_usable_normal(const Vec3& n) {
 }
 
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
-                                 std::span<const Triangle> triangles) {
-  std::vector<Vec3> result = summed_normals(positions, triangles);
+                                 std::span<const Triangle> triangles,
+                                 std::span<const std::uint32_t> polygons) {
+  std::vector<Vec3> result = summed_normals(positions, triangles, polygons, triangles);
   // Where all cancels out, the first face's; without faces, up.
   for (const Triangle& triangle : triangles) {
     for (const std::uint32_t vertex : triangle) {
@@ -155,7 +163,8 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
     for (Triangle& triangle : result.triangles) {
       for (std::uint32_t& index : triangle) index = first[index];
     }
-    result.normals = summed_normals(frame_positions, result.triangles);
+    result.normals =
+        summed_normals(frame_positions, mesh.triangles, mesh.polygons, result.triangles);
     use_faces_where_zero(frame_positions, mesh.triangles, result);
     return result;
   }
@@ -168,7 +177,9 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
   for (std::size_t i = 0; i < result.triangles.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (is_usable_normal(result.normals[result.triangles[i][k]])) continue;
-      if (computed.empty()) computed = vertex_normals(frame_positions, mesh.triangles);
+      if (computed.empty()) {
+        computed = vertex_normals(frame_positions, mesh.triangles, mesh.polygons);
+      }
       result.triangles[i][k] = static_cast<std::uint32_t>(result.normals.size());
       result.normals.push_back(computed[mesh.triangles[i][k]]);
     }
@@ -183,7 +194,7 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
   std::vector<Vec3d> sums(positions.size());
   std::vector<Vec3d> face_sums(positions.size());
   std::vector<double> totals(positions.size());
-  for_each_weights(positions, triangles, [&](std::size_t i, const CornerWeights& weights) {
+  for_each_weights(positions, triangles, {}, [&](std::size_t i, const CornerWeights& weights) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = first[triangles[i][k]];
       sums[vertex] += Vec3d(corners.normals[corners.triangles[i][k]]) * weights.angles[k];

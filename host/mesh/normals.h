@@ -18,6 +18,17 @@ struct CornerWeights {
 };
 CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& triangle);
 
+/// The same for a mesh's triangles. Those of one polygon all have its normal (the sum of their areas as
+/// vectors), and the first at each of its corners has the angle between its sides there, the others 0: sums
+/// over triangles are then sums over polygons. A polygon that passes a vertex twice, or has no area, counts
+/// as its triangles.
+/// \param polygons    as Mesh::polygons; empty: each triangle is one
+/// \param begin, end  polygons whose first triangle is among these are done, wholly
+/// \param weights     [out] weights[i] is triangle begin + i's
+void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                    std::span<const std::uint32_t> polygons, std::size_t begin, std::size_t end,
+                    CornerWeights* weights);
+
 /// A sum of weighted normals made unit; zero where they cancel out. \param total  the weights' sum
 Vec3 normalized_sum(const Vec3d& sum, double total);
 
@@ -27,8 +38,10 @@ bool is_usable_normal(const Vec3& normal);
 /// Angle-weighted unit normals, one per vertex (Thürmer and Wüthrich 1998), summed in double
 /// precision in triangle order, so that the result does not depend on threads. Degenerate and
 /// non-finite triangles add nothing; a vertex without any gets (0, 0, 1).
+/// \param polygons  as Mesh::polygons, whose corners are weighted then
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
-                                 std::span<const Triangle> triangles);
+                                 std::span<const Triangle> triangles,
+                                 std::span<const std::uint32_t> polygons = {});
 
 /// Index of the first vertex with exactly the same position, for each vertex (-0 equals 0).
 std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions);

@@ -7,6 +7,7 @@
 #include "lowpoly/packing.h"
 #include "lowpoly/pairing.h"
 #include "mesh/vector.h"
+#include "volume/seams.h"
 
 namespace kiln {
 namespace {
@@ -59,7 +60,11 @@ Extent extent(const LightSurface& light, const std::array<std::uint32_t, 4>& c) 
   const auto side = [&](std::size_t a, std::size_t b) {
     return length(Vec3d(light.positions[c[a]]) - Vec3d(light.positions[c[b]]));
   };
-  if (c[3] == kNone) return {side(0, 1), side(1, 2)};
+  if (c[3] == kNone) {
+    // A square, so that the third side passes from texel to texel.
+    const double longer = std::max(side(0, 1), side(1, 2));
+    return {longer, longer};
+  }
   return {std::max(side(0, 1), side(3, 2)), std::max(side(1, 2), side(0, 3))};
 }
 
@@ -194,14 +199,39 @@ kiln_volume_chart make_chart(const LightSurface& light, const std::array<std::ui
   return chart;
 }
 
+std::vector<Extent> extents_of(const LightSurface& light,
+                               const std::vector<std::array<std::uint32_t, 4>>& corners) {
+  std::vector<Extent> extents;
+  extents.reserve(corners.size());
+  for (const auto& c : corners) extents.push_back(extent(light, c));
+  return extents;
+}
+
 }  // namespace
+
+std::uint32_t atlas_size(const LightSurface& light, double texels_per_unit, std::uint32_t border) {
+  constexpr std::uint32_t kStep = 16, kLargest = 8192;
+  const std::vector<Extent> extents = extents_of(light, chart_corners(light));
+  const std::vector<PackSize> sizes = pack_sizes(extents, texels_per_unit, kLargest, border);
+  double area = 0;
+  std::uint32_t side = kStep;
+  for (const PackSize& size : sizes) {
+    area += double(size.width) * size.height;
+    side = std::max({side, size.width, size.height});
+  }
+  side = std::max(side, static_cast<std::uint32_t>(std::min<double>(std::sqrt(area), kLargest)));
+  std::vector<PackPlace> places;
+  for (; side < kLargest; side += std::max(kStep, side / 50)) {
+    side = (side + kStep - 1) / kStep * kStep;
+    if (side < kLargest && pack_rectangles(sizes, side, places)) return side;
+  }
+  return kLargest;
+}
 
 Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t size,
                  std::uint32_t border) {
   const auto corners = chart_corners(light);
-  std::vector<Extent> extents;
-  extents.reserve(corners.size());
-  for (const auto& c : corners) extents.push_back(extent(light, c));
+  const std::vector<Extent> extents = extents_of(light, corners);
   Atlas atlas;
   std::vector<PackPlace> places;
   std::vector<PackSize> sizes;
@@ -238,6 +268,8 @@ Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t 
         make_chart(light, corners[i], sizes[i], places[i], size, atlas.border);
     chart.first_texel = static_cast<std::uint32_t>(atlas.texels);
     atlas.texels += std::uint64_t{chart.size[0]} * chart.size[1];
+    chart.first_ring = static_cast<std::uint32_t>(atlas.ring_texels);
+    atlas.ring_texels += ring_texels(chart);
     chart.triangle = static_cast<std::uint32_t>(mesh.triangles.size());
     const auto first_uv = static_cast<std::uint32_t>(mesh.uvs.size());
     for (std::uint32_t k = 0; k < chart.corners; ++k) {

@@ -14,10 +14,16 @@ namespace kiln {
 struct Atlas {
   std::vector<kiln_volume_chart> charts;
   Mesh mesh;  ///< With UVs and smooth normals; each chart's triangles follow each other
-  std::uint64_t texels = 0;    ///< Of all charts, with borders
-  double texels_per_unit = 0;  ///< Side of the world's unit in texels
-  std::uint32_t border = 0;    ///< That was kept
+  std::uint64_t texels = 0;       ///< Of all charts, with borders
+  std::uint64_t ring_texels = 0;  ///< On their sides (kiln_volume_chart::first_ring)
+  double texels_per_unit = 0;     ///< Side of the world's unit in texels
+  std::uint32_t border = 0;       ///< That was kept
 };
+
+/// The smallest map, a multiple of 16 texels, that holds the charts at a density, their borders included;
+/// 8192 where none does.
+/// \param texels_per_unit  side of the world's unit in texels
+std::uint32_t atlas_size(const LightSurface& light, double texels_per_unit, std::uint32_t border);
 
 /// Packs the polygons as rectangles; single triangles are paired where they unfold well. The corners lie on
 /// texel centres, `border` texels in from the rectangle's sides, so that bilinear filtering reads the

@@ -42,6 +42,7 @@ class CellGrid {
   std::uint32_t row_words() const { return words_per_row_; }
   /// Bits of one plane of padded voxels: where the signs of voxel plane z = plane - 1 go.
   std::uint64_t* plane(std::uint32_t plane) { return &inside_[plane * plane_words()]; }
+  const std::uint64_t* plane(std::uint32_t plane) const { return &inside_[plane * plane_words()]; }
   std::size_t plane_words() const { return std::size_t{size_[1] + 2} * words_per_row_; }
 
   /// Finds what is crossed, once the signs are there. \param open  leave out what touches the padding

@@ -1,14 +1,14 @@
 // The light mesh and its map, step by step.
+#include "volume/extract.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <string>
+#include <utility>
 
-#include "kiln/contour.h"
 #include "volume/atlas.h"
-#include "volume/fine_surface.h"
 #include "volume/light_surface.h"
 #include "volume/normal_splat.h"
 #include "volume/vertex_tree.h"
@@ -16,26 +16,11 @@
 namespace kiln {
 namespace {
 
-void check(const ExtractOptions& options) {
-  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
-  if (options.faces == 0 && !(options.error > 0 && std::isfinite(options.error))) {
-    fail("The error is " + std::to_string(options.error) +
-         " cells: give one above 0, or a number of faces.");
-  }
-  if (!(options.min_part >= 0 && options.min_part <= 1)) {
-    fail("The least part is " + std::to_string(options.min_part) +
-         " of the largest: give a share from 0 to 1.");
-  }
-  if (options.size < 16 || options.size > 8192) {
-    fail("The map's size is " + std::to_string(options.size) + " texels; use 16 to 8192.");
-  }
-  if (options.border_texels < 1 || options.border_texels > 64) {
-    fail("The border is " + std::to_string(options.border_texels) + " texels; use 1 to 64.");
-  }
-  if (options.space == NormalMapSpace::face) {
-    fail("Maps from volumes are in tangent or object space, not in the faces' own.");
-  }
-}
+/// Below this share of the largest part's vertices parts are small, and from so many on they are noise.
+constexpr double kSmallPart = 0.01;
+constexpr std::uint64_t kNoiseParts = 100;
+/// Of the full contour's triangles, at most so many are left where nothing is asked for.
+constexpr double kShare = 0.05;
 
 /// Edges with more than two triangles.
 std::uint64_t crowded_edges(const Mesh& mesh) {
@@ -58,48 +43,31 @@ std::uint64_t crowded_edges(const Mesh& mesh) {
   return count;
 }
 
-}  // namespace
+double spacing_of(const Volume& volume) {
+  double spacing = 0;
+  for (const auto& axis : volume.axes) spacing += std::hypot(axis[0], axis[1], axis[2]) / 3;
+  return spacing;
+}
 
-ExtractResult extract(const Device& device, const Volume& volume, const ExtractOptions& options) {
-  check(options);
-  const auto start = std::chrono::steady_clock::now();
-  auto last = start;
-  const auto lap = [&] {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last).count();
-    last = now;
-    return seconds;
-  };
-  ExtractResult result;
-  ExtractReport& report = result.report;
-  const FineSurface surface =
-      fine_surface(device.context(), volume, options.contour, true, report.contour);
-  report.warnings = report.contour.warnings;
-  lap();
-  const VertexTree tree(surface, volume.size, options.contour.border == VolumeBorder::open);
-  const LightSurface light = choose_light_surface(surface, tree, volume,
-                                                  {.faces = options.faces,
-                                                   .error = options.error,
-                                                   .keep_topology = options.keep_topology,
-                                                   .min_part = options.min_part});
-  if (light.polygons.empty()) {
-    throw Error(ErrorCode::input, "Nothing of the surface of volume '" + volume.name +
-                                      "' is left: ask for more faces or a smaller error, or keep "
-                                      "the topology.");
-  }
-  report.clusters = tree.count() - tree.leaves();
+void describe_light(const LightSurface& light, const ExtractOptions& options,
+                    ExtractReport& report) {
   report.faces = light.faces;
   for (const LightSurface::Polygon& polygon : light.polygons) {
     ++(polygon.is_quad() ? report.quads : report.triangles);
   }
   report.error = light.error;
   report.parts = light.parts;
+  report.dropped_parts = light.dropped_parts;
   if (light.dropped_parts != 0) {
-    report.warnings.push_back({"small-parts",
-                               std::to_string(light.dropped_parts) + " of " +
-                                   std::to_string(light.parts) +
-                                   " parts of the surface are small and were left out, as asked.",
-                               light.dropped_parts});
+    char share[16];
+    std::snprintf(share, sizeof share, "%g", 100 * report.used.min_part);
+    report.warnings.push_back(
+        {"small-parts",
+         std::to_string(light.dropped_parts) + " of " + std::to_string(light.parts) +
+             " parts of the surface have less than " + share +
+             "% of the largest one's vertices and were left out" +
+             (options.choose.min_part ? " as noise (min_part)." : ", as asked."),
+         light.dropped_parts});
   }
   if (!light.reached) {
     report.warnings.push_back({"faces-not-reached",
@@ -109,19 +77,51 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
                                light.faces});
   }
   if (light.changed_topology != 0) {
+    const std::string kept = std::to_string(report.used.kept_faces);
+    const std::string why =
+        report.used.kept_faces == 0 ? "." : "; keeping all of them takes " + kept + " faces.";
     report.warnings.push_back({"topology-changed",
                                std::to_string(light.changed_topology) +
                                    " vertices of the light mesh stand for more than one sheet: "
-                                   "parts, holes or handles were lost there.",
+                                   "parts, holes or handles were lost there" +
+                                   why,
                                light.changed_topology});
   }
-  report.seconds_simplify = lap();
-  Atlas atlas = make_atlas(light, volume, options.size, options.border_texels);
+}
+
+/// What is to be chosen, chosen.
+LightSurface choose_surface(const FineSurface& surface, const VertexTree& tree,
+                            const Volume& volume, const ExtractOptions& options,
+                            ExtractUsed& used) {
+  LightOptions light_options{.faces = options.faces,
+                             .error = options.error,
+                             .share = options.choose.error ? kShare : 1,
+                             .keep_topology = options.keep_topology || options.choose.topology,
+                             .min_part = options.min_part};
+  if (options.choose.min_part) {
+    const bool noise = count_small_parts(tree, kSmallPart) >= kNoiseParts;
+    light_options.min_part = noise ? kSmallPart : 0;
+  }
+  LightSurface light = choose_light_surface(surface, tree, volume, light_options);
+  if (options.choose.topology && light.aimed_faces != 0 && light.faces > 2 * light.aimed_faces) {
+    used.kept_faces = light.faces;
+    light_options.keep_topology = false;
+    light = choose_light_surface(surface, tree, volume, light_options);
+  }
+  used.error = light.error_limit;
+  used.keep_topology = light_options.keep_topology;
+  used.min_part = light_options.min_part;
+  used.aimed_faces = light.aimed_faces;
+  return light;
+}
+
+void describe_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptions& options,
+                    ExtractReport& report) {
+  const std::uint32_t size = report.used.size;
   report.charts = atlas.charts.size();
-  report.coverage = static_cast<double>(atlas.texels) / options.size / options.size;
-  double spacing = 0;
-  for (const auto& axis : volume.axes) spacing += std::hypot(axis[0], axis[1], axis[2]) / 3;
-  report.texels_per_cell = atlas.texels_per_unit * spacing;
+  report.coverage = static_cast<double>(atlas.texels) / size / size;
+  report.texels_per_cell = atlas.texels_per_unit * spacing_of(volume);
+  report.non_manifold_edges = crowded_edges(atlas.mesh);
   if (atlas.border != options.border_texels) {
     report.warnings.push_back({"border-shrunk",
                                "Charts are many for the map's size: their border is " +
@@ -131,7 +131,7 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
   }
   if (report.texels_per_cell >= kMapTooFine) {
     // Texels a cell go with the size; a multiple of 16 at or above what comes to 2.
-    const double side = 2 * options.size / report.texels_per_cell;
+    const double side = 2 * size / report.texels_per_cell;
     const auto better = static_cast<std::uint32_t>(16 * std::max(1.0, std::ceil(side / 16)));
     char texels[32];
     std::snprintf(texels, sizeof texels, "%.3g", report.texels_per_cell);
@@ -144,13 +144,85 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
              " texels (2 a cell), or match by rays.",
          report.charts});
   }
-  report.non_manifold_edges = crowded_edges(atlas.mesh);
+}
+
+}  // namespace
+
+void check_extract_options(const ExtractOptions& options) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  if (options.faces == 0 && !(options.error > 0 && std::isfinite(options.error))) {
+    fail("The error is " + std::to_string(options.error) +
+         " cells: give one above 0, or a number of faces.");
+  }
+  if (!(options.min_part >= 0 && options.min_part <= 1)) {
+    fail("The least part is " + std::to_string(options.min_part) +
+         " of the largest: give a share from 0 to 1.");
+  }
+  if (!options.choose.size && (options.size < 16 || options.size > 8192)) {
+    fail("The map's size is " + std::to_string(options.size) + " texels; use 16 to 8192.");
+  }
+  if (options.border_texels < 1 || options.border_texels > 64) {
+    fail("The border is " + std::to_string(options.border_texels) + " texels; use 1 to 64.");
+  }
+  if (options.space == NormalMapSpace::face) {
+    fail("Maps from volumes are in tangent or object space, not in the faces' own.");
+  }
+}
+
+ExtractResult extract_from(cl::Context& context, const Volume& volume, const FineSurface& surface,
+                           const VertexTree& tree, const ExtractOptions& options,
+                           const ContourReport& contour, double seconds_tree) {
+  check_extract_options(options);
+  const auto start = std::chrono::steady_clock::now();
+  auto last = start;
+  const auto lap = [&] {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last).count();
+    last = now;
+    return seconds;
+  };
+  ExtractResult result;
+  ExtractReport& report = result.report;
+  report.contour = contour;
+  report.warnings = contour.warnings;
+  const LightSurface light = choose_surface(surface, tree, volume, options, report.used);
+  if (light.polygons.empty()) {
+    throw Error(ErrorCode::input, "Nothing of the surface of volume '" + volume.name +
+                                      "' is left: ask for more faces or a smaller error, or keep "
+                                      "the topology.");
+  }
+  report.clusters = tree.count() - tree.leaves();
+  describe_light(light, options, report);
+  report.seconds_simplify = seconds_tree + lap();
+  ExtractOptions sized = options;
+  if (options.choose.size) {
+    sized.size = atlas_size(light, 1 / spacing_of(volume), options.border_texels);
+  }
+  report.used.size = sized.size;
+  Atlas atlas = make_atlas(light, volume, sized.size, options.border_texels);
+  describe_atlas(atlas, volume, options, report);
   report.seconds_atlas = lap();
-  result.normal_map =
-      splat_normals(device.context(), surface, light, atlas, options, report.splatted_texels);
+  result.normal_map = splat_normals(context, surface, light, atlas, sized, report.splatted_texels);
   result.mesh = std::move(atlas.mesh);
   report.seconds_map = lap();
-  report.seconds_total = std::chrono::duration<double>(last - start).count();
+  report.seconds_total = std::chrono::duration<double>(last - start).count() + seconds_tree;
+  return result;
+}
+
+ExtractResult extract(const Device& device, const Volume& volume, const ExtractOptions& options) {
+  check_extract_options(options);
+  const auto start = std::chrono::steady_clock::now();
+  ContourReport contour;
+  const FineSurface surface =
+      fine_surface(device.context(), volume, options.contour, true, contour);
+  const auto contoured = std::chrono::steady_clock::now();
+  const VertexTree tree(surface, volume.size, options.contour.border == VolumeBorder::open);
+  const auto seconds = [](auto from, auto to) {
+    return std::chrono::duration<double>(to - from).count();
+  };
+  ExtractResult result = extract_from(device.context(), volume, surface, tree, options, contour,
+                                      seconds(contoured, std::chrono::steady_clock::now()));
+  result.report.seconds_total += seconds(start, contoured);
   return result;
 }
 

@@ -36,6 +36,19 @@ struct FineFork {
   std::array<std::uint32_t, 2> branches;
 };
 
+/// Planes first to last - 1, of voxels or of padded places.
+struct Planes {
+  std::uint32_t first = 0, last = 0;
+};
+
+/// Vertices that an update left as they were: those below `before`, and from new_after on those that were
+/// from old_after on.
+struct KeptVertices {
+  std::uint32_t before = 0;
+  std::uint32_t old_after = 0, new_after = 0;
+  Planes planes;  ///< Of cells, padded: outside of these nothing changed
+};
+
 struct FineSurface {
   std::uint32_t cells = 0;
   std::uint64_t quads = 0;

@@ -17,26 +17,35 @@ namespace {
 constexpr std::uint32_t kNone = VertexTree::kNone;
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
+/// Connected parts of the fine surface.
+struct Parts {
+  std::vector<std::uint32_t> of;     ///< The root above each node
+  std::vector<std::uint32_t> sizes;  ///< Fine vertices, of roots
+  std::uint32_t largest = 0;
+
+  explicit Parts(const VertexTree& tree) : of(tree.count()), sizes(tree.count()) {
+    for (std::uint32_t node = tree.count(); node-- > 0;) {
+      of[node] = tree.parent(node) == kNone ? node : of[tree.parent(node)];
+      if (node < tree.leaves()) ++sizes[of[node]];
+    }
+    for (const std::uint32_t size : sizes) largest = std::max(largest, size);
+  }
+};
+
 /// 1 for fine vertices of parts that are left out; empty where none is.
 std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
                                       LightSurface& light) {
-  std::vector<std::uint32_t> part(tree.count()), sizes(tree.count());
-  for (std::uint32_t node = tree.count(); node-- > 0;) {
-    part[node] = tree.parent(node) == kNone ? node : part[tree.parent(node)];
-    if (node < tree.leaves()) ++sizes[part[node]];
-  }
-  std::uint32_t largest = 0;
-  for (const std::uint32_t size : sizes) largest = std::max(largest, size);
-  for (const std::uint32_t size : sizes) {
+  const Parts parts(tree);
+  for (const std::uint32_t size : parts.sizes) {
     if (size == 0) continue;
     ++light.parts;
-    if (size < min_part * largest) ++light.dropped_parts;
+    if (size < min_part * parts.largest) ++light.dropped_parts;
   }
   std::vector<std::uint8_t> result;
   if (light.dropped_parts == 0) return result;
   result.resize(tree.leaves());
   for (std::uint32_t leaf = 0; leaf < tree.leaves(); ++leaf) {
-    result[leaf] = sizes[part[leaf]] < min_part * largest ? 1 : 0;
+    result[leaf] = parts.sizes[parts.of[leaf]] < min_part * parts.largest ? 1 : 0;
   }
   return result;
 }
@@ -59,7 +68,7 @@ std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
 /// sides whose ends become one vertex.
 float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
                       const std::vector<std::uint8_t>& small, const std::vector<float>& limits,
-                      std::uint32_t faces) {
+                      std::size_t faces) {
   RawVector<float> losses(2 * surface.edges.size());
   parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -177,7 +186,21 @@ void join_without_length(LightSurface& light, std::vector<std::uint32_t>& stands
   }
 }
 
+std::uint64_t quads_left(const FineSurface& surface, const std::vector<std::uint8_t>& small) {
+  if (small.empty()) return surface.quads;
+  return static_cast<std::uint64_t>(std::count_if(
+      surface.edges.begin(), surface.edges.end(),
+      [&](const FineEdge& edge) { return edge.is_quad() && small[edge.vertices[0]] == 0; }));
+}
+
 }  // namespace
+
+std::uint64_t count_small_parts(const VertexTree& tree, double share) {
+  const Parts parts(tree);
+  return static_cast<std::uint64_t>(
+      std::count_if(parts.sizes.begin(), parts.sizes.end(),
+                    [&](std::uint32_t size) { return size != 0 && size < share * parts.largest; }));
+}
 
 LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& tree,
                                   const Volume& volume, const LightOptions& options) {
@@ -185,9 +208,18 @@ LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& 
   LightSurface light;
   const std::vector<std::uint8_t> small = small_parts(tree, options.min_part, light);
   const std::vector<float> limits = merging_limits(tree, options.keep_topology);
-  const float limit = options.faces != 0
-                          ? limit_for_faces(surface, tree, small, limits, options.faces)
-                          : static_cast<float>(options.error);
+  light.aimed_faces = options.faces;
+  if (options.faces == 0 && options.share < 1) {
+    const double all = 2 * static_cast<double>(quads_left(surface, small));
+    light.aimed_faces = static_cast<std::uint64_t>(std::ceil(all * options.share));
+  }
+  float limit = static_cast<float>(options.error);
+  if (light.aimed_faces != 0) {
+    const float least =
+        limit_for_faces(surface, tree, small, limits, static_cast<std::size_t>(light.aimed_faces));
+    limit = options.faces != 0 ? least : std::max(limit, least);
+  }
+  if (options.faces == 0) light.error_limit = double{limit};
   // The topmost cluster within the limit stands for all below it.
   std::vector<std::uint32_t> stands(tree.count());
   for (std::uint32_t node = tree.count(); node-- > 0;) {

@@ -30,15 +30,21 @@ struct LightSurface {
   std::uint64_t parts = 0;             ///< Connected parts of the fine surface
   std::uint64_t dropped_parts = 0;     ///< ... left out for being small
   bool reached = true;                 ///< No more faces than asked for
+  double error_limit = 0;              ///< That decided, cells; 0 where faces were asked for
+  std::uint64_t aimed_faces = 0;       ///< Asked for, or the share of the fine surface's
 };
 
 struct LightOptions {
   std::uint32_t faces = 0;
   double error = 0;  ///< Greatest, where faces is 0
+  double share = 1;  ///< ... but a greater one where this share of the fine triangles takes it
   bool keep_topology = true;
   double min_part =
       0;  ///< Leave out parts with fewer fine vertices than this share of the largest's
 };
+
+/// Parts of the fine surface with fewer vertices than a share of the largest one's.
+std::uint64_t count_small_parts(const VertexTree& tree, double share);
 
 LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& tree,
                                   const Volume& volume, const LightOptions& options);

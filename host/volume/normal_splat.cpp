@@ -8,6 +8,7 @@
 #include "mesh/frame.h"
 #include "mesh/low_shading.h"
 #include "mesh/low_surface.h"
+#include "volume/seams.h"
 
 namespace kiln {
 namespace {
@@ -55,74 +56,122 @@ Pyramids make_pyramids(const Atlas& atlas) {
   }
 }
 
-}  // namespace
-
-Image splat_normals(cl::Context& context, const FineSurface& surface, const LightSurface& light,
-                    const Atlas& atlas, const ExtractOptions& options, std::uint64_t& splatted) {
-  const Pyramids pyramids = make_pyramids(atlas);
-  kiln_volume_level params{};
-  params.charts = static_cast<std::uint32_t>(atlas.charts.size());
-  params.space = options.space == NormalMapSpace::tangent ? KILN_SPACE_TANGENT : KILN_SPACE_OBJECT;
-  params.y_scale = options.flip_y ? -1.0F : 1.0F;
-  params.scale = options.raw ? 1.0F : 0.5F;
-  params.offset = options.raw ? 0.0F : 0.5F;
-
-  const cl::Array<kiln_volume_chart> charts(context, view(atlas.charts));
-  const cl::Array<std::uint32_t> first_texels(context, view(pyramids.first_texels));
-  // float4 a texel.
-  const cl::Array<float> texels(context, 4 * pyramids.texels);
-  {
-    const cl::Array<kiln_volume_vertex> fine(context, view(surface.vertices));
-    const cl::Array<std::uint32_t> begins(context, view(light.leaf_begins));
-    const cl::Array<std::uint32_t> leaves(context, view(light.leaves));
-    const cl::Array<float> normals(
-        context, std::span<const float>(&light.normals[0].x, 3 * light.normals.size()));
-    const cl::Array<std::uint32_t> counts(context, atlas.charts.size());
-    context.launch(context.kernel("volume_map", "kiln_volume_map_splat"), params.charts, kLocal,
-                   params, charts, begins, leaves, fine, normals, texels, counts);
-    const std::vector<std::uint32_t> known = counts.download(context);
-    splatted = std::accumulate(known.begin(), known.end(), std::uint64_t{0});
+/// All charts' texels on the device, a float4 each.
+class Charts {
+ public:
+  Charts(cl::Context& context, const Atlas& atlas, const Pyramids& pyramids,
+         const kiln_volume_level& params)
+      : context_(context),
+        atlas_(atlas),
+        pyramids_(pyramids),
+        params_(params),
+        charts_(context, view(atlas.charts)),
+        first_texels_(context, view(pyramids.first_texels)),
+        texels_(context, 4 * pyramids.texels) {
+    for (const Pyramids::Level& level : pyramids.levels) {
+      rows_.push_back({cl::Array<std::uint32_t>(context, view(level.row_charts)),
+                       cl::Array<std::uint32_t>(context, view(level.first_rows))});
+    }
   }
-  struct DeviceRows {
+
+  /// \return texels that fine vertices fell into
+  std::uint64_t splat(const FineSurface& surface, const LightSurface& light) {
+    const cl::Array<kiln_volume_vertex> fine(context_, view(surface.vertices));
+    const cl::Array<std::uint32_t> begins(context_, view(light.leaf_begins));
+    const cl::Array<std::uint32_t> leaves(context_, view(light.leaves));
+    const cl::Array<float> normals(
+        context_, std::span<const float>(&light.normals[0].x, 3 * light.normals.size()));
+    const cl::Array<std::uint32_t> counts(context_, atlas_.charts.size());
+    context_.launch(context_.kernel("volume_map", "kiln_volume_map_splat"), params_.charts, kLocal,
+                    params_, charts_, begins, leaves, fine, normals, texels_, counts);
+    const std::vector<std::uint32_t> known = counts.download(context_);
+    return std::accumulate(known.begin(), known.end(), std::uint64_t{0});
+  }
+  /// Runs a kernel over a level's rows. \param middle  the kernel's own arguments, before the texels
+  template <typename... Middle>
+  void run(const char* family, const char* name, std::uint32_t level, const Middle&... middle) {
+    params_.level = level;
+    params_.rows = static_cast<std::uint32_t>(pyramids_.levels[level].row_charts.size());
+    context_.launch(context_.kernel(family, name), params_.rows, kLocal, params_, charts_,
+                    rows_[level].row_charts, rows_[level].first_rows, middle..., texels_);
+  }
+  /// What no fine vertex fell into, from around.
+  void fill() {
+    const std::uint32_t last = levels();
+    for (std::uint32_t level = 1; level < last; ++level) {
+      run("volume_map", "kiln_volume_map_push", level, first_texels_);
+    }
+    for (std::uint32_t level = last - 1; level-- > 0;) {
+      run("volume_map", "kiln_volume_map_pull", level, first_texels_);
+    }
+  }
+  /// Makes charts that share an edge hold the same along it. \param vertices  of the low poly
+  void join(std::size_t vertices) {
+    const Seams seams = find_seams(atlas_.charts, vertices);
+    const std::size_t corners = seams.edges.size();
+    const cl::Array<float> ring(context_, 4 * atlas_.ring_texels);
+    {
+      const cl::Array<std::uint32_t> corner_begins(context_, view(seams.corner_begins));
+      const cl::Array<std::uint32_t> corner_members(context_, view(seams.corner_members));
+      const cl::Array<std::uint32_t> edges(context_, view(seams.edges));
+      const cl::Array<std::uint32_t> edge_begins(context_, view(seams.edge_begins));
+      const cl::Array<std::uint32_t> edge_members(context_, view(seams.edge_members));
+      const cl::Array<float> agreed(context_, 4 * corners);
+      context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_corners"), corners, kLocal,
+                      params_, charts_, corner_begins, corner_members, texels_, agreed);
+      context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_sides"), corners, kLocal,
+                      params_, charts_, edges, edge_begins, edge_members, agreed, texels_, ring);
+      context_.finish();
+    }
+    run("volume_seam", "kiln_volume_seam_gather", 1, first_texels_, ring);
+    const std::uint32_t last = levels();
+    for (std::uint32_t level = 2; level < last; ++level) {
+      run("volume_seam", "kiln_volume_seam_push", level, first_texels_);
+    }
+    for (std::uint32_t level = last - 1; level-- > 1;) {
+      run("volume_seam", "kiln_volume_seam_pull", level, first_texels_);
+    }
+    run("volume_seam", "kiln_volume_seam_finish", 0, first_texels_, ring);
+    context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_mirror"), params_.charts,
+                    kLocal, params_, charts_, texels_);
+    context_.finish();
+  }
+  /// The finest level.
+  RawVector<float> download(std::uint64_t texels) const {
+    RawVector<float> values(4 * texels);
+    texels_.read(context_, values);
+    return values;
+  }
+
+ private:
+  std::uint32_t levels() const { return static_cast<std::uint32_t>(pyramids_.levels.size()); }
+
+  struct Rows {
     cl::Array<std::uint32_t> row_charts, first_rows;
   };
-  std::vector<DeviceRows> rows;
-  for (const Pyramids::Level& level : pyramids.levels) {
-    rows.push_back({cl::Array<std::uint32_t>(context, view(level.row_charts)),
-                    cl::Array<std::uint32_t>(context, view(level.first_rows))});
-  }
-  const auto run = [&](const cl::Kernel& kernel, std::uint32_t level, const auto& middle) {
-    params.level = level;
-    params.rows = static_cast<std::uint32_t>(pyramids.levels[level].row_charts.size());
-    context.launch(kernel, params.rows, kLocal, params, charts, rows[level].row_charts,
-                   rows[level].first_rows, middle, texels);
-  };
-  const auto last = static_cast<std::uint32_t>(pyramids.levels.size());
-  const cl::Kernel push = context.kernel("volume_map", "kiln_volume_map_push");
-  const cl::Kernel pull = context.kernel("volume_map", "kiln_volume_map_pull");
-  for (std::uint32_t level = 1; level < last; ++level) run(push, level, first_texels);
-  for (std::uint32_t level = last - 1; level-- > 0;) run(pull, level, first_texels);
-  std::vector<kiln_low_shading> shading(1);
-  if (options.space == NormalMapSpace::tangent) {
-    shading = low_shading(LowSurface::of(atlas.mesh, Frame::of(atlas.mesh)));
-  }
-  const cl::Array<kiln_low_shading> device_shading(context, view(shading));
-  run(context.kernel("volume_map", "kiln_volume_map_encode"), 0, device_shading);
+  cl::Context& context_;
+  const Atlas& atlas_;
+  const Pyramids& pyramids_;
+  kiln_volume_level params_;
+  cl::Array<kiln_volume_chart> charts_;
+  cl::Array<std::uint32_t> first_texels_;
+  cl::Array<float> texels_;
+  std::vector<Rows> rows_;
+};
 
+/// Charts in their places. \param flat  the first two channels elsewhere
+Image compose(const RawVector<float>& values, const Atlas& atlas, std::uint32_t size, float flat) {
   Image image;
-  image.width = image.height = options.size;
+  image.width = image.height = size;
   image.channels = 3;
-  const std::size_t count = std::size_t{options.size} * options.size;
+  const std::size_t count = std::size_t{size} * size;
   image.pixels.resize(3 * count);
-  const float flat = params.offset;
   parallel_for(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       image.pixels[3 * i] = image.pixels[3 * i + 1] = flat;
       image.pixels[3 * i + 2] = 1;
     }
   });
-  RawVector<float> values(4 * atlas.texels);
-  texels.read(context, values);
   parallel_for(atlas.charts.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const kiln_volume_chart& chart = atlas.charts[i];
@@ -136,6 +185,30 @@ Image splat_normals(cl::Context& context, const FineSurface& surface, const Ligh
     }
   });
   return image;
+}
+
+}  // namespace
+
+Image splat_normals(cl::Context& context, const FineSurface& surface, const LightSurface& light,
+                    const Atlas& atlas, const ExtractOptions& options, std::uint64_t& splatted) {
+  const Pyramids pyramids = make_pyramids(atlas);
+  kiln_volume_level params{};
+  params.charts = static_cast<std::uint32_t>(atlas.charts.size());
+  params.space = options.space == NormalMapSpace::tangent ? KILN_SPACE_TANGENT : KILN_SPACE_OBJECT;
+  params.y_scale = options.flip_y ? -1.0F : 1.0F;
+  params.scale = options.raw ? 1.0F : 0.5F;
+  params.offset = options.raw ? 0.0F : 0.5F;
+  Charts charts(context, atlas, pyramids, params);
+  splatted = charts.splat(surface, light);
+  charts.fill();
+  charts.join(light.positions.size());
+  std::vector<kiln_low_shading> shading(1);
+  if (options.space == NormalMapSpace::tangent) {
+    shading = low_shading(LowSurface::of(atlas.mesh, Frame::of(atlas.mesh)));
+  }
+  const cl::Array<kiln_low_shading> device_shading(context, view(shading));
+  charts.run("volume_map", "kiln_volume_map_encode", 0, device_shading);
+  return compose(charts.download(atlas.texels), atlas, options.size, params.offset);
 }
 
 }  // namespace kiln

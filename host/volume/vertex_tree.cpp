@@ -10,8 +10,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kNone = VertexTree::kNone;
-
 /// What decides whether a cluster is one sheet.
 struct Shape {
   std::int32_t euler2 = 0;       ///< Twice its surface's Euler characteristic
@@ -142,8 +140,22 @@ constexpr std::array<std::uint32_t, 4> kCorner = {3, 2, 0, 1};
 
 }  // namespace
 
+const VertexTree::Cluster* VertexTree::find_earlier(const Earlier& earlier, std::uint32_t leaf,
+                                                    std::uint32_t level) {
+  const KeptVertices& kept = earlier.kept;
+  if (leaf >= kept.before && leaf < kept.new_after) return nullptr;
+  const VertexTree& tree = *earlier.tree;
+  std::uint32_t node = leaf < kept.before ? leaf : leaf - kept.new_after + kept.old_after;
+  do {
+    node = tree.parent(node);
+    if (node == kNone) return nullptr;
+  } while (tree.cluster(node).level < level);
+  const Cluster& cluster = tree.cluster(node);
+  return cluster.level == level ? &cluster : nullptr;
+}
+
 VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size,
-                       bool open)
+                       bool open, const Earlier& earlier)
     : leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
   std::vector<Rim> rims;  // by node
   if (open) rims = find_rims(surface);
@@ -165,9 +177,11 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
     std::uint32_t set, node;
   };
   std::vector<Touched> touched;
+  std::vector<std::uint32_t> lowest;  // fine vertex of each new cluster
   for (std::uint32_t level = 1; (side - 1) >> (level - 1) != 0; ++level) {
     const std::uint32_t plane = level - 1;
     touched.clear();
+    lowest.clear();
     const std::uint32_t first = count();
     const auto join = [&](std::uint32_t a, std::uint32_t b) {
       if (!is_there(a) || !is_there(b)) return;
@@ -194,6 +208,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const std::uint32_t set = sets.find(child.set);
       if (node_of[set] == kNone) {
         node_of[set] = count();
+        lowest.push_back(set);
         parent_.push_back(kNone);
         shapes.emplace_back();
       }
@@ -278,9 +293,19 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         Cluster& cluster = clusters_[first - leaves_ + i];
         cluster = {};
         std::uint32_t leaf = children[begins[i]];
+        const auto plane = leaf < leaves_ ? unpack_place(surface.keys[leaf])[2]
+                                          : clusters_[leaf - leaves_].node[2];
+        const std::uint32_t low_plane = plane >> level << level;
+        const Planes& changed = earlier.kept.planes;
+        const bool unchanged =
+            low_plane >= changed.last || low_plane + (1U << level) <= changed.first;
+        const Cluster* old = earlier.tree != nullptr && unchanged
+                                 ? find_earlier(earlier, lowest[i], level)
+                                 : nullptr;
         for (std::uint32_t c = begins[i]; c < begins[i + 1]; ++c) {
           const std::uint32_t child = children[c];
           if (open) rims[first + i].add(rims[child]);
+          if (old != nullptr) continue;
           if (child < leaves_) {
             cluster.qef.add(surface.qefs[child], unpack_place(surface.keys[child]));
           } else {
@@ -305,6 +330,11 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
           at_border = at_border || (open && (node[k] < 1 || last > size[k]));
           low[k] = open ? std::max(node[k], 1U) : node[k];
           high[k] = std::min(last, open ? size[k] : size[k] + 1);
+        }
+        if (old != nullptr) {
+          cluster = *old;
+          cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i], at_border);
+          continue;
         }
         cluster.node = node;
         cluster.level = static_cast<std::uint8_t>(level);

@@ -20,8 +20,14 @@ class VertexTree {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
+  /// An earlier tree, whose clusters are taken over where nothing changed: the same, but sooner.
+  struct Earlier {
+    const VertexTree* tree = nullptr;
+    KeptVertices kept;
+  };
   /// \param open  the volume's border is open
-  VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size, bool open);
+  VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size, bool open,
+             const Earlier& earlier = {nullptr, {}});
 
   std::uint32_t leaves() const { return leaves_; }
   std::uint32_t count() const { return static_cast<std::uint32_t>(parent_.size()); }
@@ -38,6 +44,10 @@ class VertexTree {
   const Cluster& cluster(std::uint32_t node) const { return clusters_[node - leaves_]; }
 
  private:
+  /// The cluster at a level whose lowest fine vertex is given, where the earlier tree has it.
+  static const Cluster* find_earlier(const Earlier& earlier, std::uint32_t leaf,
+                                     std::uint32_t level);
+
   std::uint32_t leaves_ = 0;
   RawVector<std::uint32_t> parent_;
   RawVector<Cluster> clusters_;

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "kiln/device.h"
@@ -40,6 +44,8 @@ struct ContourOptions {
   /// up to four voxels wide. Where a gap is closed the surface is a cap half a cell from its last voxel,
   /// with normals along axes. 0 to 64.
   std::uint32_t outer_gap = 0;
+
+  bool operator==(const ContourOptions&) const = default;
 };
 
 /// What full-resolution contouring came to.
@@ -104,17 +110,44 @@ struct ExtractOptions {
   NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent or object
   bool flip_y = false;                             ///< Green down (DirectX)
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
+
+  /// What extract() chooses by what is in the volume, whatever is given above. ExtractReport::used says what
+  /// came out.
+  struct Choice {
+    /// With faces = 0: the least error, `error` or more, that leaves at most a twentieth of the full
+    /// contour's triangles (Barry and Wood, table 1: 80.6 to 99.97% less).
+    bool error = false;
+    /// Keeps the topology unless that leaves more than twice the triangles aimed at.
+    bool topology = false;
+    /// Leaves parts under 1% of the largest one out where there are 100 of them or more: noise.
+    bool min_part = false;
+    /// The smallest map, a multiple of 16 texels, with about one texel a cell; 8192 where that is too small.
+    bool size = false;
+  };
+  Choice choose{};
+};
+
+/// What the options came to: as given or as chosen.
+struct ExtractUsed {
+  double error = 0;  ///< Limit, cells; 0 where faces were asked for
+  bool keep_topology = true;  ///< As ExtractOptions::keep_topology
+  double min_part = 0;        ///< As ExtractOptions::min_part
+  std::uint32_t size = 0;     ///< Side of the map, texels
+  std::uint64_t aimed_faces = 0;  ///< Triangles aimed at; 0 where the error alone decides
+  std::uint64_t kept_faces = 0;  ///< Those that keeping the topology leaves, where it was let go for that
 };
 
 /// What an extraction came to.
 struct ExtractReport {
   ContourReport contour;        ///< Of the full-resolution surface
+  ExtractUsed used;             ///< The options as given or as chosen
   std::uint64_t clusters = 0;   ///< Inner nodes of the tree of vertices
   std::uint64_t faces = 0;      ///< Triangles of the light mesh
   std::uint64_t quads = 0;      ///< Polygons it was made of: quads, and triangles where cells of
   std::uint64_t triangles = 0;  ///< several sizes meet
   std::uint64_t parts = 0;      ///< Connected parts of the full contour
-  double error = 0;             ///< Greatest root mean square distance of a vertex, cells
+  std::uint64_t dropped_parts = 0;       ///< ... left out for being small
+  double error = 0;                      ///< Greatest root mean square distance of a vertex, cells
   std::uint64_t non_manifold_edges = 0;  ///< Edges of the light mesh with more than two triangles
   std::uint64_t charts = 0;              ///< One for each polygon
   double texels_per_cell = 0;            ///< Side of a cell in texels of the map
@@ -151,12 +184,62 @@ inline constexpr double kMapTooFine = 4;
 /// Each polygon of the light mesh is a chart. The fine vertices of the clusters that it spans are
 /// projected onto it and their normals splatted into the map; other texels are filled smoothly within
 /// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
-/// blends neighbours.
+/// blends neighbours. Along an edge its charts hold the same normals, but across creases of 30 degrees and
+/// more; what that changes is spread over each chart.
 /// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
 /// of them, which is no better and may be worse than the light mesh's own normals ("map-too-fine").
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
 ///         for; Error(input) where it is too small for those that the topology keeps
 ExtractResult extract(const Device& device, const Volume& volume,
                       const ExtractOptions& options = {});
+
+/// A box of voxels.
+struct VolumeRegion {
+  std::array<std::uint32_t, 3> first{};  ///< Lowest voxel along x, y, z
+  std::array<std::uint32_t, 3> size{};   ///< Voxels
+};
+
+/// A volume that is contoured once and extracted many times: at other numbers of faces (level of detail), and
+/// after some of its voxels changed (destruction; Barry and Wood, section 5). Results are, to the bit, what
+/// extract() gives for volume().
+///
+/// extract() starts at the tree of vertices. update() contours the planes of voxels (z) anew that a change
+/// reaches, three on either side, and takes over what else there is of vertices and of the tree's clusters;
+/// the signs of all voxels, the quads and the tree's joins are found again. Where a change moves the lowest
+/// voxel of a volume that has voxels which are not finite, everything is.
+/// Memory: the volume's, 16 bytes a crossed edge, 80 bytes a fine vertex, 180 bytes a cluster, 6 bits a voxel.
+/// Thread safety: one thread at a time.
+class VolumeSession {
+ public:
+  /// \throws Error as contour()
+  VolumeSession(const Device& device, Volume volume, const ContourOptions& options = {});
+  ~VolumeSession();
+  VolumeSession(VolumeSession&&) noexcept;
+  VolumeSession& operator=(VolumeSession&&) noexcept;
+
+  /// \param options  whose `contour` is the session's
+  /// \throws Error as extract(); Error(usage) for other options of the contour
+  ExtractResult extract(const ExtractOptions& options) const;
+
+  /// Changes the voxels of a box, and contours again what that reaches.
+  /// \param voxels  of the volume's type, x fastest
+  /// \throws Error(usage) for a box that is not in the volume, or as many bytes as it does not have; as
+  ///         contour(), where nothing is left of the surface. Nothing is changed then.
+  void update(const VolumeRegion& region, std::span<const std::byte> voxels);
+
+  /// What the last update() did, or the constructor.
+  struct Update {
+    std::uint64_t vertices = 0;  ///< Fine vertices found anew
+    std::uint64_t kept = 0;      ///< ... taken over
+    double seconds_contour = 0, seconds_tree = 0;
+  };
+  const Update& last_update() const;
+
+  const Volume& volume() const;  ///< As it is now
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace kiln

@@ -32,12 +32,17 @@ struct Mesh {
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< RGBA per vertex, or empty.
   std::vector<std::uint32_t> groups;     ///< Per triangle, index into group_names, or empty.
   std::vector<std::string> group_names;  ///< Names that `groups` counts from 0.
+  /// Per triangle, the polygon that it was cut from: numbers from 0 on, each as often as the polygon has
+  /// triangles, in order. Empty: every triangle is a polygon. Computed normals weight the polygons' own
+  /// corners and normals, as Blender does.
+  std::vector<std::uint32_t> polygons;
 };
 
-/// Reads a mesh: PLY (ascii, binary of either byte order), OBJ, STL (ascii, binary) or OFF (ascii),
+/// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary) or OFF (ascii),
 /// chosen by extension in any case.
 ///
-/// Polygons become fans where they are convex, else ears (Meisters 1975). PLY gives UVs per vertex
+/// Polygons become fans where they are convex, else ears (Meisters 1975). In PLY's strips -1 ends a strip,
+/// and a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex
 /// (s t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
 /// corners with exactly equal positions become one vertex. Positions are read in double precision,
 /// and a mesh farther from the world's origin than 16 of its diagonals gets an `origin` of its own.

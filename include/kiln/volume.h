@@ -61,9 +61,10 @@ struct Volume {
 ///                 mirrored.
 ///   .mha, .mhd    MetaImage, data LOCAL or in a file of its own; raw, compressed (zlib), text.
 ///                 TransformMatrix, ElementSpacing (else ElementSize), Offset.
-///   .nii, .nii.gz NIfTI 1 and 2 in one file, read with libnifti. Axes by the sform where its code is
-///                 positive, else the qform, else the pixel sizes. scl_slope and scl_inter, where they
-///                 change values, are applied; the volume is f32 then.
+///   .nii, .nii.gz NIfTI 1 and 2 in one file, or in two: NAME.hdr, with the voxels in NAME.img beside it
+///   .hdr, .hdr.gz (either may be packed). Axes by the sform where its code is positive, else the qform,
+///                 else the pixel sizes. scl_slope and scl_inter, where they change values, are applied;
+///                 the volume is f32 then.
 ///   .vdb          OpenVDB, in builds that have it (reads_openvdb()): the first float or double grid
 ///                 as f32 over the bounding box of its active voxels and 2 voxels more on each side,
 ///                 which hold the background's value (or the inside's, in a level set).

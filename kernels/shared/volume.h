@@ -91,7 +91,8 @@ typedef struct kiln_volume_chart {
   kiln_uint triangles;          ///< 1 or 2
   kiln_uint corners;            ///< 3 or 4
   kiln_uint place[2];           ///< Of its first texel in the map
-  kiln_uint padding[2];
+  kiln_uint first_ring;  ///< Of the texels on its sides, one side after the other, ends included
+  kiln_uint padding;
 } kiln_volume_chart;
 KILN_CHECK_SIZE(kiln_volume_chart, 224);
 

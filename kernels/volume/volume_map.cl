@@ -17,17 +17,10 @@
 //
 // Strengths: nothing of one chart gets into another; no atomics, so sums have one order. Limits: a
 // chart is splatted by one item, so few large charts leave a GPU idle.
+#include "lib/chart.clh"
 #include "lib/vector3.clh"
 #include "shared/detail.h"
 #include "shared/volume.h"
-
-/// Unit vector along v; `fallback` where v has no direction.
-static float3 map_unit(float3 v, float3 fallback) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float squared = dot3(v, v);
-  if (!(squared > 1e-20f)) return fallback;
-  return v / sqrt(squared);
-}
 
 /// Weights of a triangle's three corners, from those of its 2nd and 3rd.
 static float3 map_weights(float second, float third) {
@@ -51,8 +44,7 @@ static uint map_project(global const kiln_volume_chart* chart, float3 point, flo
     const float3 at = map_weights(dot3(vload3(0, second), point) + second[3],
                                   dot3(vload3(0, third), point) + third[3]);
     const bool own = chart->triangles == 1u || (k == 0u ? at.y : at.z) >= 0.0f;
-    if (k == 0u || (own && !best_own) ||
-        (own == best_own && map_least(at) > map_least(*weights))) {
+    if (k == 0u || (own && !best_own) || (own == best_own && map_least(at) > map_least(*weights))) {
       *weights = at;
       best = k;
       best_own = own;
@@ -136,13 +128,6 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
   }
 }
 
-static int map_side(uint side, uint level) { return (int)((side + (1u << level) - 1u) >> level); }
-
-static global float4* map_level(global float4* pool, global const uint* first_texels, uint charts,
-                                uint level, uint chart) {
-  return pool + first_texels[(size_t)level * charts + chart];
-}
-
 /// Means of the known among the 2 x 2 texels of the finer level.
 /// row_charts: the chart of each row of the level. first_rows: of each chart. first_texels: [level][chart].
 kernel void kiln_volume_map_push(const kiln_volume_level params,
@@ -194,16 +179,10 @@ kernel void kiln_volume_map_pull(const kiln_volume_level params,
   const int coarse_height = map_side(charts[chart].size[1], level + 1u);
   global const float4* coarse = map_level(texels, first_texels, params.charts, level + 1u, chart);
   global float4* out = map_level(texels, first_texels, params.charts, level, chart) + row * width;
-  const int near_y = row >> 1;
-  const int far_y = min(max(near_y + ((row & 1) != 0 ? 1 : -1), 0), coarse_height - 1);
   for (int x = 0; x < width; ++x) {
     if (out[x].w != 0.0f) continue;
-    const int near_x = x >> 1;
-    const int far_x = min(max(near_x + ((x & 1) != 0 ? 1 : -1), 0), coarse_width - 1);
-    const float4 near = coarse[near_y * coarse_width + near_x];
-    const float4 sum = near * 9.0f + coarse[near_y * coarse_width + far_x] * 3.0f +
-                       coarse[far_y * coarse_width + near_x] * 3.0f +
-                       coarse[far_y * coarse_width + far_x];
+    const float4 near = coarse[(row >> 1) * coarse_width + (x >> 1)];
+    const float4 sum = map_coarser(coarse, coarse_width, coarse_height, x, row);
     out[x] = (float4)(map_unit(sum.xyz, near.xyz), 1.0f);
   }
 }

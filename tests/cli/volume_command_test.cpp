@@ -128,6 +128,40 @@ TEST(VolumeCommand, OuterSurfaceAlone) {
   }
 }
 
+TEST(VolumeCommand, ChoosesWhatNoFlagSays) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"volume", scene / "ball.nrrd", "--iso", "127.5",
+                                      "--json", scene / "r.json",    "--out", scene / "out"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(words);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return result;
+  };
+  const ProcessResult chosen = run({});
+  json report = read_json(scene / "r.json");
+  EXPECT_LE(report["low"]["faces"], report["contour"]["quads"].get<int>() / 10 + 1);
+  EXPECT_EQ(report["used"]["topology"], "keep");
+  EXPECT_EQ(report["used"]["size"], load_image(scene / "out" / "ball_low_normal.png").width);
+  EXPECT_NEAR(report["map"]["texels_per_cell"].get<double>(), 1, 0.2);
+  EXPECT_EQ(report["options"]["size"], "auto");
+  EXPECT_EQ(report["options"]["error"], "auto");
+  for (const char* words : {"chosen: error ", "chosen: topology kept", "chosen: map of "}) {
+    EXPECT_NE(chosen.output.find(words), std::string::npos) << chosen.output;
+  }
+  // The same, said.
+  const std::string map = bytes(scene / "out" / "ball_low_normal.png");
+  char error[32];
+  std::snprintf(error, sizeof error, "%.17g", report["used"]["error"].get<double>());
+  const ProcessResult said = run({"--size", std::to_string(report["used"]["size"].get<int>()),
+                                  "--topology", "keep", "--min-part", "0", "--error", error});
+  EXPECT_EQ(said.output.find("chosen:"), std::string::npos) << said.output;
+  EXPECT_EQ(bytes(scene / "out" / "ball_low_normal.png"), map);
+  report = read_json(scene / "r.json");
+  EXPECT_TRUE(report["used"]["aimed_faces"].is_null());
+}
+
 TEST(VolumeCommand, RefusesWhatCannotBe) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
@@ -150,6 +184,8 @@ TEST(VolumeCommand, RefusesWhatCannotBe) {
   EXPECT_EQ(run({"--iso", "100", "--max-distance", "1"}).exit_code, 2);
   EXPECT_EQ(run({"--iso", "100", "--topology", "free"}).exit_code, 2);
   EXPECT_EQ(run({"--iso", "100", "--raw-size", "40x40"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--min-part", "101"}).exit_code, 2);
+  EXPECT_EQ(run({"--iso", "100", "--min-part", "few"}).exit_code, 2);
   EXPECT_EQ(run({"--iso", "100", "--outer-gap", "1"}).exit_code, 2);
   EXPECT_EQ(run({"--iso", "100", "--outer", "--outer-gap", "65"}).exit_code, 2);
   // The ball is the outside here, and nothing leads into it.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -165,101 +164,6 @@ TEST(Extract, MapBringsTheGyroidsDetailBack) {
                    std::to_string(with) + " of " + std::to_string(without));
     EXPECT_LT(with * 4, without);
   }
-}
-
-/// A raw map as a renderer reads it.
-std::array<double, 3> read_map(const Image& map, double u, double v) {
-  const double x = u * map.width - 0.5, y = (1 - v) * map.height - 0.5;
-  const double left = std::floor(x), top = std::floor(y);
-  std::array<double, 3> sum{};
-  for (const int k : {0, 1, 2, 3}) {
-    const double weight =
-        ((k & 1) != 0 ? x - left : left + 1 - x) * ((k >> 1) != 0 ? y - top : top + 1 - y);
-    const auto at = [](double place, std::uint32_t side) {
-      return static_cast<std::size_t>(std::clamp(place, 0.0, side - 1.0));
-    };
-    const float* texel = map.at(at(left + (k & 1), map.width), at(top + (k >> 1), map.height));
-    for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * texel[c];
-  }
-  const double length = std::hypot(sum[0], sum[1], sum[2]);
-  for (double& c : sum) c /= length;
-  return sum;
-}
-
-struct SeamError {
-  double mean = 0, percentile95 = 0, largest = 0;  // degrees
-  std::size_t samples = 0;
-};
-
-/// How far the normals of the two sides of shared edges are apart, at nine places along each.
-SeamError seam_error(const ExtractResult& result) {
-  struct Side {
-    Vec2 low, high;  // UVs at the vertex with the lower and the higher index
-  };
-  const Mesh& mesh = result.mesh;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<Side>> edges;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      Side side{mesh.uvs[mesh.uv_triangles[t][k]], mesh.uvs[mesh.uv_triangles[t][(k + 1) % 3]]};
-      if (a > b) {
-        std::swap(a, b);
-        std::swap(side.low, side.high);
-      }
-      edges[{a, b}].push_back(side);
-    }
-  }
-  SeamError error;
-  std::vector<double> angles;
-  for (const auto& [edge, sides] : edges) {
-    if (sides.size() != 2) continue;
-    const Side &p = sides[0], &q = sides[1];
-    if (p.low == q.low && p.high == q.high) continue;  // within a chart
-    for (int i = 1; i < 10; ++i) {
-      const double w = i / 10.0;
-      const auto read = [&](const Side& side) {
-        return read_map(result.normal_map, side.low.x + w * (side.high.x - side.low.x),
-                        side.low.y + w * (side.high.y - side.low.y));
-      };
-      const auto m = read(p), n = read(q);
-      const double cosine = m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
-      angles.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi);
-      error.mean += angles.back();
-    }
-  }
-  std::sort(angles.begin(), angles.end());
-  error.samples = angles.size();
-  error.mean /= static_cast<double>(angles.size());
-  error.percentile95 = angles[angles.size() * 95 / 100];
-  error.largest = angles.back();
-  return error;
-}
-
-TEST(Extract, SeamsHardlyShow) {
-  KILN_REQUIRE_DEVICE();
-  ExtractOptions options;
-  options.faces = 3000;
-  options.size = 1024;
-  options.space = NormalMapSpace::object;
-  options.raw = true;
-  options.contour.border =
-      VolumeBorder::open;  // cuts would be creases, whose sides differ by right
-  const SeamError bent = seam_error(extract(*test::device(), gyroid(112, 61), options));
-  const SeamError round = seam_error(extract(*test::device(), ball(96, 43.3), options));
-  for (const auto& [name, error] : {std::pair{"gyroid", bent}, {"ball", round}}) {
-    RecordProperty(name, std::to_string(error.mean) + " " + std::to_string(error.percentile95) +
-                             " " + std::to_string(error.largest));
-    EXPECT_GT(error.samples, 20000U);
-  }
-  // Measured: 1.21, 3.77, 36.8 (at slivers that stand across the surface) and 0.38, 1.03, 5.2 degrees.
-  // Before open rims were held in place, which takes faces from the rest: 1.00, 2.90, 22.8.
-  // Fine vertices beside a pair of triangles used to land in the wrong one of them: 56.2 and 8.2.
-  EXPECT_LT(bent.mean, 1.3);
-  EXPECT_LT(bent.percentile95, 4.1);
-  EXPECT_LT(bent.largest, 42);
-  EXPECT_LT(round.mean, 0.45);
-  EXPECT_LT(round.percentile95, 1.3);
-  EXPECT_LT(round.largest, 7);
 }
 
 TEST(Extract, MapHoldsTheVolumesGradient) {

@@ -129,6 +129,19 @@ void MeshBuilder::split_polygons() {
   }
 }
 
+void MeshBuilder::number_polygons(Mesh& mesh) const {
+  if (polygons_.empty()) return;
+  mesh.polygons.resize(mesh.triangles.size());
+  auto next = polygons_.begin();
+  std::uint32_t number = 0;
+  for (std::size_t t = 0; t < mesh.polygons.size(); ++number) {
+    const bool starts = next != polygons_.end() && next->first_triangle == t;
+    const std::size_t count = starts ? next->corners - 2 : 1;
+    if (starts) ++next;
+    for (std::size_t k = 0; k < count; ++k) mesh.polygons[t++] = number;
+  }
+}
+
 void MeshBuilder::place(Mesh& mesh) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Position low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
@@ -319,6 +332,7 @@ Mesh MeshBuilder::finish() {
   place(mesh);
   complete_attributes(mesh);
   mesh.triangles = std::move(triangles_);
+  number_polygons(mesh);
   count_degenerate(mesh);
   return mesh;
 }

@@ -66,6 +66,7 @@ class MeshBuilder {
   };
 
   void split_polygons();
+  void number_polygons(Mesh& mesh) const;
   void place(Mesh& mesh);
   void complete_attributes(Mesh& mesh);
   void count_degenerate(const Mesh& mesh);

@@ -113,12 +113,13 @@ class BodyReader {
     for (const Element& element : header_.elements) {
       if (element.name == "vertex") vertices_ = element.count;
     }
-    bool faces_done = false, vertices_done = false;
+    std::ptrdiff_t useful = std::count_if(header_.elements.begin(), header_.elements.end(),
+                                          [](const Element& e) { return is_useful(e); });
     for (const Element& element : header_.elements) {
-      if (faces_done && vertices_done) break;  // what follows is of no use
+      if (useful == 0) break;  // what follows is of no use
+      if (is_useful(element)) --useful;
       check_size(element);
       if (element.name == "vertex") {
-        vertices_done = true;
         if (check_only) {
           std::uint64_t bytes = 0;
           for (const Property& property : element.properties) bytes += size_of(property.type);
@@ -126,14 +127,19 @@ class BodyReader {
         } else {
           read_vertices(element, builder);
         }
+      } else if (element.name == "tristrips") {
+        read_strips(element, builder);
       } else {
-        faces_done |= element.name == "face";
         read_faces(element, builder, check_only || element.name != "face");
       }
     }
   }
 
  private:
+  static bool is_useful(const Element& element) {
+    return element.name == "vertex" || element.name == "face" || element.name == "tristrips";
+  }
+
   [[noreturn]] void truncated(const Element& element, std::uint64_t index) {
     input_.fail(source_.place(),
                 "the file ends at " + printable(element.name) + " " + std::to_string(index) +
@@ -262,17 +268,63 @@ class BodyReader {
   void read_corners(const Element& element, const Property& property, std::uint64_t face) {
     const std::uint64_t length = list_length(element, property, face);
     for (std::uint64_t k = 0; k < length; ++k) {
-      const double index = source_.number(property.type);
-      if (!(index >= 0 && index < static_cast<double>(vertices_)) || index != std::floor(index)) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%.12g", index);
-        input_.fail(source_.place(),
-                    "face " + std::to_string(face) + " uses vertex " + text + ", but there are " +
-                        std::to_string(vertices_) + ", counted from 0",
-                    "Export the mesh again.");
-      }
-      corners_.push_back(static_cast<std::uint32_t>(index));
+      add_corner(source_.number(property.type), "face ", face);
     }
+  }
+
+  void add_corner(double index, const char* kind, std::uint64_t number) {
+    if (!(index >= 0 && index < static_cast<double>(vertices_)) || index != std::floor(index)) {
+      char text[32];
+      std::snprintf(text, sizeof text, "%.12g", index);
+      input_.fail(source_.place(),
+                  kind + std::to_string(number) + " uses vertex " + text + ", but there are " +
+                      std::to_string(vertices_) + ", counted from 0",
+                  "Export the mesh again.");
+    }
+    corners_.push_back(static_cast<std::uint32_t>(index));
+  }
+
+  /// Triangle strips, as scan archives have them: lists of vertices, in which -1 ends a strip.
+  void read_strips(const Element& element, MeshBuilder& builder) {
+    std::uint64_t strip = 0;
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      for (const Property& property : element.properties) {
+        if (!property.list) {
+          if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
+          source_.skip(property.type, 1);
+        } else if (property.role != Role::indices) {
+          skip_list(element, property, i);
+        } else {
+          const std::uint64_t length = list_length(element, property, i);
+          for (std::uint64_t k = 0; k < length; ++k) {
+            const double index = source_.number(property.type);
+            const bool ends = index == (property.type == Type::uint32 ? 4294967295.0 : -1.0);
+            if (!ends) add_corner(index, "strip ", strip);
+            if (ends || k + 1 == length) {
+              add_strip(builder);
+              ++strip;
+            }
+          }
+        }
+      }
+    }
+  }
+
+  /// Every second triangle is turned round. One with a repeated corner only turns the strip.
+  void add_strip(MeshBuilder& builder) {
+    const auto add = [&](std::span<const std::uint32_t> corners) {
+      using Indices = std::span<const std::uint32_t>;
+      builder.add_face(corners, vertex_uvs_ ? corners : Indices(),
+                       vertex_normals_ ? corners : Indices());
+    };
+    if (!corners_.empty() && corners_.size() < 3) add(corners_);  // counted as a short face
+    for (std::size_t k = 2; k < corners_.size(); ++k) {
+      std::array<std::uint32_t, 3> t{corners_[k - 2], corners_[k - 1], corners_[k]};
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      if (k % 2 != 0) std::swap(t[0], t[1]);
+      add(t);
+    }
+    corners_.clear();
   }
 
   static constexpr std::uint64_t largest = std::numeric_limits<std::uint32_t>::max();
@@ -296,17 +348,16 @@ void check_elements(const MeshInput& input, const Header& header) {
   if (vertex == none) {
     input.fail("header", "it has no element \"vertex\"", "Export the mesh again.");
   }
-  if (face == none && find("tristrips") != none) {
-    input.fail("header", "its faces are triangle strips",
-               "Convert them to faces, for example with MeshLab.");
-  }
-  if (face == none || face->count == 0) return;
-  const auto lists = std::count_if(face->properties.begin(), face->properties.end(),
-                                   [](const Property& p) { return p.role == Role::indices; });
-  if (lists != 1) {
-    input.fail("header", "its faces need exactly one list \"vertex_indices\"",
+  const auto strips = find("tristrips");
+  const auto check_list = [&](const Element& element, const char* faces) {
+    const auto lists = std::count_if(element.properties.begin(), element.properties.end(),
+                                     [](const Property& p) { return p.role == Role::indices; });
+    if (lists == 1) return;
+    input.fail("header", std::string("its ") + faces + " need exactly one list \"vertex_indices\"",
                "Export the mesh again.");
-  }
+  };
+  if (face != none && face->count != 0) check_list(*face, "faces");
+  if (strips != none && strips->count != 0) check_list(*strips, "triangle strips");
 }
 
 }  // namespace

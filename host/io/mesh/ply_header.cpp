@@ -207,11 +207,11 @@ Header parse_header(const MeshInput& input) {
       if (property.name.empty()) fail("a property has no name");
       Element& element = header.elements.back();
       if (element.name == "vertex" && !property.list) property.role = vertex_role(property.name);
-      if (element.name == "face" && property.list) {
+      if ((element.name == "face" || element.name == "tristrips") && property.list) {
         if (property.name == "vertex_indices" || property.name == "vertex_index") {
           property.role = Role::indices;
           if (!integral(property.type)) fail("vertex indices must be of an integer type");
-        } else if (property.name == "texcoord") {
+        } else if (property.name == "texcoord" && element.name == "face") {
           property.role = Role::wedge_uvs;
         }
       }
@@ -231,6 +231,8 @@ Header parse_header(const MeshInput& input) {
 
 bool openmesh_reads(const Header& header) {
   if (header.encoding == Encoding::ascii || header.elements.size() < 2) return false;
+  const auto strips = [](const Element& element) { return element.name == "tristrips"; };
+  if (std::any_of(header.elements.begin(), header.elements.end(), strips)) return false;
   const Element &vertex = header.elements[0], &face = header.elements[1];
   if (vertex.name != "vertex" || face.name != "face" || face.properties.size() != 1) return false;
   const Property& list = face.properties[0];

@@ -27,9 +27,12 @@ struct Name {
 
 Name split(const std::filesystem::path& path) {
   Name name{path.stem().string(), lower(path.extension().string())};
-  if (name.extension == ".gz" &&
-      lower(std::filesystem::path(name.stem).extension().string()) == ".nii") {
-    name = {std::filesystem::path(name.stem).stem().string(), ".nii.gz"};
+  if (name.extension == ".gz") {
+    const std::filesystem::path inner = name.stem;
+    const std::string extension = lower(inner.extension().string());
+    for (const char* packed : {".nii", ".hdr", ".img"}) {
+      if (extension == packed) name = {inner.stem().string(), extension + ".gz"};
+    }
   }
   return name;
 }
@@ -37,7 +40,9 @@ Name split(const std::filesystem::path& path) {
 std::optional<VolumeFormat> format_of(const std::string& extension) {
   if (extension == ".nrrd" || extension == ".nhdr") return VolumeFormat::nrrd;
   if (extension == ".mha" || extension == ".mhd") return VolumeFormat::meta_image;
-  if (extension == ".nii" || extension == ".nii.gz") return VolumeFormat::nifti;
+  for (const char* known : {".nii", ".nii.gz", ".hdr", ".hdr.gz"}) {
+    if (extension == known) return VolumeFormat::nifti;
+  }
   return std::nullopt;
 }
 
@@ -146,6 +151,9 @@ Volume load(VolumeInput input, const std::filesystem::path& path) {
           "NRRD.");
     }
     volume = read_openvdb(input, path);
+  } else if (name.extension == ".img" || name.extension == ".img.gz") {
+    input.fail("", "it holds the voxels alone of a NIfTI volume in two files",
+               "Name its header, " + name.stem + ".hdr, instead.");
   } else {
     const std::string content = looks_like(source->head(4096));
     input.fail("",
@@ -153,7 +161,7 @@ Volume load(VolumeInput input, const std::filesystem::path& path) {
                     ? "it has no extension"
                     : "\"" + name.extension + "\" is not a volume format that Kiln knows") +
                    (content.empty() ? "" : "; its content looks like " + content),
-               std::string("Kiln reads .nrrd, .nhdr, .mhd, .mha, .nii and .nii.gz") +
+               std::string("Kiln reads .nrrd, .nhdr, .mhd, .mha, .nii, .nii.gz and .hdr") +
                    (reads_openvdb() ? ", .vdb" : "") +
                    "; a file without header needs its dimensions and type.");
   }

@@ -1,15 +1,12 @@
-// NIfTI 1 and 2 in one file. libnifti makes sense of the header; the voxels are read here, since it
-// trusts a header's sizes. https://nifti.nimh.nih.gov/nifti-1, https://nifti.nimh.nih.gov/nifti-2
-#include <nifti2_io.h>
-
+// NIfTI 1 and 2, in one file or two. https://nifti.nimh.nih.gov/nifti-1, https://nifti.nimh.nih.gov/nifti-2
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <type_traits>
 
 #include "io/volume/volume_reader.h"
@@ -18,17 +15,39 @@ namespace kiln {
 namespace {
 
 constexpr const char* export_again = "Export the volume again as one NIfTI file (.nii or .nii.gz).";
+constexpr const char* export_again_both = "Copy or export both files again.";
 
 constexpr std::size_t size_1 = 348, size_2 = 540;  // of the headers of the two versions, bytes
-static_assert(sizeof(nifti_1_header) == size_1 && sizeof(nifti_2_header) == size_2);
 
-/// The fields that are checked before libnifti sees the header, in the machine's byte order.
+/// Codes of `datatype`.
+enum : std::int64_t {
+  kUint8 = 2,
+  kInt16 = 4,
+  kInt32 = 8,
+  kFloat32 = 16,
+  kComplex64 = 32,
+  kFloat64 = 64,
+  kRgb24 = 128,
+  kInt8 = 256,
+  kUint16 = 512,
+  kUint32 = 768,
+  kComplex128 = 1792,
+  kComplex256 = 2048,
+  kRgba32 = 2304
+};
+
+/// The fields of the header that Kiln uses, in the machine's byte order.
 struct Fields {
   bool second = false;  ///< NIfTI-2
+  bool apart = false;   ///< The voxels are in a file of their own
   ByteOrder order = ByteOrder::little;
   std::array<std::int64_t, 8> dim{};
   std::int64_t type = 0;
   double offset = 0, slope = 0, intercept = 0;
+  std::array<double, 8> pixdim{};  ///< [0]: the sign of the third axis; [1] to [3]: spacing
+  std::int64_t qform_code = 0, sform_code = 0;
+  std::array<double, 3> quaternion{}, qoffset{};  ///< b, c, d
+  std::array<std::array<double, 4>, 3> srow{};
 };
 
 class HeaderBytes {
@@ -49,6 +68,19 @@ class HeaderBytes {
   const std::array<std::byte, size_2>& bytes_;
   bool swap_ = false;
 };
+
+/// Where voxels are in space. \param pixdim  where its 8 numbers begin
+/// \param forms   where the quaternion begins, followed by the offsets and the three rows of the sform
+template <typename T>
+void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms, Fields& fields) {
+  const auto number = [&](std::size_t first, std::size_t i) {
+    return static_cast<double>(header.get<T>(first + i * sizeof(T)));
+  };
+  for (std::size_t i = 0; i < 8; ++i) fields.pixdim[i] = number(pixdim, i);
+  for (std::size_t i = 0; i < 3; ++i) fields.quaternion[i] = number(forms, i);
+  for (std::size_t i = 0; i < 3; ++i) fields.qoffset[i] = number(forms, 3 + i);
+  for (std::size_t i = 0; i < 12; ++i) fields.srow[i / 4][i % 4] = number(forms, 6 + i);
+}
 
 Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2>& raw,
                     std::size_t have) {
@@ -79,12 +111,12 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2
   char magic[4] = {};
   std::memcpy(magic, raw.data() + (fields.second ? 4 : 344), 3);
   const std::string found = magic;
-  if (found == "ni1" || found == "ni2") {
-    input.fail("magic", "the header and the voxels are in two files (.hdr and .img)", export_again);
-  }
-  if (found != (fields.second ? "n+2" : "n+1")) {
-    input.fail("magic", "it is not \"n+1\" or \"n+2\"; the file may be of Analyze 7.5",
-               export_again);
+  fields.apart = found == (fields.second ? "ni2" : "ni1");
+  if (!fields.apart && found != (fields.second ? "n+2" : "n+1")) {
+    input.fail(
+        "magic",
+        "it is none of \"n+1\", \"ni1\", \"n+2\" and \"ni2\"; the file may be of Analyze 7.5",
+        export_again);
   }
   for (std::size_t i = 0; i < 8; ++i) {
     fields.dim[i] = fields.second ? header.get<std::int64_t>(16 + 8 * i)
@@ -95,37 +127,43 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2
     fields.offset = static_cast<double>(header.get<std::int64_t>(168));
     fields.slope = header.get<double>(176);
     fields.intercept = header.get<double>(184);
+    fields.qform_code = header.get<std::int32_t>(344);
+    fields.sform_code = header.get<std::int32_t>(348);
+    get_places<double>(header, 104, 352, fields);
   } else {
     fields.offset = header.get<float>(108);
     fields.slope = header.get<float>(112);
     fields.intercept = header.get<float>(116);
+    fields.qform_code = header.get<std::int16_t>(252);
+    fields.sform_code = header.get<std::int16_t>(254);
+    get_places<float>(header, 76, 256, fields);
   }
   return fields;
 }
 
 VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
   switch (type) {
-    case NIFTI_TYPE_UINT8:
+    case kUint8:
       return VoxelType::u8;
-    case NIFTI_TYPE_INT8:
+    case kInt8:
       return VoxelType::i8;
-    case NIFTI_TYPE_UINT16:
+    case kUint16:
       return VoxelType::u16;
-    case NIFTI_TYPE_INT16:
+    case kInt16:
       return VoxelType::i16;
-    case NIFTI_TYPE_UINT32:
+    case kUint32:
       return VoxelType::u32;
-    case NIFTI_TYPE_INT32:
+    case kInt32:
       return VoxelType::i32;
-    case NIFTI_TYPE_FLOAT32:
+    case kFloat32:
       return VoxelType::f32;
-    case NIFTI_TYPE_FLOAT64:
+    case kFloat64:
       return VoxelType::f64;
-    case NIFTI_TYPE_RGB24:
-    case NIFTI_TYPE_RGBA32:
-    case NIFTI_TYPE_COMPLEX64:
-    case NIFTI_TYPE_COMPLEX128:
-    case NIFTI_TYPE_COMPLEX256:
+    case kRgb24:
+    case kRgba32:
+    case kComplex64:
+    case kComplex128:
+    case kComplex256:
       input.fail("datatype", "code " + std::to_string(type) + " has several values a voxel",
                  "Save one component as a volume of its own.");
     default:
@@ -135,7 +173,7 @@ VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
              "Save the volume with 8, 16 or 32-bit integers, float or double.");
 }
 
-/// What libnifti would turn into something else, or take on trust.
+/// Sizes, and where the voxels begin.
 void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume) {
   if (fields.dim[0] < 3 || fields.dim[0] > 7) {
     input.fail("dim[0]", "it has " + std::to_string(fields.dim[0]) + " dimensions",
@@ -165,32 +203,45 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
   }
 }
 
-using Image = std::unique_ptr<nifti_image, decltype(&nifti_image_free)>;
+using Matrix = std::array<std::array<double, 4>, 3>;
 
-/// The header as libnifti understands it, without data.
-Image interpret(const VolumeInput& input, const Fields& fields,
-                const std::array<std::byte, size_2>& raw) {
-  static std::once_flag quiet;
-  std::call_once(quiet, [] { nifti_set_debug_level(0); });
-  nifti_image* image = nullptr;
-  if (fields.second) {
-    nifti_2_header header;
-    std::memcpy(&header, raw.data(), size_2);
-    image = nifti_convert_n2hdr2nim(header, nullptr);
+/// Method 2 of the standard: a rotation as a quaternion whose first part is left out, spacing, and the sign
+/// of the third axis.
+Matrix qform(const Fields& fields) {
+  auto [b, c, d] = fields.quaternion;
+  const double squared = b * b + c * c + d * d;
+  double a = 1 - squared;
+  if (a < 1e-7) {
+    // Rounding may have made it longer than unit: a rotation by 180 degrees.
+    const double scale = 1 / std::sqrt(squared);
+    b *= scale;
+    c *= scale;
+    d *= scale;
+    a = 0;
   } else {
-    nifti_1_header header;
-    std::memcpy(&header, raw.data(), size_1);
-    image = nifti_convert_n1hdr2nim(header, nullptr);
+    a = std::sqrt(a);
   }
-  if (image == nullptr) input.fail("header", "libnifti cannot use it", export_again);
-  return {image, &nifti_image_free};
+  const double rotation[3][3] = {
+      {a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)},
+      {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b)},
+      {2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c}};
+  Matrix matrix{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double spacing = fields.pixdim[axis + 1] > 0 ? fields.pixdim[axis + 1] : 1;
+      const double sign = axis == 2 && fields.pixdim[0] < 0 ? -1 : 1;
+      matrix[row][axis] = rotation[row][axis] * spacing * sign;
+    }
+    matrix[row][3] = fields.qoffset[row];
+  }
+  return matrix;
 }
 
-void place_in_space(const VolumeInput& input, const nifti_image& image, Volume& volume) {
-  const auto set = [&volume](const nifti_dmat44& m) {
+void place_in_space(const VolumeInput& input, const Fields& fields, Volume& volume) {
+  const auto set = [&volume](const Matrix& m) {
     for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t a = 0; a < 3; ++a) volume.axes[a][c] = m.m[c][a];
-      volume.origin[c] = m.m[c][3];
+      for (std::size_t a = 0; a < 3; ++a) volume.axes[a][c] = m[c][a];
+      volume.origin[c] = m[c][3];
     }
     return geometry_fault(volume).empty();
   };
@@ -199,18 +250,20 @@ void place_in_space(const VolumeInput& input, const nifti_image& image, Volume& 
         "bad-transform",
         std::string("the ") + form + " has no three independent, finite axes; it was ignored", 1);
   };
-  if (image.sform_code > 0) {
-    if (set(image.sto_xyz)) return;
+  if (fields.sform_code > 0) {
+    if (set(fields.srow)) return;
     unusable("sform");
   }
-  if (image.qform_code > 0) {
-    if (set(image.qto_xyz)) return;
+  if (fields.qform_code > 0) {
+    if (set(qform(fields))) return;
     unusable("qform");
   }
   volume.origin = {};
   volume.axes = {};
-  const double spacing[] = {image.dx, image.dy, image.dz};
-  for (std::size_t a = 0; a < 3; ++a) volume.axes[a][a] = std::abs(spacing[a]);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double spacing = std::abs(fields.pixdim[a + 1]);
+    volume.axes[a][a] = spacing > 0 && std::isfinite(spacing) ? spacing : 1;
+  }
   check_geometry(input, "pixdim", volume);
 }
 
@@ -256,12 +309,50 @@ void apply_scale(const VolumeInput& input, const Fields& fields, Volume& volume)
   }
 }
 
+std::unique_ptr<ByteStream> open_stream(const VolumeInput& input, const ByteSource& source) {
+  return source.head(2) == "\x1f\x8b" ? inflating_stream(source, 0, input.fail_with())
+                                      : plain_stream(source, 0);
+}
+
+/// The file of the voxels that goes with a header: its name, but for the extension.
+std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
+  std::string stem = std::filesystem::path(input.file).filename().string();
+  std::string header = stem;
+  for (char& c : header) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool packed = header.ends_with(".hdr.gz");
+  if (!input.open_beside || !(packed || header.ends_with(".hdr"))) {
+    input.fail("magic", "the header and the voxels are in two files",
+               "Name the header NAME.hdr, beside the voxels in NAME.img.");
+  }
+  stem.resize(stem.size() - (packed ? 7 : 4));
+  // As nibabel and FSL write them: both packed or none.
+  const auto beside = [&](const char* extension) {
+    return std::filesystem::path(input.file).parent_path() / (stem + extension);
+  };
+  for (const char* extension : {".img", ".IMG", ".img.gz"}) {
+    std::error_code ignored;
+    if (std::filesystem::exists(beside(extension), ignored)) {
+      return input.open_beside(stem + extension);
+    }
+  }
+  return input.open_beside(stem + ".img");  // says that it is not there
+}
+
+/// Reads on to where the voxels begin. \param at  where the stream stands
+void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
+  std::array<std::byte, 4096> skipped{};
+  while (at < begin) {
+    const std::size_t got = stream.read(
+        skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
+    if (got == 0) break;  // too few voxels then
+    at += got;
+  }
+}
+
 }  // namespace
 
 Volume read_nifti(const VolumeInput& input) {
-  const bool packed = input.source->head(2) == "\x1f\x8b";
-  const auto stream = packed ? inflating_stream(*input.source, 0, input.fail_with())
-                             : plain_stream(*input.source, 0);
+  const auto stream = open_stream(input, *input.source);
   std::array<std::byte, size_2> raw{};
   std::size_t have = stream->read(raw.data(), size_1);
   if (have < 4) {
@@ -276,18 +367,18 @@ Volume read_nifti(const VolumeInput& input) {
   Volume volume;
   volume.type = voxel_type(input, fields.type);
   check_fields(input, fields, volume);
-  const Image image = interpret(input, fields, raw);
-  place_in_space(input, *image, volume);
+  place_in_space(input, fields, volume);
 
-  std::array<std::byte, 4096> skipped{};
-  const auto begin = static_cast<std::uint64_t>(std::max<std::int64_t>(image->iname_offset, 0));
-  for (std::uint64_t at = have; at < begin;) {
-    const std::size_t got = stream->read(
-        skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
-    if (got == 0) break;  // too few voxels then
-    at += got;
+  const auto begin = static_cast<std::uint64_t>(fields.offset);
+  if (fields.apart) {
+    const auto image = open_image(input);
+    const auto voxels = open_stream(input, *image);
+    skip_to(*voxels, 0, begin);
+    read_voxels(input, *voxels, fields.order, export_again_both, volume);
+  } else {
+    skip_to(*stream, have, begin);
+    read_voxels(input, *stream, fields.order, "Copy or export the file again.", volume);
   }
-  read_voxels(input, *stream, fields.order, "Copy or export the file again.", volume);
   apply_scale(input, fields, volume);
   count_non_finite(input, volume);
   return volume;

@@ -721,8 +721,8 @@ TEST(MeshIo, RefusesMeshesWithoutASurface) {
       "p.ply",
       PlyText("ascii", points + "element tristrips 1\nproperty list int int vertex_indices\n")
               .text() +
-          body,
-      {"strips", "MeshLab"});
+          body + "0\n",
+      {"no faces", "surface"});
   expect_bad_text("p.obj", "v 0 0 0\nv 1 0 0\n", {"no faces", "surface"});
   expect_bad_text("p.off", "OFF\n2 0 0\n0 0 0\n1 0 0\n", {"no faces", "surface"});
   expect_bad_text("p.stl", "solid x\nendsolid x\n", {"no faces"});

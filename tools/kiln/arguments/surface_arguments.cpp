@@ -41,6 +41,17 @@ double parse_iso(const std::string& text) {
   return value;
 }
 
+/// Percent as a share of 1; nothing for "auto".
+std::optional<double> parse_min_part(const std::string& text) {
+  if (CLI::detail::to_lower(text) == "auto") return std::nullopt;
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= 100)) {
+    fail("--min-part '" + text + "': expected a percentage from 0 to 100, or auto.");
+  }
+  return value / 100;
+}
+
 }  // namespace
 
 CLI::Validator one_of(std::vector<std::string> names) {
@@ -80,21 +91,23 @@ CLI::Option* add_surface_options(CLI::App& command, SurfaceArguments& a) {
   command
       .add_option("--error", a.error,
                   "Without --faces: few triangles whose vertices fit the surface to so many cells "
-                  "(root mean square)")
+                  "(root mean square). Default: 0.1, or what leaves a twentieth of the full "
+                  "contour's triangles")
       ->check(CLI::Range(1e-6, 1e6))
       ->excludes(faces)
-      ->capture_default_str()
       ->group(kSurfaceGroup);
   command
       .add_option("--topology", a.topology,
-                  "keep every part, hole and handle, or be free to lose some to reach --faces")
-      ->check(one_of({"keep", "free"}))
+                  "keep every part, hole and handle, or be free to lose some to reach --faces. "
+                  "auto: keep; without --faces and --error, free where keeping leaves more than "
+                  "twice the triangles")
+      ->check(one_of({"auto", "keep", "free"}))
       ->capture_default_str()
       ->group(kSurfaceGroup);
   command
       .add_option("--min-part", a.min_part,
-                  "Leave out parts with less than P percent of the largest one's vertices")
-      ->check(CLI::Range(0.0, 100.0))
+                  "Leave out parts with less than P percent of the largest one's vertices, 0 to "
+                  "100. auto: under 1 percent, where 100 parts or more are so small")
       ->capture_default_str()
       ->group(kSurfaceGroup);
   return iso;
@@ -135,6 +148,7 @@ void add_raw_options(CLI::App& command, SurfaceArguments& a) {
 
 void check(const SurfaceArguments& a) {
   if (a.topology == "free" && a.faces == 0) fail("--topology free needs --faces.");
+  parse_min_part(a.min_part);
 }
 
 ExtractOptions extract_options(const SurfaceArguments& a) {
@@ -145,9 +159,14 @@ ExtractOptions extract_options(const SurfaceArguments& a) {
   options.contour.outer_only = a.outer;
   options.contour.outer_gap = a.outer_gap;
   options.faces = a.faces;
-  options.error = a.error;
-  options.min_part = a.min_part / 100;
-  options.keep_topology = a.topology == "keep";
+  const bool chosen = a.faces == 0 && !a.error;
+  options.error = a.error.value_or(options.error);
+  options.choose.error = chosen;
+  const std::optional<double> min_part = parse_min_part(a.min_part);
+  options.min_part = min_part.value_or(0);
+  options.choose.min_part = !min_part;
+  options.keep_topology = a.topology != "free";
+  options.choose.topology = a.topology == "auto" && chosen;
   options.border_texels = a.border_texels;
   return options;
 }
@@ -180,15 +199,27 @@ Json describe(const Volume& volume, const std::string& path) {
 }
 
 Json describe(const SurfaceArguments& a, const ExtractOptions& options) {
-  return {{"iso", options.contour.iso},
-          {"inside", a.inside},
-          {"border", a.border},
-          {"outer", a.outer},
-          {"outer_gap", a.outer ? Json(a.outer_gap) : Json()},
-          {"faces", a.faces == 0 ? Json() : Json(a.faces)},
-          {"error", a.faces == 0 ? Json(a.error) : Json()},
-          {"topology", a.topology},
-          {"min_part_percent", a.min_part}};
+  return {
+      {"iso", options.contour.iso},
+      {"inside", a.inside},
+      {"border", a.border},
+      {"outer", a.outer},
+      {"outer_gap", a.outer ? Json(a.outer_gap) : Json()},
+      {"faces", a.faces == 0 ? Json() : Json(a.faces)},
+      {"error", a.error        ? Json(*a.error)
+                : a.faces == 0 ? Json("auto")
+                               : Json()},
+      {"topology", a.topology},
+      {"min_part_percent", options.choose.min_part ? Json("auto") : Json(100 * options.min_part)}};
+}
+
+Json describe(const ExtractUsed& used) {
+  return {{"size", used.size},
+          {"error", used.error > 0 ? Json(used.error) : Json()},
+          {"topology", used.keep_topology ? "keep" : "free"},
+          {"min_part_percent", 100 * used.min_part},
+          {"aimed_faces", used.aimed_faces != 0 ? Json(used.aimed_faces) : Json()},
+          {"faces_with_topology", used.kept_faces != 0 ? Json(used.kept_faces) : Json()}};
 }
 
 }  // namespace kiln::cli

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,9 @@ struct SurfaceArguments {
   bool outer = false;
   std::uint32_t outer_gap = 0;
   std::uint32_t faces = 0;
-  double error = 0.1;
-  std::string topology = "keep";
-  double min_part = 0;
+  std::optional<double> error;  ///< None: chosen
+  std::string topology = "auto";
+  std::string min_part = "auto";  ///< Percent
   std::uint32_t border_texels = 2;
   std::string raw_size, raw_type = "u8", raw_spacing, raw_order = "little";
   std::int64_t raw_header = 0;
@@ -53,5 +54,7 @@ Volume read_volume(const std::string& path, const SurfaceArguments& arguments,
 Json describe(const Volume& volume, const std::string& path);
 /// The options of the surface, for a report.
 Json describe(const SurfaceArguments& arguments, const ExtractOptions& options);
+/// What they came to.
+Json describe(const ExtractUsed& used);
 
 }  // namespace kiln::cli

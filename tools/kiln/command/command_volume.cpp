@@ -24,7 +24,7 @@ struct VolumeArguments {
   std::string match = "direct";
   std::string max_distance;
   std::uint32_t samples = 1;
-  std::string size = "1024";
+  std::string size = "auto";
   std::string space = "tangent";
   bool flip_y = false;
   std::string format = "png16";
@@ -48,9 +48,12 @@ void check(const VolumeArguments& a) {
 
 ExtractOptions map_options(const VolumeArguments& a) {
   ExtractOptions options = extract_options(a.surface);
-  const auto [width, height] = parse_size(a.size);
-  if (width != height) fail("--size " + a.size + ": maps from volumes are square.");
-  options.size = width;
+  options.choose.size = a.size == "auto";
+  if (!options.choose.size) {
+    const auto [width, height] = parse_size(a.size);
+    if (width != height) fail("--size " + a.size + ": maps from volumes are square.");
+    options.size = width;
+  }
   options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
   options.flip_y = a.flip_y;
   return options;
@@ -102,7 +105,40 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   return baked;
 }
 
+/// What was chosen, and why.
+void print_choice(Console& console, const ExtractReport& r, const ExtractOptions& options) {
+  const ExtractUsed& used = r.used;
+  char text[400];
+  if (options.choose.error) {
+    std::snprintf(text, sizeof text,
+                  "chosen: error %.3g cells, which aims at %s faces, a twentieth of the full "
+                  "contour's (--faces, --error)",
+                  used.error, with_commas(used.aimed_faces).c_str());
+    console.line(text);
+  }
+  if (options.choose.topology) {
+    std::snprintf(text, sizeof text, "chosen: topology %s%s%s (--topology)",
+                  used.keep_topology ? "kept" : "free, since keeping it leaves ",
+                  used.keep_topology ? "" : with_commas(used.kept_faces).c_str(),
+                  used.keep_topology ? "" : " faces");
+    console.line(text);
+  }
+  if (options.choose.min_part && r.dropped_parts != 0) {
+    std::snprintf(text, sizeof text,
+                  "chosen: %s of %s parts left out, each under %.3g%% of the largest (--min-part)",
+                  with_commas(r.dropped_parts).c_str(), with_commas(r.parts).c_str(),
+                  100 * used.min_part);
+    console.line(text);
+  }
+  if (options.choose.size) {
+    std::snprintf(text, sizeof text, "chosen: map of %u x %u, %.2f texels a cell (--size)",
+                  used.size, used.size, r.texels_per_cell);
+    console.line(text);
+  }
+}
+
 void print_summary(Console& console, const ExtractReport& r, const ExtractOptions& options) {
+  print_choice(console, r, options);
   char text[400];
   std::snprintf(text, sizeof text, "full contour: %s cells, %s vertices, %s quads, %s parts",
                 with_commas(r.contour.cells).c_str(), with_commas(r.contour.vertices).c_str(),
@@ -118,7 +154,7 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
   std::snprintf(text, sizeof text,
                 "map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels from fine "
                 "vertices",
-                options.size, options.size, with_commas(r.charts).c_str(), 100 * r.coverage,
+                r.used.size, r.used.size, with_commas(r.charts).c_str(), 100 * r.coverage,
                 r.texels_per_cell, with_commas(r.splatted_texels).c_str());
   console.line(text);
 }
@@ -126,7 +162,7 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
 Json describe(const VolumeArguments& a, const ExtractOptions& options) {
   Json json = cli::describe(a.surface, options);
   json.update({{"match", a.match},
-               {"size", options.size},
+               {"size", options.choose.size ? Json("auto") : Json(options.size)},
                {"chart_border", options.border_texels},
                {"space", a.space},
                {"flip_y", a.flip_y},
@@ -196,6 +232,7 @@ int run_volume(const VolumeArguments& a) {
                  {"device", kiln::cli::describe(device.info())},
                  {"inputs", {{"volume", cli::describe(volume, a.volume)}}},
                  {"options", describe(a, options)},
+                 {"used", cli::describe(r.used)},
                  {"seconds",
                   {{"load", load_seconds},
                    {"scan", r.contour.seconds_scan},
@@ -290,7 +327,7 @@ Run add_volume(CLI::App& app) {
   command->add_option("--full", a.full, "Also write the full-resolution contour (OBJ)")
       ->group(kSurfaceGroup);
 
-  command->add_option("--size", a.size, "Texels a side, 16 to 8192")
+  command->add_option("--size", a.size, "Texels a side, 16 to 8192, or auto: about one a cell")
       ->capture_default_str()
       ->group(kMapGroup);
   command

@@ -1,0 +1,108 @@
+// Corner weights of polygons: what each of their triangles adds to the normals of vertices.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "mesh/normals.h"
+
+namespace kiln {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+/// The polygon's corners with those before and after them.
+struct Corner {
+  std::uint32_t vertex, before, after;
+};
+
+/// Sides of the triangles that only one of them has, in turn: the polygon's own. Empty where they make no
+/// single ring through as many vertices as it has corners.
+std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
+  std::vector<Edge> edges;
+  edges.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(t[k], t[(k + 1) % 3]);
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<Edge> sides;
+  for (const Edge& edge : edges) {
+    if (!std::binary_search(edges.begin(), edges.end(), Edge{edge.second, edge.first})) {
+      sides.push_back(edge);
+    }
+  }
+  std::vector<Corner> corners(sides.size());
+  if (sides.size() != triangles.size() + 2) return {};
+  const auto corner_of = [&](std::uint32_t vertex) {
+    return std::lower_bound(sides.begin(), sides.end(), Edge{vertex, 0}) - sides.begin();
+  };
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    // Sides start at each vertex once, in ascending order.
+    if (i > 0 && sides[i].first == sides[i - 1].first) return {};
+    corners[i].vertex = sides[i].first;
+    corners[i].after = sides[i].second;
+  }
+  std::vector<bool> reached(sides.size());
+  for (const Edge& side : sides) {
+    const auto at = static_cast<std::size_t>(corner_of(side.second));
+    if (at >= sides.size() || corners[at].vertex != side.second || reached[at]) return {};
+    reached[at] = true;
+    corners[at].before = side.first;
+  }
+  return corners;
+}
+
+/// \return whether it is a polygon that can be weighted as one
+bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+           CornerWeights* weights) {
+  Vec3d area;
+  for (const Triangle& t : triangles) {
+    for (const std::uint32_t index : t) {
+      if (!is_finite(positions[index])) return false;
+    }
+    const Vec3d a(positions[t[0]]);
+    area += cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
+  }
+  const double size = length(area);
+  if (!(size > 0) || !std::isfinite(size)) return false;
+  const std::vector<Corner> corners = ring_of(triangles);
+  if (corners.empty()) return false;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    weights[t] = {};
+    weights[t].normal = area * (1 / size);
+  }
+  for (const Corner& corner : corners) {
+    const Vec3d at(positions[corner.vertex]);
+    const Vec3d back = Vec3d(positions[corner.before]) - at;
+    const Vec3d fore = Vec3d(positions[corner.after]) - at;
+    const double angle = std::atan2(length(cross(back, fore)), dot(back, fore));
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const auto k = std::find(triangles[t].begin(), triangles[t].end(), corner.vertex);
+      if (k == triangles[t].end()) continue;
+      weights[t].angles[static_cast<std::size_t>(k - triangles[t].begin())] = angle;
+      break;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                    std::span<const std::uint32_t> polygons, std::size_t begin, std::size_t end,
+                    CornerWeights* weights) {
+  for (std::size_t first = begin, last = begin; first < end; first = last) {
+    last = first + 1;
+    if (!polygons.empty()) {
+      if (first > 0 && polygons[first] == polygons[first - 1]) continue;  // another's
+      while (last < triangles.size() && polygons[last] == polygons[first]) ++last;
+    }
+    const std::span<const Triangle> own = triangles.subspan(first, last - first);
+    if (own.size() > 1 && weigh(positions, own, weights + (first - begin))) continue;
+    for (std::size_t t = first; t < last; ++t) {
+      weights[t - begin] = corner_weights(positions, triangles[t]);
+    }
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,218 @@
+#include "volume/fine_contour.h"
+
+#include <algorithm>
+#include <chrono>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "volume/outer.h"
+#include "volume/voxels.h"
+
+namespace kiln {
+namespace {
+
+double lap(std::chrono::steady_clock::time_point& last) {
+  const auto now = std::chrono::steady_clock::now();
+  const double seconds = std::chrono::duration<double>(now - last).count();
+  last = now;
+  return seconds;
+}
+
+void warn_of_voxels(const DeviceVoxels& voxels, const Volume& volume, ContourReport& report) {
+  if (voxels.not_finite != 0) {
+    report.warnings.push_back({"non-finite-voxels",
+                               std::to_string(voxels.not_finite) + " voxels of volume '" +
+                                   volume.name +
+                                   "' are not finite; they count as outside the solid.",
+                               voxels.not_finite});
+  }
+  if (voxels.beyond_float != 0) {
+    report.warnings.push_back({"beyond-float",
+                               std::to_string(voxels.beyond_float) + " voxels of volume '" +
+                                   volume.name +
+                                   "' are too far from the iso value, or too close to it, for "
+                                   "single precision: they count "
+                                   "as the farthest or closest that it has. Rescale the values to "
+                                   "where they are ordinary.",
+                               voxels.beyond_float});
+  }
+}
+
+bool is_mirrored(const Volume& volume) {
+  const auto& a = volume.axes;
+  return a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
+             a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
+             a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]) <
+         0;
+}
+
+/// A range and so many planes more on either side.
+Planes widened(const Planes& planes, std::uint32_t below, std::uint32_t above, std::uint32_t end) {
+  if (planes.first >= planes.last) return {0, 0};
+  return {planes.first - std::min(planes.first, below), std::min(end, planes.last + above)};
+}
+
+/// What stays of an array in order of planes. \param old_begins, new_begins  by plane
+template <typename T>
+void copy_kept(const RawVector<T>& from, const std::vector<std::uint32_t>& old_begins,
+               const std::vector<std::uint32_t>& new_begins, const Planes& changed,
+               RawVector<T>& to) {
+  std::copy_n(from.begin(), new_begins[changed.first], to.begin());
+  std::copy(from.begin() + old_begins[changed.last], from.end(),
+            to.begin() + new_begins[changed.last]);
+}
+
+}  // namespace
+
+FineContour::Kernels FineContour::kernels(const DeviceVoxels& voxels) const {
+  const std::string defines = std::string("-DKILN_VOXEL=") + voxels.type_name();
+  const auto get = [&](const char* name) { return context_.kernel("volume", name, defines); };
+  return {get("kiln_volume_signs"), get("kiln_volume_crossings"), get("kiln_volume_vertices")};
+}
+
+bool FineContour::all_changed(const DeviceVoxels& voxels) const {
+  if (!state_.cells || voxels.type != state_.type || voxels.iso != state_.iso) return true;
+  // What stands for voxels that are not finite is that of the whole volume.
+  return voxels.outside != state_.outside && (voxels.not_finite != 0 || state_.not_finite);
+}
+
+Planes FineContour::find_signs_anew(const Volume& volume, const DeviceVoxels& voxels, Slabs& slabs,
+                                    const Kernels& kernels, const kiln_volume_grid& grid,
+                                    const Planes& voxel_planes, State& next,
+                                    ContourReport& report) const {
+  auto clock = std::chrono::steady_clock::now();
+  CellGrid& cells = *next.cells;
+  const std::uint32_t planes = volume.size[2] + 2;
+  const bool all = all_changed(voxels);
+  const Planes look = all ? Planes{0, volume.size[2]} : voxel_planes;
+  const std::size_t words = cells.plane_words();
+  if (!all) {
+    for (std::uint32_t plane = 0; plane < planes; ++plane) {
+      const std::uint64_t* from = options_.outer_only ? &state_.signs[plane * words]
+                                                      : std::as_const(*state_.cells).plane(plane);
+      std::copy_n(from, words, cells.plane(plane));
+    }
+  }
+  find_signs(context_, slabs, kernels.signs, grid, look, cells);
+  if (!has_both_signs(cells)) throw_no_surface(volume, options_);
+  report.seconds_scan = lap(clock);
+  if (options_.outer_only) {
+    if (keep_) next.signs.assign(cells.plane(0), cells.plane(0) + planes * words);
+    report.filled_voxels = fill_unreached(cells, options_.outer_gap);
+    if (!has_both_signs(cells)) {
+      throw Error(ErrorCode::input,
+                  "Nothing of the outside of volume '" + volume.name +
+                      "' can be reached from its border: all of it is solid, or too narrow for "
+                      "the outer gap. Use a smaller gap, or contour all surfaces.");
+    }
+  }
+  report.seconds_outer = lap(clock);
+  cells.build(options_.border == VolumeBorder::open);
+  Planes changed = {look.first + 1, look.last + 1};
+  if (all) {
+    changed = {0, planes};
+  } else if (options_.outer_only) {
+    // Filling reaches far.
+    for (std::uint32_t plane = 0; plane < planes; ++plane) {
+      const std::uint64_t* old = std::as_const(*state_.cells).plane(plane);
+      if (std::equal(old, old + words, cells.plane(plane))) continue;
+      changed = {std::min(changed.first, plane), std::max(changed.last, plane + 1)};
+    }
+  }
+  report.seconds_scan += lap(clock);
+  return changed;
+}
+
+cl::Array<kiln_volume_crossing> FineContour::cross(Slabs& slabs, const Kernels& kernels,
+                                                   const kiln_volume_grid& grid,
+                                                   const Planes& planes, State& next) const {
+  const CellGrid& cells = *next.cells;
+  cl::Array<kiln_volume_crossing> found =
+      find_crossings(context_, slabs, kernels.crossings, grid, cells, planes);
+  if (!keep_) return found;
+  next.crossings.resize(cells.edge_count());
+  const std::uint32_t begin = cells.plane_edges()[planes.first];
+  found.read(context_, {next.crossings.data() + begin, found.size()});
+  if (found.size() == cells.edge_count()) return found;
+  copy_kept(state_.crossings, state_.cells->plane_edges(), cells.plane_edges(), planes,
+            next.crossings);
+  return cl::Array<kiln_volume_crossing>(context_,
+                                         std::span<const kiln_volume_crossing>(next.crossings));
+}
+
+KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_planes,
+                                 ContourReport& report) {
+  auto clock = std::chrono::steady_clock::now();
+  const DeviceVoxels voxels = device_voxels(volume, options_, report.lowest, report.highest);
+  warn_of_voxels(voxels, volume, report);
+  const Kernels kernels = this->kernels(voxels);
+  const double seconds_voxels = lap(clock);
+  State next;
+  next.cells.emplace(volume.size);
+  next.type = voxels.type;
+  next.iso = voxels.iso;
+  next.outside = voxels.outside;
+  next.not_finite = voxels.not_finite != 0;
+  const CellGrid& cells = *next.cells;
+  const std::uint32_t end = volume.size[2] + 2;
+  const kiln_volume_grid grid = make_grid(volume, options_, voxels, cells);
+  FineSurface surface;
+  surface.mirrored = is_mirrored(volume);
+  Planes changed;
+  cl::Array<kiln_volume_crossing> crossings;
+  {
+    Slabs slabs(context_, volume, voxels, slab_bytes_);
+    changed = find_signs_anew(volume, voxels, slabs, kernels, grid, voxel_planes, next, report);
+    report.seconds_scan += seconds_voxels;
+    lap(clock);
+    crossings = cross(slabs, kernels, grid, widened(changed, 3, 3, end), next);
+  }
+  report.seconds_hermite = lap(clock);
+  surface.cells = cells.cell_count();
+  Sheets sheets = find_sheets(cells);
+  surface.keys = std::move(sheets.keys);
+  surface.forks = std::move(sheets.forks);
+  next.plane_vertices = std::move(sheets.plane_vertices);
+  const std::size_t count = surface.keys.size();
+  surface.vertices.resize(count);
+  if (with_qefs_) surface.qefs.resize(count);
+  // Cells have crossings of their own plane and the next, and may be parted otherwise by their neighbours.
+  const Planes planes = widened(changed, 5, 4, end);
+  const std::vector<std::uint32_t>& begins = next.plane_vertices;
+  if (state_.cells && (planes.first > 0 || planes.last < end)) {
+    copy_kept(surface_.vertices, state_.plane_vertices, begins, planes, surface.vertices);
+    if (with_qefs_) {
+      copy_kept(surface_.qefs, state_.plane_vertices, begins, planes, surface.qefs);
+    }
+  }
+  find_vertices(context_, kernels.vertices, grid, cells, crossings, begins[planes.first],
+                begins[planes.last], surface);
+  report.seconds_vertices = lap(clock);
+  surface.edges = find_quads(cells, sheets.cells, surface.quads);
+  report.cells = surface.cells;
+  report.vertices = count;
+  report.quads = surface.quads;
+  report.seconds_quads = lap(clock);
+  KeptVertices kept;
+  kept.planes = planes;
+  kept.new_after = static_cast<std::uint32_t>(count);
+  kept.old_after = static_cast<std::uint32_t>(surface_.keys.size());
+  if (state_.cells) {
+    kept.before = begins[planes.first];
+    kept.new_after = begins[planes.last];
+    kept.old_after = state_.plane_vertices[planes.last];
+  }
+  surface_ = std::move(surface);
+  if (keep_) state_ = std::move(next);
+  return kept;
+}
+
+FineSurface fine_surface(cl::Context& context, const Volume& volume, const ContourOptions& options,
+                         bool with_qefs, ContourReport& report, std::size_t slab_bytes) {
+  FineContour contour(context, options, with_qefs, false, slab_bytes);
+  contour.update(volume, {}, report);
+  return contour.take();
+}
+
+}  // namespace kiln

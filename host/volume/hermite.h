@@ -1,0 +1,78 @@
+// What the device finds for contouring: signs, crossings with their normals, vertices.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "cl/context.h"
+#include "kiln/contour.h"
+#include "volume/cell_grid.h"
+#include "volume/fine_surface.h"
+#include "volume/voxels.h"
+
+namespace kiln {
+
+/// Voxel planes on the device: those of a slab.
+class Slabs {
+ public:
+  Slabs(cl::Context& context, const Volume& volume, const DeviceVoxels& voxels,
+        std::size_t slab_bytes)
+      : context_(context),
+        voxels_(voxels),
+        plane_bytes_(std::size_t{volume.size[0]} * volume.size[1] * voxels.bytes_per_voxel()),
+        planes_(volume.size[2]) {
+    const std::uint64_t largest = context.info().largest_buffer_bytes;
+    const std::size_t bytes = std::min<std::uint64_t>(slab_bytes, largest / 2);
+    step_ = static_cast<std::uint32_t>(
+        std::min<std::size_t>(planes_, std::max<std::size_t>(bytes / plane_bytes_, 8)));
+  }
+  std::uint32_t step() const { return step_; }
+  /// Takes voxel planes [first, last) there, unless they are.
+  const cl::Array<std::byte>& load(std::uint32_t first, std::uint32_t last,
+                                   kiln_volume_grid& grid) {
+    if (first < first_ || last > last_) {
+      if (array_.size() != (last - first) * plane_bytes_) {
+        array_ = {};
+        array_ = cl::Array<std::byte>(context_, (last - first) * plane_bytes_);
+      }
+      array_.write(context_, {voxels_.data + first * plane_bytes_, (last - first) * plane_bytes_});
+      first_ = first;
+      last_ = last;
+    }
+    grid.first_z = first_;
+    grid.count_z = last_ - first_;
+    return array_;
+  }
+
+ private:
+  cl::Context& context_;
+  const DeviceVoxels& voxels_;
+  std::size_t plane_bytes_;
+  std::uint32_t planes_;
+  std::uint32_t step_ = 0, first_ = ~0U, last_ = 0;
+  cl::Array<std::byte> array_;
+};
+
+kiln_volume_grid make_grid(const Volume& volume, const ContourOptions& options,
+                           const DeviceVoxels& voxels, const CellGrid& cells);
+
+/// Signs of some planes of voxels.
+void find_signs(cl::Context& context, Slabs& slabs, const cl::Kernel& kernel, kiln_volume_grid grid,
+                const Planes& voxel_planes, CellGrid& cells);
+
+/// Neither none nor all of the voxels are inside.
+bool has_both_signs(CellGrid& cells);
+
+/// Crossings of the edges of some padded planes, in their order.
+cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slabs,
+                                               const cl::Kernel& kernel, kiln_volume_grid grid,
+                                               const CellGrid& cells, const Planes& planes);
+
+/// Vertices begin to end - 1, whose keys are there; error functions where the surface has room for them.
+/// \param crossings  of all edges
+void find_vertices(cl::Context& context, const cl::Kernel& kernel, kiln_volume_grid grid,
+                   const CellGrid& cells, const cl::Array<kiln_volume_crossing>& crossings,
+                   std::size_t begin, std::size_t end, FineSurface& surface);
+
+}  // namespace kiln

@@ -1,0 +1,33 @@
+// Sheets of all cells that the surface crosses, and the quads between them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "volume/cell_grid.h"
+#include "volume/fine_surface.h"
+
+namespace kiln {
+
+/// A cell's signs and first vertex.
+struct CellRecord {
+  std::uint32_t first_vertex;
+  std::uint8_t corners;
+  std::uint8_t flipped;
+};
+
+struct Sheets {
+  RawVector<CellRecord> cells;
+  RawVector<std::uint64_t> keys;  ///< Of the vertices, by cell, plane after plane
+  std::vector<std::uint32_t>
+      plane_vertices;  ///< The first vertex at or after each plane, and one more
+  std::vector<FineFork> forks;
+};
+
+Sheets find_sheets(const CellGrid& cells);
+
+/// \param quads  [out] edges with four cells
+RawVector<FineEdge> find_quads(const CellGrid& cells, const RawVector<CellRecord>& records,
+                               std::uint64_t& quads);
+
+}  // namespace kiln

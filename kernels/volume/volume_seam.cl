@@ -1,0 +1,317 @@
+// Seams of a volume's map: charts that meet at an edge of the low poly hold the same normals along it.
+//
+// Algorithm: each chart is filled by itself (volume_map.cl), so that the two sides of an edge differ a
+// little. They agree on one curve of normals along the edge, and what changes a side is spread smoothly over
+// its chart. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5) name
+// such blending as future work.
+//   1. At a corner: the mean of all charts that meet there.
+//   2. At the nodes of the side with fewest texels: the mean of the sides, moved by as much as ends at
+//      the corners. Other sides take what lies between the nodes, so that all read the same.
+//   3. Differences between that and a chart's own texels are spread by push-pull, as unknown texels are.
+// A crease stays: sides count less from 30 degrees between them on, and not at all from 50.
+//
+// A side's texels lie in a row from corner to corner, the diagonal of a single triangle's square included.
+// There a reader takes texels beyond the triangle, too: those are mirrored at the diagonal.
+//
+// | kernel                    | items           | local | traffic an item                              |
+// | ------------------------- | --------------- | ----- | -------------------------------------------- |
+// | kiln_volume_seam_corners  | 4 x charts      | 64    | 16 B a chart at the corner (gathered)        |
+// | kiln_volume_seam_sides    | 4 x charts      | 64    | 16 B a texel and side read, 16 B written     |
+// | kiln_volume_seam_gather   | rows of level 1 | 64    | sides' texels read, 16 B a texel written     |
+// | kiln_volume_seam_push     | rows of a level | 64    | 4 x 16 B a texel read, 16 B written          |
+// | kiln_volume_seam_pull     | rows of a level | 64    | 4 x 16 B an unknown texel read (cached)      |
+// | kiln_volume_seam_finish   | rows            | 64    | 16 B a texel read and written                |
+// | kiln_volume_seam_mirror   | charts          | 64    | a diagonal's texels; nothing for quads       |
+//
+// Items of corners and sides are 4 chart + corner: the side starts at that corner. Coarser levels of the
+// charts' pyramids are used again, for differences instead of normals.
+// Strengths: no atomics, sums have one order. Limits: work at a corner grows with the square of the charts
+// that meet there.
+#include "lib/chart.clh"
+#include "lib/vector3.clh"
+#include "shared/volume.h"
+
+// Cosines of the angles between which sides stop to count.
+#define SEAM_SAME 0.8660254f
+#define SEAM_CREASE 0.6427876f
+#define SEAM_NONE 0xFFFFFFFFu
+
+typedef struct seam_side {
+  int x, y;    // Texel of its first corner
+  int dx, dy;  // To the next texel
+  int steps;
+  int turned;  // 1: from the vertex with the higher number to the lower
+} seam_side;
+
+static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
+  const uint next = k + 1u == chart->corners ? 0u : k + 1u;
+  seam_side side;
+  side.x = (int)chart->texel[k][0];
+  side.y = (int)chart->texel[k][1];
+  const int across = (int)chart->texel[next][0] - side.x;
+  const int down = (int)chart->texel[next][1] - side.y;
+  side.dx = (across > 0) - (across < 0);
+  side.dy = (down > 0) - (down < 0);
+  side.steps = max(abs(across), abs(down));
+  side.turned = chart->corner[k] > chart->corner[next] ? 1 : 0;
+  return side;
+}
+
+/// How much a direction counts for another.
+static float seam_weight(float3 a, float3 b) {
+#pragma OPENCL FP_CONTRACT OFF
+  return clamp((dot3(a, b) - SEAM_CREASE) / (SEAM_SAME - SEAM_CREASE), 0.0f, 1.0f);
+}
+
+/// What a side has at node j of m, counted from the vertex with the lower number.
+static float3 seam_read(global const kiln_volume_chart* charts, global const float4* texels,
+                        uint member, int j, int m) {
+#pragma OPENCL FP_CONTRACT OFF
+  global const kiln_volume_chart* chart = charts + (member >> 2);
+  const seam_side side = seam_get(chart, member & 3u);
+  const ulong place = (ulong)(side.turned != 0 ? m - j : j) * (ulong)side.steps;
+  const int first = min((int)(place / (ulong)m), side.steps - 1);
+  const float share = (float)(place - (ulong)first * (ulong)m) / (float)m;
+  global const float4* at = texels + chart->first_texel;
+  const int width = (int)chart->size[0];
+  const float3 a = at[(side.y + first * side.dy) * width + side.x + first * side.dx].xyz;
+  const float3 b =
+      at[(side.y + (first + 1) * side.dy) * width + side.x + (first + 1) * side.dx].xyz;
+  return a * (1.0f - share) + b * share;
+}
+
+/// The mean of all sides at a node, as one of them sees it.
+static float3 seam_mean(global const kiln_volume_chart* charts, global const float4* texels,
+                        global const uint* members, uint begin, uint end, uint self, int j, int m) {
+#pragma OPENCL FP_CONTRACT OFF
+  const float3 own = map_unit(seam_read(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
+  float3 sum = (float3)(0.0f);
+  for (uint i = begin; i < end; ++i) {
+    const float3 value = map_unit(seam_read(charts, texels, members[i], j, m), own);
+    sum += value * seam_weight(own, value);
+  }
+  return map_unit(sum, own);
+}
+
+/// agreed: the mean of the charts that meet at each corner. begins, members: corners by vertex of the low
+/// poly.
+kernel void kiln_volume_seam_corners(const kiln_volume_level params,
+                                     global const kiln_volume_chart* restrict charts,
+                                     global const uint* restrict begins,
+                                     global const uint* restrict members,
+                                     global const float4* restrict texels,
+                                     global float4* restrict agreed) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint item = (uint)get_global_id(0);
+  if (item >= 4u * params.charts) return;
+  global const kiln_volume_chart* chart = charts + (item >> 2);
+  const uint k = item & 3u;
+  if (k >= chart->corners) return;
+  const float3 own = texels[chart->first_texel + (uint)chart->texel[k][1] * chart->size[0] +
+                            (uint)chart->texel[k][0]]
+                         .xyz;
+  float3 sum = (float3)(0.0f);
+  const uint vertex = chart->corner[k];
+  for (uint i = begins[vertex]; i < begins[vertex + 1u]; ++i) {
+    global const kiln_volume_chart* other = charts + (members[i] >> 2);
+    global const float* at = other->texel[members[i] & 3u];
+    const float3 value =
+        texels[other->first_texel + (uint)at[1] * other->size[0] + (uint)at[0]].xyz;
+    sum += value * seam_weight(own, value);
+  }
+  agreed[item] = (float4)(map_unit(sum, own), 1.0f);
+}
+
+/// ring: what the texels on each chart's sides become. edges: of each side, SEAM_NONE where there is
+/// none. begins, members: sides by edge. agreed: of the corners.
+kernel void kiln_volume_seam_sides(
+    const kiln_volume_level params, global const kiln_volume_chart* restrict charts,
+    global const uint* restrict edges, global const uint* restrict begins,
+    global const uint* restrict members, global const float4* restrict agreed,
+    global const float4* restrict texels, global float4* restrict ring) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint item = (uint)get_global_id(0);
+  if (item >= 4u * params.charts || edges[item] == SEAM_NONE) return;
+  const uint begin = begins[edges[item]];
+  const uint end = begins[edges[item] + 1u];
+  global const kiln_volume_chart* chart = charts + (item >> 2);
+  const uint k = item & 3u;
+  global float4* out = ring + chart->first_ring;
+  for (uint i = 0u; i < k; ++i) out += seam_get(chart, i).steps + 1;
+  const seam_side side = seam_get(chart, k);
+  int m = side.steps;
+  for (uint i = begin; i < end; ++i) {
+    m = min(m, seam_get(charts + (members[i] >> 2), members[i] & 3u).steps);
+  }
+  const uint next = k + 1u == chart->corners ? 0u : k + 1u;
+  const float3 first = agreed[(item & ~3u) + (side.turned != 0 ? next : k)].xyz;
+  const float3 last = agreed[(item & ~3u) + (side.turned != 0 ? k : next)].xyz;
+  const float3 move_first = first - seam_mean(charts, texels, members, begin, end, item, 0, m);
+  const float3 move_last = last - seam_mean(charts, texels, members, begin, end, item, m, m);
+  float3 a = first;
+  float3 b = first;
+  int reached = 0;  // a and b are the nodes reached - 1 and reached
+  for (int i = 0; i <= side.steps; ++i) {
+    const ulong place = (ulong)i * (ulong)m;
+    const int node = min((int)(place / (ulong)side.steps) + 1, m);
+    while (reached < node) {
+      a = b;
+      ++reached;
+      const float share = (float)reached / (float)m;
+      const float3 mean = seam_mean(charts, texels, members, begin, end, item, reached, m);
+      b = reached == m ? last
+                       : map_unit(mean + (move_first * (1.0f - share) + move_last * share), mean);
+    }
+    const float share = (float)(place - (ulong)(node - 1) * (ulong)side.steps) / (float)side.steps;
+    const float3 value = map_unit(a * (1.0f - share) + b * share, a);
+    out[side.turned != 0 ? side.steps - i : i] = (float4)(value, 1.0f);
+  }
+}
+
+/// A texel's new value where it lies on a side; else w is 0.
+static float4 seam_ring(global const kiln_volume_chart* chart, global const float4* ring, int x,
+                        int y) {
+  global const float4* at = ring + chart->first_ring;
+  for (uint k = 0u; k < chart->corners; ++k) {
+    const seam_side side = seam_get(chart, k);
+    const int i = side.dx != 0 ? (x - side.x) * side.dx : (y - side.y) * side.dy;
+    if (i >= 0 && i <= side.steps && x == side.x + i * side.dx && y == side.y + i * side.dy) {
+      return at[i];
+    }
+    at += side.steps + 1;
+  }
+  return (float4)(0.0f);
+}
+
+/// Differences on the sides, into level 1. row_charts, first_rows, first_texels: as in volume_map.cl.
+kernel void kiln_volume_seam_gather(const kiln_volume_level params,
+                                    global const kiln_volume_chart* restrict charts,
+                                    global const uint* restrict row_charts,
+                                    global const uint* restrict first_rows,
+                                    global const uint* restrict first_texels,
+                                    global const float4* restrict ring, global float4* texels) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint item = (uint)get_global_id(0);
+  if (item >= params.rows) return;
+  const uint index = row_charts[item];
+  global const kiln_volume_chart* chart = charts + index;
+  const int row = (int)(item - first_rows[index]);
+  const int width = map_side(chart->size[0], 1u);
+  const int fine_width = (int)chart->size[0];
+  global const float4* fine = texels + chart->first_texel;
+  global float4* out = map_level(texels, first_texels, params.charts, 1u, index) + row * width;
+  for (int x = 0; x < width; ++x) {
+    float4 sum = (float4)(0.0f);
+    for (int k = 0; k < 4; ++k) {
+      const int fx = 2 * x + (k & 1);
+      const int fy = 2 * row + (k >> 1);
+      if (fx >= fine_width || fy >= (int)chart->size[1]) continue;
+      const float4 value = seam_ring(chart, ring, fx, fy);
+      if (value.w != 0.0f) sum += (float4)(value.xyz - fine[fy * fine_width + fx].xyz, 1.0f);
+    }
+    out[x] = sum.w == 0.0f ? sum : sum / sum.w;
+  }
+}
+
+/// Means of the known among the 2 x 2 texels of the finer level.
+kernel void kiln_volume_seam_push(const kiln_volume_level params,
+                                  global const kiln_volume_chart* restrict charts,
+                                  global const uint* restrict row_charts,
+                                  global const uint* restrict first_rows,
+                                  global const uint* restrict first_texels, global float4* texels) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint item = (uint)get_global_id(0);
+  if (item >= params.rows) return;
+  const uint chart = row_charts[item];
+  const int row = (int)(item - first_rows[chart]);
+  const uint level = params.level;
+  const int width = map_side(charts[chart].size[0], level);
+  const int fine_width = map_side(charts[chart].size[0], level - 1u);
+  const int fine_height = map_side(charts[chart].size[1], level - 1u);
+  global const float4* fine = map_level(texels, first_texels, params.charts, level - 1u, chart);
+  global float4* out = map_level(texels, first_texels, params.charts, level, chart) + row * width;
+  for (int x = 0; x < width; ++x) {
+    float4 sum = (float4)(0.0f);
+    for (int k = 0; k < 4; ++k) {
+      const int fx = 2 * x + (k & 1);
+      const int fy = 2 * row + (k >> 1);
+      if (fx < fine_width && fy < fine_height) sum += fine[fy * fine_width + fx];
+    }
+    out[x] = sum.w == 0.0f ? sum : sum / sum.w;
+  }
+}
+
+/// Unknown texels from the coarser level, all of whose texels are known.
+kernel void kiln_volume_seam_pull(const kiln_volume_level params,
+                                  global const kiln_volume_chart* restrict charts,
+                                  global const uint* restrict row_charts,
+                                  global const uint* restrict first_rows,
+                                  global const uint* restrict first_texels, global float4* texels) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint item = (uint)get_global_id(0);
+  if (item >= params.rows) return;
+  const uint chart = row_charts[item];
+  const int row = (int)(item - first_rows[chart]);
+  const uint level = params.level;
+  const int width = map_side(charts[chart].size[0], level);
+  const int coarse_width = map_side(charts[chart].size[0], level + 1u);
+  const int coarse_height = map_side(charts[chart].size[1], level + 1u);
+  global const float4* coarse = map_level(texels, first_texels, params.charts, level + 1u, chart);
+  global float4* out = map_level(texels, first_texels, params.charts, level, chart) + row * width;
+  for (int x = 0; x < width; ++x) {
+    if (out[x].w != 0.0f) continue;
+    out[x] = map_coarser(coarse, coarse_width, coarse_height, x, row) * 0.0625f;
+  }
+}
+
+/// Level 0: sides as agreed, the rest moved by what was spread.
+kernel void kiln_volume_seam_finish(const kiln_volume_level params,
+                                    global const kiln_volume_chart* restrict charts,
+                                    global const uint* restrict row_charts,
+                                    global const uint* restrict first_rows,
+                                    global const uint* restrict first_texels,
+                                    global const float4* restrict ring, global float4* texels) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint item = (uint)get_global_id(0);
+  if (item >= params.rows) return;
+  const uint index = row_charts[item];
+  global const kiln_volume_chart* chart = charts + index;
+  const int row = (int)(item - first_rows[index]);
+  const int width = (int)chart->size[0];
+  const int coarse_width = map_side(chart->size[0], 1u);
+  const int coarse_height = map_side(chart->size[1], 1u);
+  global const float4* coarse = map_level(texels, first_texels, params.charts, 1u, index);
+  global float4* out = texels + chart->first_texel + row * width;
+  for (int x = 0; x < width; ++x) {
+    const float4 value = seam_ring(chart, ring, x, row);
+    if (value.w != 0.0f) {
+      out[x] = value;
+      continue;
+    }
+    const float4 move = map_coarser(coarse, coarse_width, coarse_height, x, row) * 0.0625f;
+    out[x] = (float4)(map_unit(out[x].xyz + move.xyz, out[x].xyz), 1.0f);
+  }
+}
+
+/// Texels beyond the diagonal of single triangles: bilinear reading along it gives its own texels alone.
+kernel void kiln_volume_seam_mirror(const kiln_volume_level params,
+                                    global const kiln_volume_chart* restrict charts,
+                                    global float4* restrict texels) {
+#pragma OPENCL FP_CONTRACT OFF
+  const uint item = (uint)get_global_id(0);
+  if (item >= params.charts || charts[item].corners != 3u) return;
+  global const kiln_volume_chart* chart = charts + item;
+  const seam_side side = seam_get(chart, 2u);
+  const int width = (int)chart->size[0];
+  global float4* at = texels + chart->first_texel;
+  // Corner 1 has either the column of corner 2, where the side starts, or its row.
+  const bool same_column = (int)chart->texel[1][0] == side.x;
+  for (int i = 0; i < side.steps; ++i) {
+    const int x = side.x + i * side.dx;
+    const int y = side.y + i * side.dy;
+    const int inner = same_column ? (y + side.dy) * width + x : y * width + x + side.dx;
+    const int outer = same_column ? y * width + x + side.dx : (y + side.dy) * width + x;
+    const float3 ends = at[y * width + x].xyz + at[(y + side.dy) * width + x + side.dx].xyz;
+    at[outer] = (float4)(map_unit(ends - at[inner].xyz, at[inner].xyz), 1.0f);
+  }
+}
