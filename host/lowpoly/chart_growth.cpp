@@ -237,11 +237,11 @@ bool within(const FlatChart& chart, const ChartLimits& limits) {
 
 bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
   constexpr int rounds = 4;
-  project(chart, surface);
   if (chart.triangles.size() == 1) {
-    normalise(chart);
+    lay_single(chart, surface);
     return is_injective(chart);
   }
+  project(chart, surface);
   const FlatChart projected = chart;
   if (rigid_rounds(chart, rounds) && is_injective(chart)) return true;
   chart = projected;

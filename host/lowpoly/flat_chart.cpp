@@ -3,6 +3,7 @@
 #include "lowpoly/flat_chart.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -16,7 +17,8 @@ namespace {
 /// Needles count as at least this high over their longest side.
 constexpr double least_height = 2e-3;
 
-RestShape rest_shape(const ChartSurface& surface, std::uint32_t t) {
+/// The triangle in its own plane, counter-clockwise, its longest side along x.
+std::array<FlatPoint, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
   std::uint32_t base = 0;  // The longest side starts at this corner.
   for (std::uint32_t k = 1; k < 3; ++k) {
     if (surface.length[3 * t + k] > surface.length[3 * t + base]) base = k;
@@ -28,12 +30,19 @@ RestShape rest_shape(const ChartSurface& surface, std::uint32_t t) {
   const Vec3d along = (at(1) - at(0)) * (1 / side);
   const double foot = dot(at(2) - at(0), along);
   const double height = std::max(2 * surface.area[t] / side, least_height * side);
-  const std::array<FlatPoint, 3> p{FlatPoint{0, 0}, FlatPoint{side, 0}, FlatPoint{foot, height}};
+  std::array<FlatPoint, 3> points;
+  points[base] = {0, 0};
+  points[(base + 1) % 3] = {side, 0};
+  points[(base + 2) % 3] = {foot, height};
+  return points;
+}
+
+RestShape rest_shape(const std::array<FlatPoint, 3>& p) {
   RestShape rest;
-  rest.area = 0.5 * side * height;
+  rest.area = 0.5 * cross(p[1] - p[0], p[2] - p[0]);
   for (std::uint32_t k = 0; k < 3; ++k) {
     const FlatPoint opposite = p[(k + 2) % 3] - p[(k + 1) % 3];
-    rest.gradient[(base + k) % 3] = {-opposite.y / (2 * rest.area), opposite.x / (2 * rest.area)};
+    rest.gradient[k] = {-opposite.y / (2 * rest.area), opposite.x / (2 * rest.area)};
   }
   return rest;
 }
@@ -94,7 +103,7 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     }
     chart.triangles[c / 3][c % 3] = number[r];
   }
-  for (const std::uint32_t t : triangles) chart.rest.push_back(rest_shape(surface, t));
+  for (const std::uint32_t t : triangles) chart.rest.push_back(rest_shape(rest_points(surface, t)));
   for (const std::uint32_t h : border_of(surface, glued, open)) {
     chart.boundary.push_back(chart.triangles[local[h / 3]][h % 3]);
   }
@@ -115,6 +124,11 @@ void project(FlatChart& chart, const ChartSurface& surface) {
     const Vec3d& p = surface.positions[chart.vertex[i]];
     chart.points[i] = {dot(p, u), dot(p, v)};
   }
+}
+
+void lay_single(FlatChart& chart, const ChartSurface& surface) {
+  const std::array<FlatPoint, 3> points = rest_points(surface, chart.source[0]);
+  for (std::size_t k = 0; k < 3; ++k) chart.points[chart.triangles[0][k]] = points[k];
 }
 
 bool is_injective(const FlatChart& chart) {

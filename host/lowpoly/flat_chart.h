@@ -55,6 +55,9 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
 /// Lays the chart on the plane across its mean normal.
 void project(FlatChart& chart, const ChartSurface& surface);
 
+/// Lays a chart of one triangle as its rest shape.
+void lay_single(FlatChart& chart, const ChartSurface& surface);
+
 /// Least squares conformal map (Levy, Petitjean, Ray, Maillot 2002), two far vertices held where they
 /// are, then scaled to the surface's area.
 /// \returns false where the system has no solution; points are then as they were

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,10 @@ namespace {
 constexpr double steps = 16777216;
 /// Above this many charts they are packed by their boxes.
 constexpr std::size_t bitmap_limit = 1000;
-/// A padding that leaves less of the map to charts than this is halved.
+/// A padding that leaves less of the map to charts than this may be halved.
 constexpr double wanted_coverage = 0.25;
+/// But only where that raises the texels used by this factor.
+constexpr double worthwhile = 1.3;
 /// Rounds after growing; the energy hardly falls after these.
 constexpr int finishing_rounds = 4;
 
@@ -41,6 +44,11 @@ std::vector<FlatChart> make_charts(const Mesh& mesh, const UnwrapOptions& option
                                    const std::vector<std::uint8_t>& lone, ChartSurface& surface,
                                    int threads) {
   surface = chart_surface(mesh);
+  if (surface.triangles.empty()) {
+    throw Error(ErrorCode::input,
+                "unwrap: mesh '" + mesh.name +
+                    "' has no triangle of positive area; check the file it is from");
+  }
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
     if (lone[h / 3] == 0 || surface.mate[h] == no_index) continue;
     surface.mate[surface.mate[h]] = no_index;
@@ -76,36 +84,44 @@ double flat_area(const FlatChart& chart) {
 
 struct Layout {
   OutlinePacking packing;
-  double padding = 0;
+  double padding = 0, coverage = 0;
 };
 
+Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
+                 int threads) {
+  // Rounding to UV steps may move two borders towards each other.
+  const double apart = padding + 4 * size / steps;
+  Layout layout{outlines.size() > bitmap_limit ? pack_boxes(outlines, size, apart)
+                                               : pack_outlines(outlines, size, apart, threads),
+                padding};
+  const double side = layout.packing.scale / size;
+  for (const Outline& outline : outlines) layout.coverage += outline.area * side * side;
+  return layout;
+}
+
+/// With the padding asked for, or with less where that lets charts have many more texels.
 Layout pack(const std::vector<FlatChart>& charts, const UnwrapOptions& options, int threads) {
   std::vector<Outline> outlines(charts.size());
-  double area = 0;
   for (std::size_t i = 0; i < charts.size(); ++i) {
     outlines[i].rings.resize(1);
     for (const std::uint32_t v : charts[i].boundary) {
       outlines[i].rings[0].push_back(charts[i].points[v]);
     }
     outlines[i].area = flat_area(charts[i]);
-    area += outlines[i].area;
   }
-  // Rounding to UV steps may move two borders towards each other.
-  const double slack = 4 * options.size / steps;
-  for (double padding = options.border_texels;; padding *= 0.5) {
-    Layout layout{outlines.size() > bitmap_limit
-                      ? pack_boxes(outlines, options.size, padding + slack)
-                      : pack_outlines(outlines, options.size, padding + slack, threads),
-                  padding};
-    const double scale = layout.packing.scale;
-    const double coverage = area * scale * scale / options.size / options.size;
-    if (scale > 0 && (coverage >= wanted_coverage || padding <= 1)) return layout;
-    if (padding < 1.0 / 1024) {
+  Layout best = pack_with(outlines, options.size, options.border_texels, threads);
+  while (best.coverage < wanted_coverage && (best.padding > 1 || best.coverage == 0)) {
+    if (best.padding < 1.0 / 1024) {
       throw Error(ErrorCode::input, "unwrap: the mesh has too many charts for a texture of " +
                                         std::to_string(options.size) +
                                         " texels; simplify it first, or use a larger size");
     }
+    Layout next = pack_with(outlines, options.size, 0.5 * best.padding, threads);
+    // Long thin charts leave room whatever the padding.
+    if (best.coverage > 0 && next.coverage < worthwhile * best.coverage) break;
+    best = std::move(next);
   }
+  return best;
 }
 
 /// Moves the chart's points to their places in the texture, in whole steps.
