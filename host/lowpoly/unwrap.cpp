@@ -1,4 +1,4 @@
-// Texture coordinates by pairs of triangles packed as rectangles: see kiln/lowpoly.h.
+// Texture coordinates: see kiln/lowpoly.h. Here, pairs of triangles packed as rectangles.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -12,6 +12,7 @@
 #include "kiln/lowpoly.h"
 #include "lowpoly/packing.h"
 #include "lowpoly/pairing.h"
+#include "lowpoly/unwrap_charts.h"
 
 namespace kiln {
 namespace {
@@ -326,6 +327,38 @@ void check(const Mesh& mesh, const UnwrapOptions& options) {
   }
 }
 
+Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
+                  const std::vector<TriangleShape>& shapes, UnwrapReport* report) {
+  const std::vector<Patch> patches = make_patches(mesh, shapes);
+  const Layout layout = find_layout(patches, options);
+
+  Mesh result = mesh;
+  result.uvs.clear();
+  result.uvs.reserve(patches.size() * 4 + 1);
+  result.uvs.push_back({0, 0});  // All corners of the triangles that cover nothing.
+  result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
+  UvWriter writer(layout, result);
+  for (std::size_t i = 0; i < patches.size(); ++i) writer.write(patches[i], layout.places[i]);
+  if (report == nullptr) return result;
+
+  for (const Patch& patch : patches) {
+    report->charts += patch.joined || patch.triangle[1] == no_index ? 1 : 2;
+  }
+  report->coverage = layout.coverage;
+  report->density_spread = density_spread(patches, layout, shapes);
+  report->border_texels = static_cast<double>(layout.rule.border) * options.size / layout.rule.side;
+  if (report->border_texels < options.border_texels) {
+    report->warnings.push_back(
+        {"border-shrunk",
+         std::to_string(report->charts) + " charts leave no room for a border of " +
+             std::to_string(options.border_texels) + " texels at a size of " +
+             std::to_string(options.size) + "; it is " + plain(report->border_texels) +
+             " texels: use a larger size or fewer faces",
+         report->charts});
+  }
+  return result;
+}
+
 }  // namespace
 
 Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report) {
@@ -345,25 +378,11 @@ Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report
                 "unwrap: mesh '" + mesh.name +
                     "' has no triangle of positive area; check the file it is from");
   }
-  const std::vector<Patch> patches = make_patches(mesh, shapes);
-  const Layout layout = find_layout(patches, options);
-
-  Mesh result = mesh;
-  result.uvs.clear();
-  result.uvs.reserve(patches.size() * 4 + 1);
-  result.uvs.push_back({0, 0});  // All corners of the triangles that cover nothing.
-  result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
-  UvWriter writer(layout, result);
-  for (std::size_t i = 0; i < patches.size(); ++i) writer.write(patches[i], layout.places[i]);
+  if (report != nullptr) *report = {};
+  Mesh result = options.method == UnwrapMethod::charts
+                    ? unwrap_charts(mesh, options, report)
+                    : unwrap_pairs(mesh, options, shapes, report);
   if (report == nullptr) return result;
-
-  *report = {};
-  for (const Patch& patch : patches) {
-    report->charts += patch.joined || patch.triangle[1] == no_index ? 1 : 2;
-  }
-  report->coverage = layout.coverage;
-  report->density_spread = density_spread(patches, layout, shapes);
-  report->border_texels = static_cast<double>(layout.rule.border) * options.size / layout.rule.side;
   if (degenerate != 0) {
     report->warnings.push_back(
         {"degenerate-triangles",
@@ -371,15 +390,6 @@ Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report
              " triangles have no area or a corner that is not finite (the first is " +
              std::to_string(example) + "); they cover no texel: all their UVs are at 0, 0",
          degenerate});
-  }
-  if (report->border_texels < options.border_texels) {
-    report->warnings.push_back(
-        {"border-shrunk",
-         std::to_string(report->charts) + " charts leave no room for a border of " +
-             std::to_string(options.border_texels) + " texels at a size of " +
-             std::to_string(options.size) + "; it is " + plain(report->border_texels) +
-             " texels: use a larger size or fewer faces",
-         report->charts});
   }
   report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -53,14 +53,21 @@ struct SimplifyReport {
 Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);
 
+/// How texture coordinates are made.
+enum class UnwrapMethod : std::uint8_t {
+  pairs,   ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
+  charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
+};
+
 /// How unwrap() lays charts out.
 struct UnwrapOptions {
+  UnwrapMethod method = UnwrapMethod::pairs;
   /// Map size that the border and the texel grid are meant for, texels (of a map that is not square:
   /// the smaller side). 16 to 65536.
   std::uint32_t size = 2048;
-  /// Empty texels between neighbouring charts, 1 to size / 4. Charts end on texel boundaries, so each
-  /// has half of them to itself: with 2, bilinear filtering of the full map never mixes charts, and
-  /// each further mip level needs twice as many.
+  /// Empty texels between neighbouring charts, 1 to size / 4. Each has half of them to itself: with 2,
+  /// bilinear filtering of the full map never mixes charts (of pairs, which end on texel boundaries),
+  /// and each further mip level needs twice as many.
   std::uint32_t border_texels = 2;
 };
 
@@ -75,8 +82,19 @@ struct UnwrapReport {
   std::vector<Warning> warnings;  ///< What was imperfect and handled
 };
 
-/// Gives a mesh UVs: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich,
-/// Goebel, "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).
+/// Gives a mesh UVs, by one of two methods.
+///
+/// **Charts** are grown by merging: triangles become patches while their normals agree, patches become
+/// charts while they can be laid flat within limits of distortion. Each is relaxed as rigidly as
+/// possible (Liu, Zhang, Xu, Gotsman, Gortler 2008), then its symmetric Dirichlet energy is lowered
+/// without a flip (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017). Charts are packed by bitmaps, at
+/// one scale: the texel density follows the area. What holds of the UVs that are returned, exactly: no
+/// triangle is mirrored or without area, no two overlap, and charts are `border_texels` apart (half of
+/// that from the map's edges). A triangle too small for a place in a chart is one of its own. Vertices at
+/// exactly the same position count as one. Borders that are too wide shrink, as below.
+///
+/// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel,
+/// "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).
 ///
 /// A pair is the two halves of a rectangle whose sides follow the lengths of the quadrilateral's and
 /// whose area follows the pair's, so that texel density is even; triangles left over share rectangles
@@ -90,10 +108,12 @@ struct UnwrapReport {
 /// ("border-shrunk" in the warnings). Triangles without area or with a corner that is not finite get
 /// UVs at one point and are counted ("degenerate-triangles").
 ///
-/// UVs the mesh had are replaced; all else is kept. Deterministic.
+/// UVs the mesh had are replaced; all else is kept. Deterministic: the same on every run and number of
+/// threads.
 /// \param report  where to write what was done; may be null
 /// \throws Error(usage) for options out of range, Error(input) where no triangle has any area
-/// Cost: about 10 ms for 5,000 triangles, 2 s for a million, on one core.
+/// Cost of pairs: about 10 ms for 5,000 triangles, 2 s for a million, on one core. Of charts: see
+/// tools/bench/README.md; meant for light meshes.
 Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options = {}, UnwrapReport* report = nullptr);
 
 }  // namespace kiln

@@ -60,7 +60,8 @@ struct BakeArguments {
   bool ao_ignore_back_faces = false;
   std::uint32_t faces = 0;
   std::string max_error;
-  bool unwrap = false;
+  bool unwrap = false;        // whether --unwrap was given
+  std::string unwrap_method;  // charts, pairs; empty: charts
   std::string save_match, load_match;
   double max_missed_percent = 100;
   bool force = false;

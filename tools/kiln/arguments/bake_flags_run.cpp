@@ -35,7 +35,14 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
                   "rendered normals and the dense mesh's that is to be reached (default: what the "
                   "largest map would reach)")
       ->group(group_low);
-  command.add_flag("--unwrap", a.unwrap, "Give LOW new UVs, and write it beside the maps")
+  command
+      .add_option("--unwrap", a.unwrap_method,
+                  "Give LOW new UVs, and write it beside the maps; without LOW, how to lay out the "
+                  "light mesh: charts (default: few large ones) or pairs (of triangles)")
+      ->expected(0, 1)
+      ->check(CLI::IsMember({"", "charts", "pairs"}))
+      ->each([&a](const std::string&) { a.unwrap = true; })
+      ->type_name("[charts|pairs]")
       ->group(group_low);
 
   const char* const group_run = "The run";

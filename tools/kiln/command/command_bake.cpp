@@ -8,6 +8,7 @@
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "arguments/unwrap_option.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
@@ -49,8 +50,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
                     std::vector<Warning>& warnings) {
   const Mesh& high = dense.mesh;
   const auto [width, height] = parse_size(arguments.size);
-  UnwrapOptions unwrap_options;
-  unwrap_options.size = std::max(16U, std::min(width, height));
+  const UnwrapOptions layout = unwrap_options(arguments.unwrap_method, std::min(width, height));
   LowMesh low;
   if (!arguments.low.empty()) {
     console.progress(kAtLow, "reading " + arguments.low);
@@ -88,7 +88,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
   }
   low.made = true;
   low.unwrapped.emplace();
-  low.mesh = unwrap(low.mesh, unwrap_options, &*low.unwrapped);
+  low.mesh = unwrap(low.mesh, layout, &*low.unwrapped);
   low.mesh.name = low.stem;
   return low;
 }

@@ -5,6 +5,7 @@
 
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "arguments/unwrap_option.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
@@ -15,7 +16,7 @@ namespace kiln::cli {
 namespace {
 
 struct SimplifyArguments {
-  std::string high, out, size = "2048", json;
+  std::string high, out, size = "2048", unwrap = "charts", json;
   std::uint32_t faces = 0;
   std::string max_error;
   bool quiet = false, force = false;
@@ -46,9 +47,8 @@ int run_simplify(const SimplifyArguments& arguments) {
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
-  UnwrapOptions unwrap_options;
-  unwrap_options.size = std::max(16U, std::min(width, height));
-  Mesh low = unwrap(simple, unwrap_options, &unwrap_report);
+  const UnwrapOptions layout = unwrap_options(arguments.unwrap, std::min(width, height));
+  Mesh low = unwrap(simple, layout, &unwrap_report);
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   save_obj(low, out);
   for (const auto* list : {&report.warnings, &unwrap_report.warnings}) {
@@ -70,7 +70,9 @@ int run_simplify(const SimplifyArguments& arguments) {
                        {"outputs", {arguments.out}},
                        {"faces", report.faces},
                        {"error", report.error},
+                       {"unwrap", arguments.unwrap},
                        {"charts", unwrap_report.charts},
+                       {"border_texels", unwrap_report.border_texels},
                        {"coverage", unwrap_report.coverage},
                        {"density_spread", unwrap_report.density_spread},
                        {"seconds",
@@ -101,6 +103,11 @@ Run add_simplify(CLI::App& app) {
                    "Largest deviation, as a share of the diagonal (default 0.2%)")
       ->excludes(faces);
   command->add_option("--size", arguments->size, "Map size that the borders are meant for")
+      ->capture_default_str();
+  command
+      ->add_option("--unwrap", arguments->unwrap,
+                   "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
+      ->check(CLI::IsMember({"charts", "pairs"}))
       ->capture_default_str();
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
   command->add_option("--json", arguments->json,

@@ -1,0 +1,39 @@
+// A chart's outline, turned, scaled and widened by half the padding, as rows of cells.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "lowpoly/flat_chart.h"
+
+namespace kiln {
+
+/// Closed polygons, none crossing another; inside is where a line to the outside crosses an odd number
+/// of sides.
+struct Outline {
+  std::vector<std::vector<FlatPoint>> rings;
+  double area = 0;  ///< Inside.
+};
+
+/// The cells that a widened outline touches: all of them, and few more.
+struct ChartMask {
+  /// Cells first to last of one row.
+  struct Run {
+    std::uint32_t row = 0, first = 0, last = 0;
+  };
+  std::uint32_t width = 0, height = 0;
+  std::vector<Run> runs;  ///< The longest first.
+  FlatPoint turn{1, 0};   ///< Cosine and sine.
+  FlatPoint shift;        ///< Cells: what the turned, scaled outline is moved by.
+};
+
+/// \param scale   cells per unit of the outline
+/// \param margin  cells that the outline is widened by; two masks without a common cell are of outlines
+///                at least twice this apart
+ChartMask make_mask(const Outline& outline, double angle, double scale, double margin);
+
+/// The turn, in [0, pi / 2), whose upright box is smallest.
+double best_box_angle(const Outline& outline);
+
+}  // namespace kiln

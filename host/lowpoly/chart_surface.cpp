@@ -1,0 +1,91 @@
+#include "lowpoly/chart_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "lowpoly/pairing.h"
+#include "mesh/usable.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// Opposite half-edges. An edge is inner where exactly two triangles meet and run along it in
+/// opposite senses.
+void find_mates(ChartSurface& surface) {
+  const std::size_t count = surface.triangles.size() * 3;
+  surface.mate.assign(count, no_index);
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> edges(count);
+  for (std::uint32_t h = 0; h < count; ++h) {
+    const std::uint64_t a = start_of(surface, h), b = end_of(surface, h);
+    edges[h] = {std::min(a, b) << 32 | std::max(a, b), h};
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < count;) {
+    std::size_t end = i + 1;
+    while (end < count && edges[end].first == edges[i].first) ++end;
+    const std::uint32_t a = edges[i].second, b = edges[end - 1].second;
+    if (end - i == 2 && start_of(surface, a) == end_of(surface, b)) {
+      surface.mate[a] = b;
+      surface.mate[b] = a;
+    }
+    i = end;
+  }
+}
+
+void measure(ChartSurface& surface) {
+  surface.length.resize(surface.triangles.size() * 3);
+  for (std::uint32_t h = 0; h < surface.length.size(); ++h) {
+    surface.length[h] =
+        length(surface.positions[end_of(surface, h)] - surface.positions[start_of(surface, h)]);
+  }
+  for (const Triangle& t : surface.triangles) {
+    const Vec3d& a = surface.positions[t[0]];
+    const Vec3d n = cross(surface.positions[t[1]] - a, surface.positions[t[2]] - a);
+    const double doubled = length(n);
+    surface.area.push_back(0.5 * doubled);
+    surface.normal.push_back(doubled > 0 ? n * (1 / doubled) : Vec3d{0, 0, 1});
+    surface.total_area += surface.area.back();
+  }
+}
+
+}  // namespace
+
+ChartSurface chart_surface(const Mesh& mesh) {
+  ChartSurface surface;
+  const std::vector<std::uint32_t> weld = weld_vertices(mesh.positions);
+  std::vector<std::uint32_t> number(mesh.positions.size(), no_index);
+  std::vector<std::uint32_t> kept;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!has_area(mesh.positions, mesh.triangles[t])) continue;
+    Triangle corners = mesh.triangles[t];
+    for (std::uint32_t& corner : corners) {
+      std::uint32_t& index = number[weld[corner]];
+      if (index == no_index) {
+        index = static_cast<std::uint32_t>(kept.size());
+        kept.push_back(weld[corner]);
+      }
+      corner = index;
+    }
+    surface.triangles.push_back(corners);
+    surface.source.push_back(t);
+  }
+  if (kept.empty()) return surface;
+  Vec3d low(mesh.positions[kept[0]]), high = low;
+  for (const std::uint32_t v : kept) {
+    const Vec3d p(mesh.positions[v]);
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  const double scale = std::ldexp(1.0, -std::ilogb(extent));
+  for (const std::uint32_t v : kept) {
+    surface.positions.push_back((Vec3d(mesh.positions[v]) - low) * scale);
+  }
+  find_mates(surface);
+  measure(surface);
+  return surface;
+}
+
+}  // namespace kiln

@@ -1,0 +1,36 @@
+// The surface that charts grow on: usable triangles, welded, with the half-edge across every edge.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// Half-edge 3 t + k runs from corner k of triangle t to the next corner.
+struct ChartSurface {
+  std::vector<Vec3d> positions;       ///< Moved to the origin, scaled by a power of two to about 1.
+  std::vector<Triangle> triangles;    ///< With area only; corners are welded.
+  std::vector<std::uint32_t> source;  ///< Their places in the mesh.
+  std::vector<std::uint32_t> mate;  ///< The half-edge opposite; no_index at borders and where more
+                                    ///< than two triangles meet or two disagree in orientation.
+  std::vector<double> length;       ///< Per half-edge.
+  std::vector<double> area;         ///< Per triangle.
+  std::vector<Vec3d> normal;        ///< Per triangle, unit.
+  double total_area = 0;
+};
+
+/// \param mesh  indices in range
+ChartSurface chart_surface(const Mesh& mesh);
+
+inline std::uint32_t next_half_edge(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+inline std::uint32_t start_of(const ChartSurface& surface, std::uint32_t h) {
+  return surface.triangles[h / 3][h % 3];
+}
+inline std::uint32_t end_of(const ChartSurface& surface, std::uint32_t h) {
+  return start_of(surface, next_half_edge(h));
+}
+
+}  // namespace kiln

@@ -1,0 +1,181 @@
+// Charts as flat meshes: cutting open, projecting, checking, measuring. The solvers are in
+// flat_solvers.cpp.
+#include "lowpoly/flat_chart.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "lowpoly/flat_predicates.h"
+#include "lowpoly/pairing.h"
+
+namespace kiln {
+namespace {
+
+/// Needles count as at least this high over their longest side.
+constexpr double least_height = 2e-3;
+
+/// The triangle in its own plane, counter-clockwise, its longest side along x.
+std::array<FlatPoint, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
+  std::uint32_t base = 0;  // The longest side starts at this corner.
+  for (std::uint32_t k = 1; k < 3; ++k) {
+    if (surface.length[3 * t + k] > surface.length[3 * t + base]) base = k;
+  }
+  const auto at = [&](std::uint32_t k) {
+    return surface.positions[surface.triangles[t][(base + k) % 3]];
+  };
+  const double side = surface.length[3 * t + base];
+  const Vec3d along = (at(1) - at(0)) * (1 / side);
+  const double foot = dot(at(2) - at(0), along);
+  const double height = std::max(2 * surface.area[t] / side, least_height * side);
+  std::array<FlatPoint, 3> points;
+  points[base] = {0, 0};
+  points[(base + 1) % 3] = {side, 0};
+  points[(base + 2) % 3] = {foot, height};
+  return points;
+}
+
+RestShape rest_shape(const std::array<FlatPoint, 3>& p) {
+  RestShape rest;
+  rest.area = 0.5 * cross(p[1] - p[0], p[2] - p[0]);
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const FlatPoint opposite = p[(k + 2) % 3] - p[(k + 1) % 3];
+    rest.gradient[k] = {-opposite.y / (2 * rest.area), opposite.x / (2 * rest.area)};
+  }
+  return rest;
+}
+
+/// The border's half-edges in order: round every vertex, over glued edges, to the next open one.
+std::vector<std::uint32_t> border_of(const ChartSurface& surface,
+                                     std::span<const std::uint8_t> glued, std::uint32_t first) {
+  std::vector<std::uint32_t> border;
+  std::uint32_t h = first;
+  do {
+    border.push_back(h);
+    h = next_half_edge(h);
+    while (glued[h] != 0) h = next_half_edge(surface.mate[h]);
+  } while (h != first);
+  return border;
+}
+
+}  // namespace
+
+FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
+                   std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local) {
+  FlatChart chart;
+  chart.source.assign(triangles.begin(), triangles.end());
+  const auto count = static_cast<std::uint32_t>(triangles.size());
+  for (std::uint32_t i = 0; i < count; ++i) local[triangles[i]] = i;
+  std::vector<std::uint32_t> root(std::size_t{count} * 3);
+  std::iota(root.begin(), root.end(), 0U);
+  const auto find = [&](std::uint32_t c) {
+    while (root[c] != c) c = root[c] = root[root[c]];
+    return c;
+  };
+  const auto join = [&](std::uint32_t a, std::uint32_t b) {
+    a = find(a), b = find(b);
+    root[std::max(a, b)] = std::min(a, b);
+  };
+  std::uint32_t open = no_index;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t h = 3 * triangles[i] + k;
+      if (glued[h] == 0) {
+        if (open == no_index) open = h;
+        continue;
+      }
+      const std::uint32_t m = surface.mate[h];
+      if (m < h) continue;
+      const std::uint32_t other = 3 * local[m / 3];
+      join(3 * i + k, other + (m % 3 + 1) % 3);
+      join(3 * i + (k + 1) % 3, other + m % 3);
+    }
+  }
+  std::vector<std::uint32_t> number(root.size());
+  chart.triangles.resize(count);
+  for (std::uint32_t c = 0; c < root.size(); ++c) {
+    const std::uint32_t r = find(c);
+    if (r == c) {
+      number[c] = static_cast<std::uint32_t>(chart.vertex.size());
+      chart.vertex.push_back(surface.triangles[triangles[c / 3]][c % 3]);
+    }
+    chart.triangles[c / 3][c % 3] = number[r];
+  }
+  for (const std::uint32_t t : triangles) chart.rest.push_back(rest_shape(rest_points(surface, t)));
+  for (const std::uint32_t h : border_of(surface, glued, open)) {
+    chart.boundary.push_back(chart.triangles[local[h / 3]][h % 3]);
+  }
+  chart.points.resize(chart.vertex.size());
+  return chart;
+}
+
+void project(FlatChart& chart, const ChartSurface& surface) {
+  Vec3d n;
+  for (const std::uint32_t t : chart.source) n += surface.normal[t] * surface.area[t];
+  const double size = length(n);
+  n = size > 0 ? n * (1 / size) : Vec3d{0, 0, 1};
+  const Vec3d helper = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  Vec3d u = cross(helper, n);
+  u = u * (1 / length(u));
+  const Vec3d v = cross(n, u);
+  for (std::size_t i = 0; i < chart.vertex.size(); ++i) {
+    const Vec3d& p = surface.positions[chart.vertex[i]];
+    chart.points[i] = {dot(p, u), dot(p, v)};
+  }
+}
+
+void lay_single(FlatChart& chart, const ChartSurface& surface) {
+  const std::array<FlatPoint, 3> points = rest_points(surface, chart.source[0]);
+  for (std::size_t k = 0; k < 3; ++k) chart.points[chart.triangles[0][k]] = points[k];
+}
+
+bool is_injective(const FlatChart& chart) {
+  for (const Triangle& t : chart.triangles) {
+    if (!surely_left(chart.points[t[0]], chart.points[t[1]], chart.points[t[2]])) return false;
+  }
+  std::vector<FlatPoint> border;
+  border.reserve(chart.boundary.size());
+  for (const std::uint32_t v : chart.boundary) border.push_back(chart.points[v]);
+  return is_simple(border);
+}
+
+FlatDistortion distortion(const FlatChart& chart) {
+  FlatDistortion result;
+  double area = 0, sum = 0;
+  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+    FlatPoint du, dv;  // The rows of the Jacobian.
+    for (std::size_t k = 0; k < 3; ++k) {
+      const FlatPoint& p = chart.points[chart.triangles[i][k]];
+      du = du + chart.rest[i].gradient[k] * p.x;
+      dv = dv + chart.rest[i].gradient[k] * p.y;
+    }
+    const double det = cross(du, dv);
+    if (!(det > 0))
+      return {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    const double squares = dot(du, du) + dot(dv, dv);
+    area += chart.rest[i].area;
+    sum += chart.rest[i].area * (squares * (1 + 1 / (det * det)) / 4 - 1);
+    const double a =
+        0.5 * (std::sqrt(squares + 2 * det) + std::sqrt(std::max(0.0, squares - 2 * det)));
+    result.worst = std::max({result.worst, a, a / det});
+  }
+  result.energy = sum / area;
+  return result;
+}
+
+void normalise(FlatChart& chart) {
+  double flat = 0, area = 0;
+  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+    const Triangle& t = chart.triangles[i];
+    flat += 0.5 *
+            cross(chart.points[t[1]] - chart.points[t[0]], chart.points[t[2]] - chart.points[t[0]]);
+    area += chart.rest[i].area;
+  }
+  if (!(flat > 0)) return;
+  const double scale = std::sqrt(area / flat);
+  for (FlatPoint& p : chart.points) p = p * scale;
+}
+
+}  // namespace kiln

@@ -1,0 +1,85 @@
+// One chart cut open and laid flat: least squares conformal maps, as-rigid-as-possible rounds, and
+// rounds that lower the symmetric Dirichlet energy without ever flipping or overlapping.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "lowpoly/chart_surface.h"
+
+namespace kiln {
+
+struct FlatPoint {
+  double x = 0, y = 0;
+};
+inline FlatPoint operator-(const FlatPoint& a, const FlatPoint& b) {
+  return {a.x - b.x, a.y - b.y};
+}
+inline FlatPoint operator+(const FlatPoint& a, const FlatPoint& b) {
+  return {a.x + b.x, a.y + b.y};
+}
+inline FlatPoint operator*(const FlatPoint& a, double s) { return {a.x * s, a.y * s}; }
+inline double cross(const FlatPoint& a, const FlatPoint& b) { return a.x * b.y - a.y * b.x; }
+inline double dot(const FlatPoint& a, const FlatPoint& b) { return a.x * b.x + a.y * b.y; }
+
+/// A triangle's own plane: what a map of its corners is measured by. Needles count as a little wider
+/// than they are, so that no weight grows without bound.
+struct RestShape {
+  std::array<FlatPoint, 3> gradient;  ///< Of each corner's hat function.
+  double area = 0;
+};
+
+struct FlatChart {
+  std::vector<std::uint32_t> source;    ///< Triangles of the surface.
+  std::vector<Triangle> triangles;      ///< The same, in vertices of the chart.
+  std::vector<RestShape> rest;          ///< The same.
+  std::vector<std::uint32_t> boundary;  ///< Vertices along the border, counter-clockwise.
+  std::vector<FlatPoint> points;        ///< Where each vertex lies.
+  std::vector<std::uint32_t> vertex;    ///< The surface's vertex of each.
+};
+
+/// How far from an isometry, over a chart's area.
+struct FlatDistortion {
+  double energy = 0;  ///< Mean of (a^2 + b^2 + 1/a^2 + 1/b^2) / 4 - 1 over singular values a, b.
+  double worst = 1;   ///< Largest of a, b, 1/a, 1/b; infinite where a triangle is flipped.
+};
+
+/// Cuts a chart open: corners are one vertex where glued half-edges connect them.
+/// \param glued  per half-edge of the surface, whether its two triangles are joined there
+/// \param local  scratch, one entry a triangle of the surface; any contents
+FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
+                   std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local);
+
+/// Lays the chart on the plane across its mean normal.
+void project(FlatChart& chart, const ChartSurface& surface);
+
+/// Lays a chart of one triangle as its rest shape.
+void lay_single(FlatChart& chart, const ChartSurface& surface);
+
+/// Least squares conformal map (Levy, Petitjean, Ray, Maillot 2002), two far vertices held where they
+/// are, then scaled to the surface's area.
+/// \returns false where the system has no solution; points are then as they were
+bool conformal(FlatChart& chart);
+
+/// Local and global rounds, as rigid as possible (Liu, Zhang, Xu, Gotsman, Gortler 2008, section 4).
+/// May flip triangles.
+bool rigid_rounds(FlatChart& chart, int rounds);
+
+/// Rounds of scalable locally injective mapping (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017):
+/// each lowers the symmetric Dirichlet energy along a line that stops before a triangle flips (Smith,
+/// Schaefer 2015) and before the border meets itself. The chart must be injective, and stays so.
+void injective_rounds(FlatChart& chart, int rounds);
+
+/// Whether the map is one to one: no triangle flipped or flat, and a border that does not meet itself.
+/// In double precision with an error bound: what is in doubt counts as overlap. Together the two
+/// suffice, since a disc's map that keeps orientation covers a point as often as its border winds.
+bool is_injective(const FlatChart& chart);
+
+FlatDistortion distortion(const FlatChart& chart);
+
+/// Scales the chart to the surface's area.
+void normalise(FlatChart& chart);
+
+}  // namespace kiln

@@ -1,0 +1,67 @@
+#include "lowpoly/flat_predicates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace kiln {
+namespace {
+
+/// 1: left, -1: right, 0: too close to tell.
+int side(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
+  const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
+  const double det = left - right;
+  const double bound = 3.3306690738754716e-16 * (std::abs(left) + std::abs(right));
+  return det > bound ? 1 : det < -bound ? -1 : 0;
+}
+
+/// Whether the two segments are apart beyond doubt: one lies on one side of the other's line.
+bool apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d) {
+  const int first = side(a, b, c), second = side(a, b, d);
+  if (first != 0 && first == second) return true;
+  const int third = side(c, d, a), fourth = side(c, d, b);
+  return third != 0 && third == fourth;
+}
+
+}  // namespace
+
+bool surely_left(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
+  return side(a, b, c) > 0;
+}
+
+bool is_simple(std::span<const FlatPoint> polygon) {
+  const std::size_t count = polygon.size();
+  if (count < 3) return false;
+  const auto end = [&](std::size_t i) -> const FlatPoint& { return polygon[(i + 1) % count]; };
+  std::vector<std::uint32_t> order(count);
+  std::iota(order.begin(), order.end(), 0U);
+  const auto left = [&](std::uint32_t i) { return std::min(polygon[i].x, end(i).x); };
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return left(a) < left(b); });
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t a = order[i];
+    const double right = std::max(polygon[a].x, end(a).x);
+    const auto [low, high] = std::minmax(polygon[a].y, end(a).y);
+    for (std::size_t j = i + 1; j < count && left(order[j]) <= right; ++j) {
+      const std::uint32_t b = order[j];
+      if (std::max(polygon[b].y, end(b).y) < low || std::min(polygon[b].y, end(b).y) > high)
+        continue;
+      const bool follows = (a + 1) % count == b;
+      if (follows || (b + 1) % count == a) {
+        // Neighbours share a corner; they overlap only where they fold back onto each other.
+        const std::uint32_t first = follows ? a : b, second = follows ? b : a;
+        if (side(polygon[first], end(first), end(second)) == 0 &&
+            dot(end(first) - polygon[first], end(second) - polygon[second]) <= 0) {
+          return false;
+        }
+        continue;
+      }
+      if (!apart(polygon[a], end(a), polygon[b], end(b))) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace kiln

@@ -1,0 +1,224 @@
+#include "lowpoly/unwrap_charts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/parallel.h"
+#include "lowpoly/bitmap_packing.h"
+#include "lowpoly/box_packing.h"
+#include "lowpoly/chart_growth.h"
+#include "lowpoly/flat_predicates.h"
+#include "lowpoly/pairing.h"
+
+namespace kiln {
+namespace {
+
+/// UVs are whole multiples of 2^-24: single precision holds them exactly up to 1, and double precision
+/// decides the side of a point without rounding.
+constexpr double steps = 16777216;
+/// Above this many charts they are packed by their boxes.
+constexpr std::size_t bitmap_limit = 1000;
+/// A padding that leaves less of the map to charts than this may be halved.
+constexpr double wanted_coverage = 0.25;
+/// But only where that raises the texels used by this factor.
+constexpr double worthwhile = 1.3;
+/// Rounds after growing; the energy hardly falls after these.
+constexpr int finishing_rounds = 4;
+
+/// A triangle by itself, as an equilateral one: what is too small for a place in a chart.
+FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::uint32_t t,
+                     double side, std::vector<std::uint32_t>& local) {
+  const std::array<std::uint32_t, 1> triangle{t};
+  FlatChart chart = cut_open(surface, triangle, borders.glued(), local);
+  for (std::uint32_t k = 0; k < 3; ++k) side = std::max(side, surface.length[3 * t + k]);
+  chart.points = {{0, 0}, {side, 0}, {0.5 * side, std::sqrt(0.75) * side}};
+  return chart;
+}
+
+std::vector<FlatChart> make_charts(const Mesh& mesh, const UnwrapOptions& options,
+                                   const std::vector<std::uint8_t>& lone, ChartSurface& surface,
+                                   int threads) {
+  surface = chart_surface(mesh);
+  if (surface.triangles.empty()) {
+    throw Error(ErrorCode::input,
+                "unwrap: mesh '" + mesh.name +
+                    "' has no triangle of positive area; check the file it is from");
+  }
+  for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
+    if (lone[h / 3] == 0 || surface.mate[h] == no_index) continue;
+    surface.mate[surface.mate[h]] = no_index;
+    surface.mate[h] = no_index;
+  }
+  ChartBorders borders(surface);
+  std::vector<FlatChart> charts = grow_charts(surface, borders, {});
+  const double texel = std::sqrt(surface.total_area) / options.size;
+  std::vector<std::uint32_t> local(surface.triangles.size());
+  for (FlatChart& chart : charts) {
+    if (lone[chart.source[0]] != 0)
+      chart = lone_chart(surface, borders, chart.source[0], texel, local);
+  }
+  const auto finish = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (charts[i].triangles.size() == 1) continue;
+      injective_rounds(charts[i], finishing_rounds);
+      normalise(charts[i]);
+    }
+  };
+  parallel_for(charts.size(), 1, finish, threads);
+  return charts;
+}
+
+double flat_area(const FlatChart& chart) {
+  double area = 0;
+  for (const Triangle& t : chart.triangles) {
+    const FlatPoint& a = chart.points[t[0]];
+    area += 0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a);
+  }
+  return area;
+}
+
+struct Layout {
+  OutlinePacking packing;
+  double padding = 0, coverage = 0;
+};
+
+Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
+                 int threads) {
+  // Rounding to UV steps may move two borders towards each other.
+  const double apart = padding + 4 * size / steps;
+  Layout layout{outlines.size() > bitmap_limit ? pack_boxes(outlines, size, apart)
+                                               : pack_outlines(outlines, size, apart, threads),
+                padding};
+  const double side = layout.packing.scale / size;
+  for (const Outline& outline : outlines) layout.coverage += outline.area * side * side;
+  return layout;
+}
+
+/// With the padding asked for, or with less where that lets charts have many more texels.
+Layout pack(const std::vector<FlatChart>& charts, const UnwrapOptions& options, int threads) {
+  std::vector<Outline> outlines(charts.size());
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    outlines[i].rings.resize(1);
+    for (const std::uint32_t v : charts[i].boundary) {
+      outlines[i].rings[0].push_back(charts[i].points[v]);
+    }
+    outlines[i].area = flat_area(charts[i]);
+  }
+  Layout best = pack_with(outlines, options.size, options.border_texels, threads);
+  while (best.coverage < wanted_coverage && (best.padding > 1 || best.coverage == 0)) {
+    if (best.padding < 1.0 / 1024) {
+      throw Error(ErrorCode::input, "unwrap: the mesh has too many charts for a texture of " +
+                                        std::to_string(options.size) +
+                                        " texels; simplify it first, or use a larger size");
+    }
+    Layout next = pack_with(outlines, options.size, 0.5 * best.padding, threads);
+    // Long thin charts leave room whatever the padding.
+    if (best.coverage > 0 && next.coverage < worthwhile * best.coverage) break;
+    best = std::move(next);
+  }
+  return best;
+}
+
+/// Moves the chart's points to their places in the texture, in whole steps.
+void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t size) {
+  for (FlatPoint& p : chart.points) {
+    const FlatPoint q = p * scale;
+    const FlatPoint texel{at.turn.x * q.x - at.turn.y * q.y + at.shift.x,
+                          at.turn.y * q.x + at.turn.x * q.y + at.shift.y};
+    p = {std::round(texel.x / size * steps), std::round(texel.y / size * steps)};
+  }
+}
+
+/// Marks triangles that rounding has flattened or flipped; where none is, but the border touches itself,
+/// all of the chart's. \returns whether any was
+bool mark_failures(const FlatChart& chart, std::vector<std::uint8_t>& lone) {
+  if (is_injective(chart)) return false;
+  bool any = false;
+  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+    const Triangle& t = chart.triangles[i];
+    if (surely_left(chart.points[t[0]], chart.points[t[1]], chart.points[t[2]])) continue;
+    lone[chart.source[i]] = 1;
+    any = true;
+  }
+  if (!any) {
+    for (const std::uint32_t t : chart.source) lone[t] = 1;
+  }
+  return true;
+}
+
+Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
+  Mesh result = mesh;
+  result.uvs = {{0, 0}};  // All corners of the triangles that cover nothing.
+  result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
+  for (const FlatChart& chart : charts) {
+    const auto first = static_cast<std::uint32_t>(result.uvs.size());
+    for (const FlatPoint& p : chart.points) {
+      result.uvs.push_back({static_cast<float>(p.x / steps), static_cast<float>(p.y / steps)});
+    }
+    for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+      Triangle& uv = result.uv_triangles[surface.source[chart.source[i]]];
+      for (std::size_t k = 0; k < 3; ++k) uv[k] = first + chart.triangles[i][k];
+    }
+  }
+  return result;
+}
+
+void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts, double padding,
+              const UnwrapOptions& options, UnwrapReport& report) {
+  report.charts = charts.size();
+  report.border_texels = padding;
+  double weight = 0, sum = 0, squares = 0;
+  for (const FlatChart& chart : charts) {
+    for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+      const Triangle& t = chart.triangles[i];
+      const FlatPoint& a = chart.points[t[0]];
+      const double flat =
+          0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a) / (steps * steps);
+      const double area = surface.area[chart.source[i]];
+      const double density = std::log2(flat) - std::log2(area);
+      report.coverage += flat;
+      weight += area, sum += area * density, squares += area * density * density;
+    }
+  }
+  const double mean = sum / weight;
+  report.density_spread = std::sqrt(std::max(0.0, squares / weight - mean * mean));
+  if (padding < options.border_texels) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%g", padding);
+    report.warnings.push_back({"border-shrunk",
+                               std::to_string(report.charts) +
+                                   " charts leave no room for a border of " +
+                                   std::to_string(options.border_texels) + " texels at a size of " +
+                                   std::to_string(options.size) + "; it is " + text.data() +
+                                   " texels: use a larger size or fewer faces",
+                               report.charts});
+  }
+}
+
+}  // namespace
+
+Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
+                   int threads) {
+  std::vector<std::uint8_t> lone(mesh.triangles.size(), 0);
+  // Each round sets at least one more triangle apart, and one by itself always has a place.
+  for (;;) {
+    ChartSurface surface;
+    std::vector<FlatChart> charts = make_charts(mesh, options, lone, surface, threads);
+    const Layout layout = pack(charts, options, threads);
+    bool failed = false;
+    for (std::size_t i = 0; i < charts.size(); ++i) {
+      place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
+      failed = mark_failures(charts[i], lone) || failed;
+    }
+    if (failed) continue;
+    if (report != nullptr) describe(surface, charts, layout.padding, options, *report);
+    return write(mesh, surface, charts);
+  }
+}
+
+}  // namespace kiln

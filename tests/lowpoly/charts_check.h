@@ -1,0 +1,37 @@
+// What must hold for a layout by charts, whatever the mesh.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+
+#include "kiln/lowpoly.h"
+#include "reference/layout.h"
+
+namespace kiln::test {
+
+/// UVs by charts are whole multiples of this share of the map.
+inline constexpr std::int64_t chart_grid = std::int64_t{1} << 24;
+
+/// Unwraps by charts and holds the result against the exact oracle: nothing mirrored, no two triangles
+/// overlapping, charts as far apart as the report says, nothing but the UVs changed.
+inline LayoutFacts check_charts(const Mesh& mesh, UnwrapOptions options, UnwrapReport& report,
+                                Mesh* result = nullptr) {
+  options.method = UnwrapMethod::charts;
+  const Mesh out = unwrap(mesh, options, &report);
+  EXPECT_EQ(out.positions, mesh.positions);
+  EXPECT_EQ(out.triangles, mesh.triangles);
+  const auto border = static_cast<std::int64_t>(
+      std::floor(report.border_texels * static_cast<double>(chart_grid) / options.size));
+  EXPECT_GE(border, 1);
+  LayoutFacts facts = check_layout(out, chart_grid, border, options.size);
+  EXPECT_EQ(facts.first_fault, "");
+  EXPECT_EQ(facts.charts, report.charts);
+  EXPECT_NEAR(facts.coverage, report.coverage, 1e-9);
+  EXPECT_NEAR(facts.density_spread, report.density_spread, 1e-4);
+  if (result != nullptr) *result = out;
+  return facts;
+}
+
+}  // namespace kiln::test

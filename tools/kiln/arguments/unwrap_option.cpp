@@ -1,0 +1,17 @@
+#include "arguments/unwrap_option.h"
+
+#include <algorithm>
+
+namespace kiln::cli {
+
+UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size) {
+  UnwrapOptions options;
+  options.size = std::clamp(size, 16U, 65536U);
+  if (method != "pairs") {
+    options.method = UnwrapMethod::charts;
+    options.border_texels = std::max(2U, options.size / 128);
+  }
+  return options;
+}
+
+}  // namespace kiln::cli
