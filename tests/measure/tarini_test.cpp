@@ -61,20 +61,20 @@ MatchAssessment assess_plane(const Mesh& low, float height, const Map& map,
 
 TEST(Tarini, APlaneOverAPlaneHasTheFiguresOfGeometry) {
   KILN_REQUIRE_DEVICE();
-  const MatchAssessment a = assess_plane(test::plane(1, 1), 20, point, 4096);
+  const MatchAssessment a = assess_plane(test::plane(1, 1), 1, point, 4096);
   // A ray at the angle t to the normal meets the upper plane h tan t beside the match. The mean over the
-  // hemisphere by the cosine: h pi / 2, the integral of sin t over that of cos t. Rays within a degree of
-  // the plane pass beside the triangle or are few: 1%.
-  EXPECT_NEAR(a.object_space.mean, 20 * std::numbers::pi / 2, 0.02 * 20 * std::numbers::pi / 2);
+  // hemisphere by the cosine: h pi / 2, the integral of sin t over that of cos t. Rays within 0.3 degrees
+  // of the plane pass beside the triangle: less than 1% of it.
+  EXPECT_NEAR(a.object_space.mean, std::numbers::pi / 2, 0.02 * std::numbers::pi / 2);
   EXPECT_GT(a.object_space.rms, a.object_space.mean);
-  EXPECT_GT(a.object_space.share, 0.98);
+  EXPECT_GT(a.object_space.share, 0.999);
   // sin t, by the cosine: 2/3, and the root of 1/2.
   EXPECT_NEAR(a.normalised_image_space.mean, 2.0 / 3, 1e-3);
   EXPECT_NEAR(a.normalised_image_space.rms, std::sqrt(0.5), 1e-3);
   EXPECT_EQ(a.normalised_image_space.share, 1);
-  EXPECT_NEAR(a.image_space.mean, 20 * 2.0 / 3, 20 * 1e-3);
-  EXPECT_NEAR(a.image_space.rms, 20 * std::sqrt(0.5), 20 * 1e-3);
-  EXPECT_NEAR(a.match_distance.mean, 20, 1e-3);
+  EXPECT_NEAR(a.image_space.mean, 2.0 / 3, 1e-3);
+  EXPECT_NEAR(a.image_space.rms, std::sqrt(0.5), 1e-3);
+  EXPECT_NEAR(a.match_distance.mean, 1, 1e-3);
   // Of one texel what holds of all, since all see the same.
   EXPECT_NEAR(a.fields.normalised_image_space.pixels[2000], a.normalised_image_space.mean, 1e-4);
 }
@@ -244,7 +244,7 @@ TEST(Tarini, AgreesWithBruteForceWhereThingsHideEachOther) {
     }
     EXPECT_EQ(missed, a.missed);
     EXPECT_GT(compared, 300U);
-    EXPECT_LE(doubtful, 4U);
+    EXPECT_LE(doubtful, 20U);
     const double some = 2e-3;  // what the doubtful ones may change
     EXPECT_NEAR(a.object_space.mean / (totals.apart / totals.met), 1, some);
     EXPECT_NEAR(a.object_space.rms / std::sqrt(totals.apart_square / totals.met), 1, some);
@@ -266,11 +266,11 @@ TEST(Tarini, AgreesWithBruteForceWhereThingsHideEachOther) {
 TEST(Tarini, RaysLieAsThePixelsOfPicturesDo) {
   KILN_REQUIRE_DEVICE();
   // The paper's own way: pixels of orthogonal pictures, each with the texel that it shows.
-  const Rated r(test::BumpySphere::dense(2000), test::BumpySphere::light(16, 8), MatchMethod::ray,
+  const Rated r(test::BumpySphere::dense(600), test::BumpySphere::light(12, 6), MatchMethod::ray,
                 128, 12, Length::share(0.1));
   std::vector<const reference::AssessTexel*> at(r.match.triangle.size(), nullptr);
   for (const reference::AssessTexel& texel : r.texels) at[texel.element] = &texel;
-  constexpr int kPixels = 48;
+  constexpr int kPixels = 96;
   double apart = 0, across = 0, pixels = 0;
   for (const Vec3& direction : r.directions) {
     const Vec3d d(direction);
@@ -307,10 +307,10 @@ TEST(Tarini, RaysLieAsThePixelsOfPicturesDo) {
       ++pixels;
     }
   }
-  ASSERT_GT(pixels, 12000);
-  // 16,000 pixels of values that vary by about their mean: 1%, twice.
-  EXPECT_NEAR(r.assessment.object_space.mean, apart / pixels, 0.02 * apart / pixels);
-  EXPECT_NEAR(r.assessment.image_space.mean, across / pixels, 0.02 * across / pixels);
+  ASSERT_GT(pixels, 50000);
+  // Near the outline, where distances are longest, a pixel spans a third of them: 3%.
+  EXPECT_NEAR(r.assessment.object_space.mean, apart / pixels, 0.03 * apart / pixels);
+  EXPECT_NEAR(r.assessment.image_space.mean, across / pixels, 0.03 * across / pixels);
 }
 
 TEST(Tarini, AgreesWithBruteForceOnTheBunny) {
@@ -321,14 +321,14 @@ TEST(Tarini, AgreesWithBruteForceOnTheBunny) {
                 load_mesh(*test::shared_data("bunny_low.obj")), MatchMethod::ray, 256, 12,
                 Length::share(0.02));
   std::size_t compared = 0;
-  for (std::size_t i = 0; i < r.texels.size() && compared < 60; i += 401) {
+  for (std::size_t i = 0; i < r.texels.size() && compared < 60; i += 301) {
     const reference::AssessTexel& texel = r.texels[i];
     if (!texel.found) continue;
     const reference::RaySums sums = reference::view_texel(r.high, r.low, texel, r.directions);
     if (sums.near_edge || !(sums.met > 0)) continue;
     ++compared;
-    // The bunny's diagonal is 0.25; single precision makes 1e-7 of it, aslant at a face some ten times.
-    EXPECT_NEAR(r.assessment.fields.object_space.pixels[texel.element], sums.apart / sums.met, 2e-6)
+    // The bunny's diagonal is 0.25; single precision makes 1e-7 of it, aslant at a face a hundred times.
+    EXPECT_NEAR(r.assessment.fields.object_space.pixels[texel.element], sums.apart / sums.met, 5e-6)
         << texel.element;
     EXPECT_NEAR(r.assessment.fields.image_space.pixels[texel.element], sums.across / sums.seen,
                 2e-7);
@@ -340,6 +340,37 @@ TEST(Tarini, AgreesWithBruteForceOnTheBunny) {
   EXPECT_NEAR(static_cast<double>(r.assessment.uniformity.pairs), static_cast<double>(pairs),
               1e-3 * static_cast<double>(pairs));
   EXPECT_NEAR(r.assessment.uniformity.mean_percent / percent, 1, 0.01);
+}
+
+TEST(Tarini, TheBunnysFiguresAreThoseFoundIndependently) {
+  KILN_REQUIRE_DEVICE();
+  KILN_REQUIRE_DATA("bunny_high.ply");
+  KILN_REQUIRE_DATA("bunny_low.obj");
+  // By another program, at 512 x 512 texels: object space in % of the diagonal, normalised, uniformity.
+  struct Figures {
+    MatchMethod method;
+    double object_space, normalised, uniformity;
+  };
+  const Mesh low = load_mesh(*test::shared_data("bunny_low.obj"));
+  const Source source(*test::device(), load_mesh(*test::shared_data("bunny_high.ply")));
+  for (const Figures& known : {Figures{MatchMethod::closest, 0.0982, 0.657, 1.65},
+                               Figures{MatchMethod::ray, 0.0982, 0.657, 1.35},
+                               Figures{MatchMethod::visibility, 0.0972, 0.649, 1.11}}) {
+    BakeOptions bake_with;
+    bake_with.method = known.method;
+    bake_with.width = bake_with.height = 512;
+    bake_with.max_distance = Length::share(0.02);
+    bake_with.keep_match = true;
+    const Match match = *bake(source, low, bake_with).match;
+    AssessOptions options;
+    options.directions = 128;
+    const MatchAssessment a = assess(source, low, match, options);
+    // Other directions, other edges between texels: as far as two such programs may differ.
+    EXPECT_NEAR(100 * a.object_space.mean / a.diagonal, known.object_space,
+                0.03 * known.object_space);
+    EXPECT_NEAR(a.normalised_image_space.mean, known.normalised, 0.005);
+    EXPECT_NEAR(a.uniformity.mean_percent, known.uniformity, 0.1 * known.uniformity);
+  }
 }
 
 }  // namespace
