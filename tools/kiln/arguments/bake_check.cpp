@@ -42,10 +42,10 @@ void check_low(const BakeArguments& a) {
     fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
          "' was given: leave one of them out.");
   }
-  if (a.low.empty() && a.unwrap && a.unwrap_method.empty()) {
+  if (a.low.empty() && a.unwrap && a.unwrap_method == "given") {
     fail(
         "--unwrap alone is for a given LOW; a light mesh that Kiln makes is always unwrapped: say "
-        "how, --unwrap charts or --unwrap pairs, or leave it out.");
+        "how, --unwrap=charts or --unwrap=pairs, or leave it out.");
   }
   if (a.low.empty() && a.unwrap && is_height_field(a.high)) {
     fail("--unwrap is not for a light mesh of a height field, which lies over the image as it is.");

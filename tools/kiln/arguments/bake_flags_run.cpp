@@ -36,13 +36,13 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
                   "largest map would reach)")
       ->group(group_low);
   command
-      .add_option("--unwrap", a.unwrap_method,
-                  "Give LOW new UVs, and write it beside the maps; without LOW, how to lay out the "
-                  "light mesh: charts (default: few large ones) or pairs (of triangles)")
-      ->expected(0, 1)
-      ->check(CLI::IsMember({"", "charts", "pairs"}))
+      .add_flag("--unwrap{given}", a.unwrap_method,
+                "Give LOW new UVs, and write it beside the maps. How the light mesh is laid out, "
+                "with LOW or without: --unwrap=pairs (of triangles, default) or --unwrap=charts (few "
+                "large ones)")
+      ->check(CLI::IsMember({"given", "charts", "pairs"}))
       ->each([&a](const std::string&) { a.unwrap = true; })
-      ->type_name("[charts|pairs]")
+      ->type_name("[=charts|pairs]")
       ->group(group_low);
 
   const char* const group_run = "The run";

@@ -16,7 +16,7 @@ namespace kiln::cli {
 namespace {
 
 struct SimplifyArguments {
-  std::string high, out, size = "2048", unwrap = "charts", json;
+  std::string high, out, size = "2048", unwrap = "pairs", json;
   std::uint32_t faces = 0;
   std::string max_error;
   bool quiet = false, force = false;
@@ -106,7 +106,7 @@ Run add_simplify(CLI::App& app) {
       ->capture_default_str();
   command
       ->add_option("--unwrap", arguments->unwrap,
-                   "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
+                   "How UVs are laid out: pairs (of triangles) or charts (few large ones)")
       ->check(CLI::IsMember({"charts", "pairs"}))
       ->capture_default_str();
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
