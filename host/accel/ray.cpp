@@ -56,12 +56,11 @@ struct RayCaster::Impl {
     params.offset = query.offset;
     params.capacity = capacity;
     params.result_capacity = result_capacity;
-    params.flags = (query.use_reach ? KILN_RAY_USE_REACH : 0) |
-                   (query.inward ? KILN_RAY_INWARD : 0) |
-                   (query.outward_first ? KILN_RAY_OUTWARD_FIRST : 0) |
-                   (query.two_sided ? KILN_RAY_TWO_SIDED : 0) |
-                   (query.outermost ? KILN_RAY_OUTERMOST : 0) |
-                   (query.limited ? KILN_RAY_LIMITED : 0);
+    params.flags =
+        (query.use_reach ? KILN_RAY_USE_REACH : 0) | (query.inward ? KILN_RAY_INWARD : 0) |
+        (query.outward_first ? KILN_RAY_OUTWARD_FIRST : 0) |
+        (query.two_sided ? KILN_RAY_TWO_SIDED : 0) | (query.outermost ? KILN_RAY_OUTERMOST : 0) |
+        (query.limited ? KILN_RAY_LIMITED : 0);
     return params;
   }
 

@@ -36,13 +36,14 @@ Colour colour_of(const DensePoint& point) {
 
 MapRow provenance_map() {
   MapRow row;
-  row.info = {MapKind{"provenance"},
-              3,
-              MapType::id,
-              "how the point was found: green ray outward, lime ray outward past a nearer face, blue "
-              "ray inward, yellow cage, orange depth view, cyan nearest point, grey UV, magenta missed",
-              0,
-              1};
+  row.info = {
+      MapKind{"provenance"},
+      3,
+      MapType::id,
+      "how the point was found: green ray outward, lime ray outward past a nearer face, blue "
+      "ray inward, yellow cage, orange depth view, cyan nearest point, grey UV, magenta missed",
+      0,
+      1};
   // It follows the match alone; but texels that are read for changed normals have no status.
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {

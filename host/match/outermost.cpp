@@ -152,8 +152,7 @@ class OutermostMatcher : public Matcher {
     chosen.write(context_, result);
     context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count, count,
                     match.capacity, indices, result.triangle, result.barycentric, result.distance,
-                    result.status, match.triangle, match.barycentric, match.distance,
-                    match.status);
+                    result.status, match.triangle, match.barycentric, match.distance, match.status);
     context_.finish();  // `indices` and `result` go
   }
 

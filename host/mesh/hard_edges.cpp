@@ -122,9 +122,9 @@ HardEdges::Near HardEdges::near(const LowSurface& surface, float width) const {
       if (surface.usable[t] == 0) continue;
       const auto& [a, b, c] = surface.triangles[t];
       const Box box = box_of(std::array{a.position, b.position, c.position}, 0);
-      const auto from = std::lower_bound(
-          order.begin(), order.end(), box.lo[0] - longest,
-          [&](std::uint32_t e, float x) { return boxes[e].lo[0] < x; });
+      const auto from =
+          std::lower_bound(order.begin(), order.end(), box.lo[0] - longest,
+                           [&](std::uint32_t e, float x) { return boxes[e].lo[0] < x; });
       for (auto e = from; e != order.end() && boxes[*e].lo[0] <= box.hi[0]; ++e) {
         if (overlap(boxes[*e], box)) lists[t].push_back(*e);
       }

@@ -25,8 +25,9 @@ BakeOptions sized(std::uint32_t size, RayRule rule = RayRule::outermost) {
 }
 
 struct Seen {
-  double unseen = 0;  ///< Share of samples whose match is of a part that next to no view shows there
-  double shown = 0;   ///< Mean share of views that show the matched part
+  double unseen =
+      0;             ///< Share of samples whose match is of a part that next to no view shows there
+  double shown = 0;  ///< Mean share of views that show the matched part
 };
 
 Seen seen(const Source& source, const sample::HardScene& scene, RayRule rule) {
@@ -34,8 +35,7 @@ Seen seen(const Source& source, const sample::HardScene& scene, RayRule rule) {
   // The default reach, 2% of the diagonal, in the frame.
   const auto& frame = source.impl().frame;
   const auto reach = static_cast<float>(0.02 * frame.diagonal * frame.scale);
-  const std::vector<double> shares =
-      test::shown_shares(source, scene.high, scene.low, bake, reach);
+  const std::vector<double> shares = test::shown_shares(source, scene.high, scene.low, bake, reach);
   Seen result;
   std::size_t counted = 0;
   for (const double share : shares) {
@@ -71,8 +71,11 @@ TEST(Outermost, TakesWhatViewsShow) {
 
 Mesh joined(const Mesh& a, const Mesh& b) {
   Mesh both = a;
-  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-  const auto shifted = [](std::vector<Triangle>& to, const std::vector<Triangle>& from, std::size_t by) {
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  const auto shifted = [](std::vector<Triangle>& to, const std::vector<Triangle>& from,
+                          std::size_t by) {
     for (Triangle triangle : from) {
       for (std::uint32_t& index : triangle) index += static_cast<std::uint32_t>(by);
       to.push_back(triangle);

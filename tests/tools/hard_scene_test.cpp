@@ -62,7 +62,8 @@ TEST(HardScene, IsClosedAndFacesOutward) {
         ASSERT_NEAR(double{n.x} * n.x + double{n.y} * n.y + double{n.z} * n.z, 1, 1e-5);
       }
       // A cylinder of 12 sides leans 15 degrees from its normals, a rounding less.
-      for (std::size_t t = 0; t < mesh->triangles.size(); ++t) ASSERT_GT(facing(*mesh, t), 0.9) << t;
+      for (std::size_t t = 0; t < mesh->triangles.size(); ++t)
+        ASSERT_GT(facing(*mesh, t), 0.9) << t;
     }
   }
 }
@@ -78,8 +79,8 @@ TEST(HardScene, HasUvsThatFit) {
         ASSERT_GE(std::min(uv.x, uv.y), 0.0F);
         ASSERT_LE(std::max(uv.x, uv.y), 1.0F);
       }
-      const double twice = (double{b.x} - a.x) * (double{c.y} - a.y) -
-                           (double{c.x} - a.x) * (double{b.y} - a.y);
+      const double twice =
+          (double{b.x} - a.x) * (double{c.y} - a.y) - (double{c.x} - a.x) * (double{b.y} - a.y);
       EXPECT_GT(twice, 0);  // not mirrored
       area += twice / 2;
     }

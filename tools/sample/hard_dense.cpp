@@ -141,8 +141,7 @@ void DenseParts::disc(const Stand& stand, double radius, double height, double r
       return {radius - rounding + rounding * std::cos(angle),
               height - rounding + rounding * std::sin(angle)};
     };
-    profile.push_back(
-        {on(a), on(b), {std::cos(a), std::sin(a)}, {std::cos(b), std::sin(b)}});
+    profile.push_back({on(a), on(b), {std::cos(a), std::sin(a)}, {std::cos(b), std::sin(b)}});
   }
   profile.push_back({{radius - rounding, height}, {0, height}, {0, 1}, {0, 1}});
   turned(stand, profile, segments);

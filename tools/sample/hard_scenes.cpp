@@ -74,8 +74,8 @@ HardScene cylinder() {
 
 HardScene bracket() {
   Builder b("bracket");
-  const Outline outline = {{-0.8, -0.8}, {0.8, -0.8}, {0.8, -0.45}, {-0.45, -0.45}, {-0.45, 0.8},
-                           {-0.8, 0.8}};
+  const Outline outline = {{-0.8, -0.8},   {0.8, -0.8},  {0.8, -0.45},
+                           {-0.45, -0.45}, {-0.45, 0.8}, {-0.8, 0.8}};
   const std::array<double, 2> centre = {-0.625, -0.625};
   b.high.extrusion({}, outline, centre, 0.7, 0.05);
   b.low.extrusion({}, outline, centre, 0.7);
@@ -122,25 +122,25 @@ HardScene pipe() {
 
 HardScene assembly() {
   Builder b("assembly");
-  b.box({}, {0.6, 0.16, 0.1}, 0.02);                                            // receiver
-  b.box(Stand{}.moved(0, 0.2, 0), {0.5, 0.045, 0.05}, 0.012);                   // rail
-  b.rod(stand_along({0.58, 0.03, 0}, {1, 0, 0}), 0.07, 0.75, 0.015);            // barrel
-  b.rod(stand_along({1.28, 0.03, 0}, {1, 0, 0}), 0.1, 0.18, 0.02);              // muzzle
-  b.box(Stand{}.moved(0.85, 0.03, 0), {0.24, 0.11, 0.11}, 0.02);                // hand guard
-  b.box(Stand{}.moved(-0.95, -0.02, 0), {0.36, 0.12, 0.07}, 0.025);             // stock
-  b.box(Stand{}.moved(-1.29, -0.06, 0), {0.035, 0.2, 0.08}, 0.015);             // butt plate
+  b.box({}, {0.6, 0.16, 0.1}, 0.02);                                  // receiver
+  b.box(Stand{}.moved(0, 0.2, 0), {0.5, 0.045, 0.05}, 0.012);         // rail
+  b.rod(stand_along({0.58, 0.03, 0}, {1, 0, 0}), 0.07, 0.75, 0.015);  // barrel
+  b.rod(stand_along({1.28, 0.03, 0}, {1, 0, 0}), 0.1, 0.18, 0.02);    // muzzle
+  b.box(Stand{}.moved(0.85, 0.03, 0), {0.24, 0.11, 0.11}, 0.02);      // hand guard
+  b.box(Stand{}.moved(-0.95, -0.02, 0), {0.36, 0.12, 0.07}, 0.025);   // stock
+  b.box(Stand{}.moved(-1.29, -0.06, 0), {0.035, 0.2, 0.08}, 0.015);   // butt plate
   const double tilt = 0.3;
   const Stand leaning{{-0.4, -0.33, 0},
                       {std::cos(tilt), std::sin(tilt), 0},
                       {-std::sin(tilt), std::cos(tilt), 0},
                       {0, 0, 1}};
-  b.box(leaning, {0.1, 0.24, 0.07}, 0.025);                                     // grip
-  b.box(Stand{}.moved(0.2, -0.36, 0), {0.11, 0.26, 0.06}, 0.015);               // magazine
-  b.box(Stand{}.moved(-0.12, -0.27, 0), {0.16, 0.015, 0.04}, 0.006);            // trigger guard
-  b.box(Stand{}.moved(-0.14, -0.2, 0), {0.02, 0.06, 0.015}, 0.006);             // trigger
-  b.box(Stand{}.moved(1.2, 0.16, 0), {0.03, 0.07, 0.015}, 0.006);               // front sight
-  b.box(Stand{}.moved(-0.42, 0.27, 0), {0.05, 0.04, 0.04}, 0.01);               // rear sight
-  b.rod(stand_along({0.2, 0.05, 0.09}, {0, 0, 1}), 0.05, 0.1, 0.012);           // bolt handle
+  b.box(leaning, {0.1, 0.24, 0.07}, 0.025);                            // grip
+  b.box(Stand{}.moved(0.2, -0.36, 0), {0.11, 0.26, 0.06}, 0.015);      // magazine
+  b.box(Stand{}.moved(-0.12, -0.27, 0), {0.16, 0.015, 0.04}, 0.006);   // trigger guard
+  b.box(Stand{}.moved(-0.14, -0.2, 0), {0.02, 0.06, 0.015}, 0.006);    // trigger
+  b.box(Stand{}.moved(1.2, 0.16, 0), {0.03, 0.07, 0.015}, 0.006);      // front sight
+  b.box(Stand{}.moved(-0.42, 0.27, 0), {0.05, 0.04, 0.04}, 0.01);      // rear sight
+  b.rod(stand_along({0.2, 0.05, 0.09}, {0, 0, 1}), 0.05, 0.1, 0.012);  // bolt handle
   for (const double z : {-1.0, 1.0}) {
     for (const double x : {-0.45, -0.1, 0.42}) {
       b.stamp(stand_along({x, -0.06, 0.1 * z}, {0, 0, z}), 0.05, -0.01, 0.015);

@@ -62,8 +62,9 @@ void check_rays(const BakeArguments& a) {
     fail("--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
   }
   if (!a.cage_mesh.empty() && a.given.contains("--direction")) {
-    fail("--direction is for rays without --cage-mesh, which says where they leave to: leave one "
-         "out.");
+    fail(
+        "--direction is for rays without --cage-mesh, which says where they leave to: leave one "
+        "out.");
   }
   if (a.given.contains("--edge-width") && (a.direction != "auto" || !a.cage_mesh.empty())) {
     fail("--edge-width is for --direction auto, without --cage-mesh.");

@@ -30,10 +30,9 @@ const std::map<std::string, RayRule>& ray_rule_values() {
 }
 
 const std::map<std::string, RayDirection>& ray_direction_values() {
-  static const std::map<std::string, RayDirection> values = {
-      {"auto", RayDirection::automatic},
-      {"averaged", RayDirection::averaged},
-      {"face", RayDirection::face}};
+  static const std::map<std::string, RayDirection> values = {{"auto", RayDirection::automatic},
+                                                             {"averaged", RayDirection::averaged},
+                                                             {"face", RayDirection::face}};
   return values;
 }
 

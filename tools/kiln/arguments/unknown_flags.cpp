@@ -21,7 +21,8 @@ constexpr std::string_view kOneTile =
     "and "
     "bake each.";
 constexpr std::string_view kSkew =
-    "Kiln has no skew map yet. With --direction auto details on flat faces stand straight. Add edges "
+    "Kiln has no skew map yet. With --direction auto details on flat faces stand straight. Add "
+    "edges "
     "to LOW where detail slides all the same.";
 constexpr std::string_view kExplode =
     "Kiln has no exploded bake yet. Bake each part of HIGH and LOW in a run of its own.";

@@ -105,9 +105,10 @@ std::string shares(const BakeReport& report) {
   std::string text;
   for (const auto& [name, count] :
        {std::pair{"outward", report.outward},
-        std::pair{"outward past a nearer face", report.passed_over}, std::pair{"inward", report.inward},
-        std::pair{"cage", report.cage}, std::pair{"views", report.viewed},
-        std::pair{"closest", report.closest}, std::pair{"UV", report.by_uv}}) {
+        std::pair{"outward past a nearer face", report.passed_over},
+        std::pair{"inward", report.inward}, std::pair{"cage", report.cage},
+        std::pair{"views", report.viewed}, std::pair{"closest", report.closest},
+        std::pair{"UV", report.by_uv}}) {
     if (count == 0) continue;
     text += (text.empty() ? "" : ", ") + std::string(name) + " " + percent(count, report.samples);
   }

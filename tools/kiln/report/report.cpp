@@ -102,10 +102,17 @@ Json describe(const UvReport& uv) {
 }
 
 Json describe_texels(const BakeReport& report) {
-  return {{"covered", report.texels},      {"samples", report.samples}, {"outward", report.outward},
-          {"inward", report.inward},       {"cage", report.cage},       {"views", report.viewed},
-          {"closest", report.closest},     {"uv", report.by_uv},        {"missed", report.missed},
-          {"gutter", report.gutter_texels}, {"passed_over", report.passed_over}};
+  return {{"covered", report.texels},
+          {"samples", report.samples},
+          {"outward", report.outward},
+          {"inward", report.inward},
+          {"cage", report.cage},
+          {"views", report.viewed},
+          {"closest", report.closest},
+          {"uv", report.by_uv},
+          {"missed", report.missed},
+          {"gutter", report.gutter_texels},
+          {"passed_over", report.passed_over}};
 }
 
 std::uint64_t peak_resident_bytes() {
