@@ -61,9 +61,8 @@ BakeResult bake_drawn(const Source::Impl& high, const Mesh& low, const BakeOptio
 }
 
 BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
-  return unless_cancelled<BakeResult>(
-      [&] { return bake_clusters(source.impl(), low, options); },
-      [](BakeResult& none) { none.cancelled = true; });
+  return unless_cancelled<BakeResult>([&] { return bake_clusters(source.impl(), low, options); },
+                                      [](BakeResult& none) { none.cancelled = true; });
 }
 
 }  // namespace kiln

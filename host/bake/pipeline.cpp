@@ -114,8 +114,8 @@ void Pipeline::make_collectors() {
 /// Of no samples yet; it says which meshes it belongs to.
 Match Pipeline::empty_match() {
   const BakeOptions& options = scene_.options;
-  Match match = make_match(options.width, options.height, options.samples,
-                           scene_.high.triangles.size());
+  Match match =
+      make_match(options.width, options.height, options.samples, scene_.high.triangles.size());
   if (!source_hash_) source_hash_ = hash_source(scene_.high.positions, scene_.high.triangles);
   if (!low_hash_) low_hash_ = hash_low(scene_.low);
   match.source_hash = *source_hash_;
@@ -245,15 +245,13 @@ void Pipeline::finish_maps(Image* drawn) {
                      report.gutter_texels, drawn);
   result_.maps.clear();
   for (std::size_t l = 0; l < images.size(); ++l) {
-    result_.maps.push_back({layers_.all()[l].row->info.kind, std::move(images[l]),
-                            std::move(mips[l]), cluster_});
+    result_.maps.push_back(
+        {layers_.all()[l].row->info.kind, std::move(images[l]), std::move(mips[l]), cluster_});
   }
   report.seconds_image += watch_.lap();
 }
 
-void Pipeline::finish_report() {
-  result_.report.peak_device_bytes = context_.peak_device_bytes();
-}
+void Pipeline::finish_report() { result_.report.peak_device_bytes = context_.peak_device_bytes(); }
 
 BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   prepare_match(clusters);

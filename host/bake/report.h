@@ -20,8 +20,8 @@ void clear_counts(BakeReport& report);
 /// Adds a band's correspondences to the report. Distances are added per block in a fixed order.
 /// \param reads  of the band
 /// \param unit   world length of a frame unit
-void count_samples(BandReads& reads, const Correspondence& match, double unit,
-                   BakeReport& report, double& distance_sum);
+void count_samples(BandReads& reads, const Correspondence& match, double unit, BakeReport& report,
+                   double& distance_sum);
 
 /// Warns of texels whose normals point below the surface, where the third component, and its sign with it,
 /// is left out: they were pulled up to the horizon.

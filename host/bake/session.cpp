@@ -26,8 +26,7 @@ const Mesh& checked(const Mesh& high) {
 /// Checks what a session cannot take.
 const BakeOptions& checked(const BakeOptions& options) {
   if (options.match != nullptr || options.progress) {
-    throw Error(ErrorCode::usage,
-                "A session takes neither a saved match nor a progress callback.");
+    throw Error(ErrorCode::usage, "A session takes neither a saved match nor a progress callback.");
   }
   check_options(options);
   if (options.visibility.clusters > 1 || options.fallback_blend > 0) {

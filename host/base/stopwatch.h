@@ -16,9 +16,7 @@ class Stopwatch {
     return seconds;
   }
   /// Seconds since the start.
-  double total() const {
-    return std::chrono::duration<double>(Clock::now() - start_).count();
-  }
+  double total() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
  private:
   using Clock = std::chrono::steady_clock;

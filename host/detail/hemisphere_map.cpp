@@ -34,8 +34,7 @@ class HemisphereMap : public MapMaker {
     if (band.sample_count == 0) return;
     std::vector<float> values = (*rays_.*read_)(band, match, false);
     const std::vector<float> others = (*rays_.*read_)(band, other, true);
-    const std::vector<std::uint32_t>& triangle =
-        reads_->read(other.triangle, band.sample_count);
+    const std::vector<std::uint32_t>& triangle = reads_->read(other.triangle, band.sample_count);
     const std::vector<float>& share = reads_->read(shares, band.sample_count);
     for (std::size_t s = 0; s < values.size(); ++s) {
       if (triangle[s] == KILN_NO_TRIANGLE) continue;

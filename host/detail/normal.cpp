@@ -57,7 +57,8 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
 }
 
 cl::Kernel NormalDetail::kernel(const char* name) const {
-  return context_.kernel("detail", name, width_ == 1 ? "" : "-DKILN_WIDTH=" + std::to_string(width_));
+  return context_.kernel("detail", name,
+                         width_ == 1 ? "" : "-DKILN_WIDTH=" + std::to_string(width_));
 }
 
 std::size_t NormalDetail::items(const TexelBand& band) const {

@@ -236,6 +236,7 @@ Vec3d texel_at(const Image& map, double u, double v) {
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
                          const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster)
     : source_(source),
+      reads_(source.device.context()),
       light_(source.device.context(), source.frame.to_frame(low), low.triangles, source.traversal),
       surface_(LowSurface::of(low, source.frame, cage)),
       shading_(low_shading(surface_)) {
@@ -278,9 +279,9 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   }
   const Hits dense = raster ? by_raster(source, pictures, needed)
                             : by_rays(context, source.rays(), pictures, start_);
-  const std::vector<std::uint32_t> normal_indices =
-      source.attributes.normal_indices.download(context);
-  const std::vector<float> normals = source.attributes.normals.download(context);
+  const std::vector<std::uint32_t>& normal_indices =
+      reads_.read_source(source.attributes.normal_indices);
+  const std::vector<float>& normals = reads_.read_source(source.attributes.normals);
   std::vector<std::uint32_t> both;
   for (std::size_t i = 0; i < count; ++i) {
     if (unseen(i)) continue;
@@ -419,6 +420,24 @@ NormalError NormalProbe::with_map(const Image& map, NormalMapSpace space, bool f
   return with_normals(normals);
 }
 
+void NormalProbe::match_places(const BakeOptions& options,
+                               std::shared_ptr<const VisibilityField>& field,
+                               Correspondence& match) const {
+  BakeReport report;
+  Clusters clusters{0, field};
+  const std::unique_ptr<Matcher> matcher =
+      make_matcher(source_, surface_, options, report, clusters, BakeProgress(options.progress));
+  field = clusters.field;
+  const EdgeTurn turn = edge_turn(options, source_, surface_);
+  if (!turn.turns()) {
+    matcher->run(band_, match);
+    return;
+  }
+  TexelBand turned = band_of(places_);
+  turn.apply(source_.device.context(), turned);
+  matcher->run(turned, match);
+}
+
 /// The matcher by UVs finds points for the samples of a map, but the places lie between those.
 void NormalProbe::match_by_uv(const BakeOptions& options,
                               std::shared_ptr<const VisibilityField>& field,
@@ -449,8 +468,7 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
     rest.method = options.fallback.front();
     rest.fallback.erase(rest.fallback.begin());
     rest.fallback_blend = 0;
-    BakeReport report;
-    make_matcher(source_, surface_, rest, report, 0, field)->run(band_, match);
+    match_places(rest, field, match);
     const std::vector<std::uint32_t> triangle = match.triangle.download(context);
     const std::vector<float> barycentric = match.barycentric.download(context);
     const std::vector<std::uint8_t> rest_status = match.status.download(context);
@@ -481,16 +499,7 @@ NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
   if (options.method == MatchMethod::uv) {
     match_by_uv(in_space, field, match);
   } else {
-    BakeReport report;
-    const std::unique_ptr<Matcher> matcher =
-        make_matcher(source_, surface_, in_space, report, 0, field);
-    if (const EdgeTurn turn = edge_turn(in_space, source_, surface_); turn.turns()) {
-      TexelBand turned = band_of(places_);
-      turn.apply(context, turned);
-      matcher->run(turned, match);
-    } else {
-      matcher->run(band_, match);
-    }
+    match_places(in_space, field, match);
   }
   NormalDetail detail(context, surface_, source_.attributes, in_space);
   cl::Array<float> image(context, std::size_t{3} * places());
@@ -551,9 +560,9 @@ double NormalProbe::least_share(const Limit& limit) const {
   source_.rays().intersect(device_points, count, count, query, match);
   const std::vector<std::uint32_t> triangle = match.triangle.download(context);
   const std::vector<float> barycentric = match.barycentric.download(context);
-  const std::vector<std::uint32_t> normal_indices =
-      source_.attributes.normal_indices.download(context);
-  const std::vector<float> normals = source_.attributes.normals.download(context);
+  const std::vector<std::uint32_t>& normal_indices =
+      reads_.read_source(source_.attributes.normal_indices);
+  const std::vector<float>& normals = reads_.read_source(source_.attributes.normals);
 
   std::vector<std::vector<std::pair<Vec3d, double>>> seen(kPlaces);
   for (std::size_t i = 0; i < count; ++i) {

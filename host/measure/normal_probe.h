@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bake/match_stage.h"
+#include "detail/band_reads.h"
 #include "kiln/image.h"
 #include "kiln/measure.h"
 #include "source/dense_mesh.h"
@@ -64,11 +65,14 @@ class NormalProbe {
     bool back = false;   ///< Seen from behind: its normal is turned round
   };
   TexelBand band_of(const std::vector<Place>& places) const;
+  void match_places(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
+                    Correspondence& match) const;
   void match_by_uv(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
                    Correspondence& match) const;
   NormalError compare(const Image& shown) const;
 
   const Source::Impl& source_;
+  mutable BandReads reads_;  ///< Of the dense mesh's normals
   RayCaster light_;
   std::vector<Vec3d> toward_;  ///< Of the pictures
   double start_ = 0;           ///< How far from the middle their rays start

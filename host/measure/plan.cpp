@@ -100,8 +100,8 @@ class Planner {
         return planned();
       }
     };
-    return unless_cancelled<PlannedBake>(
-        plan, [](PlannedBake& none) { none.result.cancelled = true; });
+    return unless_cancelled<PlannedBake>(plan,
+                                         [](PlannedBake& none) { none.result.cancelled = true; });
   }
 
  private:

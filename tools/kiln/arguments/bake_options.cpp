@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <string>
 #include <tuple>
 
@@ -10,19 +9,6 @@
 #include "arguments/parse.h"
 
 namespace kiln::cli {
-namespace {
-
-/// A length above 0, or none where the flag was not given.
-std::optional<Length> optional_length(const char* flag, const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  const Length length = parse_length(flag, text);
-  if (length.value == 0) {
-    throw Error(ErrorCode::usage, std::string(flag) + " is 0: it must be above 0.");
-  }
-  return length;
-}
-
-}  // namespace
 
 BakeOptions bake_options(const BakeArguments& a) {
   BakeOptions options;
@@ -61,12 +47,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   } else if (!a.views.empty()) {
     options.views.count = parse_views(a.views);
   }
-  if (!a.max_distance.empty()) {
-    options.max_distance = parse_length("--max-distance", a.max_distance);
-    if (options.max_distance->value == 0) {
-      throw Error(ErrorCode::usage, "--max-distance is 0: rays that reach nowhere find nothing.");
-    }
-  }
+  options.max_distance = optional_length("--max-distance", a.max_distance);
   if (a.force_uv) {
     options.uv.max_overlap = options.uv.max_distance = std::numeric_limits<double>::infinity();
   }

@@ -63,13 +63,17 @@ std::pair<double, double> parse_extent(const std::string& text) {
   return {number(all.substr(0, comma)), number(all.substr(comma + 1))};
 }
 
-Length parse_reach(const std::string& text) {
-  const Length length = parse_length("--max-distance", text);
+Length parse_length_above_0(const char* flag, const std::string& text) {
+  const Length length = parse_length(flag, text);
   if (length.value == 0) {
-    throw Error(ErrorCode::usage,
-                "--max-distance is 0: a match that reaches nowhere finds nothing.");
+    throw Error(ErrorCode::usage, std::string(flag) + " is 0: it must be above 0.");
   }
   return length;
+}
+
+std::optional<Length> optional_length(const char* flag, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  return parse_length_above_0(flag, text);
 }
 
 double parse_error_bound(const std::string& text) {

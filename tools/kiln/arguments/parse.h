@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,8 +18,11 @@ std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text);
 /// "0.05" in world units, or "2%" of the bounding box's diagonal. \throws Error(usage)
 Length parse_length(const char* flag, const std::string& text);
 
-/// "--max-distance" as parse_length(), above 0. \throws Error(usage)
-Length parse_reach(const std::string& text);
+/// parse_length(), above 0. \throws Error(usage)
+Length parse_length_above_0(const char* flag, const std::string& text);
+
+/// The same; none where the flag was not given, and its text is empty.
+std::optional<Length> optional_length(const char* flag, const std::string& text);
 
 /// "0.2%" or "0.2" of the diagonal as 0.002, up to 50%. \throws Error(usage)
 double parse_error_bound(const std::string& text);

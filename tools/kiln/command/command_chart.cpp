@@ -135,7 +135,7 @@ void check(const ChartArguments& a) {
 
 ChartOptions chart_options(const ChartArguments& a) {
   ChartOptions options = a.options;
-  options.max_distance = parse_reach(a.max_distance);
+  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   if (a.settings.empty()) return options;
   options.strict = true;
   std::erase_if(options.settings, [&](const ChartSetting& setting) {
@@ -273,7 +273,7 @@ VolumeChartOptions volume_options(const ChartArguments& a) {
   VolumeChartOptions options;
   options.extract = extract_options(a.surface);
   options.size = a.options.size;
-  options.max_distance = parse_reach(a.max_distance);
+  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   options.repeat = a.options.repeat;
   if (a.settings.empty()) return options;
   std::erase_if(options.ways, [&](const VolumeWay& way) {

@@ -72,7 +72,7 @@ StudyOptions study_options(const MeasureArguments& a) {
   options.size = a.size.value_or(options.size);
   options.faces = a.faces.value_or(options.faces);
   options.z_up = a.z_up;
-  options.max_distance = parse_reach(a.max_distance);
+  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   return options;
 }
 
@@ -189,7 +189,7 @@ int run_rating(const MeasureArguments& a) {
   options.strict = !a.matches.empty();
   options.size = a.size.value_or(options.size);
   options.directions = a.directions.value_or(options.directions);
-  options.max_distance = parse_reach(a.max_distance);
+  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   options.pictures = !a.out.empty();
   options.z_up = a.z_up;
   Console console(a.quiet, a.json);

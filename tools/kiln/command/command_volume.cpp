@@ -87,7 +87,7 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   options.width = options.height = result.normal_map.width;
   options.samples = a.samples;
   options.method = a.match == "ray" ? MatchMethod::ray : MatchMethod::closest;
-  if (!a.max_distance.empty()) options.max_distance = parse_reach(a.max_distance);
+  options.max_distance = optional_length("--max-distance", a.max_distance);
   options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
   options.flip_y = a.flip_y;
   // Charts have just their border around them, and none may write into another's.

@@ -1,0 +1,109 @@
+// The report of a bake, as JSON.
+#include "command/bake_run.h"
+
+namespace kiln::cli {
+namespace {
+
+Json trial_json(const PlanTrial& trial) {
+  return {{"match", match_name(trial.method)},
+          {"width", trial.width},
+          {"height", trial.height},
+          {"mean_angle_degrees", trial.error.mean_degrees},
+          {"p95_angle_degrees", trial.error.p95_degrees},
+          {"missed_share", trial.missed},
+          {"seconds", trial.seconds}};
+}
+
+Json plan_json(const PlannedBake& planned) {
+  Json trials = Json::array();
+  for (const PlanTrial& trial : planned.trials) trials.push_back(trial_json(trial));
+  Json limits = Json::array();
+  for (const PlanLimit& limit : planned.limits) {
+    limits.push_back({{"match", match_name(limit.method)},
+                      {"mean_angle_degrees", limit.error.mean_degrees},
+                      {"p95_angle_degrees", limit.error.p95_degrees},
+                      {"missed_share", limit.missed},
+                      {"seconds", limit.seconds}});
+  }
+  return {{"chosen", trial_json(planned.chosen)},
+          {"wanted_degrees", planned.wanted},
+          {"reached", planned.reached},
+          {"views", kPlanViews},
+          {"view_pixels", kPlanPixels},
+          {"without_map", describe(planned.without_map)},
+          {"seconds_measure", planned.seconds_measure},
+          {"least_degrees", planned.least},
+          {"limits", limits},
+          {"trials", trials}};
+}
+
+Json seconds(const Stages& stages, const BakeReport& report, double total) {
+  return {{"load", stages.load},
+          {"low", stages.low},
+          {"build", stages.build + report.seconds_build},
+          {"texels", report.seconds_texels},
+          {"match", report.seconds_match},
+          {"detail", report.seconds_detail},
+          {"image", report.seconds_image},
+          {"mips", report.seconds_mips},
+          {"save", stages.save},
+          {"total", total}};
+}
+
+/// What only some bakes have.
+void add_parts(const BakeRun& run, Json& json) {
+  const BakeReport& report = run.result.report;
+  const LowMesh& low = run.low;
+  // What 0 and 1 of integer formats stand for, a channel each.
+  if (!run.ranges.empty()) json["ranges"] = run.ranges;
+  if (run.options.mips) json["mips"] = run.mips;
+  if (run.planned) json["auto"] = plan_json(*run.planned);
+  if (report.uv) json["uv"] = describe(*report.uv);
+  if (report.views) json["views"] = describe(*report.views);
+  if (report.switches) json["switches"] = describe(*report.switches);
+  if (report.switches_blended) {
+    json["switches_blended"] = describe(*report.switches_blended);
+    json["switches_blended"]["blended_texels"] = report.blended_texels;
+  }
+  if (report.visibility) json["visibility"] = describe(*report.visibility);
+  if (!low.simplified) return;
+  json["low"] = {{"faces", low.simplified->faces}, {"error", low.simplified->error}};
+  if (!low.unwrapped) return;
+  json["low"]["charts"] = low.unwrapped->charts;
+  json["low"]["coverage"] = low.unwrapped->coverage;
+  json["low"]["density_spread"] = low.unwrapped->density_spread;
+}
+
+}  // namespace
+
+Json report_json(const BakeRun& run, const Device& device, const Source& source, double total) {
+  const BakeArguments& arguments = run.arguments;
+  const BakeReport& report = run.result.report;
+  const std::string& low = arguments.low.empty() ? run.outputs[0] : arguments.low;
+  Json json = {
+      {"version", version()},
+      {"device", describe(device.info())},
+      {"inputs",
+       {{"high", describe(run.dense.mesh, arguments.high)}, {"low", describe(run.low.mesh, low)}}},
+      {"options", describe(arguments, report)},
+      {"seconds", seconds(run.stages, report, total)},
+      {"compile_seconds", device.compile_seconds()},
+      {"texels", describe_texels(report)},
+      {"distance",
+       {{"mean", report.mean_abs_distance},
+        {"max_allowed", report.max_distance},
+        {"diagonal", source.stats().diagonal}}},
+      {"source",
+       {{"triangles", source.stats().triangles},
+        {"skipped", source.stats().skipped_triangles},
+        {"device_bytes", source.stats().device_bytes}}},
+      {"memory",
+       {{"peak_resident_bytes", peak_resident_bytes()},
+        {"peak_device_bytes", report.peak_device_bytes}}},
+      {"outputs", run.outputs},
+      {"warnings", describe(run.warnings)}};
+  add_parts(run, json);
+  return json;
+}
+
+}  // namespace kiln::cli

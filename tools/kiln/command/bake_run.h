@@ -1,0 +1,82 @@
+// One run of `kiln bake`: what its stages hand on. For the files command/bake_*.cpp and command_bake.cpp.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arguments/bake_arguments.h"
+#include "arguments/dense_input.h"
+#include "kiln/kiln.h"
+#include "report/console.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+
+/// Shares of the whole work at which the stages begin, for a bar that moves steadily.
+inline constexpr double kAtLow = 0.08, kAtSource = 0.15, kAtBake = 0.3, kAtSave = 0.8;
+
+struct LowMesh {
+  Mesh mesh;
+  std::string stem;   // of the maps' names
+  bool made = false;  // by us, or its UVs: it is written beside the maps
+  std::optional<SimplifyReport> simplified;
+  std::optional<UnwrapReport> unwrapped;
+};
+
+/// Seconds of stages that are not the library's.
+struct Stages {
+  double load = 0, low = 0, build = 0, save = 0;
+};
+
+struct BakeRun {
+  explicit BakeRun(const BakeArguments& given)
+      : arguments(given), console(given.quiet, given.json) {}
+
+  BakeArguments arguments;
+  BakeOptions options;
+  SaveImageOptions save_options;
+  Console console;
+  Stopwatch watch;
+  Stages stages;
+  std::vector<Warning> warnings;
+  std::size_t warnings_of_high = 0;  // the first of them
+  DenseInput dense;
+  LowMesh low;
+  std::string low_path;
+  std::optional<Mesh> cage_mesh;
+  std::optional<Match> match;  // that was loaded
+  std::optional<PlannedBake> planned;
+  BakeResult result;
+  std::vector<std::string> outputs;
+  Json mips, ranges = Json::object();
+};
+
+// ---- bake_low.cpp ----
+
+/// The maps' stem; and of the light mesh that is written beside them, where one is.
+std::string low_stem(const BakeArguments& arguments);
+/// What the low poly comes from: a file that is read.
+const std::string& low_source(const BakeArguments& arguments);
+/// Reads LOW; or makes one from HIGH; or unwraps the given one.
+LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
+                    std::vector<Warning>& warnings);
+
+// ---- bake_output.cpp ----
+
+/// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
+void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options);
+/// Writes all files. \returns false where it was cancelled
+bool save_outputs(BakeRun& run);
+
+// ---- bake_report.cpp ----
+
+Json report_json(const BakeRun& run, const Device& device, const Source& source, double total);
+
+// ---- bake_summary.cpp ----
+
+/// Prints what was done, a line a topic.
+void print_summary(BakeRun& run, const Source::Stats& source, double total);
+
+}  // namespace kiln::cli

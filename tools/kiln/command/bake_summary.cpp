@@ -1,0 +1,171 @@
+// What a bake says at its end.
+#include <cstdio>
+
+#include "arguments/parse.h"
+#include "command/bake_run.h"
+
+namespace kiln::cli {
+namespace {
+
+std::string percent(std::uint64_t part, std::uint64_t whole) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f%%",
+                whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+  return text;
+}
+
+/// "outward 60.12%, inward 39.80%": the ways that found something.
+std::string shares(const BakeReport& report) {
+  std::string text;
+  for (const auto& [name, count] :
+       {std::pair{"outward", report.outward},
+        std::pair{"outward past a nearer face", report.passed_over},
+        std::pair{"inward", report.inward}, std::pair{"cage", report.cage},
+        std::pair{"views", report.viewed}, std::pair{"closest", report.closest},
+        std::pair{"UV", report.by_uv}}) {
+    if (count == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::string(name) + " " + percent(count, report.samples);
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// One line about the views.
+std::string summary(const ViewReport& views, double diagonal) {
+  char text[320];
+  const std::size_t count = views.directions.size();
+  std::snprintf(text, sizeof text,
+                "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the dense "
+                "surface has triangles smaller than that",
+                count, count == 1 ? "" : "s", views.size, views.size,
+                views.height_field ? " (a height field)" : "", 100 * views.pixel / diagonal,
+                100 * views.undersampled);
+  std::string line = text;
+  if (!views.coverage.empty()) {
+    line += "; seen after each:";
+    for (const double share : views.coverage) {
+      std::snprintf(text, sizeof text, " %.1f%%", 100 * share);
+      line += text;
+    }
+  }
+  return line;
+}
+
+/// One line about visibility.
+std::string summary(const VisibilityReport& visibility, std::uint32_t clusters) {
+  char text[320];
+  std::snprintf(
+      text, sizeof text,
+      "visibility from %u directions by %s at %s %s in %.2f s; %s seen from none of them "
+      "(%s have no neighbour that is seen, and keep the normal); standard deviation %.3f%s",
+      visibility.directions, visibility.by_rays ? "rays" : "views",
+      with_commas(visibility.places).c_str(), visibility.width != 0 ? "texels" : "vertices",
+      visibility.seconds, with_commas(visibility.unseen).c_str(),
+      with_commas(visibility.without).c_str(), visibility.mean_deviation,
+      clusters > 1 ? ("; " + with_commas(visibility.clustered) + " parted into clusters").c_str()
+                   : "");
+  return text;
+}
+
+/// "rays, 512 x 512".
+std::string in_words(const PlanTrial& trial) {
+  return match_name(trial.method) + ", " + std::to_string(trial.width) + " x " +
+         std::to_string(trial.height);
+}
+
+/// One line about a plan.
+std::string summary(const PlannedBake& planned) {
+  char text[320];
+  std::snprintf(
+      text, sizeof text,
+      "chose %s: rendered normals are %.3g degrees off (mean over %u pictures of %u x %u; 95%%: "
+      "%.3g; without the map %.3g; wanted %.3g)",
+      in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees, kPlanViews, kPlanPixels,
+      kPlanPixels, planned.chosen.error.p95_degrees, planned.without_map.mean_degrees,
+      planned.wanted);
+  std::string line = text;
+  line += "; tried";
+  for (const PlanTrial& trial : planned.trials) {
+    std::snprintf(text, sizeof text, "%s %s: %.3g", &trial == planned.trials.data() ? "" : ";",
+                  in_words(trial).c_str(), trial.error.mean_degrees);
+    line += text;
+  }
+  line += "; with an endless map";
+  for (const PlanLimit& limit : planned.limits) {
+    std::snprintf(text, sizeof text, "%s %s: %.3g", &limit == planned.limits.data() ? "" : ";",
+                  match_name(limit.method).c_str(), limit.error.mean_degrees);
+    line += text;
+  }
+  if (planned.least > 0) {
+    std::snprintf(text, sizeof text, "; any way: at least %.3g", planned.least);
+    line += text;
+  }
+  return line;
+}
+
+/// One line about the layouts.
+std::string summary(const UvReport& uv, double diagonal) {
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "layouts: %s of the dense mesh's samples covered twice; surfaces %.3g%% of the "
+                "diagonal apart at the same UV on average, 95%% of the samples within %.3g%%",
+                percent(uv.overlapping, uv.covered).c_str(), 100 * uv.mean_distance / diagonal,
+                100 * uv.p95_distance / diagonal);
+  return text;
+}
+
+void print_totals(Console& console, const BakeReport& report, std::uint64_t map_texels,
+                  const Source::Stats& source, const Stages& stages, double total) {
+  char text[512];
+  const std::uint64_t found = report.samples - report.missed;
+  std::string searched;
+  if (report.max_distance > 0) {
+    std::snprintf(text, sizeof text, ", search distance %.3g (%.3f%%)", report.max_distance,
+                  100 * report.max_distance / source.diagonal);
+    searched = text;
+  }
+  std::snprintf(text, sizeof text,
+                "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
+                "%.3g units (%.3f%% of the diagonal)%s",
+                with_commas(report.texels).c_str(), with_commas(map_texels).c_str(),
+                percent(found, report.samples).c_str(), shares(report).c_str(),
+                with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
+                report.mean_abs_distance, 100 * report.mean_abs_distance / source.diagonal,
+                searched.c_str());
+  console.line(text);
+  std::snprintf(
+      text, sizeof text,
+      "%.2f s: load %.2f, low mesh %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "
+      "image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
+      total, stages.load, stages.low, stages.build + report.seconds_build, report.seconds_texels,
+      report.seconds_match, report.seconds_detail, report.seconds_image, report.seconds_mips,
+      stages.save, static_cast<unsigned long long>(peak_resident_bytes() >> 20));
+  console.line(text);
+}
+
+}  // namespace
+
+void print_summary(BakeRun& run, const Source::Stats& source, double total) {
+  Console& console = run.console;
+  const BakeReport& report = run.result.report;
+  if (run.low.simplified) {
+    char text[256];
+    std::snprintf(text, sizeof text, "low mesh: %s of %s faces, within %.3f%% of the diagonal",
+                  with_commas(run.low.simplified->faces).c_str(),
+                  with_commas(run.low.simplified->input_faces).c_str(),
+                  run.low.simplified->error * 100);
+    console.line(text);
+  }
+  if (run.planned) console.line(summary(*run.planned));
+  if (report.views) console.line(summary(*report.views, source.diagonal));
+  if (report.uv) console.line(summary(*report.uv, source.diagonal));
+  if (report.visibility) {
+    console.line(summary(*report.visibility, run.options.visibility.clusters));
+  }
+  const std::uint64_t map_texels =
+      run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
+                  : std::uint64_t{run.options.width} * run.options.height;
+  print_totals(console, report, map_texels, source, run.stages, total);
+  for (const std::string& output : run.outputs) console.line("wrote " + output);
+}
+
+}  // namespace kiln::cli
