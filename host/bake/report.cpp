@@ -36,7 +36,7 @@ std::string miss_advice(const BakeReport& report) {
 
 void clear_counts(BakeReport& report) {
   report.texels = report.samples = report.outward = report.inward = report.cage = report.viewed =
-      report.closest = report.by_uv = report.missed = 0;
+      report.closest = report.by_uv = report.passed_over = report.missed = 0;
 }
 
 void count_samples(BandReads& reads, const Correspondence& match, double unit, BakeReport& report,
