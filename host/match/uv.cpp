@@ -203,7 +203,6 @@ UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_
                 : path == UvPath::runs),
       frame_(source.frame),
       width_(width),
-      height_(height),
       samples_(samples) {
   UvLayout layout = UvLayout::of(source, width * samples, height * samples);
   shift_ = layout.shift;

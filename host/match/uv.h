@@ -62,7 +62,7 @@ class UvRaster {
   cl::Context& context_;
   bool runs_, large_ = false;
   Frame frame_;
-  std::uint32_t width_, height_, samples_;
+  std::uint32_t width_, samples_;
   std::uint32_t shift_ = 0;
   UvReport counted_;
   std::vector<std::uint32_t> first_task_, triangle_of_piece_;

@@ -252,7 +252,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
   std::vector<std::vector<std::uint32_t>> parts((height + kRows - 1) / kRows);
   parallel_for(height, kRows, [&](std::size_t begin, std::size_t end) {
     // One thread may get all rows at once.
-    std::vector<std::uint32_t>& links = parts[begin / kRows];
+    std::vector<std::uint32_t>& part = parts[begin / kRows];
     for (auto y = static_cast<std::int64_t>(begin); y < static_cast<std::int64_t>(end); ++y) {
       for (std::int64_t x = 0; x < w; ++x) {
         const std::uint32_t chart = chart_at(x, y);
@@ -266,12 +266,12 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
           return {(static_cast<double>(i) + 0.5) / static_cast<double>(width),
                   1 - (static_cast<double>(j) + 0.5) / static_cast<double>(height)};
         };
-        links.push_back(static_cast<std::uint32_t>(texel));
+        part.push_back(static_cast<std::uint32_t>(texel));
         for (const auto& [dx, dy] : kSteps) {
           if (chart_at(x + dx, y + dy) == chart) {
-            links.push_back(static_cast<std::uint32_t>((y + dy) * w + x + dx));
+            part.push_back(static_cast<std::uint32_t>((y + dy) * w + x + dx));
           } else {
-            links.push_back(texel_at(walk_surface(surface, topology, texel_triangle[texel],
+            part.push_back(texel_at(walk_surface(surface, topology, texel_triangle[texel],
                                                   place(x, y), place(x + dx, y + dy))));
           }
         }

@@ -35,9 +35,10 @@ struct Scene::Impl {
   cl::Array<float> uvs;                 ///< [6 * triangles]
   cl::Array<std::uint16_t> map;         ///< [3 * width * height]
 
+  Camera camera(const RenderOptions& options) const;
+
  private:
   void upload_map(const Mesh& mesh, const NormalMap& normal_map);
-  Camera camera(const RenderOptions& options) const;
   /// Rays, a part of the picture after the other. \param depth  instead of the options' colours
   Image trace(const Camera& camera, const RenderOptions& options, bool depth) const;
 };

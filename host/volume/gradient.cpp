@@ -258,8 +258,8 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   double lowest = 0, highest = 0;
   const DeviceVoxels voxels = device_voxels(volume, contour, lowest, highest);
   const std::vector<std::uint32_t> triangles = cover(low, size_);
-  enum : std::uint8_t { empty, kept, no_surface, cut, no_gradient };
-  std::vector<std::uint8_t> status(triangles.size(), empty);
+  enum : std::uint8_t { kEmpty, kKept, kNoSurface, kCut, kNoGradient };
+  std::vector<std::uint8_t> status(triangles.size(), kEmpty);
   std::vector<std::size_t> row_begins(size_ + 1, 0);  // of the covered
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     row_begins[i / size_ + 1] += triangles[i] != kNone ? 1 : 0;
@@ -288,10 +288,10 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
           if (found == Finder<T>::Found::surface) {
             outward = unit(spaces.gradient_to_world(field.gradient(place))) * -1;
           }
-          status[i] = found == Finder<T>::Found::nothing  ? no_surface
-                      : found == Finder<T>::Found::border ? cut
-                      : dot(outward, outward) == 0        ? no_gradient
-                                                          : kept;
+          status[i] = found == Finder<T>::Found::nothing  ? kNoSurface
+                      : found == Finder<T>::Found::border ? kCut
+                      : dot(outward, outward) == 0        ? kNoGradient
+                                                          : kKept;
           *texel++ = {static_cast<std::uint32_t>(i), to_float(outward), to_float(point.shading)};
         }
       }
@@ -316,11 +316,11 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   }
   for (const Texel& texel : texels_) {
     const std::uint8_t s = status[texel.place];
-    no_surface_ += s == no_surface ? 1 : 0;
-    cut_ += s == cut ? 1 : 0;
-    no_gradient_ += s == no_gradient ? 1 : 0;
+    no_surface_ += s == kNoSurface ? 1 : 0;
+    cut_ += s == kCut ? 1 : 0;
+    no_gradient_ += s == kNoGradient ? 1 : 0;
   }
-  std::erase_if(texels_, [&](const Texel& texel) { return status[texel.place] != kept; });
+  std::erase_if(texels_, [&](const Texel& texel) { return status[texel.place] != kKept; });
 }
 
 template <typename Normal>

@@ -156,10 +156,12 @@ class Regions {
         }
         x = end;
       };
-      for (next(false); x < end; next(false)) {
+      next(false);
+      while (x < end) {
         const std::uint32_t first = x;
         next(true);
         out.push_back({first, x - 1});
+        next(false);
       }
       first_[(z - 1) * ny + y] = static_cast<std::uint32_t>(out.size() - before);
     });
