@@ -33,7 +33,7 @@ GalleryOptions gallery_options(const GalleryArguments& a) {
   options.methods = a.matches.empty() ? match_names() : a.matches;
   options.strict = !a.matches.empty();
   options.size = a.size;
-  options.max_distance = parse_reach(a.max_distance);
+  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   options.view = view_options(a.view, is_height_field(a.high));
   options.view.size = a.picture_size;
   return options;

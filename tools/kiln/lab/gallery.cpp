@@ -18,9 +18,9 @@ std::string faces_text(const Mesh& mesh) {
   return std::to_string(count) + (count == 1 ? " face" : " faces");
 }
 
-std::string format(const char* pattern, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, pattern, value);
+std::string with_two_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", value);
   return text;
 }
 
@@ -28,7 +28,7 @@ std::string missed_text(const BakeReport& report) {
   const double share = report.samples == 0 ? 0
                                            : 100.0 * static_cast<double>(report.missed) /
                                                  static_cast<double>(report.samples);
-  return format("missed %.2f%%", share);
+  return "missed " + with_two_digits(share) + "%";
 }
 
 BakeOptions bake_options(const GalleryOptions& options, const std::string& method) {
@@ -150,9 +150,10 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
     const Scene mapped(device, low, {&exhibit.map});
     angles.add(original, mapped, view);
     exhibit.mean_degrees = angles.mean(i + 1);
-    panels.push_back({mapped.draw(view),
-                      {exhibit.method, format("normals off %.2f degrees", exhibit.mean_degrees),
-                       missed_text(exhibit.bake)}});
+    panels.push_back(
+        {mapped.draw(view),
+         {exhibit.method, "normals off " + with_two_digits(exhibit.mean_degrees) + " degrees",
+          missed_text(exhibit.bake)}});
     exhibit.error =
         normal_error_texture(device, original, mapped, low, high, held_out, options.size);
     gallery.exhibits.push_back(std::move(exhibit));
@@ -161,11 +162,12 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
   const Scale scale = angles.scale();
   std::vector<Panel> errors = {
       {panels[0].image, {"high poly", ""}},
-      {angles.picture(0, scale), {"without a map", format("mean %.2f degrees", angles.mean(0))}}};
+      {angles.picture(0, scale),
+       {"without a map", "mean " + with_two_digits(angles.mean(0)) + " degrees"}}};
   for (std::size_t i = 0; i < gallery.exhibits.size(); ++i) {
     errors.push_back(
         {angles.picture(i + 1, scale),
-         {gallery.exhibits[i].method, format("mean %.2f degrees", angles.mean(i + 1))}});
+         {gallery.exhibits[i].method, "mean " + with_two_digits(angles.mean(i + 1)) + " degrees"}});
   }
   gallery.error = make_sheet(errors, scale);
   draw_samples(original, plain, options, view, gallery);

@@ -56,10 +56,10 @@ std::string with_flags(std::string_view message) {
   for (std::size_t at = 0; at < message.size();) {
     const std::string_view rest = message.substr(at);
     const Flag* found = nullptr;
-    for (const Flag& flag : kFlags) {
-      if (rest.starts_with(flag.parameter) && may_begin(message.substr(0, at)) &&
-          may_end(rest.substr(flag.parameter.size()))) {
-        found = &flag;
+    for (const Flag& known : kFlags) {
+      if (rest.starts_with(known.parameter) && may_begin(message.substr(0, at)) &&
+          may_end(rest.substr(known.parameter.size()))) {
+        found = &known;
         break;
       }
     }
