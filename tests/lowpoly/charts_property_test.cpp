@@ -80,7 +80,7 @@ TEST(ChartsProperty, RandomMeshesGiveValidLayouts) {
     options.border_texels = 1 + dice.below(4);
     UnwrapReport report;
     Mesh once;
-    check_charts(mesh, options, report, &once);
+    test::check_charts(mesh, options, report, &once);
     for (const int threads : {1, 2}) {
       EXPECT_EQ(unwrap_charts(mesh, options, nullptr, threads).uvs, once.uvs);
     }
