@@ -268,7 +268,7 @@ TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
     return json();
   };
   // In the order of `kiln bake --match`.
-  const std::vector<std::string> all = {"ray", "uv", "views", "closest", "visibility", "hybrid"};
+  const std::vector<std::string> all = {"ray", "views", "closest", "visibility", "hybrid", "uv"};
   std::vector<std::string> searching = all;
   std::erase(searching, "uv");
   const ProcessResult agree = measure(scene / "low.obj", {});
