@@ -74,6 +74,8 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     SimplifyOptions options;
     options.faces = arguments.faces;
     options.height_field = dense.heights.has_value();
+    // Points at the same UV: the light mesh needs the layout of the dense one.
+    options.keep_uvs = arguments.match == "uv" && !dense.heights && !high.uv_triangles.empty();
     if (!arguments.max_error.empty() && arguments.match != "auto") {
       options.max_error = parse_error_bound(arguments.max_error);
     }
@@ -82,6 +84,10 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     low.made = true;
     if (dense.heights) {
       lay_out_over_height_field(low.mesh, *dense.heights, height_field_options(arguments.heights));
+      low.mesh.name = low.stem;
+      return low;
+    }
+    if (options.keep_uvs) {
       low.mesh.name = low.stem;
       return low;
     }
@@ -587,6 +593,10 @@ int run_bake(const BakeArguments& given) {
     if (report.visibility) json["visibility"] = describe(*report.visibility);
     if (low.simplified) {
       json["low"] = {{"faces", low.simplified->faces}, {"error", low.simplified->error}};
+      json["low"]["flaws"] = {{"mended", low.simplified->mended},
+                              {"folded", low.simplified->folded},
+                              {"without_area", low.simplified->without_area},
+                              {"new_holes", low.simplified->holes}};
       if (low.unwrapped) {
         json["low"]["charts"] = low.unwrapped->charts;
         json["low"]["coverage"] = low.unwrapped->coverage;
