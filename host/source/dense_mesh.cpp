@@ -125,6 +125,11 @@ Source::Stats Source::Impl::stats() const {
   return stats_;
 }
 
+std::uint64_t Source::Impl::duplicates() const {
+  const std::lock_guard lock(mutex_);
+  return tree_ == nullptr ? 0 : tree_->stats.duplicates;
+}
+
 Traversal traversal_of(RayTraversal wanted) {
   return wanted == RayTraversal::cpu   ? Traversal::cpu
          : wanted == RayTraversal::gpu ? Traversal::gpu
