@@ -106,7 +106,7 @@ class Job {
   Result within(double bound, const Work& work) const;
   Result solve();
   std::size_t mend(Result& result);
-  std::size_t flaws_of(const Result& result, std::uint64_t& holes);
+  bool is_good(const Result& result);
   void warn_of_count(const Result& result);
   Mesh assemble(const Result& result) const;
 
@@ -173,17 +173,18 @@ std::size_t Job::mend(Result& result) {
     shrinking.extract(result);
     flaws = check_.find(result.points, result.triangles);
   }
-  report_.folded = flaws.folded.size();
-  report_.without_area = flaws.flat.size();
   return found - std::min(found, flaws.count());
 }
 
-/// Folds, triangles without area or facing down, and holes that the dense mesh does not have.
-std::size_t Job::flaws_of(const Result& result, std::uint64_t& holes) {
-  const std::uint64_t before = count_rims(dense_.triangles, dense_.points.size());
-  const std::uint64_t after = count_rims(result.triangles, result.points.size());
-  holes = after > before ? after - before : 0;
-  return check_.find(result.points, result.triangles).count() + holes;
+/// Counts what is left: folds, triangles without area, and holes that the dense mesh does not have.
+bool Job::is_good(const Result& result) {
+  const Flaws flaws = check_.find(result.points, result.triangles);
+  report_.folded = flaws.folded.size() + flaws.facing_down.size();
+  report_.without_area = flaws.flat.size();
+  const std::uint64_t rims = count_rims(result.triangles, result.points.size());
+  const std::uint64_t before = rims == 0 ? 0 : count_rims(dense_.triangles, dense_.points.size());
+  report_.holes = rims > before ? rims - before : 0;
+  return flaws.none() && report_.holes == 0;
 }
 
 /// The light mesh, mended; from the dense mesh itself where a head start left what cannot be mended.
@@ -202,16 +203,14 @@ Result Job::solve() {
     if (result.triangles.empty() && from == &work && started) continue;
     if (result.triangles.empty()) return unchanged();
     Result mended = result;
-    const std::size_t count_mended = mend(mended);
-    if (by_error && count_mended > 0) {
-      mended.deviation = measure(mended, most_samples);
-      if (mended.deviation.largest <= options_.max_error) result = std::move(mended);
+    report_.mended = mend(mended);
+    if (by_error && report_.mended > 0) mended.deviation = measure(mended, most_samples);
+    if (by_error && mended.deviation.largest > options_.max_error) {
+      report_.mended = 0;  // The bound comes first.
     } else {
       result = std::move(mended);
     }
-    report_.mended = count_mended;
-    const std::size_t left = flaws_of(result, report_.holes);
-    if (left == 0 || from == &dense_ || !started) return result;
+    if (is_good(result) || from == &dense_ || !started) return result;
   }
   return unchanged();
 }

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "lowpoly/pairing.h"
 #include "mesh/charts.h"
 #include "mesh/normals.h"
 #include "mesh/weld.h"
