@@ -10,7 +10,7 @@
 #include "kiln/lowpoly.h"
 #include "lowpoly/collapse.h"
 #include "lowpoly/simplify_check.h"
-#include "lowpoly/simplify_input.h"
+#include "mesh/weld.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -89,7 +89,11 @@ TEST(SimplifyFlaws, AThinPlateHasSharpEdgesButNoFold) {
     }
     return mesh;
   };
-  const Mesh dense = plate(40, 0.0005), light = plate(4, 0);
+  const Mesh dense = plate(40, 0.0005);
+  Mesh light = plate(4, 0);
+  const std::vector<std::uint32_t> welded = weld_vertices(light.positions);
+  for (Triangle& t : light.triangles) t = {welded[t[0]], welded[t[1]], welded[t[2]]};
+  EXPECT_EQ(count_rims(light.triangles, light.positions.size()), 0U);
   SimplifyCheck check(dense.positions, dense.triangles, false);
   EXPECT_TRUE(check.find(doubles(light.positions), light.triangles).folded.empty());
 }
@@ -116,14 +120,14 @@ TEST(SimplifyFlaws, FoldsAreMended) {
 
 TEST(SimplifyFlaws, TrianglesWithoutAreaAreFound) {
   Mesh mesh = shrunk(test::icosphere(2), 0.28F);
-  // A corner onto the middle of the opposite side.
+  // A corner onto the next: the two triangles of that side have no area.
   const Triangle t = mesh.triangles[7];
-  const Vec3 &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-  mesh.positions[t[0]] = {(b.x + c.x) / 2, (b.y + c.y) / 2, (b.z + c.z) / 2};
+  mesh.positions[t[0]] = mesh.positions[t[1]];
   const Mesh dense = shrunk(test::icosphere(4), 0.28F);
   SimplifyCheck check(dense.positions, dense.triangles, false);
   const Flaws flaws = check.find(doubles(mesh.positions), mesh.triangles);
-  EXPECT_EQ(flaws.flat, (std::vector<std::uint32_t>{7}));
+  EXPECT_EQ(flaws.flat.size(), 2U);
+  EXPECT_EQ(std::count(flaws.flat.begin(), flaws.flat.end(), 7U), 1);
 }
 
 TEST(SimplifyFlaws, RimsAreCounted) {
