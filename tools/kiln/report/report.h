@@ -21,6 +21,8 @@ Json describe(const ViewReport& views);
 Json describe(const VisibilityReport& visibility);
 Json describe(const SwitchReport& switches);
 Json describe(const UvReport& uv);
+/// What a light mesh was mended of, and what stayed.
+Json describe_flaws(const SimplifyReport& report);
 /// Texels and samples by status.
 Json describe_texels(const BakeReport& report);
 
