@@ -124,17 +124,18 @@ struct ExtractOptions {
     /// The smallest map, a multiple of 16 texels, with about one texel a cell; 8192 where that is too small.
     bool size = false;
   };
-  Choice choose{};
+  Choice choose{};  ///< What extract() chooses; nothing unless asked
 };
 
 /// What the options came to: as given or as chosen.
 struct ExtractUsed {
-  double error = 0;  ///< Limit, cells; 0 where faces were asked for
-  bool keep_topology = true;  ///< As ExtractOptions::keep_topology
-  double min_part = 0;        ///< As ExtractOptions::min_part
-  std::uint32_t size = 0;     ///< Side of the map, texels
+  double error = 0;               ///< Limit, cells; 0 where faces were asked for
+  bool keep_topology = true;      ///< As ExtractOptions::keep_topology
+  double min_part = 0;            ///< As ExtractOptions::min_part
+  std::uint32_t size = 0;         ///< Side of the map, texels
   std::uint64_t aimed_faces = 0;  ///< Triangles aimed at; 0 where the error alone decides
-  std::uint64_t kept_faces = 0;  ///< Those that keeping the topology leaves, where it was let go for that
+  std::uint64_t kept_faces =
+      0;  ///< Those that keeping the topology leaves, where it was let go for that
 };
 
 /// What an extraction came to.
@@ -214,8 +215,8 @@ class VolumeSession {
   /// \throws Error as contour()
   VolumeSession(const Device& device, Volume volume, const ContourOptions& options = {});
   ~VolumeSession();
-  VolumeSession(VolumeSession&&) noexcept;
-  VolumeSession& operator=(VolumeSession&&) noexcept;
+  VolumeSession(VolumeSession&&) noexcept;             ///< The other is empty then
+  VolumeSession& operator=(VolumeSession&&) noexcept;  ///< The other is empty then
 
   /// \param options  whose `contour` is the session's
   /// \throws Error as extract(); Error(usage) for other options of the contour
@@ -231,9 +232,10 @@ class VolumeSession {
   struct Update {
     std::uint64_t vertices = 0;  ///< Fine vertices found anew
     std::uint64_t kept = 0;      ///< ... taken over
-    double seconds_contour = 0, seconds_tree = 0;
+    double seconds_contour = 0;  ///< Spent on vertices and quads
+    double seconds_tree = 0;     ///< Spent on the tree of vertices
   };
-  const Update& last_update() const;
+  const Update& last_update() const;  ///< Until the next update()
 
   const Volume& volume() const;  ///< As it is now
 

@@ -55,13 +55,13 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
 
 /// How texture coordinates are made.
 enum class UnwrapMethod : std::uint8_t {
-  pairs,   ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
+  pairs,  ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
   charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
 };
 
 /// How unwrap() lays charts out.
 struct UnwrapOptions {
-  UnwrapMethod method = UnwrapMethod::pairs;
+  UnwrapMethod method = UnwrapMethod::pairs;  ///< Kind of charts
   /// Map size that the border and the texel grid are meant for, texels (of a map that is not square:
   /// the smaller side). 16 to 65536.
   std::uint32_t size = 2048;
