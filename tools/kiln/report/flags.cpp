@@ -16,6 +16,8 @@ constexpr std::array kFlags = {
     Flag{"BakeOptions::fallback", "--fallback"},
     Flag{"BakeOptions::cage", "--cage"},
     Flag{"Device::open", "--device"},
+    Flag{"RayRule::outermost", "--ray outermost"},
+    Flag{"MatchMethod::ray", "--match ray"},
     Flag{"ExtractOptions::size", "--size"},
     Flag{"MatchMethod::uv", "--match uv"},
     Flag{"curvature_radius", "--curvature-radius"},
