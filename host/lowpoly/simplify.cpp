@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kiln/lowpoly.h"
+#include "kiln/validate.h"
 #include "lowpoly/collapse.h"
 #include "lowpoly/pairing.h"
 #include "mesh/fans.h"
@@ -246,6 +247,7 @@ void check(const SimplifyOptions& options) {
 Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* report) {
   const auto start = std::chrono::steady_clock::now();
   check(options);
+  validate(high);
   SimplifyReport unwanted;
   SimplifyReport& out = report != nullptr ? *report : unwanted;
   out = {};

@@ -9,12 +9,13 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 #include "kiln/volume.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which side of the iso value is the solid one. Normals point out of it.
 enum class Inside {
@@ -129,12 +130,13 @@ struct ExtractOptions {
 
 /// What the options came to: as given or as chosen.
 struct ExtractUsed {
-  double error = 0;  ///< Limit, cells; 0 where faces were asked for
-  bool keep_topology = true;  ///< As ExtractOptions::keep_topology
-  double min_part = 0;        ///< As ExtractOptions::min_part
-  std::uint32_t size = 0;     ///< Side of the map, texels
+  double error = 0;               ///< Limit, cells; 0 where faces were asked for
+  bool keep_topology = true;      ///< As ExtractOptions::keep_topology
+  double min_part = 0;            ///< As ExtractOptions::min_part
+  std::uint32_t size = 0;         ///< Side of the map, texels
   std::uint64_t aimed_faces = 0;  ///< Triangles aimed at; 0 where the error alone decides
-  std::uint64_t kept_faces = 0;  ///< Those that keeping the topology leaves, where it was let go for that
+  std::uint64_t kept_faces =
+      0;  ///< Those that keeping the topology leaves, where it was let go for that
 };
 
 /// What an extraction came to.
@@ -238,7 +240,7 @@ class VolumeSession {
   const Volume& volume() const;  ///< As it is now
 
  private:
-  struct Impl;
+  struct KILN_HIDDEN Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -4,9 +4,10 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// How far simplify() goes.
 struct SimplifyOptions {
@@ -55,7 +56,7 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
 
 /// How texture coordinates are made.
 enum class UnwrapMethod : std::uint8_t {
-  pairs,   ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
+  pairs,  ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
   charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
 };
 
