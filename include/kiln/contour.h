@@ -125,7 +125,7 @@ struct ExtractOptions {
     /// The smallest map, a multiple of 16 texels, with about one texel a cell; 8192 where that is too small.
     bool size = false;
   };
-  Choice choose{};
+  Choice choose{};  ///< What extract() chooses; nothing unless asked
 };
 
 /// What the options came to: as given or as chosen.
@@ -216,8 +216,8 @@ class VolumeSession {
   /// \throws Error as contour()
   VolumeSession(const Device& device, Volume volume, const ContourOptions& options = {});
   ~VolumeSession();
-  VolumeSession(VolumeSession&&) noexcept;
-  VolumeSession& operator=(VolumeSession&&) noexcept;
+  VolumeSession(VolumeSession&&) noexcept;             ///< The other is empty then
+  VolumeSession& operator=(VolumeSession&&) noexcept;  ///< The other is empty then
 
   /// \param options  whose `contour` is the session's
   /// \throws Error as extract(); Error(usage) for other options of the contour
@@ -233,9 +233,10 @@ class VolumeSession {
   struct Update {
     std::uint64_t vertices = 0;  ///< Fine vertices found anew
     std::uint64_t kept = 0;      ///< ... taken over
-    double seconds_contour = 0, seconds_tree = 0;
+    double seconds_contour = 0;  ///< Spent on vertices and quads
+    double seconds_tree = 0;     ///< Spent on the tree of vertices
   };
-  const Update& last_update() const;
+  const Update& last_update() const;  ///< Until the next update()
 
   const Volume& volume() const;  ///< As it is now
 

@@ -25,6 +25,7 @@ enum class RayDirection {
   face,      ///< Along its own normal everywhere: the two sides of a hard edge part
 };
 
+/// Which face a ray takes, and where rays leave the light mesh to.
 struct RayOptions {
   RayRule rule = RayRule::nearest;  ///< Without a cage; from a cage the first face counts
   RayDirection direction = RayDirection::averaged;  ///< With a cage, too; not with a cage mesh
