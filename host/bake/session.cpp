@@ -5,11 +5,13 @@
 #include <utility>
 
 #include "bake/session_impl.h"
+#include "kiln/validate.h"
 
 namespace kiln {
 namespace {
 
 const Mesh& checked(const Mesh& high) {
+  validate(high);
   if (high.triangles.empty()) {
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
@@ -86,8 +88,9 @@ void BakeSession::Impl::bake_maps(const DenseNormals::Change& change, bool any_m
   update.seconds_detail = pipeline.lap();
   if (pass.read || !padding_is_copied()) {
     pipeline.finish_maps();
+    update.dirty = {0, 0, options.width, options.height};
   } else {
-    texels.finish(options);
+    update.dirty = texels.finish(options);
   }
   pipeline.finish_report();
 }

@@ -46,8 +46,8 @@ class SessionTexels {
   bool choose(const DenseNormals& normals, const DenseNormals::Change& change);
   /// Makes the chosen texels of all maps that read no positions.
   void read();
-  /// Puts them into the finished maps.
-  void finish(const BakeOptions& options);
+  /// Puts them into the finished maps. \returns where they and the padding that copies them lie
+  Rectangle finish(const BakeOptions& options);
 
   std::size_t count() const { return count_; }
   std::size_t chosen() const { return chosen_.items().size(); }
@@ -60,6 +60,7 @@ class SessionTexels {
   };
 
   void index();
+  Rectangle box() const;
   void read_band(std::size_t number, std::span<const std::uint32_t> texels);
   std::size_t place_of(std::size_t band, std::uint32_t texel) const;
 

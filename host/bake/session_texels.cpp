@@ -118,10 +118,30 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   pipeline_.layers().run_some(part, match, std::span(places_).last(count));
 }
 
-void SessionTexels::finish(const BakeOptions& options) {
+/// Of places in the map and the padding that copies them.
+Rectangle SessionTexels::box() const {
+  std::size_t left = width_, right = 0, top = ~std::size_t{0}, bottom = 0;
+  const auto add = [&](std::size_t place) {
+    const std::size_t x = place % width_, y = place / width_;
+    left = std::min(left, x);
+    right = std::max(right, x + 1);
+    top = std::min(top, y);
+    bottom = std::max(bottom, y + 1);
+  };
+  for (const std::size_t place : places_) {
+    add(place);
+    for (const std::uint32_t copy : padding_.of(place)) add(copy);
+  }
+  if (right == 0) return {};
+  const auto narrow = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
+  return {narrow(left), narrow(top), narrow(right - left), narrow(bottom - top)};
+}
+
+Rectangle SessionTexels::finish(const BakeOptions& options) {
   Layers& layers = pipeline_.layers();
   if (padding_.first.empty()) padding_ = layers.padding_of(pipeline_.context(), options.gutter);
   layers.finish_some(options, places_, padding_, pipeline_.result().maps);
+  return box();
 }
 
 }  // namespace kiln

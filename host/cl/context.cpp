@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <thread>
 
 #include "base/memory.h"
 #include "cl/driver.h"
 #include "cl/embedded.h"
 
-namespace kiln::cl {
+namespace kiln::ocl {
 namespace {
 
 struct StatusName {
@@ -231,7 +232,38 @@ void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local
         "Launching " + kernel.name() + " on " + info_.name);
 }
 
+thread_local void (*while_waiting)() = nullptr;
+
+/// Waits for everything enqueued where somebody wants to know meanwhile.
+void Context::wait() {
+  if (while_waiting == nullptr) return;
+  struct Event {
+    cl_event event = nullptr;
+    ~Event() {
+      if (event != nullptr && !driver_failed()) clReleaseEvent(event);
+    }
+  } marker;
+  check(driver([&] { return clEnqueueMarkerWithWaitList(queue_, 0, nullptr, &marker.event); }),
+        "Waiting for " + info_.name);
+  check(driver([&] { return clFlush(queue_); }), "Waiting for " + info_.name);
+  // Short waits cost little time, long ones little work.
+  std::chrono::microseconds pause{20};
+  for (;;) {
+    cl_int status = CL_COMPLETE;
+    check(driver([&] {
+            return clGetEventInfo(marker.event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status,
+                                  &status, nullptr);
+          }),
+          "Waiting for " + info_.name);
+    if (status <= CL_COMPLETE) return;
+    std::this_thread::sleep_for(pause);
+    pause = std::min(2 * pause, std::chrono::microseconds{4000});
+    while_waiting();
+  }
+}
+
 void Context::finish() {
+  wait();
   check(driver([&] { return clFinish(queue_); }), "Waiting for " + info_.name);
 }
 
@@ -255,6 +287,7 @@ void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* 
 }
 
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
+  wait();
   check(driver([&] {
           return clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr,
                                      nullptr);
@@ -262,4 +295,4 @@ void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, s
         "clEnqueueReadBuffer");
 }
 
-}  // namespace kiln::cl
+}  // namespace kiln::ocl

@@ -19,9 +19,19 @@
 
 #include "kiln/device.h"
 
-namespace kiln::cl {
+namespace kiln {
+namespace ocl {}
+/// What the library's own code calls it; public headers say `ocl`, since `cl` is OpenCL's own in C++.
+namespace cl = ocl;
+}  // namespace kiln
+
+namespace kiln::ocl {
 
 class Context;
+
+/// What this thread calls every few milliseconds while it waits for a device; null: nothing. May throw: the
+/// wait then ends, and what was enqueued goes on.
+extern thread_local void (*while_waiting)();
 
 /// Turns an OpenCL status into Error(device). The one conversion point.
 void check(cl_int status, std::string_view what);
@@ -174,6 +184,7 @@ class Context {
   void set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer);
   void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
   void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
+  void wait();
   void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
@@ -208,4 +219,4 @@ void Array<T>::read(Context& context, std::span<T> data, std::size_t offset) con
   }
 }
 
-}  // namespace kiln::cl
+}  // namespace kiln::ocl

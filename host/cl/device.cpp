@@ -126,7 +126,12 @@ const Found* select(const std::vector<Found>& found, std::string_view selector) 
 
 }  // namespace
 
-const char* version() noexcept { return KILN_VERSION; }
+#define KILN_TEXT(number) #number
+#define KILN_DOTTED(major, minor, patch) KILN_TEXT(major) "." KILN_TEXT(minor) "." KILN_TEXT(patch)
+
+const char* version() noexcept {
+  return KILN_DOTTED(KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH);
+}
 
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> result;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kiln/lowpoly.h"
+#include "kiln/validate.h"
 #include "lowpoly/collapse.h"
 #include "lowpoly/head_start.h"
 #include "lowpoly/height_rule.h"
@@ -328,6 +329,7 @@ void check(const Mesh& high, const SimplifyOptions& options) {
 Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* report) {
   const auto start = std::chrono::steady_clock::now();
   check(high, options);
+  validate(high);
   SimplifyReport unwanted;
   SimplifyReport& out = report != nullptr ? *report : unwanted;
   out = {};

@@ -9,12 +9,13 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 #include "kiln/volume.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which side of the iso value is the solid one. Normals point out of it.
 enum class Inside {
@@ -240,7 +241,7 @@ class VolumeSession {
   const Volume& volume() const;  ///< As it is now
 
  private:
-  struct Impl;
+  struct KILN_HIDDEN Impl;
   std::unique_ptr<Impl> impl_;
 };
 

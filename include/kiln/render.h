@@ -9,11 +9,12 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// A normal map for a mesh's UVs: n/2 + 1/2 in the first three channels.
 struct NormalMap {
@@ -121,7 +122,7 @@ class Scene {
   /// Triangles that rays pass through, since they have no area or are not finite.
   const std::vector<Warning>& warnings() const;
 
-  struct Impl;
+  struct KILN_HIDDEN Impl;
 
  private:
   std::shared_ptr<const Impl> impl_;

@@ -8,9 +8,10 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which ray kernels run: explicit vectors for CPU devices, one ray a work-item for GPUs, or by the
 /// device's type.
@@ -42,6 +43,14 @@ class Source {
                   RayTraversal traversal = RayTraversal::automatic,
                   const std::optional<Bounds>& bounds = std::nullopt);
 
+  /// The same with signs of life, and with the hierarchy made now and not at its first use: worth it for
+  /// millions of triangles.
+  /// \returns nothing where the callback said stop, within 0.3 s
+  static std::optional<Source> build(const Device& device, const Mesh& high,
+                                     const Progress& progress,
+                                     RayTraversal traversal = RayTraversal::automatic,
+                                     const std::optional<Bounds>& bounds = std::nullopt);
+
   /// What a source holds.
   struct Stats {
     std::uint64_t triangles = 0;          ///< Of the mesh
@@ -55,7 +64,7 @@ class Source {
   const std::vector<Warning>& warnings() const;
 
   /// \cond For the library's own parts.
-  struct Impl;
+  struct KILN_HIDDEN Impl;
   const Impl& impl() const { return *impl_; }
   /// \endcond
 

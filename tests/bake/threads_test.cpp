@@ -91,17 +91,16 @@ class Threads : public ::testing::Test {
     run_threads([&](std::uint32_t thread) {
       const Source source = sources(thread);
       for (std::size_t i = 0; i < bakes_.size(); ++i) {
-        results[thread].push_back(
-            bake(source, low_, bakes_[(i + thread * 2) % bakes_.size()]));
+        results[thread].push_back(bake(source, low_, bakes_[(i + thread * 2) % bakes_.size()]));
       }
     });
     for (std::uint32_t thread = 0; thread < kThreads; ++thread) {
       ASSERT_EQ(results[thread].size(), bakes_.size());
       for (std::size_t i = 0; i < bakes_.size(); ++i) {
         const std::size_t which = (i + thread * 2) % bakes_.size();
-        expect_same(results[thread][i], expected_[which],
-                    std::string(bakes_[which].method.name) + " of thread " +
-                        std::to_string(thread));
+        expect_same(
+            results[thread][i], expected_[which],
+            std::string(bakes_[which].method.name) + " of thread " + std::to_string(thread));
       }
     }
   }
@@ -141,8 +140,8 @@ TEST_F(Threads, HaveSessionsBesideEachOther) {
     matches[thread] = views.match();
     BakeSession session(*test::device(), high_, low_, options);
     session.bake();
-    session.set_positions(0, std::vector<Vec3>(high_.positions.begin() + 1,
-                                               high_.positions.begin() + 2));
+    session.set_positions(
+        0, std::vector<Vec3>(high_.positions.begin() + 1, high_.positions.begin() + 2));
     maps[thread] = session.bake().maps.front().image.pixels;
   };
   run(0);

@@ -249,8 +249,8 @@ TEST(UvCommand, SimplifyKeepsUvsWhereAsked) {
   EXPECT_EQ(report["charts"], 1);
   EXPECT_NEAR(report["coverage"].get<double>(), 1, 1e-3);
   EXPECT_EQ(report["kept_uvs"], true);
-  const ProcessResult both = run_kiln({"simplify", scene / "high.obj", "--keep-uvs", "--size",
-                                       "512", "--out", scene / "both.obj"});
+  const ProcessResult both = run_kiln(
+      {"simplify", scene / "high.obj", "--keep-uvs", "--size", "512", "--out", scene / "both.obj"});
   EXPECT_EQ(both.exit_code, 2);
   EXPECT_NE(both.errors.find("--size"), std::string::npos);
   Mesh bare = test::icosphere(3);
