@@ -98,6 +98,22 @@ void take_notes(MatchNotes notes, BakeReport& report) {
   report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
 }
 
+// By what was asked for, not by what another bake from the same source has made.
+void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
+                           BakeReport& report) {
+  const bool walks =
+      any_in_chain(options, [](const MatchRow& row) { return row.follows_bvh; }) &&
+      (options.match == nullptr || !options.fallback.empty());
+  const std::uint64_t count = walks ? source.duplicates() : 0;
+  if (count == 0) return;
+  report.warnings.push_back(
+      {"duplicate-triangles",
+       std::to_string(count) +
+           " triangles of the dense mesh lie exactly on others, corner by corner; the first of "
+           "each stands for all. Weld the mesh, or remove copies of parts.",
+       count});
+}
+
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
                                       Clusters& clusters, const BakeProgress& progress) {
@@ -140,6 +156,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     matcher = with_fallbacks(source.device.context(), std::move(matcher), std::move(rest));
   }
   take_notes(std::move(notes), report);
+  warn_about_duplicates(source, options, report);
   report.seconds_build = source.stats().build_seconds - built;
   return matcher;
 }

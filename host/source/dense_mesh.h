@@ -57,6 +57,8 @@ struct Source::Impl {
   bool will_move = false;
 
   Stats stats() const;
+  /// Triangles that the hierarchy left out, since others are the same; 0 before there is one.
+  std::uint64_t duplicates() const;
 
  private:
   const std::shared_ptr<Tree>& tree() const;  ///< The mutex is held

@@ -131,7 +131,8 @@ struct BakeResult {
 
 /// Bakes maps of the dense mesh for the light one.
 ///
-/// The same input gives the same bytes on every run, number of threads and conforming device. Memory is
+/// The same input gives the same bytes on every run, number of threads and conforming device, and however
+/// many threads bake from one source at the same time; each needs its own result alone. Memory is
 /// bounded by the map and the meshes: work is cut into bands of rows.
 /// \param low  needs UVs
 /// \throws Error(usage) for a parameter out of range, Error(input) for a mesh without UVs,

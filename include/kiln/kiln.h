@@ -17,6 +17,7 @@
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "kiln/measure.h"
+#include "kiln/memory.h"
 #include "kiln/mesh.h"
 #include "kiln/parts.h"
 #include "kiln/plan.h"

@@ -72,6 +72,7 @@ void add_parts(const BakeRun& run, Json& json) {
   if (report.visibility) json["visibility"] = describe(*report.visibility);
   if (!low.simplified) return;
   json["low"] = {{"faces", low.simplified->faces}, {"error", low.simplified->error}};
+  json["low"]["flaws"] = describe_flaws(*low.simplified);
   if (!low.unwrapped) return;
   json["low"]["charts"] = low.unwrapped->charts;
   json["low"]["coverage"] = low.unwrapped->coverage;

@@ -107,6 +107,13 @@ Json describe(const UvReport& uv) {
           {"distance", {{"mean", uv.mean_distance}, {"p95", uv.p95_distance}}}};
 }
 
+Json describe_flaws(const SimplifyReport& report) {
+  return {{"mended", report.mended},
+          {"folded", report.folded},
+          {"without_area", report.without_area},
+          {"new_holes", report.holes}};
+}
+
 Json describe_texels(const BakeReport& report) {
   return {{"covered", report.texels},
           {"samples", report.samples},
