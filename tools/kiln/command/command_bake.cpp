@@ -68,10 +68,13 @@ std::string missed_place(const BakeResult& result, const Mesh& low) {
 }
 
 /// The library knows neither the file nor what is asked for beside it.
-void name_place_of_misses(BakeResult& result, const Mesh& low, const std::string& path) {
+void name_place_of_misses(BakeResult& result, const Mesh& high, const Mesh& low,
+                          const std::string& path) {
+  const bool most = result.report.missed * 2 > result.report.samples;
   for (Warning& warning : result.report.warnings) {
     if (warning.code != "many-misses") continue;
-    warning.message = "'" + path + "': " + warning.message + " " + missed_place(result, low);
+    warning.message = "'" + path + "': " + warning.message + " " + missed_place(result, low) +
+                      (most ? hint_of_boxes(high, low) : "");
   }
 }
 
@@ -146,7 +149,7 @@ bool make_maps(BakeRun& run, const Source& source) {
   }
   if (run.result.cancelled) return false;
   check_result(run.result.report, run.dense.mesh, run.low.mesh);
-  name_place_of_misses(run.result, run.low.mesh, run.low_path);
+  name_place_of_misses(run.result, run.dense.mesh, run.low.mesh, run.low_path);
   return true;
 }
 
