@@ -240,9 +240,8 @@ void Pipeline::finish_maps(Image* drawn) {
       warn_below_surface(layer.row->info.kind.name, layer.image, layers_.coverage(), report);
     }
   }
-  std::vector<Image> images =
-      layers_.finish(context_, options, bands_stay_ == Bands::stay, result_.coverage,
-                     report.gutter_texels, drawn);
+  std::vector<Image> images = layers_.finish(context_, options, bands_stay_ == Bands::stay,
+                                             result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();
   for (std::size_t l = 0; l < images.size(); ++l) {
     result_.maps.push_back(

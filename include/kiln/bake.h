@@ -74,14 +74,14 @@ struct SwitchReport {
 
 /// What a bake came to.
 struct BakeReport {
-  std::uint64_t texels = 0;              ///< Covered by the light mesh
-  std::uint64_t samples = 0;             ///< Covered by the light mesh
-  std::uint64_t outward = 0;             ///< Samples whose ray hit outwards
-  std::uint64_t inward = 0;              ///< Samples whose ray hit inwards
-  std::uint64_t cage = 0;                ///< Samples whose ray came from the cage
-  std::uint64_t viewed = 0;              ///< Samples that a depth view decided
-  std::uint64_t closest = 0;             ///< Samples that took the nearest point
-  std::uint64_t by_uv = 0;               ///< Samples that took the point with their own UV
+  std::uint64_t texels = 0;   ///< Covered by the light mesh
+  std::uint64_t samples = 0;  ///< Covered by the light mesh
+  std::uint64_t outward = 0;  ///< Samples whose ray hit outwards
+  std::uint64_t inward = 0;   ///< Samples whose ray hit inwards
+  std::uint64_t cage = 0;     ///< Samples whose ray came from the cage
+  std::uint64_t viewed = 0;   ///< Samples that a depth view decided
+  std::uint64_t closest = 0;  ///< Samples that took the nearest point
+  std::uint64_t by_uv = 0;    ///< Samples that took the point with their own UV
   /// Samples whose ray outwards passed over a nearer face (RayRule::outermost)
   std::uint64_t passed_over = 0;
   std::uint64_t missed = 0;              ///< Samples without a point

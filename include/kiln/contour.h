@@ -129,12 +129,13 @@ struct ExtractOptions {
 
 /// What the options came to: as given or as chosen.
 struct ExtractUsed {
-  double error = 0;  ///< Limit, cells; 0 where faces were asked for
-  bool keep_topology = true;  ///< As ExtractOptions::keep_topology
-  double min_part = 0;        ///< As ExtractOptions::min_part
-  std::uint32_t size = 0;     ///< Side of the map, texels
+  double error = 0;               ///< Limit, cells; 0 where faces were asked for
+  bool keep_topology = true;      ///< As ExtractOptions::keep_topology
+  double min_part = 0;            ///< As ExtractOptions::min_part
+  std::uint32_t size = 0;         ///< Side of the map, texels
   std::uint64_t aimed_faces = 0;  ///< Triangles aimed at; 0 where the error alone decides
-  std::uint64_t kept_faces = 0;  ///< Those that keeping the topology leaves, where it was let go for that
+  std::uint64_t kept_faces =
+      0;  ///< Those that keeping the topology leaves, where it was let go for that
 };
 
 /// What an extraction came to.

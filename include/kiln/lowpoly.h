@@ -55,7 +55,7 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
 
 /// How texture coordinates are made.
 enum class UnwrapMethod : std::uint8_t {
-  pairs,   ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
+  pairs,  ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
   charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
 };
 

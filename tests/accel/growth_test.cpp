@@ -43,7 +43,8 @@ constexpr float kPi = 3.14159265F;
 /// n copies of one triangle.
 Scene stacked(std::uint32_t n) {
   Scene scene;
-  for (std::uint32_t i = 0; i < n; ++i) scene.add({-0.4F, -0.4F, 0}, {0.4F, -0.4F, 0}, {0, 0.4F, 0});
+  for (std::uint32_t i = 0; i < n; ++i)
+    scene.add({-0.4F, -0.4F, 0}, {0.4F, -0.4F, 0}, {0, 0.4F, 0});
   return scene;
 }
 
@@ -177,7 +178,8 @@ class Walker {
   void ray(const Vec3& origin, const Vec3& direction) {
     const auto entry = [&](const kiln_bvh_node& node, std::size_t child) {
       float from = 0, to = 2;
-      const float o[] = {origin.x, origin.y, origin.z}, d[] = {direction.x, direction.y, direction.z};
+      const float o[] = {origin.x, origin.y, origin.z},
+                  d[] = {direction.x, direction.y, direction.z};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const float inverse = 1 / (std::abs(d[axis]) < 1e-18F ? 1e-18F : d[axis]);
         const float a = (node.planes[axis][0][child] - o[axis]) * inverse;
@@ -198,8 +200,8 @@ class Walker {
       const float p[] = {from.x, from.y, from.z};
       float squared = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float beside = std::max({node.planes[axis][0][child] - p[axis], 0.0F,
-                                       p[axis] - node.planes[axis][1][child]});
+        const float beside = std::max(
+            {node.planes[axis][0][child] - p[axis], 0.0F, p[axis] - node.planes[axis][1][child]});
         squared += beside * beside;
       }
       return squared;
@@ -316,8 +318,8 @@ class Growth : public ::testing::TestWithParam<Family> {};
 TEST_P(Growth, OfASearchIsBounded) {
   constexpr std::uint32_t kFew = 1 << 10, kMany = 1 << 15;
   const Scene few = GetParam().make(kFew), many = GetParam().make(kMany);
-  const double times = static_cast<double>(many.triangles.size()) /
-                       static_cast<double>(few.triangles.size());
+  const double times =
+      static_cast<double>(many.triangles.size()) / static_cast<double>(few.triangles.size());
   for (const bool rays : {true, false}) {
     const double before = mean_visits(few, rays), after = mean_visits(many, rays);
     const double power = std::log(after / before) / std::log(times);

@@ -63,7 +63,8 @@ void prepare_retry(char** argv) {
 bool on_main_thread() { return syscall(SYS_gettid) == getpid(); }
 
 constexpr const char* kCrashed =
-    "kiln: The OpenCL driver crashed. Memory may have run out within it, or PoCL's cache of kernels is "
+    "kiln: The OpenCL driver crashed. Memory may have run out within it, or PoCL's cache of "
+    "kernels is "
     "damaged or on a full disk: remove it, or set POCL_CACHE_DIR to another folder.\n";
 
 [[noreturn]] void end_by_driver() {
@@ -111,7 +112,8 @@ extern "C" void pass_on(int number) {
 void retry_with_empty_cache() noexcept {
   if (!may_retry || mkdir(folder.data(), 0700) != 0) return;
   may_retry = false;
-  say("kiln: The OpenCL driver failed; PoCL's cache of kernels (POCL_CACHE_DIR) may be damaged or its disk "
+  say("kiln: The OpenCL driver failed; PoCL's cache of kernels (POCL_CACHE_DIR) may be damaged or "
+      "its disk "
       "full. Trying once more with an empty one.\n");
   sigset_t none;
   sigemptyset(&none);

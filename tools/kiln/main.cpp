@@ -148,9 +148,8 @@ int main(int argc, char** argv) {
     cli::catch_interrupts();
     exit_code = run(argc, argv);
   } catch (const std::bad_alloc&) {
-    std::fputs(
-        "kiln: Memory ran out. Use a smaller --size, fewer --samples or a lighter mesh.\n",
-        stderr);
+    std::fputs("kiln: Memory ran out. Use a smaller --size, fewer --samples or a lighter mesh.\n",
+               stderr);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "kiln: %s\n", error.what());
   }

@@ -49,7 +49,9 @@ constexpr std::uint64_t kFewFaces = std::uint64_t{1} << 17;
 
 /// Text may hold many more faces than its first lines promise: before the lists double, memory is asked for.
 void MeshBuilder::check_growth() const {
-  const auto bytes = [](const auto& list) { return std::uint64_t{list.capacity()} * sizeof(list[0]); };
+  const auto bytes = [](const auto& list) {
+    return std::uint64_t{list.capacity()} * sizeof(list[0]);
+  };
   const std::uint64_t held = bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) +
                              bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
                              bytes(polygon_normal_) + bytes(groups_) + bytes(positions);

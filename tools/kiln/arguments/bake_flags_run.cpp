@@ -36,10 +36,11 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
                   "largest map would reach)")
       ->group(group_low);
   command
-      .add_flag("--unwrap{given}", a.unwrap_method,
-                "Give LOW new UVs, and write it beside the maps. How the light mesh is laid out, "
-                "with LOW or without: --unwrap=pairs (of triangles, default) or --unwrap=charts (few "
-                "large ones)")
+      .add_flag(
+          "--unwrap{given}", a.unwrap_method,
+          "Give LOW new UVs, and write it beside the maps. How the light mesh is laid out, "
+          "with LOW or without: --unwrap=pairs (of triangles, default) or --unwrap=charts (few "
+          "large ones)")
       ->check(CLI::IsMember({"given", "charts", "pairs"}))
       ->each([&a](const std::string&) { a.unwrap = true; })
       ->type_name("[=charts|pairs]")

@@ -18,8 +18,9 @@ std::uint64_t parse_memory(const std::string& text) {
     ++rest;
   }
   if (error != std::errc() || rest != end || !(value >= 0x1p26 && value <= 0x1p60)) {
-    throw Error(ErrorCode::usage, "'" + text +
-                                      "' is no memory limit: give a size from 64M up, such as 500M, 4G or 2T.");
+    throw Error(
+        ErrorCode::usage,
+        "'" + text + "' is no memory limit: give a size from 64M up, such as 500M, 4G or 2T.");
   }
   return static_cast<std::uint64_t>(value);
 }
