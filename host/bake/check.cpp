@@ -11,6 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kMostViews = 512;
+constexpr std::uint32_t kMostPlaces = 1U << 20;
 
 [[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
 
@@ -129,6 +130,10 @@ void check_options(const BakeOptions& options) {
     usage(
         "The two-component form needs normals on one side of the surface: use tangent or face "
         "space.");
+  }
+  if (options.recall > kMostPlaces) {
+    usage("recall is " + std::to_string(options.recall) + " places: it must be 0 to " +
+          std::to_string(kMostPlaces) + ".");
   }
   for (const MapKind map : options.maps) check_map(map, options);
   match_row(options.method);

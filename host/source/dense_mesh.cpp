@@ -71,6 +71,26 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
   }
 }
 
+Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
+    : device(whole.device), frame(whole.frame), traversal(whole.traversal) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> place(whole.positions.size(), kNone);
+  for (const std::uint32_t t : some) {
+    Triangle corners = whole.triangles[t];
+    for (std::uint32_t& corner : corners) {
+      if (place[corner] == kNone) {
+        place[corner] = static_cast<std::uint32_t>(positions.size());
+        positions.push_back(whole.positions[corner]);
+      }
+      corner = place[corner];
+    }
+    triangles.push_back(corners);
+  }
+  stats_.triangles = triangles.size();
+  stats_.skipped_triangles = count_without_area(positions, triangles);
+  stats_.diagonal = frame.diagonal;
+}
+
 const std::shared_ptr<Tree>& Source::Impl::tree() const {
   return made(tree_, stats_, [&] {
     return std::make_shared<Tree>(device.context(), positions, triangles, will_move);

@@ -124,7 +124,7 @@ struct ExtractOptions {
     /// The smallest map, a multiple of 16 texels, with about one texel a cell; 8192 where that is too small.
     bool size = false;
   };
-  Choice choose{};
+  Choice choose{};  ///< What extract() chooses; nothing unless asked
 };
 
 /// What the options came to: as given or as chosen.
@@ -186,7 +186,7 @@ inline constexpr double kMapTooFine = 4;
 /// projected onto it and their normals splatted into the map; other texels are filled smoothly within
 /// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
 /// blends neighbours. Along an edge its charts hold the same normals, but across creases of 30 degrees and
-/// more; what that changes is spread over each chart.
+/// more; what that changes fades out within a cell.
 /// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
 /// of them, which is no better and may be worse than the light mesh's own normals ("map-too-fine").
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
@@ -215,8 +215,8 @@ class VolumeSession {
   /// \throws Error as contour()
   VolumeSession(const Device& device, Volume volume, const ContourOptions& options = {});
   ~VolumeSession();
-  VolumeSession(VolumeSession&&) noexcept;
-  VolumeSession& operator=(VolumeSession&&) noexcept;
+  VolumeSession(VolumeSession&&) noexcept;             ///< The other is empty then
+  VolumeSession& operator=(VolumeSession&&) noexcept;  ///< The other is empty then
 
   /// \param options  whose `contour` is the session's
   /// \throws Error as extract(); Error(usage) for other options of the contour
@@ -232,9 +232,10 @@ class VolumeSession {
   struct Update {
     std::uint64_t vertices = 0;  ///< Fine vertices found anew
     std::uint64_t kept = 0;      ///< ... taken over
-    double seconds_contour = 0, seconds_tree = 0;
+    double seconds_contour = 0;  ///< Spent on vertices and quads
+    double seconds_tree = 0;     ///< Spent on the tree of vertices
   };
-  const Update& last_update() const;
+  const Update& last_update() const;  ///< Until the next update()
 
   const Volume& volume() const;  ///< As it is now
 

@@ -17,8 +17,8 @@ struct DepthError {
   std::uint64_t pixels = 0;     ///< Compared
   std::uint64_t one_sided = 0;  ///< Covered by one of the two only: left out
   double mean = 0;              ///< Of the absolute difference
-  double rms = 0;
-  double max = 0;
+  double rms = 0;               ///< Root of the mean square
+  double max = 0;               ///< The greatest
 };
 
 /// Pictures of a reference's depth, to compare other meshes with: the same views, size and frame, one sample
