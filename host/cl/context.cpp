@@ -104,6 +104,14 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
   check(status, "Creating a command queue on " + info_.name);
 }
 
+Context::Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info)
+    : info_(std::move(info)), device_(device), context_(context), queue_(queue) {
+  check(clRetainContext(context_), "Sharing a context of " + info_.name);
+  const cl_int status = clRetainCommandQueue(queue_);
+  if (status != CL_SUCCESS) clReleaseContext(context_);
+  check(status, "Sharing a command queue of " + info_.name);
+}
+
 Context::~Context() {
   clFinish(queue_);
   programs_.clear();
