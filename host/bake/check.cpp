@@ -12,6 +12,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kMostViews = 512;
+constexpr std::uint32_t kMostPlaces = 1U << 20;
 
 constexpr const char* kRange = "option-range";
 constexpr const char* kContradiction = "option-contradiction";
@@ -196,6 +197,10 @@ void validate(const BakeOptions& options) {
         "The two-component form needs normals on one side of the surface: use tangent or face "
         "space.",
         kContradiction);
+  }
+  if (options.recall > kMostPlaces) {
+    usage("recall is " + std::to_string(options.recall) + " places: it must be 0 to " +
+          std::to_string(kMostPlaces) + ".");
   }
   for (const MapKind map : options.maps) check_map(map, options);
   check_views(options.views);

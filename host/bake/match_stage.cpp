@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "match/fallback.h"
+#include "match/part_matcher.h"
 #include "match/saved.h"
 #include "mesh/length.h"
 
@@ -33,6 +34,12 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
   return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
 }
 
+/// Of all of the mesh, or part by part.
+std::unique_ptr<Matcher> matcher_of(const MatchRow& row, const MatchRequest& request,
+                                    const Parts* parts, MatchNotes& notes) {
+  return parts != nullptr ? part_matcher(row, request, *parts, notes) : row.make(request, notes);
+}
+
 }  // namespace
 
 MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
@@ -59,11 +66,36 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
   return {source.device.context(), surface, options.ray.direction, to_frame(width, source.frame)};
 }
 
+SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
+  const bool told = options.max_distance || options.cage || options.cage_mesh != nullptr;
+  const bool by_rays = options.method == MatchMethod::ray ||
+                       std::find(options.fallback.begin(), options.fallback.end(),
+                                 MatchMethod::ray) != options.fallback.end();
+  if (told || options.match != nullptr || !by_rays) return {};
+  return SheetReach(surface);
+}
+
 void take_notes(MatchNotes notes, BakeReport& report) {
   if (notes.views) report.views = std::move(notes.views);
   if (notes.visibility) report.visibility = notes.visibility;
   if (notes.uv) report.uv = notes.uv;
   report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
+}
+
+// By what was asked for, not by what another bake from the same source has made.
+void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
+                           BakeReport& report) {
+  const bool walks =
+      any_in_chain(options, [](const MatchRow& row) { return row.follows_bvh; }) &&
+      (options.match == nullptr || !options.fallback.empty());
+  const std::uint64_t count = walks ? source.duplicates() : 0;
+  if (count == 0) return;
+  report.warnings.push_back(
+      {"duplicate-triangles",
+       std::to_string(count) +
+           " triangles of the dense mesh lie exactly on others, corner by corner; the first of "
+           "each stands for all. Weld the mesh, or remove copies of parts.",
+       count});
 }
 
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
@@ -73,6 +105,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   MatchRequest request = match_request(options, source, surface);
   request.cluster = clusters.cluster;
   request.field = &clusters.field;
+  request.sheet_reach = double{sheet_reach(options, surface).farthest()};
   if (progress) {
     request.prepares = [preparing = progress.part(0, kPreparingShare)](double done) {
       return preparing.tell(done, "visibility");
@@ -93,16 +126,17 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   } else {
     const MatchRow& row = match_row(options.method);
     if (!row.info.looks_far && options.fallback.empty()) report.max_distance = 0;
-    matcher = row.make(request, notes);
+    matcher = matcher_of(row, request, options.parts, notes);
   }
   if (!options.fallback.empty()) {
     std::vector<std::unique_ptr<Matcher>> rest;
     for (const MatchMethod next : options.fallback) {
-      rest.push_back(match_row(next).make(request, notes));
+      rest.push_back(matcher_of(match_row(next), request, options.parts, notes));
     }
     matcher = with_fallbacks(source.device.context(), std::move(matcher), std::move(rest));
   }
   take_notes(std::move(notes), report);
+  warn_about_duplicates(source, options, report);
   report.seconds_build = source.stats().build_seconds - built;
   return matcher;
 }

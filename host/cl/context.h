@@ -6,6 +6,7 @@
 #endif
 #include <CL/cl.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -98,7 +99,8 @@ class Array {
   std::size_t size_ = 0;
 };
 
-/// A kernel of a built program. Arguments are set in order by Context::launch.
+/// A kernel of a built program. Arguments are set in order by Context::launch. All threads share one object
+/// of the driver, which holds the arguments: hence the lock of a launch.
 class Kernel {
  public:
   Kernel() = default;
@@ -112,6 +114,11 @@ class Kernel {
 };
 
 /// Context, in-order queue, built programs and memory account of one device.
+///
+/// Any number of threads may use one. A thread sees its own commands done in its order, and those of
+/// others somewhere between; what a thread waits for includes what others had enqueued before. Arrays and
+/// buffers are not guarded: a thread that writes one keeps it to itself, or holds a lock until it has
+/// enqueued the last command that needs what was written.
 class Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
@@ -138,6 +145,7 @@ class Context {
   template <typename... Args>
   void launch(const Kernel& kernel, std::size_t count, std::size_t local, const Args&... args) {
     if (count == 0) return;
+    const std::lock_guard lock(launch_mutex_);
     cl_uint index = 0;
     (set_argument(kernel, index++, args), ...);
     enqueue(kernel, count, local);
@@ -153,10 +161,13 @@ class Context {
   void finish();
 
   /// Seconds spent in clBuildProgram (and loading from the driver's cache) so far.
-  double build_seconds() const { return build_seconds_; }
+  double build_seconds() const;
   /// Bytes of device memory held now, and the most there ever were.
   std::uint64_t device_bytes() const { return device_bytes_; }
   std::uint64_t peak_device_bytes() const { return peak_device_bytes_; }
+  /// Bytes that this thread has taken of any device, less those that it has given back: what a piece of
+  /// work holds, whatever other threads do beside it.
+  static std::int64_t bytes_of_thread();
 
  private:
   friend class Buffer;
@@ -189,10 +200,15 @@ class Context {
   cl_device_id device_ = nullptr;
   cl_context context_ = nullptr;
   cl_command_queue queue_ = nullptr;
+  std::unique_ptr<Program> build(const std::string& family, const std::string& defines);
+  void account(std::int64_t bytes);
+
+  mutable std::mutex programs_mutex_;
   std::map<std::string, std::unique_ptr<Program>> programs_;
   double build_seconds_ = 0;
-  std::uint64_t device_bytes_ = 0;
-  std::uint64_t peak_device_bytes_ = 0;
+  std::mutex launch_mutex_;  ///< From the first argument of a launch to its place in the queue
+  std::atomic<std::uint64_t> device_bytes_{0};
+  std::atomic<std::uint64_t> peak_device_bytes_{0};
 };
 
 template <typename T>

@@ -4,6 +4,7 @@
 
 #include "cl/context.h"
 #include "cl/describe.h"
+#include "cl/driver.h"
 #include "kiln/version.h"
 
 namespace kiln {
@@ -61,7 +62,7 @@ DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
   return info;
 }
 
-std::vector<Found> find_devices() {
+std::vector<Found> ask_for_devices() {
   cl_uint platform_count = 0;
   if (clGetPlatformIDs(0, nullptr, &platform_count) != CL_SUCCESS) return {};
   std::vector<cl_platform_id> platforms(platform_count);
@@ -89,6 +90,15 @@ std::vector<Found> find_devices() {
   std::stable_sort(found.begin(), found.end(),
                    [](const Found& a, const Found& b) { return a.info.is_gpu > b.info.is_gpu; });
   for (std::size_t i = 0; i < found.size(); ++i) found[i].info.index = static_cast<int>(i);
+  return found;
+}
+
+std::vector<Found> find_devices() {
+  std::vector<Found> found;
+  cl::driver([&] {
+    found = ask_for_devices();
+    return CL_SUCCESS;
+  });
   return found;
 }
 

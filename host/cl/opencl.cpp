@@ -6,6 +6,7 @@
 
 #include "cl/context.h"
 #include "cl/describe.h"
+#include "cl/driver.h"
 
 namespace kiln {
 namespace {
@@ -18,7 +19,8 @@ namespace {
 template <typename T, typename Object, typename Info, typename Get>
 T ask(Get get, Object object, Info what, const char* name) {
   T value{};
-  if (object == nullptr || get(object, what, sizeof value, &value, nullptr) != CL_SUCCESS) {
+  if (object == nullptr ||
+      cl::driver([&] { return get(object, what, sizeof value, &value, nullptr); }) != CL_SUCCESS) {
     fail(std::string(name) + " is null, or no OpenCL object of its kind.", "opencl-handle");
   }
   return value;
@@ -88,9 +90,11 @@ void write_image(cl::Context& context, const Image& image, PixelFormat format,
          "opencl-memory");
   }
   const std::size_t origin[3] = {part.x, part.y, 0}, region[3] = {part.width, part.height, 1};
-  cl::check(clEnqueueWriteImage(context.queue(), target.memory, CL_TRUE, origin, region, pixels.row,
-                                0, &pixels.bytes[part.y * pixels.row + part.x * pixels.size], 0,
-                                nullptr, nullptr),
+  cl::check(cl::driver([&] {
+              return clEnqueueWriteImage(
+                  context.queue(), target.memory, CL_TRUE, origin, region, pixels.row, 0,
+                  &pixels.bytes[part.y * pixels.row + part.x * pixels.size], 0, nullptr, nullptr);
+            }),
             "clEnqueueWriteImage");
 }
 
@@ -106,9 +110,11 @@ void write_buffer(cl::Context& context, const Image& image, const OpenClTarget& 
   const std::size_t x = part.x * pixels.size;
   const std::size_t there[3] = {target.offset + x, part.y, 0}, here[3] = {x, part.y, 0};
   const std::size_t region[3] = {part.width * pixels.size, part.height, 1};
-  cl::check(clEnqueueWriteBufferRect(context.queue(), target.memory, CL_TRUE, there, here, region,
-                                     row_bytes, 0, pixels.row, 0, pixels.bytes.data(), 0, nullptr,
-                                     nullptr),
+  cl::check(cl::driver([&] {
+              return clEnqueueWriteBufferRect(context.queue(), target.memory, CL_TRUE, there, here,
+                                              region, row_bytes, 0, pixels.row, 0,
+                                              pixels.bytes.data(), 0, nullptr, nullptr);
+            }),
             "clEnqueueWriteBufferRect");
 }
 

@@ -201,6 +201,8 @@ struct MatchInfo {
   bool looks_far = true;          ///< It obeys BakeOptions::max_distance
   bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh, and ray.rule
   bool along_low = false;         ///< It looks along the light mesh's directions: BakeOptions::ray
+  bool takes_parts = false;       ///< It obeys BakeOptions::parts
+  bool tells_recall = false;      ///< It obeys BakeOptions::recall
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
 };

@@ -48,8 +48,14 @@ struct Mesh {
   std::vector<Tangent> tangents;
 
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< RGBA per vertex, or empty.
-  std::vector<std::uint32_t> groups;     ///< Per triangle, index into group_names, or empty.
-  std::vector<std::string> group_names;  ///< Names that `groups` counts from 0.
+  std::vector<std::uint32_t> groups;        ///< Per triangle, index into group_names, or empty.
+  std::vector<std::string> group_names;     ///< Names that `groups` counts from 0.
+  std::vector<std::uint32_t> objects;       ///< Per triangle, index into object_names, or empty.
+  std::vector<std::string> object_names;    ///< Names that `objects` counts from 0.
+  std::vector<std::uint32_t> materials;     ///< Per triangle, index into material_names, or empty.
+  std::vector<std::string> material_names;  ///< Names that `materials` counts from 0.
+  std::vector<std::string>
+      material_files;  ///< Where the materials are described, as OBJ names them.
   /// Per triangle, the polygon that it was cut from: numbers from 0 on, each as often as the polygon has
   /// triangles, in order. Empty: every triangle is a polygon. Computed normals weight the polygons' own
   /// corners and normals, as Blender does.
@@ -64,7 +70,9 @@ struct Mesh {
 /// (s t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
 /// corners with exactly equal positions become one vertex. Positions are read in double precision,
 /// and a mesh farther from the world's origin than 16 of its diagonals gets an `origin` of its own.
-/// Normals are made unit. OBJ's groups are its `g` and `o` names.
+/// Normals are made unit. OBJ's groups are its `g` and `o` names, whichever came last; its objects are its `o`
+/// names alone, its materials those of `usemtl`, described in the files of `mtllib`. Triangles before the
+/// first such name have one of their own, "default".
 ///
 /// What is imperfect is handled and reported by these warnings:
 ///   non-finite-vertices   kept
@@ -94,9 +102,9 @@ Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings
 Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
                std::vector<Warning>* warnings = nullptr);
 
-/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups) with 9
-/// significant digits, so that reading it back gives the same floats; 17 digits for the positions
-/// of a mesh with an origin. The file appears whole or not at all. About 0.4 s for a million
+/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, names of
+/// materials) with 9 significant digits, so that reading it back gives the same floats; 17 digits for the
+/// positions of a mesh with an origin. Objects and the files of materials are not written. The file appears whole or not at all. About 0.4 s for a million
 /// triangles.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before
 ///         anything is written

@@ -40,7 +40,7 @@ struct SessionOptions {
 /// Conditions of BakeOptions::uv are checked at the first bake. Counts and distances in the report are of
 /// the last time that samples were matched.
 /// Memory: 69 bytes a sample on the device and 20 on the host, beside what a bake needs.
-/// Thread safety: one thread at a time.
+/// Thread safety: one thread at a time for each session; sessions of one Device may run beside each other.
 class BakeSession {
  public:
   /// \param options  as for bake(), but match and progress must be empty, and clusters of visibility and
@@ -97,6 +97,7 @@ class BakeSession {
 /// Matching by depth views one view at a time, as in an interactive session (Wang et al., section 2): each
 /// view improves the correspondence that is there, and none is drawn twice. After any views the match is,
 /// to the bit, what bake() finds with the same directions in the same order.
+/// Thread safety: one thread at a time for each session; sessions of one Source may run beside each other.
 class ViewSession {
  public:
   /// \param options  size, samples, max_distance, two_sided and of the views size (0: by the mesh's

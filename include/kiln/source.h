@@ -27,7 +27,11 @@ struct Bounds {
 
 /// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
 /// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy, say, which
-/// rays and nearest points walk) are made at their first use.
+/// rays and nearest points walk) are made at their first use, by the first thread that needs one; others
+/// wait for it.
+///
+/// Thread safety: any number of threads may bake from one Source, or copies of it, at the same time. Maps
+/// are the same bytes as one after another.
 class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same answer to the bit

@@ -82,21 +82,21 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   grow(normal_triangles_, normal);
   for (std::size_t i = 1; i + 1 < n; ++i)
     triangles_.push_back({vertex[0], vertex[i], vertex[i + 1]});
-  if (!group_names_.empty()) groups_.resize(triangles_.size(), group_);
+  for (Names* names : {&groups_, &objects_, &materials_}) names->reach(triangles_.size());
 }
 
-void MeshBuilder::set_group(std::string_view name) {
+void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
   if (name.empty()) name = "default";
-  if (group_names_.empty() && !triangles_.empty()) {
+  if (names_.empty() && triangles != 0) {
     // Faces came before the first name.
-    group_ids_.emplace("default", 0);
-    group_names_.emplace_back("default");
-    groups_.resize(triangles_.size(), 0);
+    ids_.emplace("default", 0);
+    names_.emplace_back("default");
+    of_.resize(triangles, 0);
   }
   const auto [entry, added] =
-      group_ids_.emplace(std::string(name), static_cast<std::uint32_t>(group_names_.size()));
-  if (added) group_names_.emplace_back(name);
-  group_ = entry->second;
+      ids_.emplace(std::string(name), static_cast<std::uint32_t>(names_.size()));
+  if (added) names_.emplace_back(name);
+  now_ = entry->second;
 }
 
 void MeshBuilder::split_polygons() {
@@ -271,9 +271,11 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   mesh.normals = std::move(normals);
   mesh.normal_triangles = std::move(normal_triangles_);
   mesh.colors = std::move(colors);
-  if (!group_names_.empty()) groups_.resize(triangles_.size(), group_);
-  mesh.groups = std::move(groups_);
-  mesh.group_names = std::move(group_names_);
+  for (Names* names : {&groups_, &objects_, &materials_}) names->reach(triangles_.size());
+  groups_.take(mesh.groups, mesh.group_names);
+  objects_.take(mesh.objects, mesh.object_names);
+  materials_.take(mesh.materials, mesh.material_names);
+  mesh.material_files = std::move(material_files);
 }
 
 void MeshBuilder::count_degenerate(const Mesh& mesh) {

@@ -38,9 +38,12 @@ struct BakeArguments {
   std::vector<std::string> fallback = {"low"};
   std::uint32_t fallback_blend = 0;
   std::string cage, cage_mesh;
-  std::string ray = "nearest";
-  std::string direction = "averaged";
+  std::string ray = "outermost";
+  std::string direction = "auto";
   std::string edge_width;
+  std::uint32_t recall = 8192;
+  std::string match_by = "all";
+  std::vector<std::string> low_names = PartNames().low, high_names = PartNames().high;
   bool two_sided = false;
   bool force_uv = false;
   HeightArguments heights;

@@ -71,6 +71,16 @@ void check_rays(const BakeArguments& a) {
   }
 }
 
+void check_parts(const BakeArguments& a) {
+  if (a.match_by == "name" && (a.low.empty() || a.unwrap)) {
+    fail("--match-by name needs a LOW with named parts and UVs of its own.");
+  }
+  if (a.match_by != "name" &&
+      (a.given.contains("--low-names") || a.given.contains("--high-names"))) {
+    fail("--low-names and --high-names are for --match-by name.");
+  }
+}
+
 /// Flags of visibility that serve some of its ways alone.
 void check_visibility(const BakeArguments& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
@@ -136,6 +146,7 @@ void check(const BakeArguments& a) {
     fail("--match axis looks along one direction: give one --view, such as 0,0,1.");
   }
   check_rays(a);
+  check_parts(a);
   check_visibility(a);
   check_fallback(a);
   check_height_field(a);

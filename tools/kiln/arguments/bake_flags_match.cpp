@@ -73,9 +73,10 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->excludes(cage)
       ->group(group_match);
   command
-      .add_option("--ray", a.ray,
-                  "Which face a ray takes: nearest, outward first; or outermost, which is what a "
-                  "viewer sees, but nothing beyond LOW's own folds and parts")
+      .add_option(
+          "--ray", a.ray,
+          "Which face a ray takes: outermost, which is what a viewer sees, but nothing beyond "
+          "LOW's own folds and parts; or nearest, outward first")
       ->check(one_of(ray_rule_values()))
       ->capture_default_str()
       ->group(group_match);
@@ -89,6 +90,31 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
   command
       .add_option("--edge-width", a.edge_width,
                   "--direction auto: how near to a hard edge rays turn, D or P% (default 1%)")
+      ->group(group_match);
+  command
+      .add_option("--match-by", a.match_by,
+                  "Which of HIGH a texel may find: all; or name, its own part alone: the group or "
+                  "object X_low of LOW takes X_high and X_high_* of HIGH")
+      ->check(CLI::IsMember({"all", "name"}, CLI::ignore_case))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--low-names", a.low_names,
+                  "--match-by name: patterns of LOW's names; the first * is the part's name")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--high-names", a.high_names,
+                  "--match-by name: patterns of HIGH's names; the first * is the part's name")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--recall", a.recall,
+                  "At how many places of HIGH to look whether a texel stands for them; 0: none")
+      ->check(CLI::Range(0U, 1U << 20))
+      ->capture_default_str()
       ->group(group_match);
   command
       .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")

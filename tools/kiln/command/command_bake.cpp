@@ -112,6 +112,12 @@ bool read_inputs(BakeRun& run) {
     run.cage_mesh = load_mesh(arguments.cage_mesh, &run.warnings);
     run.options.cage_mesh = &*run.cage_mesh;
   }
+  if (arguments.match_by == "name") {
+    run.parts =
+        pair_parts(run.dense.mesh, run.low.mesh, {arguments.low_names, arguments.high_names});
+    run.options.parts = &*run.parts;
+    run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
+  }
   if (!arguments.load_match.empty()) {
     run.match = load_match(arguments.load_match);
     run.options.match = &*run.match;
