@@ -85,7 +85,7 @@ class SessionTexels {
   std::vector<std::size_t> all_places_;
 };
 
-struct BakeSession::Impl {
+struct KILN_HIDDEN BakeSession::Impl {
   Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh, const BakeOptions& wanted,
        const SessionOptions& session);
 
