@@ -122,6 +122,18 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
   }
 }
 
+Context::Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info)
+    : info_(std::move(info)), device_(device), context_(context), queue_(queue) {
+  check(driver([&] { return clRetainContext(context_); }), "Sharing a context of " + info_.name);
+  try {
+    check(driver([&] { return clRetainCommandQueue(queue_); }),
+          "Sharing a command queue of " + info_.name);
+  } catch (...) {
+    release([&] { clReleaseContext(context_); });
+    throw;
+  }
+}
+
 Context::~Context() {
   release([&] { clFinish(queue_); });
   programs_.clear();
@@ -240,12 +252,13 @@ void Context::wait() {
   struct Event {
     cl_event event = nullptr;
     ~Event() {
-      if (event != nullptr && !driver_failed()) clReleaseEvent(event);
+      if (event != nullptr) release([&] { clReleaseEvent(event); });
     }
   } marker;
+  const std::string what = "Waiting for " + info_.name;
   check(driver([&] { return clEnqueueMarkerWithWaitList(queue_, 0, nullptr, &marker.event); }),
-        "Waiting for " + info_.name);
-  check(driver([&] { return clFlush(queue_); }), "Waiting for " + info_.name);
+        what);
+  check(driver([&] { return clFlush(queue_); }), what);
   // Short waits cost little time, long ones little work.
   std::chrono::microseconds pause{20};
   for (;;) {
@@ -254,7 +267,7 @@ void Context::wait() {
             return clGetEventInfo(marker.event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status,
                                   &status, nullptr);
           }),
-          "Waiting for " + info_.name);
+          what);
     if (status <= CL_COMPLETE) return;
     std::this_thread::sleep_for(pause);
     pause = std::min(2 * pause, std::chrono::microseconds{4000});

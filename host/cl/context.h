@@ -1,7 +1,9 @@
 // The only folder that calls OpenCL. Everything else in host/ speaks Context, Array and Kernel.
 #pragma once
 
+#ifndef CL_TARGET_OPENCL_VERSION
 #define CL_TARGET_OPENCL_VERSION 120
+#endif
 #include <CL/cl.h>
 
 #include <atomic>
@@ -120,6 +122,8 @@ class Kernel {
 class Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
+  /// On what somebody else made, with references of its own. \param queue  in order
+  Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
@@ -127,6 +131,7 @@ class Context {
   const DeviceInfo& info() const { return info_; }
   cl_context get() const { return context_; }
   cl_command_queue queue() const { return queue_; }
+  cl_device_id device() const { return device_; }
 
   /// A kernel by program family ("ray" for kernels/ray.cl) and full kernel name. The program is
   /// built at first use and kept. `defines` is a string of -D options that change the code's shape.

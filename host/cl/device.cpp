@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "cl/context.h"
+#include "cl/describe.h"
 #include "cl/driver.h"
 #include "kiln/version.h"
 
@@ -125,6 +126,10 @@ const Found* select(const std::vector<Found>& found, std::string_view selector) 
 }
 
 }  // namespace
+
+DeviceInfo describe_device(cl_platform_id platform, cl_device_id device) {
+  return describe(platform, device);
+}
 
 #define KILN_TEXT(number) #number
 #define KILN_DOTTED(major, minor, patch) KILN_TEXT(major) "." KILN_TEXT(minor) "." KILN_TEXT(patch)

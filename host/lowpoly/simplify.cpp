@@ -328,8 +328,8 @@ void check(const Mesh& high, const SimplifyOptions& options) {
 
 Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* report) {
   const auto start = std::chrono::steady_clock::now();
-  check(high, options);
   validate(high);
+  check(high, options);
   SimplifyReport unwanted;
   SimplifyReport& out = report != nullptr ? *report : unwanted;
   out = {};

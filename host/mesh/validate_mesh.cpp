@@ -55,14 +55,17 @@ void check_parallel(const Mesh& mesh, std::size_t count, const char* what) {
        "mesh-size");
 }
 
-void check_groups(const Mesh& mesh) {
-  check_parallel(mesh, mesh.groups.size(), "groups");
-  const std::size_t bad = first_bad(
-      mesh.groups.size(), [&](std::size_t t) { return mesh.groups[t] < mesh.group_names.size(); });
-  if (bad == mesh.groups.size()) return;
+/// Indices of triangles into names.
+void check_names(const Mesh& mesh, const std::vector<std::uint32_t>& of_triangles,
+                 const std::vector<std::string>& names, const std::string& what) {
+  check_parallel(mesh, of_triangles.size(), (what + "s").c_str());
+  const std::size_t bad =
+      first_bad(of_triangles.size(), [&](std::size_t t) { return of_triangles[t] < names.size(); });
+  if (bad == of_triangles.size()) return;
   fail(mesh,
-       "has triangle " + std::to_string(bad) + " in group " + std::to_string(mesh.groups[bad]) +
-           ", but only " + std::to_string(mesh.group_names.size()) + " group_names.",
+       "has triangle " + std::to_string(bad) + " in " + what + " " +
+           std::to_string(of_triangles[bad]) + ", but only " + std::to_string(names.size()) + " " +
+           what + "_names.",
        "mesh-group");
 }
 
@@ -105,7 +108,9 @@ void validate(const Mesh& mesh) {
              " tangents: give one to each corner, or none at all.",
          "mesh-size");
   }
-  check_groups(mesh);
+  check_names(mesh, mesh.groups, mesh.group_names, "group");
+  check_names(mesh, mesh.objects, mesh.object_names, "object");
+  check_names(mesh, mesh.materials, mesh.material_names, "material");
   check_polygons(mesh);
 }
 

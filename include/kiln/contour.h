@@ -241,7 +241,7 @@ class VolumeSession {
   const Volume& volume() const;  ///< As it is now
 
  private:
-  struct KILN_HIDDEN Impl;
+  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -5,7 +5,7 @@
 /// library, and nothing else is. Of a static library (KILN_STATIC, which the CMake package and pkg-config
 /// define) nothing is exported, so that a plugin that carries Kiln does not show it.
 /// \def KILN_HIDDEN
-/// Keeps a type of a public class private to the library.
+/// Stands in the definition of a type that a public class declares and the library keeps to itself.
 #if defined(__GNUC__)
 #define KILN_HIDDEN __attribute__((visibility("hidden")))
 #else

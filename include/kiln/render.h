@@ -122,7 +122,7 @@ class Scene {
   /// Triangles that rays pass through, since they have no area or are not finite.
   const std::vector<Warning>& warnings() const;
 
-  struct KILN_HIDDEN Impl;
+  struct Impl;
 
  private:
   std::shared_ptr<const Impl> impl_;

@@ -64,7 +64,7 @@ class Source {
   const std::vector<Warning>& warnings() const;
 
   /// \cond For the library's own parts.
-  struct KILN_HIDDEN Impl;
+  struct Impl;
   const Impl& impl() const { return *impl_; }
   /// \endcond
 

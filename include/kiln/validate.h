@@ -15,10 +15,10 @@ namespace KILN_PUBLIC kiln {
 ///
 /// \throws Error(input) that names the mesh, the element and the value, with these ids:
 ///   mesh-index    a corner of triangles, uv_triangles or normal_triangles beyond its pool
-///   mesh-size     uv_triangles, normal_triangles, groups or polygons not parallel to triangles, colors not
-///                 parallel to positions, or tangents that are not three a triangle
+///   mesh-size     uv_triangles, normal_triangles, groups, objects, materials or polygons not parallel to
+///                 triangles, colors not parallel to positions, or tangents that are not three a triangle
 ///   mesh-origin   an origin that is not finite
-///   mesh-group    a group beyond group_names
+///   mesh-group    a group, object or material beyond its names
 ///   mesh-polygon  polygons that do not count up from 0, each in a row
 /// Cost: linear, 4 ms a million triangles on two cores. Thread safety: may be called from several threads.
 void validate(const Mesh& mesh);

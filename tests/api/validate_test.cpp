@@ -42,6 +42,8 @@ Mesh whole_mesh() {
   mesh.groups.assign(count, 0);
   mesh.groups.back() = 1;
   mesh.group_names = {"body", "lid"};
+  mesh.objects = mesh.materials = mesh.groups;
+  mesh.object_names = mesh.material_names = mesh.group_names;
   for (std::uint32_t t = 0; t < count; ++t) mesh.polygons.push_back(t / 2);
   mesh.tangents.assign(3 * count, {{1, 0, 0}, 1});
   return mesh;
@@ -81,12 +83,16 @@ std::vector<Corruption> corruptions(const Mesh& mesh) {
           bad_size(&Mesh::normal_triangles),
           bad_size(&Mesh::colors),
           bad_size(&Mesh::groups),
+          bad_size(&Mesh::objects),
+          bad_size(&Mesh::materials),
           bad_size(&Mesh::polygons),
           bad_size(&Mesh::tangents),
           {"mesh-index", [](Mesh& m) { m.positions.resize(m.positions.size() - 1); }},
           {"mesh-index", [](Mesh& m) { m.uvs.clear(); }},
           {"mesh-index", [](Mesh& m) { m.normals.clear(); }},
           {"mesh-group", [](Mesh& m) { m.group_names.pop_back(); }},
+          {"mesh-group", [](Mesh& m) { m.object_names.pop_back(); }},
+          {"mesh-group", [](Mesh& m) { m.material_names.pop_back(); }},
           {"mesh-polygon", [](Mesh& m) { m.polygons.back() += 1 + *rc::gen::inRange(0U, 9U); }},
           {"mesh-polygon", [](Mesh& m) { m.polygons[0] = 1; }},
           {"mesh-polygon", [](Mesh& m) { m.polygons.back() = 0; }},

@@ -195,7 +195,7 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
   far.insert(far.end(), {"--match", "ray", "--max-distance", "50%"});
   EXPECT_EQ(run_kiln(far).exit_code, 0);
   std::vector<std::string> automatic = command;
-  automatic.insert(automatic.end(), {"--match", "auto", "--max-error", "12"});
+  automatic.insert(automatic.end(), {"--match", "auto", "--max-angle", "12"});
   const ProcessResult chosen = run_kiln(automatic);
   ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
   report = read_json(scene / "r.json");

@@ -137,8 +137,9 @@ bool make_maps(BakeRun& run, const Source& source) {
   if (run.arguments.match == kAutomatic) {
     PlanOptions plan_options;
     plan_options.bake = run.options;
-    if (!run.arguments.max_error.empty()) {
-      plan_options.max_error = parse_degrees("--max-error", run.arguments.max_error);
+    if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
+      plan_options.max_error =
+          parse_degrees(run.arguments.max_angle.empty() ? "--max-error" : "--max-angle", bound);
     }
     run.planned = bake_planned(source, run.low.mesh, plan_options);
     if (run.planned->result.cancelled) return false;
@@ -174,7 +175,7 @@ int verdict(const BakeRun& run) {
         too_many_missed(run.arguments, run.result, run.low.mesh, run.low_path, missed).c_str());
     return 1;
   }
-  if (run.planned && !run.planned->reached && !run.arguments.max_error.empty()) {
+  if (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty()) {
     std::fprintf(stderr, "kiln: the error asked for was not reached.\n");
     return 1;
   }
