@@ -182,6 +182,13 @@ kernel void kiln_volume_seam_sides(
 /// A texel's new value where it lies on a side; else w is 0.
 static float4 seam_ring(global const kiln_volume_chart* chart, global const float4* ring, int x,
                         int y) {
+  // Most texels of a quad lie in no row and no column of its corners.
+  global const float* first = chart->texel[0];
+  global const float* across = chart->texel[2];
+  if (chart->corners == 4u && x != (int)first[0] && x != (int)across[0] && y != (int)first[1] &&
+      y != (int)across[1]) {
+    return (float4)(0.0f);
+  }
   global const float4* at = ring + chart->first_ring;
   for (uint k = 0u; k < chart->corners; ++k) {
     const seam_side side = seam_get(chart, k);
