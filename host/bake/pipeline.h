@@ -88,6 +88,7 @@ class Pipeline {
   Match empty_match();
   void make_collectors();
   void blend();
+  void measure_errors();
   void warn_about_pixels();
 
   Scene scene_;

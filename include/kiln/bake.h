@@ -9,7 +9,9 @@
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "kiln/mesh.h"
+#include "kiln/own_map.h"
 #include "kiln/source.h"
+#include "kiln/texture.h"
 #include "kiln/types.h"
 
 namespace kiln {
@@ -54,6 +56,17 @@ struct BakeOptions {
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
   /// given: 0.5% of the diagonal.
   std::optional<Length> curvature_radius = {};
+  ShadowLight light = {};   ///< For the map shadow
+  IdBy id_by = IdBy::part;  ///< For the map id
+  /// For the map color: the high poly's own textures, sRGB. None given: its vertex colours.
+  std::optional<Texture> color = {};
+  /// For the map opacity, one channel. None given: the vertex colours' alpha.
+  std::optional<Texture> opacity = {};
+  std::vector<Transfer> transfers =
+      {};  ///< A map each, after `maps`; names that no map has, none twice
+  std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
+  /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
+  bool report_errors = false;
   MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
   std::int32_t gutter = 16;            ///< Texels; -1: infinite (push-pull)
   /// Also make mip-maps, filtered within charts: nothing of one chart, nor of the gutter, gets into
@@ -74,14 +87,14 @@ struct SwitchReport {
 
 /// What a bake came to.
 struct BakeReport {
-  std::uint64_t texels = 0;              ///< Covered by the light mesh
-  std::uint64_t samples = 0;             ///< Covered by the light mesh
-  std::uint64_t outward = 0;             ///< Samples whose ray hit outwards
-  std::uint64_t inward = 0;              ///< Samples whose ray hit inwards
-  std::uint64_t cage = 0;                ///< Samples whose ray came from the cage
-  std::uint64_t viewed = 0;              ///< Samples that a depth view decided
-  std::uint64_t closest = 0;             ///< Samples that took the nearest point
-  std::uint64_t by_uv = 0;               ///< Samples that took the point with their own UV
+  std::uint64_t texels = 0;   ///< Covered by the light mesh
+  std::uint64_t samples = 0;  ///< Covered by the light mesh
+  std::uint64_t outward = 0;  ///< Samples whose ray hit outwards
+  std::uint64_t inward = 0;   ///< Samples whose ray hit inwards
+  std::uint64_t cage = 0;     ///< Samples whose ray came from the cage
+  std::uint64_t viewed = 0;   ///< Samples that a depth view decided
+  std::uint64_t closest = 0;  ///< Samples that took the nearest point
+  std::uint64_t by_uv = 0;    ///< Samples that took the point with their own UV
   /// Samples whose ray outwards passed over a nearer face (RayRule::outermost)
   std::uint64_t passed_over = 0;
   std::uint64_t missed = 0;              ///< Samples without a point
@@ -100,6 +113,9 @@ struct BakeReport {
   double seconds_detail = 0;                   ///< Reading of the maps' values
   double seconds_image = 0;                    ///< Padding and encoding
   double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
+  std::vector<IdEntry> ids;                    ///< The legend of the map id, where it was baked
+  std::vector<MapError> errors;                ///< Where BakeOptions::report_errors asks for them
+  double seconds_errors = 0;                   ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once
   std::vector<Warning> warnings;               ///< Of all steps
 };

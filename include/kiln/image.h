@@ -64,6 +64,9 @@ void save_image(const Image& image, const std::filesystem::path& path,
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,
                     const std::filesystem::path& path, const SaveImageOptions& options = {});
 
+/// From linear light to sRGB (IEC 61966-2-1): in place, of the first three channels, clamped to [0, 1].
+void to_srgb(Image& image);
+
 /// How far two images differ, over the texels that count.
 struct ImageDifference {
   std::uint64_t compared = 0;     ///< Texels compared
