@@ -19,7 +19,7 @@ void check_saved(const BakeOptions& options, const Source::Impl& high, const Mes
 /// Adds a further cluster's maps and seconds to the first one's.
 void join(BakeResult& result, BakeResult baked) {
   for (BakedMap& map : baked.maps) {
-    if (find_map(map.kind.name).type != MapType::coverage) result.maps.push_back(std::move(map));
+    if (map.info.type != MapType::coverage) result.maps.push_back(std::move(map));
   }
   const BakeReport& further = baked.report;
   result.report.seconds_texels += further.seconds_texels;

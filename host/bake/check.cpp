@@ -160,6 +160,20 @@ void check_map_options(const BakeOptions& options) {
   }
   if (options.occlusion.distance)
     check_length("occlusion.distance", *options.occlusion.distance, false);
+  const Vec3& light = options.light.direction;
+  const double squared =
+      double{light.x} * light.x + double{light.y} * light.y + double{light.z} * light.z;
+  if (!std::isfinite(squared) || squared == 0) {
+    usage("light.direction must be a finite direction other than 0.");
+  }
+  if (!(options.light.angle_degrees >= 0 && options.light.angle_degrees <= 90)) {
+    usage("light.angle_degrees is " + std::to_string(options.light.angle_degrees) +
+          ": it must be 0 to 90.");
+  }
+  if (!(options.occlusion.max_error >= 0 && options.occlusion.max_error <= 1)) {
+    usage("occlusion.max_error is " + std::to_string(options.occlusion.max_error) +
+          ": it must be 0 to 1.");
+  }
   if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
 }
 
