@@ -62,7 +62,8 @@ std::vector<FlatChart> make_charts(const Mesh& mesh, const UnwrapOptions& option
   ChartBorders borders(surface);
   std::vector<FlatChart> charts = grow_charts(surface, borders, {});
   const double extent = std::sqrt(surface.total_area);
-  const double padding = extent / std::sqrt(expected_coverage) * options.border_texels / options.size;
+  const double padding =
+      extent / std::sqrt(expected_coverage) * options.border_texels / options.size;
   cut_charts(surface, borders, {0.5 * padding, seam_price * extent}, charts, threads);
   const double texel = extent / options.size;
   std::vector<std::uint32_t> local(surface.triangles.size());
