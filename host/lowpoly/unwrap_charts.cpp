@@ -162,7 +162,8 @@ bool mark_failures(const FlatChart& chart, std::vector<std::uint8_t>& lone) {
 
 Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
-  result.uvs = {{0, 0}};  // All corners of the triangles that cover nothing.
+  result.tangents.clear();  // those of other UVs
+  result.uvs = {{0, 0}};    // All corners of the triangles that cover nothing.
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   for (const FlatChart& chart : charts) {
     const auto first = static_cast<std::uint32_t>(result.uvs.size());

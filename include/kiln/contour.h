@@ -9,12 +9,13 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 #include "kiln/volume.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which side of the iso value is the solid one. Normals point out of it.
 enum class Inside {
@@ -186,7 +187,7 @@ inline constexpr double kMapTooFine = 4;
 /// projected onto it and their normals splatted into the map; other texels are filled smoothly within
 /// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
 /// blends neighbours. Along an edge its charts hold the same normals, but across creases of 30 degrees and
-/// more; what that changes is spread over each chart.
+/// more; what that changes fades out within a cell.
 /// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
 /// of them, which is no better and may be worse than the light mesh's own normals ("map-too-fine").
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked

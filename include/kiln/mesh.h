@@ -1,15 +1,26 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
+
+/// A corner's tangent: the frame of tangent space is (tangent, sign * cross(normal, tangent), normal). Where
+/// it has no direction, or is not finite, the one of MikkTSpace is taken.
+struct Tangent {
+  Vec3 direction;  ///< Along u, of any length above 0
+  float sign = 1;  ///< 1 or -1: -1 where the UVs are mirrored
+};
 
 /// An indexed triangle mesh with optional per-corner ("wedge") UVs and normals.
 ///
@@ -17,6 +28,9 @@ namespace kiln {
 /// Triangles keep the order of the file (polygons are split in place), and no triangle is ever left
 /// out: degenerate ones and ones with a non-finite corner stay, and are skipped where they are
 /// used.
+///
+/// Vertices with exactly equal positions count as one wherever the surface matters (averaged normals,
+/// ray directions, charts), whatever their indices: meshes that are split at seams need no welding.
 struct Mesh {
   std::string name;                 ///< Stem of the file, or any name; used in messages.
   std::array<double, 3> origin{};   ///< World position of a vertex = origin + positions[i]. Readers
@@ -29,9 +43,19 @@ struct Mesh {
   std::vector<Vec3> normals;  ///< Pool of unit normals; zero: none given, computed when needed.
   std::vector<Triangle> normal_triangles;  ///< Indices into normals; empty: computed when needed.
 
+  /// The low poly's own tangents, three a triangle in the order of its corners; empty: MikkTSpace computes
+  /// them (what bakers and renderers share, unless an engine has its own). See Tangent.
+  std::vector<Tangent> tangents;
+
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< RGBA per vertex, or empty.
-  std::vector<std::uint32_t> groups;     ///< Per triangle, index into group_names, or empty.
-  std::vector<std::string> group_names;  ///< Names that `groups` counts from 0.
+  std::vector<std::uint32_t> groups;        ///< Per triangle, index into group_names, or empty.
+  std::vector<std::string> group_names;     ///< Names that `groups` counts from 0.
+  std::vector<std::uint32_t> objects;       ///< Per triangle, index into object_names, or empty.
+  std::vector<std::string> object_names;    ///< Names that `objects` counts from 0.
+  std::vector<std::uint32_t> materials;     ///< Per triangle, index into material_names, or empty.
+  std::vector<std::string> material_names;  ///< Names that `materials` counts from 0.
+  std::vector<std::string>
+      material_files;  ///< Where the materials are described, as OBJ names them.
   /// Per triangle, the polygon that it was cut from: numbers from 0 on, each as often as the polygon has
   /// triangles, in order. Empty: every triangle is a polygon. Computed normals weight the polygons' own
   /// corners and normals, as Blender does.
@@ -46,7 +70,9 @@ struct Mesh {
 /// (s t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
 /// corners with exactly equal positions become one vertex. Positions are read in double precision,
 /// and a mesh farther from the world's origin than 16 of its diagonals gets an `origin` of its own.
-/// Normals are made unit. OBJ's groups are its `g` and `o` names.
+/// Normals are made unit. OBJ's groups are its `g` and `o` names, whichever came last; its objects are its `o`
+/// names alone, its materials those of `usemtl`, described in the files of `mtllib`. Triangles before the
+/// first such name have one of their own, "default".
 ///
 /// What is imperfect is handled and reported by these warnings:
 ///   non-finite-vertices   kept
@@ -69,9 +95,17 @@ struct Mesh {
 /// size; about 0.2 s for a binary PLY or an OBJ of a million triangles on one core.
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
 
-/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups) with 9
-/// significant digits, so that reading it back gives the same floats; 17 digits for the positions
-/// of a mesh with an origin. The file appears whole or not at all. About 0.4 s for a million
+/// Reads a mesh from memory. Otherwise as above.
+/// \param bytes  of a whole file; not kept
+/// \param name   as its file would be called, such as "head.ply": the extension says the format, the stem
+///               becomes Mesh::name, and messages have it
+Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
+               std::vector<Warning>* warnings = nullptr);
+
+/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, names of materials) with
+/// 9 significant digits, so that reading it back gives the same floats; 17 digits for the positions of a
+/// mesh with an origin. Objects and the files of materials are not written. The file appears whole or not
+/// at all. About 0.4 s for a million
 /// triangles.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before
 ///         anything is written

@@ -1,9 +1,12 @@
 // What holds for every mesh that a reader returns.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "kiln/mesh.h"
 
@@ -31,10 +34,15 @@ inline std::string broken_promise(const Mesh& mesh) {
   if (mesh.normal_triangles.empty() != mesh.normals.empty()) return "normal pool without use";
   if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
     return "colors not parallel";
-  if (!mesh.groups.empty() && mesh.groups.size() != n) return "groups not parallel";
-  for (const std::uint32_t group : mesh.groups) {
-    if (group >= mesh.group_names.size()) return "group out of range";
-  }
+  const auto named = [n](const std::vector<std::uint32_t>& of,
+                         const std::vector<std::string>& names) {
+    return (of.empty() || of.size() == n) &&
+           std::all_of(of.begin(), of.end(),
+                       [&](std::uint32_t name) { return name < names.size(); });
+  };
+  if (!named(mesh.groups, mesh.group_names)) return "groups not as promised";
+  if (!named(mesh.objects, mesh.object_names)) return "objects not as promised";
+  if (!named(mesh.materials, mesh.material_names)) return "materials not as promised";
   for (const double value : mesh.origin) {
     if (!std::isfinite(value)) return "origin not finite";
   }

@@ -1,9 +1,11 @@
 #include "io/mesh/mesh_builder.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
+#include "io/file/bounds.h"
 #include "io/mesh/polygon.h"
 
 namespace kiln {
@@ -40,12 +42,29 @@ Vec3 unit_or_zero(const Vec3& n) {
           static_cast<float>(z / length)};
 }
 
+// Up to these, nothing is asked for.
+constexpr std::uint64_t kFewFaces = std::uint64_t{1} << 17;
+
 }  // namespace
+
+/// Text may hold many more faces than its first lines promise: before the lists double, memory is asked for.
+void MeshBuilder::check_growth() const {
+  const auto bytes = [](const auto& list) {
+    return std::uint64_t{list.capacity()} * sizeof(list[0]);
+  };
+  const std::uint64_t held = bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) +
+                             bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
+                             bytes(polygon_normal_) + bytes(groups_) + bytes(positions);
+  check_memory([this](const std::string& place, const std::string& problem,
+                      const std::string& remedy) { input_.fail(place, problem, remedy); },
+               "", "its faces", 2 * held);
+}
 
 void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv,
                            std::span<const std::uint32_t> normal) {
   const std::size_t n = vertex.size();
   const std::uint64_t face = faces_++;
+  if (face >= kFewFaces && std::has_single_bit(face)) check_growth();
   if (n < 3) {
     if (short_faces_++ == 0) first_short_face_ = face;
     return;
@@ -82,21 +101,21 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   grow(normal_triangles_, normal);
   for (std::size_t i = 1; i + 1 < n; ++i)
     triangles_.push_back({vertex[0], vertex[i], vertex[i + 1]});
-  if (!group_names_.empty()) groups_.resize(triangles_.size(), group_);
+  for (Names* names : {&groups_, &objects_, &materials_}) names->reach(triangles_.size());
 }
 
-void MeshBuilder::set_group(std::string_view name) {
+void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
   if (name.empty()) name = "default";
-  if (group_names_.empty() && !triangles_.empty()) {
+  if (names_.empty() && triangles != 0) {
     // Faces came before the first name.
-    group_ids_.emplace("default", 0);
-    group_names_.emplace_back("default");
-    groups_.resize(triangles_.size(), 0);
+    ids_.emplace("default", 0);
+    names_.emplace_back("default");
+    of_.resize(triangles, 0);
   }
   const auto [entry, added] =
-      group_ids_.emplace(std::string(name), static_cast<std::uint32_t>(group_names_.size()));
-  if (added) group_names_.emplace_back(name);
-  group_ = entry->second;
+      ids_.emplace(std::string(name), static_cast<std::uint32_t>(names_.size()));
+  if (added) names_.emplace_back(name);
+  now_ = entry->second;
 }
 
 void MeshBuilder::split_polygons() {
@@ -271,9 +290,11 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   mesh.normals = std::move(normals);
   mesh.normal_triangles = std::move(normal_triangles_);
   mesh.colors = std::move(colors);
-  if (!group_names_.empty()) groups_.resize(triangles_.size(), group_);
-  mesh.groups = std::move(groups_);
-  mesh.group_names = std::move(group_names_);
+  for (Names* names : {&groups_, &objects_, &materials_}) names->reach(triangles_.size());
+  groups_.take(mesh.groups, mesh.group_names);
+  objects_.take(mesh.objects, mesh.object_names);
+  materials_.take(mesh.materials, mesh.material_names);
+  mesh.material_files = std::move(material_files);
 }
 
 void MeshBuilder::count_degenerate(const Mesh& mesh) {

@@ -47,8 +47,11 @@ class MeshBuilder {
   void add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv = {},
                 std::span<const std::uint32_t> normal = {});
 
-  /// The group that the faces to come belong to. Never called: the mesh has no groups.
-  void set_group(std::string_view name);
+  /// The group, object or material that the faces to come belong to. Never called: the mesh has none.
+  void set_group(std::string_view name) { groups_.set(name, triangles_.size()); }
+  void set_object(std::string_view name) { objects_.set(name, triangles_.size()); }
+  void set_material(std::string_view name) { materials_.set(name, triangles_.size()); }
+  std::vector<std::string> material_files;
 
   std::uint64_t faces() const { return faces_; }
 
@@ -60,11 +63,33 @@ class MeshBuilder {
   Mesh finish();
 
  private:
+  /// Names of triangles of one kind.
+  class Names {
+   public:
+    /// Of the triangles to come. \param triangles  that came before
+    void set(std::string_view name, std::size_t triangles);
+    /// So many triangles have names, all but the first of them the last one set.
+    void reach(std::size_t triangles) {
+      if (!names_.empty()) of_.resize(triangles, now_);
+    }
+    void take(std::vector<std::uint32_t>& of, std::vector<std::string>& names) {
+      of = std::move(of_);
+      names = std::move(names_);
+    }
+
+   private:
+    std::vector<std::uint32_t> of_;  // triangles
+    std::vector<std::string> names_;
+    std::unordered_map<std::string, std::uint32_t> ids_;
+    std::uint32_t now_ = 0;
+  };
+
   struct Polygon {
     std::uint32_t first_triangle, corners;
     std::uint64_t offset;  ///< Into the polygon_ pools.
   };
 
+  void check_growth() const;
   void split_polygons();
   void number_polygons(Mesh& mesh) const;
   void place(Mesh& mesh);
@@ -75,10 +100,7 @@ class MeshBuilder {
   std::vector<Triangle> triangles_, uv_triangles_, normal_triangles_;
   std::vector<Polygon> polygons_;
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
-  std::vector<std::uint32_t> groups_;
-  std::vector<std::string> group_names_;
-  std::unordered_map<std::string, std::uint32_t> group_ids_;
-  std::uint32_t group_ = 0;
+  Names groups_, objects_, materials_;
   std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };
 

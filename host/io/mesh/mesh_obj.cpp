@@ -62,8 +62,15 @@ class ObjReader {
     } else if (keyword == "f") {
       face();
     } else if (keyword == "g" || keyword == "o") {
-      builder_.set_group(scan_.rest_of_line());
-    } else if (keyword != "s" && keyword != "usemtl" && keyword != "mtllib") {
+      const std::string_view name = scan_.rest_of_line();
+      builder_.set_group(name);
+      if (keyword == "o") builder_.set_object(name);
+    } else if (keyword == "usemtl") {
+      builder_.set_material(scan_.rest_of_line());
+    } else if (keyword == "mtllib") {
+      // One name, which may have blanks in it, as exporters write it.
+      builder_.material_files.emplace_back(scan_.rest_of_line());
+    } else if (keyword != "s") {
       if (ignored_++ == 0) ignored_example_ = scan_.place() + ": " + printable(keyword);
     }
   }

@@ -78,6 +78,8 @@ void check(const Mesh& mesh) {
   if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
     wrong("normal_triangles not parallel to triangles");
   if (!mesh.groups.empty() && mesh.groups.size() != n) wrong("groups not parallel to triangles");
+  if (!mesh.materials.empty() && mesh.materials.size() != n)
+    wrong("materials not parallel to triangles");
   if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
     wrong("colors not parallel to positions");
   check_indices(mesh.triangles, mesh.positions.size(), "a vertex index out of range");
@@ -86,7 +88,36 @@ void check(const Mesh& mesh) {
   for (const std::uint32_t group : mesh.groups) {
     if (group >= mesh.group_names.size()) wrong("a group index out of range");
   }
+  for (const std::uint32_t material : mesh.materials) {
+    if (material >= mesh.material_names.size()) wrong("a material index out of range");
+  }
 }
+
+/// Says of each triangle whose name is another one than the last triangle's.
+class Names {
+ public:
+  Names(const char* keyword, const std::vector<std::uint32_t>& of,
+        const std::vector<std::string>& names)
+      : keyword_(keyword), of_(of), names_(names) {}
+
+  /// All names first, so that a reader numbers them as we do.
+  void announce(Writer& out) const {
+    for (const std::string& name : of_.empty() ? std::vector<std::string>() : names_) {
+      out.text(keyword_ + safe_name(name) + "\n");
+    }
+  }
+  void before(std::size_t triangle, Writer& out) {
+    if (of_.empty() || of_[triangle] == now_) return;
+    now_ = of_[triangle];
+    out.text(keyword_ + safe_name(names_[now_]) + "\n");
+  }
+
+ private:
+  std::string keyword_;
+  const std::vector<std::uint32_t>& of_;  // triangles
+  const std::vector<std::string>& names_;
+  std::uint32_t now_ = 0xFFFFFFFFU;
+};
 
 }  // namespace
 
@@ -131,16 +162,13 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
       out.text("\n");
     }
   }
-  // All names first, so that a reader numbers the groups as we do.
-  std::uint32_t group = 0xFFFFFFFFu;
-  if (!mesh.groups.empty()) {
-    for (const std::string& name : mesh.group_names) out.text("g " + safe_name(name) + "\n");
-  }
+  Names groups("g ", mesh.groups, mesh.group_names);
+  Names materials("usemtl ", mesh.materials, mesh.material_names);
+  groups.announce(out);
+  materials.announce(out);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!mesh.groups.empty() && mesh.groups[t] != group) {
-      group = mesh.groups[t];
-      out.text("g " + safe_name(mesh.group_names[group]) + "\n");
-    }
+    groups.before(t, out);
+    materials.before(t, out);
     out.text("f");
     for (int k = 0; k < 3; ++k) {
       out.text(" ");

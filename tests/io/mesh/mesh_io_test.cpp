@@ -264,6 +264,26 @@ TEST(MeshIo, KeepsObjWedgesAndGroups) {
   EXPECT_EQ(mesh.normal_triangles, (std::vector<Triangle>{{0, 0, 0}, {0, 0, 0}, {1, 1, 1}}));
   EXPECT_EQ(mesh.group_names, (std::vector<std::string>{"thing", "floor", "wall"}));
   EXPECT_EQ(mesh.groups, (std::vector<std::uint32_t>{1, 1, 2}));
+  EXPECT_EQ(mesh.object_names, (std::vector<std::string>{"thing"}));
+  EXPECT_EQ(mesh.objects, (std::vector<std::uint32_t>{0, 0, 0}));
+  EXPECT_EQ(mesh.material_names, (std::vector<std::string>{"m"}));
+  EXPECT_EQ(mesh.materials, (std::vector<std::uint32_t>{0, 0, 0}));
+  EXPECT_EQ(mesh.material_files, (std::vector<std::string>{"none.mtl"}));
+}
+
+TEST(MeshIo, NamesOfObjTrianglesRunApart) {
+  const Mesh mesh = load_text("names.obj",
+                              "mtllib a b.mtl\nmtllib c.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                              "f 1 2 3\nusemtl red paint\nf 1 2 4\no door\nf 1 2 3 4\n"
+                              "usemtl blue\ng knob\nf 2 3 4\nusemtl red paint\nf 1 3 4\n")
+                        .mesh;
+  EXPECT_EQ(mesh.material_names, (std::vector<std::string>{"default", "red paint", "blue"}));
+  EXPECT_EQ(mesh.materials, (std::vector<std::uint32_t>{0, 1, 1, 1, 2, 1}));
+  EXPECT_EQ(mesh.object_names, (std::vector<std::string>{"default", "door"}));
+  EXPECT_EQ(mesh.objects, (std::vector<std::uint32_t>{0, 0, 1, 1, 1, 1}));
+  EXPECT_EQ(mesh.group_names, (std::vector<std::string>{"default", "door", "knob"}));
+  EXPECT_EQ(mesh.groups, (std::vector<std::uint32_t>{0, 0, 1, 1, 2, 2}));
+  EXPECT_EQ(mesh.material_files, (std::vector<std::string>{"a b.mtl", "c.mtl"}));
 }
 
 TEST(MeshIo, ReadsObjColorsContinuationsForwardReferencesAndCrLf) {
@@ -798,6 +818,8 @@ TEST(MeshIo, WritesWhatItReads) {
   EXPECT_EQ(again.colors, mesh.colors);
   EXPECT_EQ(again.groups, mesh.groups);
   EXPECT_EQ(again.group_names, mesh.group_names);
+  EXPECT_EQ(again.materials, mesh.materials);
+  EXPECT_EQ(again.material_names, mesh.material_names);
 }
 
 TEST(MeshIo, WritesAndReadsAnyFiniteMesh) {

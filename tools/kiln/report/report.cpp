@@ -77,6 +77,12 @@ Json describe(const VisibilityReport& visibility) {
           {"clustered", visibility.clustered},   {"seconds", visibility.seconds}};
 }
 
+Json describe(const RecallReport& recall) {
+  return {{"places", recall.places},
+          {"lost", recall.lost},
+          {"largest", {{"lost", recall.largest}, {"where", recall.where}}}};
+}
+
 Json describe(const SwitchReport& switches) {
   return {{"sides", switches.sides},
           {"mean_degrees", switches.mean_degrees},
