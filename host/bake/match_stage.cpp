@@ -1,6 +1,7 @@
 #include "bake/match_stage.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
 
 #include "match/fallback.h"
@@ -32,6 +33,21 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
   if (options.cage) distance = 2 * to_frame(*options.cage, frame);
   if (options.cage_mesh != nullptr) distance = 2 * longest_reach(surface);
   return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
+}
+
+/// A length as long as the dense mesh is likely a slip: of a unit, or of a % sign.
+void warn_about_length(const char* name, const std::optional<Length>& length, const Frame& frame,
+                       std::vector<Warning>& warnings) {
+  if (!length) return;
+  const double diagonals = to_frame(*length, frame) / (frame.diagonal * frame.scale);
+  if (!(diagonals > 1)) return;
+  char text[256];
+  std::snprintf(
+      text, sizeof text,
+      "%s is %.3g times as long as the dense mesh's diagonal of %.4g: rays of that length "
+      "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
+      name, diagonals, frame.diagonal);
+  warnings.push_back({"far-rays", text, 1});
 }
 
 /// Of all of the mesh, or part by part.
@@ -116,6 +132,10 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
                                "Rays start at the cage and end before they reach the light mesh: "
                                "max_distance should be about twice BakeOptions::cage.",
                                1});
+  }
+  if (options.match == nullptr && match_row(options.method).info.looks_far) {
+    warn_about_length("BakeOptions::cage", options.cage, source.frame, report.warnings);
+    warn_about_length("max_distance", options.max_distance, source.frame, report.warnings);
   }
   const double built = source.stats().build_seconds;
   MatchNotes notes;

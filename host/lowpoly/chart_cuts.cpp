@@ -41,7 +41,8 @@ double smallest_box(const Extents& extents) {
 
 struct Cut {
   double gain = 0, length = 0;
-  std::vector<std::uint8_t> apart;  ///< Per triangle of the chart: whether it is of the smaller part.
+  std::vector<std::uint8_t>
+      apart;  ///< Per triangle of the chart: whether it is of the smaller part.
 };
 
 /// Looks for the best cut of one chart.

@@ -27,7 +27,7 @@ struct SourceAttributes {
 /// The internal name of what the caller wants.
 Traversal traversal_of(RayTraversal wanted);
 
-struct Source::Impl {
+struct KILN_HIDDEN Source::Impl {
   Impl(const Device& opened, const Mesh& high, Traversal wanted,
        const std::optional<Bounds>& bounds = std::nullopt);
   /// Some triangles of another one, in its frame, to search in; without attributes. They are numbered by

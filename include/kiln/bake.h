@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
@@ -14,7 +15,7 @@
 #include "kiln/source.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// What to bake, how to match, and how the maps are written.
 struct BakeOptions {
@@ -120,13 +121,18 @@ struct BakeReport {
 /// The maps of a bake, and what there is to say of them.
 struct BakeResult {
   std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, for each cluster
-  std::vector<std::uint8_t> coverage;  ///< Per texel: 0 empty, 1 baked, 2 missed, 3 gutter
+  std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
   std::optional<Match> match;          ///< Where BakeOptions::keep_match asks for it
   std::vector<Recalled>
       recalled;  ///< Per vertex of the dense mesh, where recall_vertices asks for it
   std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for
   BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
+
+  /// A map by its name. \param cluster  as BakedMap::cluster. \returns null where it was not asked for
+  const BakedMap* find(MapKind kind, std::uint32_t cluster = 0) const noexcept;
+  /// The same for a map that must be there. \throws Error(usage), `no-map`, that names those there are
+  const BakedMap& map(MapKind kind, std::uint32_t cluster = 0) const;
 };
 
 /// Bakes maps of the dense mesh for the light one.
@@ -138,5 +144,29 @@ struct BakeResult {
 /// \throws Error(usage) for a parameter out of range, Error(input) for a mesh without UVs,
 ///         Error(device). Nothing is left behind.
 BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options = {});
+
+/// A correspondence, and what there is to say of it.
+struct MatchResult {
+  Match match;             ///< Empty where cancelled
+  BakeReport report;       ///< Without what concerns maps
+  bool cancelled = false;  ///< The progress callback said stop
+};
+
+/// Matches without baking: the first half of bake(), for any number of maps or for values of the caller's
+/// own (bake_attribute()). Takes of the options the size, samples, all that concerns the match, and the
+/// progress callback.
+/// \throws as bake(); Error(usage) where the options hold a match already, ask for several clusters or
+///         for blending, which are about maps
+MatchResult match(const Source& source, const Mesh& low, const BakeOptions& options = {});
+
+/// Bakes from a match: the second half of bake(). To the bit, what bake() with the options that made the
+/// match gives, but that the report's counts and distances are those of the match.
+/// \param match    of match(), BakeResult::match, load_match() or the caller's own; checked by validate()
+/// \param options  width, height and samples as the match was made with; no `match` and no fallback;
+///                 what else concerns matching is not read
+/// \throws as bake(); Error(input) for a match that does not fit: `match-size`, `match-source`,
+///         `match-low`, or what validate() names
+BakeResult bake(const Match& match, const Source& source, const Mesh& low,
+                const BakeOptions& options = {});
 
 }  // namespace kiln

@@ -4,9 +4,10 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// How far simplify() goes.
 struct SimplifyOptions {
@@ -33,14 +34,15 @@ struct SimplifyReport {
   /// 262,144 of them evenly spaced.
   double error = 0;
   double mean_error = 0;  ///< The mean distance of the same samples, as a share of the diagonal.
-  std::uint64_t mended = 0;  ///< Triangles that were folded, flat or facing down, and no longer are.
+  std::uint64_t mended =
+      0;  ///< Triangles that were folded, flat or facing down, and no longer are.
   /// Triangles that face away from the dense surface, or down in a height field, and stayed so.
   std::uint64_t folded = 0;
   std::uint64_t without_area = 0;  ///< Triangles without area that stayed so.
   std::uint64_t holes = 0;         ///< Loops of open edges beyond those of the dense mesh.
   std::uint64_t charts = 0;        ///< With keep_uvs: connected pieces of the layout that is left.
   double coverage = 0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1.
-  double seconds = 0;     ///< That it took
+  double seconds = 0;   ///< That it took
   std::vector<Warning> warnings;  ///< What was imperfect and handled
 };
 

@@ -1,6 +1,7 @@
 // Open single sheets: a leaf bends far off its card, and matches all the same.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -88,6 +89,29 @@ TEST(Sheet, IsOpenAndLooksToOneSide) {
   box.uv_triangles.resize(10);
   if (!box.normal_triangles.empty()) box.normal_triangles.resize(10);
   for (const float size : sizes_of(box)) EXPECT_EQ(size, 0);
+}
+
+std::size_t far_rays(const Source& source, const Mesh& low, const BakeOptions& options) {
+  const BakeResult baked = bake(source, low, options);
+  return static_cast<std::size_t>(
+      std::count_if(baked.report.warnings.begin(), baked.report.warnings.end(),
+                    [](const Warning& w) { return w.code == "far-rays"; }));
+}
+
+/// A cage of 50 on a mesh of 2 units is a slip; one of 5% is not.
+TEST(LongRays, AreWarnedOf) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh cube = test::cube(2);
+  const Source source(*test::device(), cube);
+  BakeOptions options;
+  options.width = options.height = 32;
+  EXPECT_EQ(far_rays(source, cube, options), 0U);
+  options.cage = Length::absolute(50);
+  EXPECT_EQ(far_rays(source, cube, options), 1U);
+  options.cage = Length::share(0.05);
+  EXPECT_EQ(far_rays(source, cube, options), 0U);
+  options.max_distance = Length::absolute(50);
+  EXPECT_EQ(far_rays(source, cube, options), 1U);
 }
 
 }  // namespace

@@ -35,10 +35,14 @@ void check_fallback(const BakeArguments& a) {
 /// Flags that make a low poly, or belong to a given one.
 void check_low(const BakeArguments& a) {
   const bool automatic = a.match == kAutomatic;
-  if (!automatic && a.faces != 0 && !a.max_error.empty()) {
+  if (!automatic && !a.max_angle.empty()) {
+    fail("--max-angle is for --match auto: leave it out, or --max-error bounds the light mesh.");
+  }
+  const bool bounded = !deviation_bound(a).empty();
+  if (a.faces != 0 && bounded) {
     fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");
   }
-  if (!a.low.empty() && (a.faces != 0 || (!a.max_error.empty() && !automatic))) {
+  if (!a.low.empty() && (a.faces != 0 || bounded)) {
     fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
          "' was given: leave one of them out.");
   }

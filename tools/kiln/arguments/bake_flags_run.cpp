@@ -31,9 +31,8 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
   command
       .add_option("--max-error", a.max_error,
                   "Without LOW and --faces: few triangles that stay within this share of the "
-                  "diagonal (default 0.2%). With --match auto: the mean angle in degrees between "
-                  "rendered normals and the dense mesh's that is to be reached (default: what the "
-                  "largest map would reach)")
+                  "diagonal (default 0.2%). With --match auto and without --max-angle: the older "
+                  "name of that")
       ->group(group_low);
   command
       .add_flag(

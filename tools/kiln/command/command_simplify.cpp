@@ -129,10 +129,10 @@ Run add_simplify(CLI::App& app) {
           ->capture_default_str();
   CLI::Option* unwrap =
       command
-      ->add_option("--unwrap", arguments->unwrap,
-                   "How UVs are laid out: pairs (of triangles) or charts (few large ones)")
-      ->check(CLI::IsMember({"charts", "pairs"}))
-      ->capture_default_str();
+          ->add_option("--unwrap", arguments->unwrap,
+                       "How UVs are laid out: pairs (of triangles) or charts (few large ones)")
+          ->check(CLI::IsMember({"charts", "pairs"}))
+          ->capture_default_str();
   command->add_flag("--keep-uvs", arguments->keep_uvs,
                     "Keep HIGH's UVs, seams and groups instead of making new charts");
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
