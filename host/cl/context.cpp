@@ -110,46 +110,69 @@ Context::~Context() {
   clReleaseContext(context_);
 }
 
+std::unique_ptr<Context::Program> Context::build(const std::string& source,
+                                                 const std::string& builds,
+                                                 const std::string& defines, ErrorCode code) {
+  const auto start = std::chrono::steady_clock::now();
+  auto built = std::make_unique<Program>();
+  const char* text = source.data();
+  const std::size_t length = source.size();
+  cl_int status = CL_SUCCESS;
+  built->program = clCreateProgramWithSource(context_, 1, &text, &length, &status);
+  check(status, "clCreateProgramWithSource for " + builds);
+  std::string options = "-cl-std=CL1.2";
+  if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+  if (info_.is_gpu) options += " -DKILN_GPU=1";
+  if (!defines.empty()) options += " " + defines;
+  status = clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
+  if (status != CL_SUCCESS) {
+    std::size_t size = 0;
+    clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
+    std::string log(size, '\0');
+    clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
+    throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name +
+                          " failed with " + status_name(status) + ". The build log:\n" + log);
+  }
+  build_seconds_ += seconds_since(start);
+  return built;
+}
+
+Kernel Context::kernel_of(Program& program, const std::string& name) {
+  cl_kernel& kernel = program.kernels[name];
+  if (kernel == nullptr) {
+    cl_int status = CL_SUCCESS;
+    kernel = clCreateKernel(program.program, name.c_str(), &status);
+    check(status, "clCreateKernel for " + name);
+  }
+  return {kernel, name};
+}
+
 Kernel Context::kernel(const std::string& family, const std::string& name,
                        const std::string& defines) {
   std::unique_ptr<Program>& slot = programs_[family + " " + defines];
   if (!slot) {
-    const auto start = std::chrono::steady_clock::now();
-    const std::string_view source = embedded_source(family);
+    const std::string source(embedded_source(family));
     if (source.empty()) {
       throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
     }
-    auto built = std::make_unique<Program>();
-    const char* text = source.data();
-    const std::size_t length = source.size();
-    cl_int status = CL_SUCCESS;
-    built->program = clCreateProgramWithSource(context_, 1, &text, &length, &status);
-    check(status, "clCreateProgramWithSource for kernels/" + family + ".cl");
-    std::string options = "-cl-std=CL1.2";
-    if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
-    if (info_.is_gpu) options += " -DKILN_GPU=1";
-    if (!defines.empty()) options += " " + defines;
-    status = clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
-    if (status != CL_SUCCESS) {
-      std::size_t size = 0;
-      clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
-      std::string log(size, '\0');
-      clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, size, log.data(),
-                            nullptr);
-      throw Error(ErrorCode::device, "Building kernels/" + family + ".cl (" + options + ") on " +
-                                         info_.name + " failed with " + status_name(status) +
-                                         ". The build log:\n" + log);
+    slot = build(source, "kernels/" + family + ".cl", defines, ErrorCode::device);
+  }
+  return kernel_of(*slot, name);
+}
+
+Kernel Context::kernel_with(const std::string& family, const std::string& name,
+                            const std::string& more, const std::string& more_name) {
+  std::unique_ptr<Program>& slot = programs_[family + "\n" + more_name + "\n" + more];
+  if (!slot) {
+    std::string file = more_name;
+    for (char& c : file) {
+      if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
     }
-    build_seconds_ += seconds_since(start);
-    slot = std::move(built);
+    const std::string source =
+        std::string(embedded_source(family)) + "\n#line 1 \"" + file + "\"\n" + more + "\n";
+    slot = build(source, "'" + more_name + "'", {}, ErrorCode::input);
   }
-  cl_kernel& kernel = slot->kernels[name];
-  if (kernel == nullptr) {
-    cl_int status = CL_SUCCESS;
-    kernel = clCreateKernel(slot->program, name.c_str(), &status);
-    check(status, "clCreateKernel for " + name);
-  }
-  return {kernel, name};
+  return kernel_of(*slot, name);
 }
 
 void Context::set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {

@@ -6,6 +6,7 @@
 #include "kiln/assess.h"
 #include "kiln/bake.h"
 #include "kiln/contour.h"
+#include "kiln/cut_out.h"
 #include "kiln/depth.h"
 #include "kiln/device.h"
 #include "kiln/error.h"
