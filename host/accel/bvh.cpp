@@ -325,9 +325,7 @@ class Builder {
     left.end = right.begin = i;
   }
 
-  static bool one_centre(const Range& range) {
-    return range.merged || Mapping(range).is_flat();
-  }
+  static bool one_centre(const Range& range) { return range.merged || Mapping(range).is_flat(); }
 
   /// Before a range is halved by count: what lies together stays together. Ranges of one centre are in
   /// order of their boxes' size already.
@@ -342,8 +340,8 @@ class Builder {
       return at_a != at_b ? at_a < at_b : a.triangle() < b.triangle();
     };
     Primitive* const first = primitives_.get();
-    std::nth_element(first + range.begin, first + range.begin + range.size() / 2,
-                     first + range.end, before);
+    std::nth_element(first + range.begin, first + range.begin + range.size() / 2, first + range.end,
+                     before);
   }
 
   /// Whether all corners are the same numbers, in the same order: then so is every answer, and ties go
@@ -388,9 +386,8 @@ class Builder {
       const float area = primitive.box.half_area();
       return area < kInfinity ? area : kInfinity;
     };
-    std::stable_sort(first, last, [&](const Primitive& a, const Primitive& b) {
-      return size(a) < size(b);
-    });
+    std::stable_sort(first, last,
+                     [&](const Primitive& a, const Primitive& b) { return size(a) < size(b); });
     range.end = static_cast<std::size_t>(last - primitives_.get());
     range.merged = true;
   }

@@ -19,10 +19,10 @@ struct Bvh {
   std::unique_ptr<kiln_bvh_block[]> block_data;
   std::size_t node_count = 0;
   std::size_t block_count = 0;
-  std::uint64_t triangles = 0;  ///< In the tree
-  std::uint64_t skipped = 0;    ///< With a non-finite corner, or without area: in no leaf
+  std::uint64_t triangles = 0;   ///< In the tree
+  std::uint64_t skipped = 0;     ///< With a non-finite corner, or without area: in no leaf
   std::uint64_t duplicates = 0;  ///< With all corners of one of a lower index: in no leaf
-  std::uint32_t depth = 0;      ///< Levels of nodes, at most KILN_BVH_MAX_DEPTH
+  std::uint32_t depth = 0;       ///< Levels of nodes, at most KILN_BVH_MAX_DEPTH
 
   std::span<const kiln_bvh_node> nodes() const { return {node_data.get(), node_count}; }
   std::span<const kiln_bvh_block> blocks() const { return {block_data.get(), block_count}; }

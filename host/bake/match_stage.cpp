@@ -101,9 +101,8 @@ void take_notes(MatchNotes notes, BakeReport& report) {
 // By what was asked for, not by what another bake from the same source has made.
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
-  const bool walks =
-      any_in_chain(options, [](const MatchRow& row) { return row.follows_bvh; }) &&
-      (options.match == nullptr || !options.fallback.empty());
+  const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.follows_bvh; }) &&
+                     (options.match == nullptr || !options.fallback.empty());
   const std::uint64_t count = walks ? source.duplicates() : 0;
   if (count == 0) return;
   report.warnings.push_back(

@@ -111,8 +111,8 @@ void require_memory(const char* what, std::uint64_t bytes) {
   if (bytes <= left) return;
   throw Error(ErrorCode::internal, std::string(what) + " would take " + mebibytes(bytes) +
                                        " of memory, but only " + mebibytes(left) + " are left of " +
-                                       "the memory limit. Use smaller inputs or a smaller size, " +
-                                       "or raise the limit.");
+                                       "the memory limit. Use smaller inputs or a smaller " +
+                                       "size, or raise the memory limit.");
 }
 
 }  // namespace kiln

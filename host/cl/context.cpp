@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <thread>
 
 #include "base/memory.h"
 #include "cl/driver.h"
 #include "cl/embedded.h"
 
-namespace kiln::cl {
+namespace kiln::ocl {
 namespace {
 
 struct StatusName {
@@ -115,6 +116,18 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
             return status;
           }),
           "Creating a command queue on " + info_.name);
+  } catch (...) {
+    release([&] { clReleaseContext(context_); });
+    throw;
+  }
+}
+
+Context::Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info)
+    : info_(std::move(info)), device_(device), context_(context), queue_(queue) {
+  check(driver([&] { return clRetainContext(context_); }), "Sharing a context of " + info_.name);
+  try {
+    check(driver([&] { return clRetainCommandQueue(queue_); }),
+          "Sharing a command queue of " + info_.name);
   } catch (...) {
     release([&] { clReleaseContext(context_); });
     throw;
@@ -231,7 +244,39 @@ void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local
         "Launching " + kernel.name() + " on " + info_.name);
 }
 
+thread_local void (*while_waiting)() = nullptr;
+
+/// Waits for everything enqueued where somebody wants to know meanwhile.
+void Context::wait() {
+  if (while_waiting == nullptr) return;
+  struct Event {
+    cl_event event = nullptr;
+    ~Event() {
+      if (event != nullptr) release([&] { clReleaseEvent(event); });
+    }
+  } marker;
+  const std::string what = "Waiting for " + info_.name;
+  check(driver([&] { return clEnqueueMarkerWithWaitList(queue_, 0, nullptr, &marker.event); }),
+        what);
+  check(driver([&] { return clFlush(queue_); }), what);
+  // Short waits cost little time, long ones little work.
+  std::chrono::microseconds pause{20};
+  for (;;) {
+    cl_int status = CL_COMPLETE;
+    check(driver([&] {
+            return clGetEventInfo(marker.event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status,
+                                  &status, nullptr);
+          }),
+          what);
+    if (status <= CL_COMPLETE) return;
+    std::this_thread::sleep_for(pause);
+    pause = std::min(2 * pause, std::chrono::microseconds{4000});
+    while_waiting();
+  }
+}
+
 void Context::finish() {
+  wait();
   check(driver([&] { return clFinish(queue_); }), "Waiting for " + info_.name);
 }
 
@@ -255,6 +300,7 @@ void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* 
 }
 
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
+  wait();
   check(driver([&] {
           return clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr,
                                      nullptr);
@@ -262,4 +308,4 @@ void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, s
         "clEnqueueReadBuffer");
 }
 
-}  // namespace kiln::cl
+}  // namespace kiln::ocl

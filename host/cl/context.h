@@ -1,7 +1,9 @@
 // The only folder that calls OpenCL. Everything else in host/ speaks Context, Array and Kernel.
 #pragma once
 
+#ifndef CL_TARGET_OPENCL_VERSION
 #define CL_TARGET_OPENCL_VERSION 120
+#endif
 #include <CL/cl.h>
 
 #include <atomic>
@@ -19,9 +21,19 @@
 
 #include "kiln/device.h"
 
-namespace kiln::cl {
+namespace kiln {
+namespace ocl {}
+/// What the library's own code calls it; public headers say `ocl`, since `cl` is OpenCL's own in C++.
+namespace cl = ocl;
+}  // namespace kiln
+
+namespace kiln::ocl {
 
 class Context;
+
+/// What this thread calls every few milliseconds while it waits for a device; null: nothing. May throw: the
+/// wait then ends, and what was enqueued goes on.
+extern thread_local void (*while_waiting)();
 
 /// Turns an OpenCL status into Error(device). The one conversion point.
 void check(cl_int status, std::string_view what);
@@ -110,6 +122,8 @@ class Kernel {
 class Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
+  /// On what somebody else made, with references of its own. \param queue  in order
+  Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
@@ -117,6 +131,7 @@ class Context {
   const DeviceInfo& info() const { return info_; }
   cl_context get() const { return context_; }
   cl_command_queue queue() const { return queue_; }
+  cl_device_id device() const { return device_; }
 
   /// A kernel by program family ("ray" for kernels/ray.cl) and full kernel name. The program is
   /// built at first use and kept. `defines` is a string of -D options that change the code's shape.
@@ -174,6 +189,7 @@ class Context {
   void set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer);
   void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
   void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
+  void wait();
   void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
@@ -208,4 +224,4 @@ void Array<T>::read(Context& context, std::span<T> data, std::size_t offset) con
   }
 }
 
-}  // namespace kiln::cl
+}  // namespace kiln::ocl

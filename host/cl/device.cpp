@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "cl/context.h"
+#include "cl/describe.h"
 #include "cl/driver.h"
 #include "kiln/version.h"
 
@@ -126,7 +127,16 @@ const Found* select(const std::vector<Found>& found, std::string_view selector) 
 
 }  // namespace
 
-const char* version() noexcept { return KILN_VERSION; }
+DeviceInfo describe_device(cl_platform_id platform, cl_device_id device) {
+  return describe(platform, device);
+}
+
+#define KILN_TEXT(number) #number
+#define KILN_DOTTED(major, minor, patch) KILN_TEXT(major) "." KILN_TEXT(minor) "." KILN_TEXT(patch)
+
+const char* version() noexcept {
+  return KILN_DOTTED(KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH);
+}
 
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> result;

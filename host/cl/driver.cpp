@@ -15,7 +15,7 @@ thread_local volatile int depth = 0;
 bool driver_failed() noexcept { return failed.load(); }
 bool in_driver() noexcept { return depth > 0; }
 
-namespace cl {
+namespace ocl {
 
 DriverCall::DriverCall() noexcept { depth = depth + 1; }
 DriverCall::~DriverCall() { depth = depth - 1; }
@@ -37,5 +37,5 @@ std::string cache_hint(const DeviceInfo& info) {
          ") to another folder. ";
 }
 
-}  // namespace cl
+}  // namespace ocl
 }  // namespace kiln

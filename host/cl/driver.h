@@ -5,7 +5,7 @@
 
 #include "cl/context.h"
 
-namespace kiln::cl {
+namespace kiln::ocl {
 
 /// Stands around a call of the driver: in_driver() is true meanwhile.
 class DriverCall {
@@ -50,4 +50,4 @@ void release(const Call& call) noexcept {
 /// What may be wrong beside the kernel where building fails, for a message; empty but for PoCL.
 std::string cache_hint(const DeviceInfo& info);
 
-}  // namespace kiln::cl
+}  // namespace kiln::ocl

@@ -10,8 +10,9 @@ namespace kiln {
 
 /// What a cut must be worth.
 struct CutPrice {
-  double margin = 0;  ///< Half of the padding, in units of the surface: both sides of a cut need it.
-  double seam = 0;    ///< Area of upright boxes that an edge of length 1 must save beside that.
+  double margin =
+      0;            ///< Half of the padding, in units of the surface: both sides of a cut need it.
+  double seam = 0;  ///< Area of upright boxes that an edge of length 1 must save beside that.
 };
 
 /// Cuts charts in two along edges near straight lines: limbs off bodies, bends apart (after Limper, Vining,

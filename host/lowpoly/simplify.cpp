@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kiln/lowpoly.h"
+#include "kiln/validate.h"
 #include "lowpoly/collapse.h"
 #include "lowpoly/head_start.h"
 #include "lowpoly/height_rule.h"
@@ -327,6 +328,7 @@ void check(const Mesh& high, const SimplifyOptions& options) {
 
 Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* report) {
   const auto start = std::chrono::steady_clock::now();
+  validate(high);
   check(high, options);
   SimplifyReport unwanted;
   SimplifyReport& out = report != nullptr ? *report : unwanted;

@@ -62,7 +62,8 @@ std::vector<FlatChart> make_charts(const Mesh& mesh, const UnwrapOptions& option
   ChartBorders borders(surface);
   std::vector<FlatChart> charts = grow_charts(surface, borders, {});
   const double extent = std::sqrt(surface.total_area);
-  const double padding = extent / std::sqrt(expected_coverage) * options.border_texels / options.size;
+  const double padding =
+      extent / std::sqrt(expected_coverage) * options.border_texels / options.size;
   cut_charts(surface, borders, {0.5 * padding, seam_price * extent}, charts, threads);
   const double texel = extent / options.size;
   std::vector<std::uint32_t> local(surface.triangles.size());
@@ -161,7 +162,8 @@ bool mark_failures(const FlatChart& chart, std::vector<std::uint8_t>& lone) {
 
 Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
-  result.uvs = {{0, 0}};  // All corners of the triangles that cover nothing.
+  result.tangents.clear();  // those of other UVs
+  result.uvs = {{0, 0}};    // All corners of the triangles that cover nothing.
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   for (const FlatChart& chart : charts) {
     const auto first = static_cast<std::uint32_t>(result.uvs.size());

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "kiln/validate.h"
 #include "mesh/usable.h"
+#include "source/alive.h"
 
 namespace kiln {
 namespace {
@@ -48,7 +50,11 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
       positions(frame.to_frame(high)),
       triangles(high.triangles),
       uvs(high.uvs),
-      uv_triangles(high.uv_triangles) {
+      uv_triangles(high.uv_triangles),
+      colors(high.colors),
+      materials{high.materials, high.material_names},
+      groups{high.groups, high.group_names},
+      objects{high.objects, high.object_names} {
   cl::Context& context = device.context();
   const std::int64_t before = cl::Context::bytes_of_thread();
   attributes = SourceAttributes(context, corner_normals(high, positions));
@@ -162,7 +168,28 @@ Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
   }
+  if (bounds) validate(high);  // else with its own bounds
+  if (traversal < RayTraversal::automatic || traversal > RayTraversal::gpu) {
+    throw Error(ErrorCode::usage, "traversal is no RayTraversal: use one of its names.",
+                "option-enum");
+  }
   impl_ = std::make_shared<Impl>(device, high, traversal_of(traversal), bounds);
+}
+
+std::optional<Source> Source::build(const Device& device, const Mesh& high,
+                                    const Progress& progress, RayTraversal traversal,
+                                    const std::optional<Bounds>& bounds) {
+  Alive alive(progress);
+  try {
+    const Progress tell = alive.progress();
+    if (tell && !tell(0, "source")) return std::nullopt;
+    Source source(device, high, traversal, bounds);
+    source.impl_->rays();
+    if (tell && !tell(1, "done")) return std::nullopt;
+    return source;
+  } catch (const Cancelled&) {
+    return std::nullopt;
+  }
 }
 
 Source::Stats Source::stats() const { return impl_->stats(); }

@@ -1,7 +1,9 @@
 // The dense mesh: on the host in the working frame, and on the device as its users need it.
 #pragma once
 
+#include <array>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "accel/closest.h"
@@ -27,7 +29,7 @@ struct SourceAttributes {
 /// The internal name of what the caller wants.
 Traversal traversal_of(RayTraversal wanted);
 
-struct Source::Impl {
+struct KILN_HIDDEN Source::Impl {
   Impl(const Device& opened, const Mesh& high, Traversal wanted,
        const std::optional<Bounds>& bounds = std::nullopt);
   /// Some triangles of another one, in its frame, to search in; without attributes. They are numbered by
@@ -42,6 +44,13 @@ struct Source::Impl {
   std::vector<Vec2> uvs;  ///< Of corners, where the mesh has any
   std::vector<Triangle> uv_triangles;
   SourceAttributes attributes;
+  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Of vertices, where the mesh has any
+  /// Names of triangles, as Mesh has them: indices, or none, and what they stand for.
+  struct Names {
+    std::vector<std::uint32_t> of;
+    std::vector<std::string> names;
+  };
+  Names materials, groups, objects;
   std::vector<Warning> warnings;
 
   /// Made when first asked for: what is not used costs nothing.

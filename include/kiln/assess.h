@@ -4,10 +4,11 @@
 #include <vector>
 
 #include "kiln/bake.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// A quantity over the light surface, by area: how much of the surface has which value.
 struct Distribution {

@@ -5,16 +5,19 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "kiln/mesh.h"
 #include "kiln/parts.h"
 #include "kiln/recall.h"
+#include "kiln/own_map.h"
 #include "kiln/source.h"
+#include "kiln/texture.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// What to bake, how to match, and how the maps are written.
 struct BakeOptions {
@@ -60,6 +63,17 @@ struct BakeOptions {
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
   /// given: 0.5% of the diagonal.
   std::optional<Length> curvature_radius = {};
+  ShadowLight light = {};   ///< For the map shadow
+  IdBy id_by = IdBy::part;  ///< For the map id
+  /// For the map color: the high poly's own textures, sRGB. None given: its vertex colours.
+  std::optional<Texture> color = {};
+  /// For the map opacity, one channel. None given: the vertex colours' alpha.
+  std::optional<Texture> opacity = {};
+  std::vector<Transfer> transfers =
+      {};  ///< A map each, after `maps`; names that no map has, none twice
+  std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
+  /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
+  bool report_errors = false;
   MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
   std::int32_t gutter = 16;            ///< Texels; -1: infinite (push-pull)
   /// Also make mip-maps, filtered within charts: nothing of one chart, nor of the gutter, gets into
@@ -113,6 +127,9 @@ struct BakeReport {
   double seconds_detail = 0;                   ///< Reading of the maps' values
   double seconds_image = 0;                    ///< Padding and encoding
   double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
+  std::vector<IdEntry> ids;                    ///< The legend of the map id, where it was baked
+  std::vector<MapError> errors;                ///< Where BakeOptions::report_errors asks for them
+  double seconds_errors = 0;                   ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once
   std::vector<Warning> warnings;               ///< Of all steps
 };
@@ -120,13 +137,18 @@ struct BakeReport {
 /// The maps of a bake, and what there is to say of them.
 struct BakeResult {
   std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, for each cluster
-  std::vector<std::uint8_t> coverage;  ///< Per texel: 0 empty, 1 baked, 2 missed, 3 gutter
+  std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
   std::optional<Match> match;          ///< Where BakeOptions::keep_match asks for it
   std::vector<Recalled>
       recalled;  ///< Per vertex of the dense mesh, where recall_vertices asks for it
   std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for
   BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
+
+  /// A map by its name. \param cluster  as BakedMap::cluster. \returns null where it was not asked for
+  const BakedMap* find(MapKind kind, std::uint32_t cluster = 0) const noexcept;
+  /// The same for a map that must be there. \throws Error(usage), `no-map`, that names those there are
+  const BakedMap& map(MapKind kind, std::uint32_t cluster = 0) const;
 };
 
 /// Bakes maps of the dense mesh for the light one.
@@ -138,5 +160,29 @@ struct BakeResult {
 /// \throws Error(usage) for a parameter out of range, Error(input) for a mesh without UVs,
 ///         Error(device). Nothing is left behind.
 BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options = {});
+
+/// A correspondence, and what there is to say of it.
+struct MatchResult {
+  Match match;             ///< Empty where cancelled
+  BakeReport report;       ///< Without what concerns maps
+  bool cancelled = false;  ///< The progress callback said stop
+};
+
+/// Matches without baking: the first half of bake(), for any number of maps or for values of the caller's
+/// own (bake_attribute()). Takes of the options the size, samples, all that concerns the match, and the
+/// progress callback.
+/// \throws as bake(); Error(usage) where the options hold a match already, ask for several clusters or
+///         for blending, which are about maps
+MatchResult match(const Source& source, const Mesh& low, const BakeOptions& options = {});
+
+/// Bakes from a match: the second half of bake(). To the bit, what bake() with the options that made the
+/// match gives, but that the report's counts and distances are those of the match.
+/// \param match    of match(), BakeResult::match, load_match() or the caller's own; checked by validate()
+/// \param options  width, height and samples as the match was made with; no `match` and no fallback;
+///                 what else concerns matching is not read
+/// \throws as bake(); Error(input) for a match that does not fit: `match-size`, `match-source`,
+///         `match-low`, or what validate() names
+BakeResult bake(const Match& match, const Source& source, const Mesh& low,
+                const BakeOptions& options = {});
 
 }  // namespace kiln

@@ -9,12 +9,13 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 #include "kiln/volume.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which side of the iso value is the solid one. Normals point out of it.
 enum class Inside {

@@ -3,11 +3,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "kiln/export.h"
 #include "kiln/measure.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// How far a mesh's depth in pictures is from a reference's, over the pixels that both cover: the distance
 /// error of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified Meshes", section 5,

@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
-namespace cl {
+namespace ocl {
 class Context;
 }
 
@@ -65,13 +66,13 @@ class Device {
   /// Seconds spent building kernels so far (little where the driver has them cached).
   double compile_seconds() const;
 
-  /// \cond Used by the library's own parts and by interop_opencl.h.
-  explicit Device(std::shared_ptr<cl::Context> context);
-  cl::Context& context() const { return *context_; }
+  /// \cond Used by the library's own parts and by kiln/opencl.h.
+  explicit Device(std::shared_ptr<ocl::Context> context);
+  ocl::Context& context() const { return *context_; }
   /// \endcond
 
  private:
-  std::shared_ptr<cl::Context> context_;
+  std::shared_ptr<ocl::Context> context_;
 };
 
 }  // namespace kiln

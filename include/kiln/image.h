@@ -3,12 +3,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// A float image, rows from the top (row 0 is at v = 1), channels interleaved.
 struct Image {
@@ -55,6 +58,13 @@ Image load_image(const std::filesystem::path& path);
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
 
+/// The bytes of the file that save_image() would write. \throws as save_image(), but for the disk
+std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options = {});
+
+/// Reads an image from memory: the bytes of a whole PNG or EXR file. \param name  for messages
+/// \throws as load_image(path)
+Image load_image(std::span<const std::byte> bytes, std::string_view name = "image");
+
 /// Writes an image and its mip-maps as one OpenEXR file of tiles (256 x 256, MIPMAP_LEVELS, sides rounded
 /// down), which renderers read level by level; readers that know no mip-maps find the image. Otherwise
 /// like save_image.
@@ -63,6 +73,9 @@ void save_image(const Image& image, const std::filesystem::path& path,
 ///         and for levels of other sizes; Error(output)
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,
                     const std::filesystem::path& path, const SaveImageOptions& options = {});
+
+/// From linear light to sRGB (IEC 61966-2-1): in place, of the first three channels, clamped to [0, 1].
+void to_srgb(Image& image);
 
 /// How far two images differ, over the texels that count.
 struct ImageDifference {

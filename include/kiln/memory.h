@@ -2,7 +2,9 @@
 
 #include <cstdint>
 
-namespace kiln {
+#include "kiln/export.h"
+
+namespace KILN_PUBLIC kiln {
 
 /// Bytes that this process can still take: of the machine's memory, swap included, of its control group
 /// and of its address space (ulimit -v). 2^64 - 1 where the system does not say.

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which groups of two meshes are parts of one thing, by their names. A pattern is text with `*` for any
 /// text, also none; its first `*` is the part's name.

@@ -4,10 +4,11 @@
 #include <vector>
 
 #include "kiln/bake.h"
+#include "kiln/export.h"
 #include "kiln/measure.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// The error to reach, and what to bake.
 struct PlanOptions {

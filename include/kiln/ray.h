@@ -2,9 +2,10 @@
 
 #include <optional>
 
+#include "kiln/export.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which of the faces that a ray meets counts.
 enum class RayRule {

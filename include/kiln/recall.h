@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace kiln {
+#include "kiln/export.h"
+
+namespace KILN_PUBLIC kiln {
 
 /// What a bake leaves out of the dense mesh, which no measure over the light mesh can tell: of all that
 /// views from outside show of the dense mesh near the light one, the share that no sample stands for.

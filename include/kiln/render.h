@@ -9,11 +9,12 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// A normal map for a mesh's UVs: n/2 + 1/2 in the first three channels.
 struct NormalMap {

@@ -6,8 +6,18 @@
 #include <span>
 
 #include "kiln/bake.h"
+#include "kiln/export.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
+
+/// Texels of a map.
+struct Rectangle {
+  std::uint32_t x = 0;       ///< First column
+  std::uint32_t y = 0;       ///< First row, from the top
+  std::uint32_t width = 0;   ///< Columns
+  std::uint32_t height = 0;  ///< Rows
+  friend bool operator==(const Rectangle&, const Rectangle&) = default;
+};
 
 /// Where the dense mesh may move, and how rays are cast.
 struct SessionOptions {
@@ -62,10 +72,13 @@ class BakeSession {
     std::uint64_t triangles = 0;  ///< Dense ones whose corners or normals had changed
     std::uint64_t texels = 0;     ///< Read anew
     bool matched = false;         ///< Samples were matched
-    double seconds_source = 0;    ///< Normals, hierarchy, upload
-    double seconds_match = 0;     ///< The match and its fallbacks
-    double seconds_detail = 0;    ///< Reading of the maps' values
-    double seconds_image = 0;     ///< Padding and encoding
+    /// What changed of the maps: all of it lies in this rectangle, and nothing outside is another byte than
+    /// after the bake before. Without area where nothing changed.
+    Rectangle dirty = {};
+    double seconds_source = 0;  ///< Normals, hierarchy, upload
+    double seconds_match = 0;   ///< The match and its fallbacks
+    double seconds_detail = 0;  ///< Reading of the maps' values
+    double seconds_image = 0;   ///< Padding and encoding
     /// Of all steps.
     double seconds() const {
       return seconds_source + seconds_match + seconds_detail + seconds_image;

@@ -184,12 +184,17 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
     n[axis] = vload8(0, points + (3 + axis) * stride + lane);
     push[axis] = vload8(0, points + (6 + axis) * stride + lane);
   }
+  int8 live = (n[0] != 0.0f) | (n[1] != 0.0f) | (n[2] != 0.0f);
+  if (params.lit != 0u) {
+    const float8 light[3] = {params.light_x, params.light_y, params.light_z};
+    live &= hemisphere_dot(n, light) > 0.0f;
+    for (int axis = 0; axis < 3; ++axis) n[axis] = light[axis];
+  }
   const float8 sign = copysign((float8)(1.0f), n[2]);
   const float8 a = -1.0f / (sign + n[2]);
   const float8 b = n[0] * n[1] * a;
   const float8 tangent[3] = {1.0f + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
   const float8 bitangent[3] = {b, sign + n[1] * n[1] * a, -n[1]};
-  const int8 live = (n[0] != 0.0f) | (n[1] != 0.0f) | (n[2] != 0.0f);
   float8 ray[3];
   for (int axis = 0; axis < 3; ++axis) {
     const float8 along = (x * tangent[axis] + y * bitangent[axis]) + z * n[axis];
@@ -228,6 +233,21 @@ kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
                                  global const uchar* restrict hit,
                                  global uint* restrict open) {
   HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + from)); })
+}
+
+/// The same of rays towards the light: samples that look away from it have none, and see nothing of it.
+kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
+                                global const uchar* restrict hit,
+                                global const float* restrict rays,
+                                global uint* restrict lit) {
+  const size_t plane = params.ray_capacity;
+  global const float* along = rays + 3 * plane;
+  HEMISPHERE_ADD_ROWS(uint8, 1, lit, {
+    const int8 live = (vload8(0, along + from) != 0.0f) |
+                      (vload8(0, along + plane + from) != 0.0f) |
+                      (vload8(0, along + 2 * plane + from) != 0.0f);
+    sum[0] += select((uint8)(0u), 1u - convert_uint8(vload8(0, hit + from)), live);
+  })
 }
 
 /// Adds to each sample the directions of those rays.

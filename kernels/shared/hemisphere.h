@@ -35,9 +35,13 @@ struct kiln_hemisphere_params {
   kiln_float push;         // how far origins lie off the face, frame units
   kiln_float reach;        // distances from which on a place is as thick as can be, frame units
   kiln_uint aligned;       // 1: rays of a row run in about one direction; 0: in all
+  kiln_uint lit;           // 1: rays run about the light, of samples that face it; 0: about the normal
+  kiln_float light_x;      // unit, towards the light
+  kiln_float light_y;
+  kiln_float light_z;
 };
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
-KILN_CHECK_SIZE(kiln_hemisphere_params, 64);
+KILN_CHECK_SIZE(kiln_hemisphere_params, 80);
 
 struct kiln_turn_params {
   kiln_uint texel_count;

@@ -91,17 +91,16 @@ class Threads : public ::testing::Test {
     run_threads([&](std::uint32_t thread) {
       const Source source = sources(thread);
       for (std::size_t i = 0; i < bakes_.size(); ++i) {
-        results[thread].push_back(
-            bake(source, low_, bakes_[(i + thread * 2) % bakes_.size()]));
+        results[thread].push_back(bake(source, low_, bakes_[(i + thread * 2) % bakes_.size()]));
       }
     });
     for (std::uint32_t thread = 0; thread < kThreads; ++thread) {
       ASSERT_EQ(results[thread].size(), bakes_.size());
       for (std::size_t i = 0; i < bakes_.size(); ++i) {
         const std::size_t which = (i + thread * 2) % bakes_.size();
-        expect_same(results[thread][i], expected_[which],
-                    std::string(bakes_[which].method.name) + " of thread " +
-                        std::to_string(thread));
+        expect_same(
+            results[thread][i], expected_[which],
+            std::string(bakes_[which].method.name) + " of thread " + std::to_string(thread));
       }
     }
   }
@@ -112,16 +111,19 @@ class Threads : public ::testing::Test {
 };
 
 TEST_F(Threads, ShareOneSource) {
-  const Source source(*test::device(), high_);
+  // A device of its own: so that kernels are built at the same time, too.
+  const Device device = Device::open(test::device()->info().name);
+  const Source source(device, high_);
   bake_all([&](std::uint32_t) { return source; });
   // Structures were made once, and counted by whoever made them.
-  const Source alone(*test::device(), high_);
+  const Source alone(device, high_);
   for (const BakeOptions& options : bakes_) bake(alone, low_, options);
   EXPECT_EQ(source.stats().device_bytes, alone.stats().device_bytes);
 }
 
 TEST_F(Threads, ShareOneDevice) {
-  bake_all([&](std::uint32_t) { return Source(*test::device(), high_); });
+  const Device device = Device::open(test::device()->info().name);
+  bake_all([&](std::uint32_t) { return Source(device, high_); });
 }
 
 TEST_F(Threads, HaveADeviceEach) {
@@ -141,8 +143,8 @@ TEST_F(Threads, HaveSessionsBesideEachOther) {
     matches[thread] = views.match();
     BakeSession session(*test::device(), high_, low_, options);
     session.bake();
-    session.set_positions(0, std::vector<Vec3>(high_.positions.begin() + 1,
-                                               high_.positions.begin() + 2));
+    session.set_positions(
+        0, std::vector<Vec3>(high_.positions.begin() + 1, high_.positions.begin() + 2));
     maps[thread] = session.bake().maps.front().image.pixels;
   };
   run(0);

@@ -195,7 +195,7 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
   far.insert(far.end(), {"--match", "ray", "--max-distance", "50%"});
   EXPECT_EQ(run_kiln(far).exit_code, 0);
   std::vector<std::string> automatic = command;
-  automatic.insert(automatic.end(), {"--match", "auto", "--max-error", "12"});
+  automatic.insert(automatic.end(), {"--match", "auto", "--max-angle", "12"});
   const ProcessResult chosen = run_kiln(automatic);
   ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
   report = read_json(scene / "r.json");
@@ -248,9 +248,9 @@ TEST(UvCommand, SimplifyKeepsUvsWhereAsked) {
   const json report = read_json(scene / "s.json");
   EXPECT_EQ(report["charts"], 1);
   EXPECT_NEAR(report["coverage"].get<double>(), 1, 1e-3);
-  EXPECT_EQ(report["kept_uvs"], true);
-  const ProcessResult both = run_kiln({"simplify", scene / "high.obj", "--keep-uvs", "--size",
-                                       "512", "--out", scene / "both.obj"});
+  EXPECT_EQ(report["unwrap"], "kept");
+  const ProcessResult both = run_kiln(
+      {"simplify", scene / "high.obj", "--keep-uvs", "--size", "512", "--out", scene / "both.obj"});
   EXPECT_EQ(both.exit_code, 2);
   EXPECT_NE(both.errors.find("--size"), std::string::npos);
   Mesh bare = test::icosphere(3);

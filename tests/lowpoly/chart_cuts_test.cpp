@@ -55,9 +55,7 @@ struct Sheet {
   }
 };
 
-bool cross_shape(double x, double y) {
-  return std::abs(x - 0.5) < 0.1 || std::abs(y - 0.5) < 0.1;
-}
+bool cross_shape(double x, double y) { return std::abs(x - 0.5) < 0.1 || std::abs(y - 0.5) < 0.1; }
 
 TEST(ChartCuts, ASquareStaysWhole) {
   Sheet sheet([](double, double) { return true; });

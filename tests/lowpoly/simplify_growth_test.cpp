@@ -97,7 +97,8 @@ Shape parts(std::uint32_t n) {
     for (const Vec3d& d : {Vec3d{0, 0, 0}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
       shape.points.push_back(Vec3d{x, y, 0} + d * 1e-3);
     }
-    for (const Triangle& t : {Triangle{0, 2, 1}, Triangle{0, 1, 3}, Triangle{1, 2, 3}, Triangle{2, 0, 3}}) {
+    for (const Triangle& t :
+         {Triangle{0, 2, 1}, Triangle{0, 1, 3}, Triangle{1, 2, 3}, Triangle{2, 0, 3}}) {
       shape.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
   }

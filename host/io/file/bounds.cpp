@@ -44,7 +44,7 @@ void check_memory(const FailWith& fail, const std::string& place, const std::str
   fail(place,
        what + " take " + mebibytes(bytes) + " of memory, but only " + mebibytes(left) +
            " are left of the memory limit",
-       "Free some memory, raise the limit, or make the file smaller.");
+       "Free some memory, raise the memory limit, or make the file smaller.");
 }
 
 }  // namespace kiln

@@ -19,6 +19,7 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
 
   add_map_flags(command, a);
   add_detail_flags(command, a);
+  add_file_flags(command, a);
   add_match_flags(command, a);
   add_view_flags(command, a);
   add_run_flags(command, a);
@@ -48,9 +49,16 @@ std::string criterion_name(ViewCriterion criterion) {
   return name_of(criterion_values(), criterion);
 }
 
+std::string angle_bound(const BakeArguments& a) {
+  return a.max_angle.empty() && a.match == kAutomatic ? a.max_error : a.max_angle;
+}
+
+std::string deviation_bound(const BakeArguments& a) {
+  return a.max_angle.empty() && a.match == kAutomatic ? "" : a.max_error;
+}
+
 bool onto_plane(const BakeArguments& a) {
-  // With --match auto the error is one of normals.
-  const bool simplified = a.faces != 0 || (!a.max_error.empty() && a.match != kAutomatic);
+  const bool simplified = a.faces != 0 || !deviation_bound(a).empty();
   return is_height_field(a.high) && a.low.empty() && !simplified;
 }
 

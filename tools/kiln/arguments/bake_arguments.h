@@ -61,8 +61,19 @@ struct BakeArguments {
   std::uint32_t ao_rays = 64;
   std::string ao_distance;
   bool ao_ignore_back_faces = false;
+  double ao_error = 0;
+  std::vector<std::string> transfers;
+  std::string id_by = "part";
+  std::string light = "0,1,0";
+  double light_angle = 0;
+  double alpha_test = 0;
+  std::vector<std::string> own_maps;
+  std::vector<std::string> packs;
+  bool layers = false;
+  bool report_error = false;
   std::uint32_t faces = 0;
   std::string max_error;
+  std::string max_angle;
   bool unwrap = false;        // whether --unwrap was given
   std::string unwrap_method;  // charts, pairs; empty: charts
   std::string save_match, load_match;
@@ -93,6 +104,11 @@ std::string criterion_name(ViewCriterion criterion);
 
 /// Whether directions of visibility are asked for.
 bool by_visibility(const BakeArguments& arguments);
+
+/// The angle that --match auto is to reach, and how far a light mesh that Kiln makes may deviate; empty where
+/// nothing is said. --max-error is the second one, but beside --match auto alone the first one's older name.
+std::string angle_bound(const BakeArguments& arguments);
+std::string deviation_bound(const BakeArguments& arguments);
 
 /// Whether the light mesh is a plane of Kiln's, under a height field.
 bool onto_plane(const BakeArguments& arguments);

@@ -3,6 +3,7 @@
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
 #include "arguments/option_table.h"
+#include "arguments/packs.h"
 
 namespace kiln::cli {
 namespace {
@@ -35,10 +36,14 @@ void check_fallback(const BakeArguments& a) {
 /// Flags that make a low poly, or belong to a given one.
 void check_low(const BakeArguments& a) {
   const bool automatic = a.match == kAutomatic;
-  if (!automatic && a.faces != 0 && !a.max_error.empty()) {
+  if (!automatic && !a.max_angle.empty()) {
+    fail("--max-angle is for --match auto: leave it out, or --max-error bounds the light mesh.");
+  }
+  const bool bounded = !deviation_bound(a).empty();
+  if (a.faces != 0 && bounded) {
     fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");
   }
-  if (!a.low.empty() && (a.faces != 0 || (!a.max_error.empty() && !automatic))) {
+  if (!a.low.empty() && (a.faces != 0 || bounded)) {
     fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
          "' was given: leave one of them out.");
   }
@@ -113,6 +118,20 @@ void check_maps(const BakeArguments& a) {
   }
 }
 
+/// How files hold maps.
+void check_files(const BakeArguments& a) {
+  parse_packs(a);
+  if (a.layers && !is_exr(image_options(a))) {
+    fail("--layers are of one EXR: add --format exr or exr32.");
+  }
+  if (a.layers && a.mips) {
+    fail("--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
+  }
+  if (a.report_error && a.match == kAutomatic) {
+    fail("--match auto measures errors of its own: leave --report-error out, or choose a match.");
+  }
+}
+
 void check_height_field(const BakeArguments& a) {
   if (!is_height_field(a.high)) {
     if (!a.given.contains("--height") && !a.given.contains("--extent")) return;
@@ -150,6 +169,7 @@ void check(const BakeArguments& a) {
   check_visibility(a);
   check_fallback(a);
   check_height_field(a);
+  check_files(a);
   if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
   if (a.given.contains("--dither") && a.format != "png8") fail("--dither is for --format png8.");

@@ -24,6 +24,18 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
                 "thickness always takes both sides")
       ->group(group_occlusion);
   command
+      .add_option("--light", a.light,
+                  "X,Y,Z: where the light of the map shadow comes from, object space")
+      ->capture_default_str()
+      ->group("Shadow (--maps shadow)");
+  command
+      .add_option("--light-angle", a.light_angle,
+                  "Diameter of its disc as seen, degrees, 0 (a point) to 90: soft shadows, by "
+                  "--ao-rays. The sun's is 0.53")
+      ->check(CLI::Range(0.0, 90.0))
+      ->capture_default_str()
+      ->group("Shadow (--maps shadow)");
+  command
       .add_option("--curvature-radius", a.curvature_radius,
                   "Curvature is the mean over HIGH's surface this far around the point (default "
                   "0.5%). World units, or P% of HIGH's diagonal")

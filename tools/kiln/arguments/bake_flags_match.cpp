@@ -36,15 +36,21 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       .add_option(
           "--match", a.match,
           "Which point of HIGH a texel stands for. " + matches_in_words() +
-              "auto: the cheapest way and the smallest map (up to --size) that reach --max-error")
+              "auto: the cheapest way and the smallest map (up to --size) that reach --max-angle")
       ->check(CLI::IsMember(bake_match_names(), CLI::ignore_case))
       ->capture_default_str()
       ->group(group_match);
   command
       .add_option(
+          "--max-angle", a.max_angle,
+          "For --match auto: the mean angle in degrees between rendered normals and the dense "
+          "mesh's that is to be reached (default: what the largest map would reach)")
+      ->group(group_match);
+  command
+      .add_option(
           "--fallback", a.fallback,
           "What decides samples that the match misses: a chain such as ray,closest. Its end "
-          "is low (LOW's normal), fill (from around) or none (marked in magenta)")
+          "is low (LOW's normal), fill (from around) or mark (in magenta; the older name is none)")
       ->delimiter(',')
       ->check(CLI::IsMember(fallback_names(), CLI::ignore_case))
       ->capture_default_str()
@@ -123,7 +129,7 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       .add_option(
           "--miss", a.miss,
           "The older name of the end of --fallback, for saved scripts: keep is low, fill is "
-          "fill, mark is none")
+          "fill, mark is mark")
       ->check(one_of(miss_values()))
       ->capture_default_str()
       ->group(group_match);

@@ -74,12 +74,26 @@ const std::map<std::string, ImageFormat>& format_values() {
 
 const std::map<std::string, MissPolicy>& fallback_miss_values() {
   static const std::map<std::string, MissPolicy> values = {
-      {"low", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"none", MissPolicy::mark}};
+      {"low", MissPolicy::keep},
+      {"fill", MissPolicy::fill},
+      {"mark", MissPolicy::mark},
+      {"none", MissPolicy::mark}};  // the older name
   return values;
 }
 
-bool takes_occlusion(const std::string& map) {
-  return map == "ao" || map == "bent_normal" || map == "thickness";
+const std::map<std::string, TextureKind>& texture_kind_values() {
+  static const std::map<std::string, TextureKind> values = {{"srgb", TextureKind::srgb},
+                                                            {"linear", TextureKind::linear},
+                                                            {"normal", TextureKind::normal}};
+  return values;
+}
+
+const std::map<std::string, IdBy>& id_by_values() {
+  static const std::map<std::string, IdBy> values = {{"part", IdBy::part},
+                                                     {"material", IdBy::material},
+                                                     {"group", IdBy::group},
+                                                     {"object", IdBy::object}};
+  return values;
 }
 
 MissPolicy miss_policy(const BakeArguments& a) {

@@ -48,8 +48,8 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     options.height_field = dense.heights.has_value();
     // Points at the same UV: the light mesh needs the layout of the dense one.
     options.keep_uvs = arguments.match == "uv" && !dense.heights && !high.uv_triangles.empty();
-    if (!arguments.max_error.empty() && arguments.match != "auto") {
-      options.max_error = parse_error_bound(arguments.max_error);
+    if (const std::string bound = deviation_bound(arguments); !bound.empty()) {
+      options.max_error = parse_error_bound(bound);
     }
     low.mesh = simplify(high, options, &*low.simplified);
     low.stem = low_stem(arguments);

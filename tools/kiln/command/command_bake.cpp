@@ -8,6 +8,7 @@
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "arguments/transfers.h"
 #include "command/bake_run.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -103,6 +104,7 @@ bool read_inputs(BakeRun& run) {
   if (!run.console.progress(0, "reading " + arguments.high)) return false;
   run.dense = load_dense(arguments.high, arguments.heights, run.warnings);
   run.options.uv = uv_options(run.dense, run.options.uv);
+  load_textures(arguments, run.dense.mesh, run.options, run.warnings);
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
   warn_about_weights(arguments, run.options.visibility, run.warnings);
@@ -137,8 +139,9 @@ bool make_maps(BakeRun& run, const Source& source) {
   if (run.arguments.match == kAutomatic) {
     PlanOptions plan_options;
     plan_options.bake = run.options;
-    if (!run.arguments.max_error.empty()) {
-      plan_options.max_error = parse_degrees("--max-error", run.arguments.max_error);
+    if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
+      plan_options.max_error =
+          parse_degrees(run.arguments.max_angle.empty() ? "--max-error" : "--max-angle", bound);
     }
     run.planned = bake_planned(source, run.low.mesh, plan_options);
     if (run.planned->result.cancelled) return false;
@@ -174,7 +177,7 @@ int verdict(const BakeRun& run) {
         too_many_missed(run.arguments, run.result, run.low.mesh, run.low_path, missed).c_str());
     return 1;
   }
-  if (run.planned && !run.planned->reached && !run.arguments.max_error.empty()) {
+  if (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty()) {
     std::fprintf(stderr, "kiln: the error asked for was not reached.\n");
     return 1;
   }

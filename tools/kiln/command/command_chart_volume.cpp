@@ -48,7 +48,8 @@ int run_volumes_command(const ChartArguments& a) {
     const std::string& path = a.meshes[i];
     const auto show = [&](double done, std::string_view stage) {
       return console.progress(
-          kChartAtSave * (static_cast<double>(i) + done) / static_cast<double>(a.meshes.size()), stage);
+          kChartAtSave * (static_cast<double>(i) + done) / static_cast<double>(a.meshes.size()),
+          stage);
     };
     if (!show(0, "reading " + path)) return kExitCancelled;
     const Volume volume = read_volume(path, a.surface, warnings);
@@ -65,8 +66,8 @@ int run_volumes_command(const ChartArguments& a) {
 
   if (!console.progress(kChartAtSave, "writing")) return kExitCancelled;
   const ChartFiles files = save_chart_files(folder, volume_chart_data(charts),
-                                 volume_chart_plot(charts, options, device.info()),
-                                 volume_chart_table(charts, options, device.info()));
+                                            volume_chart_plot(charts, options, device.info()),
+                                            volume_chart_table(charts, options, device.info()));
   if (files.cancelled) return kExitCancelled;
   warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
   const std::filesystem::path report = files.outputs.back();

@@ -21,6 +21,7 @@ constexpr std::array kFlags = {
     Flag{"ExtractOptions::size", "--size"},
     Flag{"MatchMethod::uv", "--match uv"},
     Flag{"curvature_radius", "--curvature-radius"},
+    Flag{"raise the memory limit", "raise --memory-limit"},
     Flag{"keep_uvs", "--keep-uvs"},
     Flag{"keep_topology = false", "--topology free"},
     Flag{"max_distance", "--max-distance"},
