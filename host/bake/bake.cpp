@@ -90,10 +90,12 @@ const BakedMap* BakeResult::find(MapKind kind, std::uint32_t cluster) const noex
 
 const BakedMap& BakeResult::map(MapKind kind, std::uint32_t cluster) const {
   if (const BakedMap* found = find(kind, cluster)) return *found;
-  std::string message = "The result has no map '" + std::string(kind.name) + "'" +
-                        (cluster != 0 ? " of cluster " + std::to_string(cluster) : "") + ". It has";
-  for (const BakedMap& map : maps) message += " " + std::string(map.kind.name);
-  throw Error(ErrorCode::usage, message + (maps.empty() ? " none." : "."), "no-map");
+  std::string message("The result has no map '");
+  message.append(kind.name).append("'");
+  if (cluster != 0) message.append(" of cluster ").append(std::to_string(cluster));
+  message.append(maps.empty() ? ". It has none" : ". It has");
+  for (const BakedMap& map : maps) message.append(" ").append(map.kind.name);
+  throw Error(ErrorCode::usage, message + ".", "no-map");
 }
 
 }  // namespace kiln

@@ -21,6 +21,8 @@ constexpr const char* kContradiction = "option-contradiction";
   throw Error(ErrorCode::usage, message, id);
 }
 
+std::string quoted(std::string_view name) { return std::string("'").append(name).append("'"); }
+
 /// A number that a caller cast to an enumeration, or memory that was never set.
 template <typename Enum>
 void check_enum(const char* name, Enum value, Enum last) {
@@ -99,15 +101,15 @@ void check_fallback(const BakeOptions& options) {
   std::vector<MatchMethod> asked = {options.method};
   for (const MatchMethod next : options.fallback) {
     if (!match_row(next).info.may_follow) {
-      usage("'" + std::string(next.name) +
-                "' cannot be a fallback, since it searches nothing: choose one that searches, such "
+      usage(quoted(next.name) +
+                " cannot be a fallback, since it searches nothing: choose one that searches, such "
                 "as "
                 "ray.",
             kContradiction);
     }
     if (std::find(asked.begin(), asked.end(), next) != asked.end()) {
-      usage("'" + std::string(next.name) +
-                "' is asked twice, and leaves the same samples undecided: choose another fallback.",
+      usage(quoted(next.name) +
+                " is asked twice, and leaves the same samples undecided: choose another fallback.",
             kContradiction);
     }
     asked.push_back(next);
@@ -136,8 +138,8 @@ void check_distances(const BakeOptions& options) {
   const bool cage = options.cage || options.cage_mesh != nullptr;
   if (cage && options.match == nullptr &&
       !any_in_chain(options, [](const MatchRow& row) { return row.info.takes_cage; })) {
-    usage("A cage was given, but '" + std::string(options.method.name) +
-              "' casts no rays from one: leave the cage out, or match by ray.",
+    usage("A cage was given, but " + quoted(options.method.name) +
+              " casts no rays from one: leave the cage out, or match by ray.",
           kContradiction);
   }
 }

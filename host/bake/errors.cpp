@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
+#include <string>
 
 #include "image/gutter.h"
 #include "image/srgb.h"
@@ -206,12 +208,28 @@ BakeOptions finer_options(const BakedScene& scene, const Wanted& wanted) {
   return options;
 }
 
+void warn_not_reached(const BakeOptions& options, BakeReport& report) {
+  const double wanted = options.occlusion.max_error;
+  if (wanted <= 0) return;
+  for (const MapError& error : report.errors) {
+    const double reached = error.rms / 255;
+    if (!map_row(error.kind).info.takes_max_error || reached <= wanted) continue;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "The map %s reached an error of %.2g (root mean square), but %.2g was asked for.",
+                  std::string(error.kind.name).c_str(), reached, wanted);
+    report.warnings.push_back({"ray-error-not-reached", text, 1});
+  }
+}
+
 }  // namespace
 
 void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeReport& report) {
   const auto baked = static_cast<std::uint64_t>(
       std::count(scene.layers.coverage().begin(), scene.layers.coverage().end(), kCoverageBaked));
-  BakeOptions same = finer_options(scene, [](const MapInfo& map) { return map.takes_rays; });
+  const bool all = scene.options.report_errors;
+  BakeOptions same = finer_options(
+      scene, [&](const MapInfo& map) { return all ? map.takes_rays : map.takes_max_error; });
   if (!same.maps.empty()) {
     same.transfers.clear();
     same.own_maps.clear();
@@ -219,8 +237,9 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
     Finer finer(scene, same);
     finer.run(progress.part(0, 0.5), baked);
     finer.add_to("4096 rays from the same points", report);
+    warn_not_reached(scene.options, report);
   }
-  if (scene.options.match != nullptr) return;
+  if (!all || scene.options.match != nullptr) return;
   BakeOptions spread = finer_options(scene, is_compared);
   if (spread.maps.empty() && spread.transfers.empty() && spread.own_maps.empty()) return;
   spread.samples = std::min(kMostSamples, kFiner * scene.options.samples);

@@ -160,6 +160,12 @@ bool Layers::read_around() const {
                      [](const Layer& layer) { return layer.row->reads_around; });
 }
 
+bool Layers::obey_max_error(const BakeOptions& options) const {
+  return options.occlusion.max_error > 0 &&
+         std::any_of(layers_.begin(), layers_.end(),
+                     [](const Layer& layer) { return layer.row->info.takes_max_error; });
+}
+
 bool Layers::fill_misses() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return layer.row->info.fills_misses; });

@@ -55,6 +55,8 @@ class Layers {
   bool read_around() const;
   /// Whether one of the maps holds what a match by visibility went by.
   bool need_visibility() const;
+  /// Whether one of the maps is made to an error that is given.
+  bool obey_max_error(const BakeOptions& options) const;
   /// Whether one of the maps fills what was missed whatever MissPolicy says.
   bool fill_misses() const;
   /// Per texel: empty, baked or missed (image/gutter.h).

@@ -296,7 +296,7 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   tell_recall();
   if (switches_) result_.report.switches = switches_->measure(*layers_.unit_vectors());
   blend();
-  if (scene_.options.report_errors) measure_errors();
+  if (scene_.options.report_errors || layers_.obey_max_error(scene_.options)) measure_errors();
   finish_maps(drawn);
   finish_report();
   progress_.tell(1, "done");

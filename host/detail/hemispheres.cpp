@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "detail/hemisphere_rays.h"
 #include "mesh/length.h"
 #include "mesh/low_shading.h"
 #include "mesh/vector.h"
@@ -22,8 +23,6 @@ constexpr std::uint32_t kMostRays = 1U << 20;
 // Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
 // off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
 constexpr float kPush = 0x1p-17F;
-// Hits nearer than this are rounding: a surface through the very point.
-constexpr float kNearest = 0x1p-20F;
 // Beyond any point that a ray may start from (KILN_RAY_FARTHEST), and all of the high poly.
 constexpr double kFarthest = 2097152;
 
@@ -47,15 +46,6 @@ float beyond_everything(const LowSurface& surface) {
     }
   }
   return static_cast<float>(std::min(farthest + 3, kFarthest));
-}
-
-RayQuery query_up_to(float distance, bool back_faces) {
-  RayQuery query;
-  query.t_min = std::min(kNearest, distance / 2);
-  query.t_max = distance;
-  query.inward = true;  // directions are stored reversed
-  query.two_sided = back_faces;
-  return query;
 }
 
 /// Rays of one sample about +Z, and the rings that they are sorted into.
@@ -128,13 +118,6 @@ std::vector<float> turn_table() {
   return table;
 }
 
-template <typename T>
-void make_room(cl::Context& context, cl::Array<T>& array, std::size_t size) {
-  if (array.size() >= size) return;
-  array = cl::Array<T>();
-  array = cl::Array<T>(context, size);
-}
-
 }  // namespace
 
 Hemispheres::Hemispheres(const MapRequest& request)
@@ -146,6 +129,7 @@ Hemispheres::Hemispheres(const MapRequest& request)
       two_sided_(request.options.two_sided),
       back_faces_(request.options.occlusion.back_faces),
       shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
+  max_error_ = request.options.occlusion.max_error;
   const std::optional<Length>& distance = request.options.occlusion.distance;
   const Frame& frame = source_.frame;
   beyond_ = beyond_everything(request.surface);
@@ -153,22 +137,23 @@ Hemispheres::Hemispheres(const MapRequest& request)
   if (distance) occluding_ = std::min(occluding_, ray_length(*distance, frame));
   thick_ = ray_length(distance ? *distance : Length::share(0.1), frame);
   const std::uint32_t rays = request.options.occlusion.rays;
-  const auto upload_set = [&](RaySet& set, std::uint32_t count, double radius) {
-    const RaySets sets = spirals(count, radius);
-    set.count = count;
-    set.directions = cl::Array<float>(context_, std::span<const float>(sets.directions));
-    set.rings = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(sets.rings));
-  };
-  upload_set(rays_out_, rays, 1);
-  upload_set(rays_in_, rays, 1);
+  upload_rays(rays_out_, rays, 1);
+  upload_rays(rays_in_, rays, 1);
   rays_in_.side = -1;
   const ShadowLight& light = request.options.light;
   const Vec3d towards(light.direction);
   const double half = light.angle_degrees / 2 * std::numbers::pi / 180;
   if (length(towards) > 0) light_ = to_float(towards * (1 / length(towards)));
   rays_to_light_.lit = true;
-  upload_set(rays_to_light_, half > 0 ? rays : 1, std::sin(half));
+  upload_rays(rays_to_light_, half > 0 ? rays : 1, std::sin(half));
   turn_table_ = cl::Array<float>(context_, std::span<const float>(turn_table()));
+}
+
+void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
+  const RaySets sets = spirals(count, radius);
+  set.count = count;
+  set.directions = cl::Array<float>(context_, std::span<const float>(sets.directions));
+  set.rings = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(sets.rings));
 }
 
 void Hemispheres::next_band() {
@@ -205,11 +190,10 @@ void Hemispheres::make_turns(const TexelBand& band) {
   has_turns_ = true;
 }
 
-template <typename Use>
 void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, bool second,
-                            const RaySet& set, const Use& use) {
+                            const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                            const Use& use) {
   upload();
-  make_turns(band);
   const std::uint32_t piece = padded(std::min(kPiece, band.sample_count));
   const std::uint32_t capacity =
       std::min(kMostRays, static_cast<std::uint32_t>(std::uint64_t{piece} * set.count));
@@ -236,13 +220,14 @@ void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, 
   params.push = kPush;
   params.reach = thick_;
   std::span<const std::uint32_t> triangle;
-  if (params.keep == 0) triangle = reads_->read(match.triangle, band.sample_count);
+  if (params.keep == 0 && &band != &some_)
+    triangle = reads_->read(match.triangle, band.sample_count);
   const cl::Kernel points = context_.kernel("hemisphere", "kiln_hemisphere_points");
   const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
   for (; params.first < band.sample_count; params.first += params.count) {
     params.count = std::min(piece, band.sample_count - params.first);
     params.stride = padded(params.count);
-    if (params.keep == 0) {
+    if (!triangle.empty()) {
       const auto begin = triangle.begin() + params.first, end = begin + params.count;
       if (std::all_of(begin, end, [](std::uint32_t t) { return t == KILN_NO_TRIANGLE; })) continue;
     }
@@ -254,7 +239,7 @@ void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, 
     for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
       params.rays = std::min(most, set.count - params.first_ray);
       context_.launch(rays, std::size_t{params.stride} / kLanes * params.rays, kLocal, params,
-                      points_, turns_, turn_table_, set.directions, set.rings, rays_);
+                      points_, turns, turn_table_, set.directions, set.rings, rays_);
       use(params, params.stride * params.rays);
     }
     context_.finish();
@@ -274,7 +259,8 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
   const RayQuery query = query_up_to(occluding_, back_faces_);
   const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
   const cl::Kernel lean = context_.kernel("hemisphere", "kiln_hemisphere_lean");
-  over_rays(band, match, second, rays_out_,
+  make_turns(band);
+  over_rays(band, match, second, rays_out_, turns_,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               make_room(context_, hits_, ray_capacity_);
               caster.occluded(rays_, count, ray_capacity_, query, hits_);
@@ -294,7 +280,8 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
   const RayCaster& caster = source_.rays();
   const RayQuery query = query_up_to(std::min(thick_, beyond_), true);
   const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
-  over_rays(band, match, second, rays_in_,
+  make_turns(band);
+  over_rays(band, match, second, rays_in_, turns_,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               if (first_hits_.capacity < ray_capacity_) {
                 first_hits_ = Correspondence();
@@ -309,6 +296,7 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
 
 std::vector<float> Hemispheres::open(const TexelBand& band, const Correspondence& match,
                                      bool second) {
+  if (max_error_ > 0) return open_within(band, match, second);
   cast(band, match, second);
   return shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
 }
@@ -332,7 +320,8 @@ std::vector<float> Hemispheres::lit(const TexelBand& band, const Correspondence&
   const RayCaster& caster = source_.rays();
   const RayQuery query = query_up_to(beyond_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
-  over_rays(band, match, second, rays_to_light_,
+  make_turns(band);
+  over_rays(band, match, second, rays_to_light_, turns_,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               make_room(context_, hits_, ray_capacity_);
               caster.occluded(rays_, count, ray_capacity_, query, hits_);

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "accel/ray.h"
@@ -60,6 +63,14 @@ class Hemispheres : public SharedWork {
     cl::Array<std::uint32_t> rings;
   };
 
+  /// open() with OcclusionOptions::max_error.
+  std::vector<float> open_within(const TexelBand& band, const Correspondence& match, bool second);
+  /// How many of another `rays` rays of each of some samples hit nothing. \param round  other ones each
+  std::vector<std::uint32_t> cast_more(const TexelBand& band, const Correspondence& match,
+                                       bool second, std::span<const std::uint32_t> samples,
+                                       std::uint32_t rays, std::uint32_t round);
+  const RaySet& outward_rays(std::uint32_t count);
+  void upload_rays(RaySet& set, std::uint32_t count, double radius);
   void upload();
   std::vector<float> shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
                             std::uint32_t rays) const;
@@ -67,9 +78,9 @@ class Hemispheres : public SharedWork {
   void cast(const TexelBand& band, const Correspondence& match, bool second);
   void measure(const TexelBand& band, const Correspondence& match, bool second);
   /// Makes rays, piece by piece, and gives each to `use` with what describes it.
-  template <typename Use>
+  using Use = std::function<void(const kiln_hemisphere_params& params, std::uint32_t count)>;
   void over_rays(const TexelBand& band, const Correspondence& match, bool second, const RaySet& set,
-                 const Use& use);
+                 const cl::Array<std::uint32_t>& turns, const Use& use);
 
   cl::Context& context_;
   const Source::Impl& source_;
@@ -81,6 +92,8 @@ class Hemispheres : public SharedWork {
 
   cl::Array<kiln_low_shading> shading_;
   RaySet rays_out_, rays_in_, rays_to_light_;
+  std::map<std::uint32_t, RaySet> more_rays_;  // by their number
+  double max_error_;
   Vec3 light_;
   cl::Array<float> turn_table_;
 
@@ -93,6 +106,9 @@ class Hemispheres : public SharedWork {
   std::uint32_t ray_capacity_ = 0;
   cl::Array<float> points_, rays_;
   cl::Array<std::uint32_t> lit_;
+  TexelBand some_;  // samples that are not done yet
+  Correspondence some_match_;
+  cl::Array<std::uint32_t> some_turns_, some_open_;
   cl::Array<std::uint8_t> hits_;
   Correspondence first_hits_;
 };

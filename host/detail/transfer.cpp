@@ -1,11 +1,14 @@
-// Textures of the high poly, each baked into a map of its own.
+// Maps that a bake brings along: textures of the high poly, each in a map of its own, and functions of the
+// caller's.
 #include <algorithm>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 
 #include "detail/low_frames.h"
+#include "detail/own.h"
 #include "detail/surface_texture.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/tangent.h"
@@ -150,26 +153,29 @@ bool is_name(const std::string& name) {
                      [&](char c) { return is_letter(c) || c == '_' || (c >= '0' && c <= '9'); });
 }
 
+void check_name(const std::string& name, std::span<const MapRow> rows) {
+  const auto fail = [&](const std::string& why) {
+    throw Error(ErrorCode::usage, "A map cannot be called '" + name + "'" + why);
+  };
+  const auto is_called = [&](const MapRow& row) { return row.info.kind.name == name; };
+  if (!is_name(name)) fail(": take a letter, then letters, digits and _.");
+  if (std::any_of(map_rows().begin(), map_rows().end(), is_called)) {
+    fail(", which is another map's name: choose one of its own.");
+  }
+  if (std::any_of(rows.begin(), rows.end(), is_called)) fail(" twice: rename one of them.");
+}
+
 }  // namespace
 
 std::vector<MapRow> own_rows(const BakeOptions& options) {
   std::vector<MapRow> rows;
   for (const Transfer& transfer : options.transfers) {
-    const std::string& name = transfer.name;
-    if (!is_name(name)) {
-      throw Error(ErrorCode::usage, "A texture's map cannot be called '" + name +
-                                        "': take a letter, then letters, digits and _.");
-    }
-    for (const MapRow& row : map_rows()) {
-      if (row.info.kind.name != name) continue;
-      throw Error(ErrorCode::usage, "A texture's map cannot be called '" + name +
-                                        "', which is a map of its own: choose another name.");
-    }
-    for (const MapRow& row : rows) {
-      if (row.info.kind.name != name) continue;
-      throw Error(ErrorCode::usage, "Two textures' maps are called '" + name + "': rename one.");
-    }
+    check_name(transfer.name, rows);
     rows.push_back(row_of(transfer));
+  }
+  for (const OwnMap& map : options.own_maps) {
+    check_name(map.name, rows);
+    rows.push_back(own_map(map, kept(map.name)));
   }
   return rows;
 }

@@ -8,6 +8,7 @@
 #include "kiln/bake.h"
 #include "kiln/contour.h"
 #include "kiln/correspondence.h"
+#include "kiln/cut_out.h"
 #include "kiln/depth.h"
 #include "kiln/device.h"
 #include "kiln/error.h"

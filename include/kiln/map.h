@@ -36,8 +36,9 @@ struct OcclusionOptions {
   /// bent_normal all that is there, for thickness a tenth of the diagonal.
   std::optional<Length> distance = {};
   bool back_faces = true;  ///< Faces that look away from the point occlude, too
-  /// Of ambient occlusion, 0 to 1: texels stop casting where their rays so far are expected to be within this
-  /// of the truth, and go on, up to 4096 rays, where not. 0: `rays` everywhere.
+  /// Of ambient occlusion, 0 to 1: blocks of 64 neighbouring samples stop casting where the root mean square of
+  /// their error is expected to be within this, and go on, up to 4096 rays a sample, where not; all begin with
+  /// `rays`. What was reached is measured (BakeReport::errors). 0: `rays` everywhere.
   double max_error = 0;
 };
 
@@ -111,6 +112,7 @@ struct MapInfo {
   /// It holds what a match by visibility went by: BakeOptions::method must take VisibilityOptions.
   bool needs_visibility = false;
   bool takes_rays = false;              ///< It obeys OcclusionOptions, but for back_faces
+  bool takes_max_error = false;         ///< It obeys OcclusionOptions::max_error
   bool takes_back_faces = false;        ///< It obeys OcclusionOptions::back_faces
   bool takes_curvature_radius = false;  ///< It obeys BakeOptions::curvature_radius
   bool takes_light = false;             ///< It obeys BakeOptions::light

@@ -19,6 +19,7 @@
 //
 // kernel                   global               local  memory traffic an item
 // kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
+// kiln_hemisphere_pick     samples              64     reads 44 B (gathered), writes 40 B
 // kiln_hemisphere_points   samples, padded      64     reads 41 B + a triangle (gathered), writes 36 B
 // kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
 // kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
@@ -57,6 +58,38 @@ kernel void kiln_hemisphere_turns(const kiln_turn_params params,
     turns[s] = (texel + sample_slot[s] * 2654435769u) >>
                (32 - KILN_HEMISPHERE_TURN_BITS - KILN_HEMISPHERE_SET_BITS);
   }
+}
+
+/// Copies some of a band's samples: all that their rays start from.
+kernel void kiln_hemisphere_pick(const kiln_pick_params params,
+                                 global const uint* restrict samples,
+                                 global const uint* restrict low_triangle,
+                                 global const float* restrict low_barycentric,
+                                 global const float* restrict low_points,
+                                 global const uint* restrict hit_triangle,
+                                 global const float* restrict hit_barycentric,
+                                 global const uint* restrict turns,
+                                 global uint* restrict to_low_triangle,
+                                 global float* restrict to_low_barycentric,
+                                 global float* restrict to_points,
+                                 global uint* restrict to_hit_triangle,
+                                 global float* restrict to_hit_barycentric,
+                                 global uint* restrict to_turns) {
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t s = samples[i];
+  const size_t plane = params.out_capacity;
+  to_low_triangle[i] = low_triangle[s];
+  to_hit_triangle[i] = hit_triangle[s];
+  for (size_t p = 0; p < 2; ++p) {
+    to_low_barycentric[i + p * plane] = low_barycentric[s + p * params.low_capacity];
+    to_hit_barycentric[i + p * plane] = hit_barycentric[s + p * params.hit_capacity];
+  }
+  for (size_t p = 0; p < 3; ++p) {
+    to_points[i + p * plane] = low_points[s + p * params.low_capacity];
+  }
+  to_turns[i] = (turns[s] + params.more_turn) &
+                ((1u << (KILN_HEMISPHERE_TURN_BITS + KILN_HEMISPHERE_SET_BITS)) - 1u);
 }
 
 /// A unit vector along v, however short; 0 where it has no direction.

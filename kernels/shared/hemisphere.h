@@ -43,6 +43,16 @@ struct kiln_hemisphere_params {
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
 KILN_CHECK_SIZE(kiln_hemisphere_params, 80);
 
+struct kiln_pick_params {
+  kiln_uint count;         // samples picked
+  kiln_uint low_capacity;  // elements of one plane of the low poly's samples
+  kiln_uint hit_capacity;  // ... of the correspondence
+  kiln_uint out_capacity;  // ... of all that is written
+  kiln_uint more_turn;     // added to where each sample's rays are turned to
+};
+typedef struct kiln_pick_params kiln_pick_params;
+KILN_CHECK_SIZE(kiln_pick_params, 20);
+
 struct kiln_turn_params {
   kiln_uint texel_count;
   kiln_uint first_texel;  // place in the map of the band's first texel

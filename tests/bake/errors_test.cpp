@@ -1,6 +1,7 @@
 // What bakes say of their own errors, against what is known of them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -94,6 +95,35 @@ TEST(MapErrors, OfRaysFallWithTheirNumber) {
     last = ao.rms;
   }
   EXPECT_LT(last, 4);
+}
+
+TEST(MapErrors, OcclusionIsMadeToTheErrorAskedFor) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::BumpySphere::dense(20000, true));
+  const Mesh low = test::BumpySphere::light(24, 12);
+  BakeOptions options = asking({MapKind{"ao"}}, 64);
+  options.report_errors = false;
+  options.occlusion.rays = 16;
+  options.occlusion.distance = Length::absolute(0.3);
+  double last = 1;
+  for (const double wanted : {0.05, 0.02, 0.008}) {
+    options.occlusion.max_error = wanted;
+    const BakeResult baked = bake(source, low, options);
+    ASSERT_EQ(baked.report.errors.size(), 1U) << "what was reached is always said";
+    const double reached = error_of(baked, "ao", "4096 rays").rms / 255;
+    EXPECT_LT(reached, wanted);
+    EXPECT_LT(reached, last);
+    last = reached;
+    for (const Warning& warning : baked.report.warnings) {
+      EXPECT_NE(warning.code, "ray-error-not-reached");
+    }
+  }
+  // No rays of 4096 come this near.
+  options.occlusion.max_error = 1e-7;
+  const BakeResult beyond = bake(source, low, options);
+  EXPECT_TRUE(
+      std::any_of(beyond.report.warnings.begin(), beyond.report.warnings.end(),
+                  [](const Warning& warning) { return warning.code == "ray-error-not-reached"; }));
 }
 
 TEST(MapErrors, ChangeNoTexelAndSayNothingUnasked) {

@@ -24,6 +24,13 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
                 "thickness always takes both sides")
       ->group(group_occlusion);
   command
+      .add_option("--ao-error", a.ao_error,
+                  "Of ao, 0 to 1, such as 0.01: texels cast more than --ao-rays, up to 4096 rays, "
+                  "until their error is expected to be this small. What was reached is measured "
+                  "and printed")
+      ->check(CLI::Range(0.0, 1.0))
+      ->group(group_occlusion);
+  command
       .add_option("--light", a.light,
                   "X,Y,Z: where the light of the map shadow comes from, object space")
       ->capture_default_str()

@@ -16,6 +16,13 @@ void add_file_flags(CLI::App& command, BakeArguments& a) {
       ->allow_extra_args(false)
       ->group(group_textures);
   command
+      .add_option("--alpha-test", a.alpha_test,
+                  "Above 0, to 1: parts of HIGH that are less opaque are not there, for any match "
+                  "and map: leaves on cards. By --transfer FILE:opacity, or by the pictures that "
+                  "HIGH's materials name (map_d, or the alpha of map_Kd)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->group(group_textures);
+  command
       .add_option("--pack", a.packs,
                   "NAME=MAP[.r],MAP,MAP: also writes these maps' channels as the channels of one "
                   "file; 0 to 1 is a number. Such as orm=ao,roughness,metallic. May be given again")

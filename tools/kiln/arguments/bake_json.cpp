@@ -65,6 +65,8 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"ao_distance", or_null(a.ao_distance)},
           {"ao_back_faces", asks_occlusion(a) ? Json(!a.ao_ignore_back_faces) : Json()},
           {"curvature_radius", or_null(a.curvature_radius)},
+          {"ao_error", a.ao_error > 0 ? Json(a.ao_error) : Json()},
+          {"alpha_test", a.alpha_test > 0 ? Json(a.alpha_test) : Json()},
           {"transfer", a.transfers},
           {"own_maps", a.own_maps},
           {"pack", a.packs},

@@ -66,6 +66,8 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.occlusion.back_faces = !a.ao_ignore_back_faces;
   options.occlusion.distance = optional_length("--ao-distance", a.ao_distance);
   options.curvature_radius = optional_length("--curvature-radius", a.curvature_radius);
+  options.occlusion.max_error = a.ao_error;
+  options.own_maps = load_own_maps(a);
   options.id_by = id_by_values().at(a.id_by);
   options.light = {parse_direction(a.light), a.light_angle};
   options.report_errors = a.report_error;

@@ -32,6 +32,7 @@ bool has_mips(const MapInfo& map) { return has_padding(map) && map.type != MapTy
 
 bool takes_rays(const MapInfo& map) { return map.takes_rays; }
 bool takes_back_faces(const MapInfo& map) { return map.takes_back_faces; }
+bool takes_max_error(const MapInfo& map) { return map.takes_max_error; }
 bool takes_light(const MapInfo& map) { return map.takes_light; }
 bool takes_id_by(const MapInfo& map) { return map.takes_id_by; }
 bool takes_curvature_radius(const MapInfo& map) { return map.takes_curvature_radius; }
@@ -83,6 +84,7 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--ao-distance", .map = takes_rays},
     OptionRow{.flag = "--ao-ignore-back-faces", .map = takes_back_faces},
     OptionRow{.flag = "--curvature-radius", .map = takes_curvature_radius},
+    OptionRow{.flag = "--ao-error", .map = takes_max_error},
     OptionRow{.flag = "--light", .map = takes_light},
     OptionRow{.flag = "--light-angle", .map = takes_light},
     OptionRow{.flag = "--id-by", .map = takes_id_by},

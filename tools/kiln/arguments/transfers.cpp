@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "arguments/bake_values.h"
+#include "arguments/small_file.h"
 
 namespace kiln::cli {
 namespace {
@@ -84,6 +85,11 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials) {
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   texture.kind = transfer.kind.value_or(ending == ".exr" ? TextureKind::linear : TextureKind::srgb);
   texture.images = {std::make_shared<const Image>(load_image(transfer.file))};
+  if (transfer.name == "opacity") {
+    // Its alpha where it has one, else what it shows.
+    texture.kind = transfer.kind.value_or(TextureKind::linear);
+    texture.channel = texture.images[0]->channels % 2 == 0 ? 3 : 0;
+  }
   return texture;
 }
 
@@ -133,6 +139,28 @@ std::vector<std::string> own_map_names(const BakeArguments& arguments) {
   return names;
 }
 
+void part_maps(BakeArguments& a) {
+  std::vector<std::string> maps;
+  for (const std::string& map : a.maps) {
+    (map.find('=') == std::string::npos ? maps : a.own_maps).push_back(map);
+  }
+  a.maps = std::move(maps);
+}
+
+std::vector<OwnMap> load_own_maps(const BakeArguments& a) {
+  constexpr std::size_t kMost = std::size_t{1} << 20;
+  std::vector<OwnMap> maps;
+  for (const std::string& text : a.own_maps) {
+    const std::size_t equals = text.find('=');
+    OwnMap map;
+    map.name = text.substr(0, equals);
+    map.file = text.substr(equals + 1);
+    map.source = read_small_file(map.file, kMost, "--maps '" + text + "'");
+    maps.push_back(std::move(map));
+  }
+  return maps;
+}
+
 std::vector<std::string> maps_asked(const BakeArguments& arguments) {
   std::vector<std::string> maps = arguments.maps;
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
@@ -163,9 +191,26 @@ void load_textures(const BakeArguments& arguments, const Mesh& high, BakeOptions
     // Vertex colours say more than a plain material.
     if (has_pictures(texture) || high.colors.empty()) options.color = std::move(texture);
   }
-  if (asks(options, "opacity") && !options.opacity) {
+  if ((asks(options, "opacity") || arguments.alpha_test > 0) && !options.opacity) {
     options.opacity = materials.texture(MaterialSlot::opacity);
   }
+}
+
+void apply_alpha_test(const BakeArguments& arguments, const BakeOptions& options, Mesh& high,
+                      std::vector<Warning>& warnings) {
+  if (arguments.alpha_test <= 0) return;
+  if (!options.opacity) {
+    throw Error(ErrorCode::input, "--alpha-test: '" + arguments.high +
+                                      "' names no materials: give the picture, --transfer "
+                                      "FILE:opacity.");
+  }
+  CutOutReport report;
+  high = cut_out(high, *options.opacity, arguments.alpha_test, &report);
+  if (report.cut + report.gone != 0) return;
+  warnings.push_back({"alpha-test-idle",
+                      "--alpha-test found nothing of '" + arguments.high +
+                          "' that is transparent: see whether its pictures have an alpha channel.",
+                      1});
 }
 
 }  // namespace kiln::cli
