@@ -35,8 +35,12 @@ class OutputSet {
   /// Empty: nothing was saved under this name.
   static std::filesystem::path held(const std::filesystem::path& destination);
 
-  /// Makes a file an input that is read without Kiln.
+  /// Makes a file an input that is read without Kiln, or later.
   static void protect(const std::filesystem::path& input);
+
+  /// Fails now, and not after minutes of work, where saving to a destination would write over an input.
+  /// \throws Error(usage)
+  static void check(const std::filesystem::path& destination);
 };
 
 /// Whether OutputSet::commit() is at work between its first file and its last: a signal handler that would

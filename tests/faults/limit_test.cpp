@@ -92,6 +92,29 @@ TEST_F(Limits, OfMemoryAreObeyedByReadersAndStages) {
           "large.mhd");
 }
 
+// 2^-100 is about 1e-30: exact in single precision, so the map keeps every byte.
+TEST_F(Limits, OfSizeAreNotFelt) {
+  const auto contents = [](const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  };
+  ASSERT_EQ(test::run_kiln(bake("32", folder_ / "plain")).exit_code, 0);
+  for (const float scale : {0x1p-100F, 0x1p90F}) {
+    fs::create_directory(folder_ / "scaled");
+    for (const char* name : {"high.obj", "low.obj"}) {
+      Mesh mesh = load_mesh(folder_ / name);
+      for (Vec3& p : mesh.positions) p = {p.x * scale, p.y * scale, p.z * scale};
+      save_obj(mesh, folder_ / "scaled" / name);
+    }
+    const ProcessResult result = test::run_kiln({"bake", folder_ / "scaled" / "high.obj",
+                                                 folder_ / "scaled" / "low.obj", "--size", "32",
+                                                 "--quiet", "--out", folder_ / "out"});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_EQ(contents(folder_ / "out" / "low_normal.png"),
+              contents(folder_ / "plain" / "low_normal.png"));
+  }
+}
+
 TEST_F(Limits, OfMemoryAreSizes) {
   for (const char* wrong : {"3", "63M", "4Gb", "-1G", "", "nan", "inf", "1e30"}) {
     Words words = bake("16", folder_ / "out");

@@ -70,12 +70,7 @@ void AtomicFile::examine() {
     open_stream(descriptor);
     return;
   }
-  if (was_read(found)) {
-    throw Error(ErrorCode::usage,
-                "'" + destination_.string() +
-                    "' would be written over, and it is read, too: choose another "
-                    "name or folder for the output.");
-  }
+  refuse_input(destination_, found);
   if (access(target_.c_str(), W_OK) != 0) fail("the file there is write-protected", errno);
   mode_ = found.st_mode & 07777;
   std::error_code error;

@@ -74,6 +74,11 @@ void OutputSet::protect(const std::filesystem::path& input) {
   if (stat(input.c_str(), &found) == 0) note_read(found);
 }
 
+void OutputSet::check(const std::filesystem::path& destination) {
+  struct stat found {};
+  if (stat(destination.c_str(), &found) == 0) refuse_input(destination, found);
+}
+
 bool hold_output(HeldFile& file) {
   const std::lock_guard lock(state().mutex);
   if (!state().is_open) return false;
@@ -81,9 +86,14 @@ bool hold_output(HeldFile& file) {
   return true;
 }
 
-bool was_read(const struct stat& file) {
-  const std::lock_guard lock(state().mutex);
-  return state().read.count({file.st_dev, file.st_ino}) > 0;
+void refuse_input(const std::filesystem::path& destination, const struct stat& file) {
+  {
+    const std::lock_guard lock(state().mutex);
+    if (state().read.count({file.st_dev, file.st_ino}) == 0) return;
+  }
+  throw Error(ErrorCode::usage, "'" + destination.string() +
+                                    "' would be written over, and it is read, too: choose another "
+                                    "name or folder for the output.");
 }
 
 void note_read(const struct stat& file) {

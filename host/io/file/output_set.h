@@ -3,6 +3,8 @@
 
 #include <sys/stat.h>
 
+#include <filesystem>
+
 #include "io/file/placing.h"
 
 namespace kiln {
@@ -10,9 +12,9 @@ namespace kiln {
 /// Hands a finished file to the set that is open. \returns false where none is: it is the caller's to place
 bool hold_output(HeldFile& file);
 
-/// Whether a file is among those that were read since the set was opened; by identity, not by name. False
-/// where none is open.
-bool was_read(const struct stat& file);
+/// Throws Error(usage) where a file is among those that were read since the set was opened; by identity, not
+/// by name. Nothing where none is open. \param destination  its name, for the message
+void refuse_input(const std::filesystem::path& destination, const struct stat& file);
 
 /// A file that is open for reading. Nothing where no set is open.
 void note_read(const struct stat& file);

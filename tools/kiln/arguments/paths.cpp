@@ -24,6 +24,9 @@ bool same(const fs::path& a, const fs::path& b) {
 }  // namespace
 
 void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
+  for (const fs::path& input : inputs) {
+    if (counts(input)) OutputSet::protect(input);
+  }
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (!counts(outputs[i])) continue;
     std::error_code none;
@@ -32,13 +35,7 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
                                          "' is a folder, but a file of that name would be written: "
                                          "move it away, or choose another folder for the output.");
     }
-    for (const fs::path& input : inputs) {
-      if (counts(input) && same(input, outputs[i])) {
-        throw Error(ErrorCode::usage, "'" + outputs[i].string() +
-                                          "' would be written over, and it is read, too: choose "
-                                          "another name or folder for the output.");
-      }
-    }
+    OutputSet::check(outputs[i]);
     for (std::size_t k = 0; k < i; ++k) {
       if (counts(outputs[k]) && same(outputs[k], outputs[i])) {
         throw Error(ErrorCode::usage, "Two outputs have one name, '" + outputs[i].string() +

@@ -9,7 +9,8 @@
 
 namespace kiln::cli {
 
-/// Refuses outputs that are inputs, or that are written twice. Empty paths and "-" do not count.
+/// Refuses outputs that are inputs, or that are written twice, before any work. Empty paths and "-" do not
+/// count. Files that inputs name are known once they are read, and refused then.
 /// \throws Error(usage)
 void check_paths(const std::vector<std::filesystem::path>& inputs,
                  const std::vector<std::filesystem::path>& outputs);
