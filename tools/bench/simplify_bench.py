@@ -2,7 +2,8 @@
 
     python3 tools/bench/simplify_bench.py KILN OUT_DIR HIGH.ply ... [--faces 500 2000 10000] [--size 512]
 
-Needs PyPI's numpy; rows of meshoptimizer, pymeshlab and bpy are left out where these are missing. Every
+Needs PyPI's numpy and trimesh; rows of meshoptimizer, pymeshlab and bpy are left out where these are missing.
+bpy and pymeshlab may not load into one process: ask for them one at a time with --ways. Every
 light mesh goes the same way: charts by kiln, normals baked by rays to --size texels a side, rendered by
 kiln beside the high poly. Prints one JSON line each:
 
@@ -83,6 +84,9 @@ def by_blender(kiln, high, positions, faces, target, path):
     return seconds
 
 
+WAYS = {"kiln": by_kiln, "meshoptimizer": by_meshoptimizer, "meshlab": by_meshlab, "blender": by_blender}
+
+
 def rate(kiln, high, low, size, folder):
     def run(*words):
         subprocess.run([kiln, *words], check=True, stdout=subprocess.DEVNULL)
@@ -117,14 +121,15 @@ def main():
     parser.add_argument("high", nargs="+")
     parser.add_argument("--faces", type=int, nargs="+", default=[500, 2000, 10000])
     parser.add_argument("--size", type=int, default=512)
+    parser.add_argument("--ways", nargs="+", choices=list(WAYS), default=list(WAYS))
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
-    ways = {"kiln": by_kiln, "meshoptimizer": by_meshoptimizer, "meshlab": by_meshlab, "blender": by_blender}
     for high in options.high:
         positions, faces = read_high(high)
         name = os.path.splitext(os.path.basename(high))[0]
         for target in options.faces:
-            for way, make in ways.items():
+            for way in options.ways:
+                make = WAYS[way]
                 path = os.path.join(options.out, "%s_%d_%s.obj" % (name, target, way))
                 try:
                     seconds = make(options.kiln, high, positions, faces, target, path)
