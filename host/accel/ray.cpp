@@ -91,6 +91,7 @@ RayCaster::RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree, Tra
 }
 
 RayCaster::~RayCaster() = default;
+const Tree& RayCaster::tree() const { return *impl_->tree; }
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 

@@ -47,6 +47,8 @@ class RayCaster {
   RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree,
             Traversal traversal = Traversal::automatic);
   ~RayCaster();
+  /// What it walks.
+  const Tree& tree() const;
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;
 

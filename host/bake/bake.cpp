@@ -19,7 +19,7 @@ void check_saved(const BakeOptions& options, const Source::Impl& high, const Mes
 /// Adds a further cluster's maps and seconds to the first one's.
 void join(BakeResult& result, BakeResult baked) {
   for (BakedMap& map : baked.maps) {
-    if (find_map(map.kind.name).type != MapType::coverage) result.maps.push_back(std::move(map));
+    if (map.info.type != MapType::coverage) result.maps.push_back(std::move(map));
   }
   const BakeReport& further = baked.report;
   result.report.seconds_texels += further.seconds_texels;
@@ -90,10 +90,12 @@ const BakedMap* BakeResult::find(MapKind kind, std::uint32_t cluster) const noex
 
 const BakedMap& BakeResult::map(MapKind kind, std::uint32_t cluster) const {
   if (const BakedMap* found = find(kind, cluster)) return *found;
-  std::string message = "The result has no map '" + std::string(kind.name) + "'" +
-                        (cluster != 0 ? " of cluster " + std::to_string(cluster) : "") + ". It has";
-  for (const BakedMap& map : maps) message += " " + std::string(map.kind.name);
-  throw Error(ErrorCode::usage, message + (maps.empty() ? " none." : "."), "no-map");
+  std::string message("The result has no map '");
+  message.append(kind.name).append("'");
+  if (cluster != 0) message.append(" of cluster ").append(std::to_string(cluster));
+  message.append(maps.empty() ? ". It has none" : ". It has");
+  for (const BakedMap& map : maps) message.append(" ").append(map.kind.name);
+  throw Error(ErrorCode::usage, message + ".", "no-map");
 }
 
 }  // namespace kiln

@@ -21,6 +21,8 @@ constexpr const char* kContradiction = "option-contradiction";
   throw Error(ErrorCode::usage, message, id);
 }
 
+std::string quoted(std::string_view name) { return std::string("'").append(name).append("'"); }
+
 /// A number that a caller cast to an enumeration, or memory that was never set.
 template <typename Enum>
 void check_enum(const char* name, Enum value, Enum last) {
@@ -99,15 +101,15 @@ void check_fallback(const BakeOptions& options) {
   std::vector<MatchMethod> asked = {options.method};
   for (const MatchMethod next : options.fallback) {
     if (!match_row(next).info.may_follow) {
-      usage("'" + std::string(next.name) +
-                "' cannot be a fallback, since it searches nothing: choose one that searches, such "
+      usage(quoted(next.name) +
+                " cannot be a fallback, since it searches nothing: choose one that searches, such "
                 "as "
                 "ray.",
             kContradiction);
     }
     if (std::find(asked.begin(), asked.end(), next) != asked.end()) {
-      usage("'" + std::string(next.name) +
-                "' is asked twice, and leaves the same samples undecided: choose another fallback.",
+      usage(quoted(next.name) +
+                " is asked twice, and leaves the same samples undecided: choose another fallback.",
             kContradiction);
     }
     asked.push_back(next);
@@ -136,8 +138,8 @@ void check_distances(const BakeOptions& options) {
   const bool cage = options.cage || options.cage_mesh != nullptr;
   if (cage && options.match == nullptr &&
       !any_in_chain(options, [](const MatchRow& row) { return row.info.takes_cage; })) {
-    usage("A cage was given, but '" + std::string(options.method.name) +
-              "' casts no rays from one: leave the cage out, or match by ray.",
+    usage("A cage was given, but " + quoted(options.method.name) +
+              " casts no rays from one: leave the cage out, or match by ray.",
           kContradiction);
   }
 }
@@ -160,6 +162,20 @@ void check_map_options(const BakeOptions& options) {
   }
   if (options.occlusion.distance)
     check_length("occlusion.distance", *options.occlusion.distance, false);
+  const Vec3& light = options.light.direction;
+  const double squared =
+      double{light.x} * light.x + double{light.y} * light.y + double{light.z} * light.z;
+  if (!std::isfinite(squared) || squared == 0) {
+    usage("light.direction must be a finite direction other than 0.");
+  }
+  if (!(options.light.angle_degrees >= 0 && options.light.angle_degrees <= 90)) {
+    usage("light.angle_degrees is " + std::to_string(options.light.angle_degrees) +
+          ": it must be 0 to 90.");
+  }
+  if (!(options.occlusion.max_error >= 0 && options.occlusion.max_error <= 1)) {
+    usage("occlusion.max_error is " + std::to_string(options.occlusion.max_error) +
+          ": it must be 0 to 1.");
+  }
   if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
 }
 

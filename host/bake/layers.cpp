@@ -18,7 +18,8 @@ bool is_averaged(MapType type) { return type != MapType::id && type != MapType::
 /// Fills what charts leave empty. \returns how many texels became padding
 std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& options,
                   std::int32_t texels, Image& image, std::vector<std::uint8_t>& coverage) {
-  GutterOptions gutter{texels, options.miss != MissPolicy::keep, map.type == MapType::unit_vector};
+  const bool fill = options.miss != MissPolicy::keep || map.fills_misses;
+  GutterOptions gutter{texels, fill, map.type == MapType::unit_vector};
   if (map.type != MapType::id) return fill_gutter(context, image, coverage, gutter);
   // Push-pull averages, which names never are: the nearest one is copied, over missed texels too.
   if (texels < 0) gutter.texels = kEverywhere;
@@ -80,21 +81,30 @@ std::uint64_t bytes_of_maps(const BakeOptions& options) {
 
 }  // namespace
 
-Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options) {
-  require_memory("The maps", bytes_of_maps(options));
-  coverage_.resize(std::size_t{options.width} * options.height);
+Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
+               bool with_images) {
+  if (with_images) {
+    require_memory("The maps", bytes_of_maps(options));
+    coverage_.resize(std::size_t{options.width} * options.height);
+  }
   const MapRequest request{source, surface, options, shared_};
   reads_ = request.reads();
-  for (const MapKind kind : options.maps) {
-    const MapRow& row = map_row(kind);
+  const auto add = [&](const MapRow& row) {
     if (std::any_of(layers_.begin(), layers_.end(),
                     [&](const Layer& layer) { return layer.row == &row; })) {
-      continue;
+      return;
     }
     Image image{options.width, options.height, row.info.channels,
                 std::vector<float>(coverage_.size() * row.info.channels)};
     layers_.push_back({&row, row.make(request), std::move(image)});
-  }
+  };
+  for (const MapKind kind : options.maps) add(map_row(kind));
+  own_rows_ = own_rows(options);
+  for (const MapRow& row : own_rows_) add(row);
+}
+
+void Layers::report(BakeReport& report) const {
+  for (const Layer& layer : layers_) layer.maker->report(report);
 }
 
 BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
@@ -150,6 +160,17 @@ bool Layers::read_around() const {
                      [](const Layer& layer) { return layer.row->reads_around; });
 }
 
+bool Layers::obey_max_error(const BakeOptions& options) const {
+  return options.occlusion.max_error > 0 &&
+         std::any_of(layers_.begin(), layers_.end(),
+                     [](const Layer& layer) { return layer.row->info.takes_max_error; });
+}
+
+bool Layers::fill_misses() const {
+  return std::any_of(layers_.begin(), layers_.end(),
+                     [](const Layer& layer) { return layer.row->info.fills_misses; });
+}
+
 bool Layers::need_visibility() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return layer.row->info.needs_visibility; });
@@ -163,7 +184,7 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
     if (!is_averaged(map.type)) continue;
     MipOptions mip_options;
     mip_options.unit_vectors = map.type == MapType::unit_vector;
-    mip_options.missed_have_values = options.miss == MissPolicy::keep;
+    mip_options.missed_have_values = options.miss == MissPolicy::keep && !map.fills_misses;
     if (options.miss == MissPolicy::mark && mip_options.unit_vectors) {
       mip_options.missed = {1, -1, 1, 0};
     }

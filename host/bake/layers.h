@@ -22,7 +22,9 @@ struct Layer {
 class Layers {
  public:
   /// Of the maps that the options ask for, each once.
-  Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options);
+  /// \param with_images  false: there are makers alone, for callers who have texels of their own
+  Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
+         bool with_images = true);
 
   /// Another band follows, or another match of it.
   void next_band() { shared_.next_band(); }
@@ -40,6 +42,9 @@ class Layers {
                 std::span<const std::size_t> places);
 
   std::vector<Layer>& all() { return layers_; }
+  const std::vector<Layer>& all() const { return layers_; }
+  /// Adds what the maps have to say beside their texels.
+  void report(BakeReport& report) const;
   /// What all maps read of the band; for others that need the same.
   BandReads& reads() { return *reads_; }
   /// The first map of unit vectors; null where there is none.
@@ -50,6 +55,10 @@ class Layers {
   bool read_around() const;
   /// Whether one of the maps holds what a match by visibility went by.
   bool need_visibility() const;
+  /// Whether one of the maps is made to an error that is given.
+  bool obey_max_error(const BakeOptions& options) const;
+  /// Whether one of the maps fills what was missed whatever MissPolicy says.
+  bool fill_misses() const;
   /// Per texel: empty, baked or missed (image/gutter.h).
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }
 
@@ -76,6 +85,7 @@ class Layers {
 
   SharedWorks shared_;  // of the makers
   std::shared_ptr<BandReads> reads_;
+  std::vector<MapRow> own_rows_;  // of maps that the options bring along
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;
 };

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "bake/errors.h"
 #include "bake/report.h"
 #include "match/match_array.h"
 #include "match/view_plan.h"
@@ -267,13 +268,25 @@ void Pipeline::finish_maps(Image* drawn) {
                                              result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();
   for (std::size_t l = 0; l < images.size(); ++l) {
-    result_.maps.push_back(
-        {layers_.all()[l].row->info.kind, std::move(images[l]), std::move(mips[l]), cluster_});
+    result_.maps.push_back({layers_.all()[l].row->info.kind, std::move(images[l]),
+                            std::move(mips[l]), cluster_, layers_.all()[l].row->info});
   }
   report.seconds_image += watch_.lap();
 }
 
-void Pipeline::finish_report() { result_.report.peak_device_bytes = context_.peak_device_bytes(); }
+void Pipeline::measure_errors() {
+  BakeReport& report = result_.report;
+  report.seconds_image += watch_.lap();
+  kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, *matcher_, layers_},
+                       progress_.part(kAtBlend, kAtMips), report);
+  report.seconds_errors += watch_.lap();
+}
+
+void Pipeline::finish_report() {
+  result_.report.ids.clear();
+  layers_.report(result_.report);
+  result_.report.peak_device_bytes = context_.peak_device_bytes();
+}
 
 BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   prepare_match(clusters);
@@ -283,6 +296,7 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   tell_recall();
   if (switches_) result_.report.switches = switches_->measure(*layers_.unit_vectors());
   blend();
+  if (scene_.options.report_errors || layers_.obey_max_error(scene_.options)) measure_errors();
   finish_maps(drawn);
   finish_report();
   progress_.tell(1, "done");

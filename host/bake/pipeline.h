@@ -90,6 +90,7 @@ class Pipeline {
   void make_collectors();
   void tell_recall();
   void blend();
+  void measure_errors();
   void warn_about_pixels();
 
   Scene scene_;

@@ -64,7 +64,8 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
 /// Whether each texel of padding is a copy of one baked texel, always the same.
 bool BakeSession::Impl::padding_is_copied() {
   return options.gutter >= 0 && !options.mips &&
-         (options.miss == MissPolicy::keep || pipeline.result().report.missed == 0);
+         ((options.miss == MissPolicy::keep && !pipeline.layers().fill_misses()) ||
+          pipeline.result().report.missed == 0);
 }
 
 /// Runs the stages that what changed calls for.

@@ -165,12 +165,10 @@ double Context::build_seconds() const {
   return build_seconds_;
 }
 
-std::unique_ptr<Context::Program> Context::build(const std::string& family,
-                                                 const std::string& defines) {
-  const std::string_view source = embedded_source(family);
-  if (source.empty()) {
-    throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
-  }
+std::unique_ptr<Context::Program> Context::build(const std::string& source,
+                                                 const std::string& builds,
+                                                 const std::string& defines, ErrorCode code) {
+  const auto start = std::chrono::steady_clock::now();
   auto built = std::make_unique<Program>();
   const char* text = source.data();
   const std::size_t length = source.size();
@@ -179,7 +177,7 @@ std::unique_ptr<Context::Program> Context::build(const std::string& family,
           built->program = clCreateProgramWithSource(context_, 1, &text, &length, &status);
           return status;
         }),
-        "clCreateProgramWithSource for kernels/" + family + ".cl");
+        "clCreateProgramWithSource for " + builds);
   std::string options = "-cl-std=CL1.2";
   if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (info_.is_gpu) options += " -DKILN_GPU=1";
@@ -187,19 +185,38 @@ std::unique_ptr<Context::Program> Context::build(const std::string& family,
   status = driver([&] {
     return clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
   });
-  if (status == CL_SUCCESS) return built;
-  const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
-    driver([&] {
-      return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);
-    });
-  };
-  std::size_t size = 0;
-  build_log(0, nullptr, &size);
-  std::string log(size, '\0');
-  build_log(size, log.data(), nullptr);
-  throw Error(ErrorCode::device, "Building kernels/" + family + ".cl (" + options + ") on " +
-                                     info_.name + " failed with " + status_name(status) + ". " +
-                                     cache_hint(info_) + "The build log:\n" + log);
+  if (status != CL_SUCCESS) {
+    const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
+      driver([&] {
+        return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);
+      });
+    };
+    std::size_t size = 0;
+    build_log(0, nullptr, &size);
+    std::string log(size, '\0');
+    build_log(size, log.data(), nullptr);
+    const std::string hint = code == ErrorCode::device ? cache_hint(info_) : std::string();
+    throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name +
+                          " failed with " + status_name(status) + ". " + hint +
+                          "The build log:\n" + log);
+  }
+  build_seconds_ += seconds_since(start);
+  return built;
+}
+
+Kernel Context::kernel_of(Program& program, const std::string& name) {
+  auto made = program.kernels.find(name);
+  if (made == program.kernels.end()) made = program.kernels.emplace(name, nullptr).first;
+  cl_kernel& kernel = made->second;
+  if (kernel == nullptr) {
+    cl_int status = CL_SUCCESS;
+    check(driver([&] {
+            kernel = clCreateKernel(program.program, name.c_str(), &status);
+            return status;
+          }),
+          "clCreateKernel for " + name);
+  }
+  return {kernel, name};
 }
 
 Kernel Context::kernel(const std::string& family, const std::string& name,
@@ -208,24 +225,31 @@ Kernel Context::kernel(const std::string& family, const std::string& name,
   const std::string key = family + " " + defines;
   auto slot = programs_.find(key);
   if (slot == programs_.end()) {
-    const auto start = std::chrono::steady_clock::now();
-    slot = programs_.emplace(key, build(family, defines)).first;
-    build_seconds_ += seconds_since(start);
+    const std::string source(embedded_source(family));
+    if (source.empty()) {
+      throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
+    }
+    auto built = build(source, "kernels/" + family + ".cl", defines, ErrorCode::device);
+    slot = programs_.emplace(key, std::move(built)).first;
   }
-  auto made = slot->second->kernels.find(name);
-  if (made == slot->second->kernels.end()) {
-    made = slot->second->kernels.emplace(name, nullptr).first;
+  return kernel_of(*slot->second, name);
+}
+
+Kernel Context::kernel_with(const std::string& family, const std::string& name,
+                            const std::string& more, const std::string& more_name) {
+  const std::lock_guard lock(programs_mutex_);
+  const std::string key = family + "\n" + more_name + "\n" + more;
+  auto slot = programs_.find(key);
+  if (slot == programs_.end()) {
+    std::string file = more_name;
+    for (char& c : file) {
+      if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
+    }
+    const std::string source =
+        std::string(embedded_source(family)) + "\n#line 1 \"" + file + "\"\n" + more + "\n";
+    slot = programs_.emplace(key, build(source, "'" + more_name + "'", {}, ErrorCode::input)).first;
   }
-  cl_kernel& kernel = made->second;
-  if (kernel == nullptr) {
-    cl_int status = CL_SUCCESS;
-    check(driver([&] {
-            kernel = clCreateKernel(slot->second->program, name.c_str(), &status);
-            return status;
-          }),
-          "clCreateKernel for " + name);
-  }
-  return {kernel, name};
+  return kernel_of(*slot->second, name);
 }
 
 void Context::set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {

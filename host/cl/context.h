@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "kiln/device.h"
+#include "kiln/error.h"
 
 namespace kiln {
 namespace ocl {}
@@ -139,6 +140,12 @@ class Context {
   Kernel kernel(const std::string& family, const std::string& name,
                 const std::string& defines = {});
 
+  /// A kernel of a family whose program ends in a text of the user's.
+  /// \param more       the text; messages of the compiler call it `more_name` and count its lines from 1
+  /// \throws Error(input) with the whole build log where it does not compile
+  Kernel kernel_with(const std::string& family, const std::string& name, const std::string& more,
+                     const std::string& more_name);
+
   /// Enqueues one dimension of work: `count` items, padded up to a multiple of `local`. Kernels must
   /// check their index against a count that they are given. Trivially copyable values, Arrays and
   /// Buffers may be arguments, in the order of the kernel's parameters.
@@ -170,6 +177,12 @@ class Context {
   static std::int64_t bytes_of_thread();
 
  private:
+  struct Program;
+  /// What a source came to. \param builds  its name in messages  \param code  of an error of the compiler's
+  std::unique_ptr<Program> build(const std::string& source, const std::string& builds,
+                                 const std::string& defines, ErrorCode code);
+  Kernel kernel_of(Program& program, const std::string& name);
+
   friend class Buffer;
   template <typename T>
   friend class Array;
@@ -195,12 +208,10 @@ class Context {
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
   void read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes);
 
-  struct Program;
   DeviceInfo info_;
   cl_device_id device_ = nullptr;
   cl_context context_ = nullptr;
   cl_command_queue queue_ = nullptr;
-  std::unique_ptr<Program> build(const std::string& family, const std::string& defines);
   void account(std::int64_t bytes);
 
   mutable std::mutex programs_mutex_;

@@ -52,7 +52,8 @@ DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
   info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
   info.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
   info.largest_buffer_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
-  const std::string extensions = " " + device_text(device, CL_DEVICE_EXTENSIONS) + " ";
+  std::string extensions(" ");
+  extensions.append(device_text(device, CL_DEVICE_EXTENSIONS)).append(" ");
   const auto has = [&](const char* name) { return extensions.find(name) != std::string::npos; };
   info.has_atomics_64 =
       has(" cl_khr_int64_base_atomics ") && has(" cl_khr_int64_extended_atomics ");

@@ -53,7 +53,9 @@ MapRow curvature_map() {
               "world unit",
               0,
               0};
+  row.info.takes_curvature_radius = true;
   row.follows_positions = true;
+  row.unit = "1 / world unit";
   row.make = [](const MapRequest& request) {
     const Length radius = request.options.curvature_radius.value_or(Length::share(kShare));
     return make_point_map(

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "detail/hemisphere_rays.h"
 #include "mesh/length.h"
 #include "mesh/low_shading.h"
 #include "mesh/vector.h"
@@ -22,8 +23,6 @@ constexpr std::uint32_t kMostRays = 1U << 20;
 // Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
 // off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
 constexpr float kPush = 0x1p-17F;
-// Hits nearer than this are rounding: a surface through the very point.
-constexpr float kNearest = 0x1p-20F;
 // Beyond any point that a ray may start from (KILN_RAY_FARTHEST), and all of the high poly.
 constexpr double kFarthest = 2097152;
 
@@ -49,15 +48,6 @@ float beyond_everything(const LowSurface& surface) {
   return static_cast<float>(std::min(farthest + 3, kFarthest));
 }
 
-RayQuery query_up_to(float distance, bool back_faces) {
-  RayQuery query;
-  query.t_min = std::min(kNearest, distance / 2);
-  query.t_max = distance;
-  query.inward = true;  // directions are stored reversed
-  query.two_sided = back_faces;
-  return query;
-}
-
 /// Rays of one sample about +Z, and the rings that they are sorted into.
 struct RaySets {
   std::vector<float> directions;  // of each set: x, y, z, a plane each
@@ -70,9 +60,10 @@ double fraction(double value) { return value - std::floor(value); }
 /// Two arms of Vogel's spiral, opposite each other: even on the disk at any number, and balanced, so that the
 /// mean of all rays is the normal. A ray of an odd number is left over, and lies next to the middle.
 ///
+/// \param disk  its radius: 1 is the whole hemisphere
 /// A ray's place along the radius is one of its share of the disk, another one in each set. Rings are
 /// about as wide as the way between two of their rays.
-RaySets spirals(std::uint32_t count) {
+RaySets spirals(std::uint32_t count, double disk) {
   const double turn = std::numbers::phi - 1,
                step = 0.7548776662466927;  // both as irrational as can be
   const std::uint32_t odd = count % 2;
@@ -104,7 +95,8 @@ RaySets spirals(std::uint32_t count) {
       const bool single = odd != 0 && ray == 0;
       const double within = fraction(arm[ray] * step + (set + 0.5) / KILN_HEMISPHERE_SETS);
       // The share of the disk that is nearer to the middle.
-      const double squared = (single ? within : odd + 2 * (arm[ray] - odd + within)) / count;
+      const double squared =
+          (single ? within : odd + 2 * (arm[ray] - odd + within)) / count * disk * disk;
       const double radians = 2 * std::numbers::pi * angle[ray], radius = std::sqrt(squared);
       to[i] = static_cast<float>(radius * std::cos(radians));
       to[i + std::size_t{count}] = static_cast<float>(radius * std::sin(radians));
@@ -126,13 +118,6 @@ std::vector<float> turn_table() {
   return table;
 }
 
-template <typename T>
-void make_room(cl::Context& context, cl::Array<T>& array, std::size_t size) {
-  if (array.size() >= size) return;
-  array = cl::Array<T>();
-  array = cl::Array<T>(context, size);
-}
-
 }  // namespace
 
 Hemispheres::Hemispheres(const MapRequest& request)
@@ -140,21 +125,35 @@ Hemispheres::Hemispheres(const MapRequest& request)
       source_(request.source),
       reads_(request.reads()),
       width_(request.options.width),
-      rays_of_sample_(request.options.occlusion.rays),
       keep_(request.options.miss == MissPolicy::keep),
       two_sided_(request.options.two_sided),
       back_faces_(request.options.occlusion.back_faces),
       shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
+  max_error_ = request.options.occlusion.max_error;
   const std::optional<Length>& distance = request.options.occlusion.distance;
   const Frame& frame = source_.frame;
   beyond_ = beyond_everything(request.surface);
   occluding_ = beyond_;
   if (distance) occluding_ = std::min(occluding_, ray_length(*distance, frame));
   thick_ = ray_length(distance ? *distance : Length::share(0.1), frame);
-  const RaySets sets = spirals(rays_of_sample_);
-  directions_ = cl::Array<float>(context_, std::span<const float>(sets.directions));
-  rings_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(sets.rings));
+  const std::uint32_t rays = request.options.occlusion.rays;
+  upload_rays(rays_out_, rays, 1);
+  upload_rays(rays_in_, rays, 1);
+  rays_in_.side = -1;
+  const ShadowLight& light = request.options.light;
+  const Vec3d towards(light.direction);
+  const double half = light.angle_degrees / 2 * std::numbers::pi / 180;
+  if (length(towards) > 0) light_ = to_float(towards * (1 / length(towards)));
+  rays_to_light_.lit = true;
+  upload_rays(rays_to_light_, half > 0 ? rays : 1, std::sin(half));
   turn_table_ = cl::Array<float>(context_, std::span<const float>(turn_table()));
+}
+
+void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
+  const RaySets sets = spirals(count, radius);
+  set.count = count;
+  set.directions = cl::Array<float>(context_, std::span<const float>(sets.directions));
+  set.rings = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(sets.rings));
 }
 
 void Hemispheres::next_band() {
@@ -191,14 +190,13 @@ void Hemispheres::make_turns(const TexelBand& band) {
   has_turns_ = true;
 }
 
-template <typename Use>
 void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, bool second,
-                            float side, const Use& use) {
+                            const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                            const Use& use) {
   upload();
-  make_turns(band);
   const std::uint32_t piece = padded(std::min(kPiece, band.sample_count));
   const std::uint32_t capacity =
-      std::min(kMostRays, static_cast<std::uint32_t>(std::uint64_t{piece} * rays_of_sample_));
+      std::min(kMostRays, static_cast<std::uint32_t>(std::uint64_t{piece} * set.count));
   if (ray_capacity_ < capacity) {
     ray_capacity_ = capacity;
     make_room(context_, rays_, std::size_t{6} * capacity);
@@ -206,25 +204,30 @@ void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, 
   make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
 
   kiln_hemisphere_params params{};
-  params.all_rays = rays_of_sample_;
+  params.all_rays = set.count;
   params.ray_capacity = ray_capacity_;
   params.low_capacity = band.capacity;
   params.hit_capacity = match.capacity;
   params.out_capacity = plane_of(band);
   params.keep = keep_ && !second ? 1 : 0;
   params.two_sided = two_sided_ ? 1 : 0;
-  params.side = side;
-  params.aligned = side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
+  params.side = set.side;
+  params.lit = set.lit ? 1 : 0;
+  params.light_x = light_.x;
+  params.light_y = light_.y;
+  params.light_z = light_.z;
+  params.aligned = set.side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
   params.push = kPush;
   params.reach = thick_;
   std::span<const std::uint32_t> triangle;
-  if (params.keep == 0) triangle = reads_->read(match.triangle, band.sample_count);
+  if (params.keep == 0 && &band != &some_)
+    triangle = reads_->read(match.triangle, band.sample_count);
   const cl::Kernel points = context_.kernel("hemisphere", "kiln_hemisphere_points");
   const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
   for (; params.first < band.sample_count; params.first += params.count) {
     params.count = std::min(piece, band.sample_count - params.first);
     params.stride = padded(params.count);
-    if (params.keep == 0) {
+    if (!triangle.empty()) {
       const auto begin = triangle.begin() + params.first, end = begin + params.count;
       if (std::all_of(begin, end, [](std::uint32_t t) { return t == KILN_NO_TRIANGLE; })) continue;
     }
@@ -233,11 +236,10 @@ void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, 
                     triangles_, source_.attributes.normal_indices, source_.attributes.normals,
                     points_);
     const std::uint32_t most = ray_capacity_ / params.stride;
-    for (params.first_ray = 0; params.first_ray < rays_of_sample_;
-         params.first_ray += params.rays) {
-      params.rays = std::min(most, rays_of_sample_ - params.first_ray);
+    for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
+      params.rays = std::min(most, set.count - params.first_ray);
       context_.launch(rays, std::size_t{params.stride} / kLanes * params.rays, kLocal, params,
-                      points_, turns_, turn_table_, directions_, rings_, rays_);
+                      points_, turns, turn_table_, set.directions, set.rings, rays_);
       use(params, params.stride * params.rays);
     }
     context_.finish();
@@ -257,13 +259,16 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
   const RayQuery query = query_up_to(occluding_, back_faces_);
   const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
   const cl::Kernel lean = context_.kernel("hemisphere", "kiln_hemisphere_lean");
-  over_rays(band, match, second, 1, [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-    make_room(context_, hits_, ray_capacity_);
-    caster.occluded(rays_, count, ray_capacity_, query, hits_);
-    context_.launch(open, params.stride / kLanes, kLocalLanes, params, hits_, sums.open);
-    if (!wants_lean_) return;
-    context_.launch(lean, params.stride / kLanes, kLocalLanes, params, hits_, rays_, sums.lean);
-  });
+  make_turns(band);
+  over_rays(band, match, second, rays_out_, turns_,
+            [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+              make_room(context_, hits_, ray_capacity_);
+              caster.occluded(rays_, count, ray_capacity_, query, hits_);
+              context_.launch(open, params.stride / kLanes, kLocalLanes, params, hits_, sums.open);
+              if (!wants_lean_) return;
+              context_.launch(lean, params.stride / kLanes, kLocalLanes, params, hits_, rays_,
+                              sums.lean);
+            });
   sums.has_open = true;
 }
 
@@ -275,7 +280,8 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
   const RayCaster& caster = source_.rays();
   const RayQuery query = query_up_to(std::min(thick_, beyond_), true);
   const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
-  over_rays(band, match, second, -1,
+  make_turns(band);
+  over_rays(band, match, second, rays_in_, turns_,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               if (first_hits_.capacity < ray_capacity_) {
                 first_hits_ = Correspondence();
@@ -290,14 +296,38 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
 
 std::vector<float> Hemispheres::open(const TexelBand& band, const Correspondence& match,
                                      bool second) {
+  if (max_error_ > 0) return open_within(band, match, second);
   cast(band, match, second);
-  std::vector<std::uint32_t> counts(band.sample_count);
-  sums_[second ? 1 : 0].open.read(context_, counts);
-  std::vector<float> shares(counts.size());
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    shares[i] = static_cast<float>(static_cast<double>(counts[i]) / rays_of_sample_);
+  return shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
+}
+
+std::vector<float> Hemispheres::shares(const TexelBand& band,
+                                       const cl::Array<std::uint32_t>& counts,
+                                       std::uint32_t rays) const {
+  std::vector<std::uint32_t> read(band.sample_count);
+  counts.read(context_, read);
+  std::vector<float> shares(read.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    shares[i] = static_cast<float>(static_cast<double>(read[i]) / rays);
   }
   return shares;
+}
+
+std::vector<float> Hemispheres::lit(const TexelBand& band, const Correspondence& match,
+                                    bool second) {
+  make_room(context_, lit_, plane_of(band));
+  context_.fill(lit_, std::uint32_t{0});
+  const RayCaster& caster = source_.rays();
+  const RayQuery query = query_up_to(beyond_, back_faces_);
+  const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
+  make_turns(band);
+  over_rays(band, match, second, rays_to_light_, turns_,
+            [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+              make_room(context_, hits_, ray_capacity_);
+              caster.occluded(rays_, count, ray_capacity_, query, hits_);
+              context_.launch(lit, params.stride / kLanes, kLocalLanes, params, hits_, rays_, lit_);
+            });
+  return shares(band, lit_, rays_to_light_.count);
 }
 
 const cl::Array<float>& Hemispheres::lean(const TexelBand& band, const Correspondence& match,
@@ -312,7 +342,7 @@ std::vector<float> Hemispheres::thickness(const TexelBand& band, const Correspon
   std::vector<float> shares(band.sample_count);
   sums_[second ? 1 : 0].depth.read(context_, shares);
   for (float& share : shares) {
-    share = static_cast<float>(static_cast<double>(share) / rays_of_sample_);
+    share = static_cast<float>(static_cast<double>(share) / rays_in_.count);
   }
   return shares;
 }

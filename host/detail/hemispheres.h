@@ -2,8 +2,11 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "accel/ray.h"
@@ -38,6 +41,9 @@ class Hemispheres : public SharedWork {
   /// [samples] the mean way inward to the first surface, as a share of the distance that counts as thick.
   std::vector<float> thickness(const TexelBand& band, const Correspondence& match, bool second);
 
+  /// [samples] the share of ShadowLight's disc that is seen; 0 where the surface looks away from its middle.
+  std::vector<float> lit(const TexelBand& band, const Correspondence& match, bool second);
+
   static std::uint32_t plane_of(const TexelBand& band);
   const cl::Array<kiln_low_shading>& shading() const { return shading_; }
 
@@ -48,26 +54,48 @@ class Hemispheres : public SharedWork {
     cl::Array<float> lean, depth;
   };
 
+  /// Rays about an axis: the normal, its opposite, or the light.
+  struct RaySet {
+    std::uint32_t count = 0;  // a sample
+    float side = 1;           // 1: about the axis; -1: about its opposite
+    bool lit = false;         // the axis is the light, else the normal
+    cl::Array<float> directions;
+    cl::Array<std::uint32_t> rings;
+  };
+
+  /// open() with OcclusionOptions::max_error.
+  std::vector<float> open_within(const TexelBand& band, const Correspondence& match, bool second);
+  /// How many of another `rays` rays of each of some samples hit nothing. \param round  other ones each
+  std::vector<std::uint32_t> cast_more(const TexelBand& band, const Correspondence& match,
+                                       bool second, std::span<const std::uint32_t> samples,
+                                       std::uint32_t rays, std::uint32_t round);
+  const RaySet& outward_rays(std::uint32_t count);
+  void upload_rays(RaySet& set, std::uint32_t count, double radius);
   void upload();
+  std::vector<float> shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
+                            std::uint32_t rays) const;
   void make_turns(const TexelBand& band);
   void cast(const TexelBand& band, const Correspondence& match, bool second);
   void measure(const TexelBand& band, const Correspondence& match, bool second);
   /// Makes rays, piece by piece, and gives each to `use` with what describes it.
-  template <typename Use>
-  void over_rays(const TexelBand& band, const Correspondence& match, bool second, float side,
-                 const Use& use);
+  using Use = std::function<void(const kiln_hemisphere_params& params, std::uint32_t count)>;
+  void over_rays(const TexelBand& band, const Correspondence& match, bool second, const RaySet& set,
+                 const cl::Array<std::uint32_t>& turns, const Use& use);
 
   cl::Context& context_;
   const Source::Impl& source_;
   std::shared_ptr<BandReads> reads_;
-  std::uint32_t width_, rays_of_sample_;
+  std::uint32_t width_;
   bool keep_, two_sided_, back_faces_;
   float beyond_, occluding_, thick_;  // frame units
   bool wants_lean_ = false;
 
   cl::Array<kiln_low_shading> shading_;
-  cl::Array<float> directions_, turn_table_;
-  cl::Array<std::uint32_t> rings_;
+  RaySet rays_out_, rays_in_, rays_to_light_;
+  std::map<std::uint32_t, RaySet> more_rays_;  // by their number
+  double max_error_;
+  Vec3 light_;
+  cl::Array<float> turn_table_;
 
   bool uploaded_ = false, has_turns_ = false;
   cl::Array<float> positions_;
@@ -77,6 +105,10 @@ class Hemispheres : public SharedWork {
 
   std::uint32_t ray_capacity_ = 0;
   cl::Array<float> points_, rays_;
+  cl::Array<std::uint32_t> lit_;
+  TexelBand some_;  // samples that are not done yet
+  Correspondence some_match_;
+  cl::Array<std::uint32_t> some_turns_, some_open_;
   cl::Array<std::uint8_t> hits_;
   Correspondence first_hits_;
 };

@@ -1,9 +1,10 @@
-// Which connected part of the high poly a point belongs to, as a colour.
+// What a point of the high poly belongs to, as a colour.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numeric>
+#include <string>
 
+#include "detail/id_colors.h"
 #include "detail/point_map.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/weld.h"
@@ -11,66 +12,106 @@
 namespace kiln {
 namespace {
 
-/// Colours far apart, the same for the same number: steps of the golden ratio around the hues, in three
-/// brightnesses; none is black, which is the background.
-std::array<float, 3> colour_of(std::uint32_t part) {
-  constexpr double kGoldenShare = 0.6180339887498949;
-  const double hue = 6 * std::fmod(part * kGoldenShare, 1.0);
-  const double bright = 1 - 0.25 * (part % 3);
-  std::array<float, 3> colour{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    // Distance of the hue from the channel's own, around the circle of six.
-    const double away = std::abs(std::fmod(hue + 6 - 2.0 * static_cast<double>(c) + 3, 6.0) - 3);
-    colour[c] = static_cast<float>(bright * (0.15 + 0.85 * std::clamp(2 - away, 0.0, 1.0)));
+/// Parts are numbered by their lowest triangle; triangles hang together where they share a place.
+std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint32_t& parts) {
+  std::vector<std::uint32_t> part(source.triangles.size());
+  const std::vector<std::uint32_t> place = weld_vertices(source.positions);
+  std::vector<std::uint32_t> parent(source.positions.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::uint32_t vertex) {
+    vertex = place[vertex];
+    while (parent[vertex] != vertex) vertex = parent[vertex] = parent[parent[vertex]];
+    return vertex;
+  };
+  for (const Triangle& t : source.triangles) {
+    parent[root(t[1])] = root(t[0]);
+    parent[root(t[2])] = root(t[0]);
   }
-  return colour;
+  std::vector<std::uint32_t> number(parent.size(), KILN_NO_TRIANGLE);
+  for (std::size_t t = 0; t < part.size(); ++t) {
+    std::uint32_t& own = number[root(source.triangles[t][0])];
+    if (own == KILN_NO_TRIANGLE) own = parts++;
+    part[t] = own;
+  }
+  return part;
 }
 
-/// Parts are numbered by their lowest triangle; triangles hang together where they share a place.
-class PartColours : public PointFunction {
+/// What a legend can be read of; more are left out, and a warning says so.
+constexpr std::size_t kLongestLegend = 4096;
+
+class Ids : public PointFunction {
  public:
-  explicit PartColours(const Source::Impl& source) : part_(source.triangles.size()) {
-    const std::vector<std::uint32_t> place = weld_vertices(source.positions);
-    std::vector<std::uint32_t> parent(source.positions.size());
-    std::iota(parent.begin(), parent.end(), 0U);
-    const auto root = [&](std::uint32_t vertex) {
-      vertex = place[vertex];
-      while (parent[vertex] != vertex) vertex = parent[vertex] = parent[parent[vertex]];
-      return vertex;
-    };
-    for (const Triangle& t : source.triangles) {
-      parent[root(t[1])] = root(t[0]);
-      parent[root(t[2])] = root(t[0]);
+  Ids(const Source::Impl& source, IdBy by) {
+    if (by == IdBy::part) {
+      std::uint32_t parts = 0;
+      number_ = connected_parts(source, parts);
+      for (std::uint32_t part = 0; part < parts; ++part) {
+        legend_.push_back({"part " + std::to_string(part), part_color(part), 0});
+      }
+    } else {
+      const char* const kind = by == IdBy::material ? "materials"
+                               : by == IdBy::group  ? "groups"
+                                                    : "objects";
+      const Source::Impl::Names& names = by == IdBy::material ? source.materials
+                                         : by == IdBy::group  ? source.groups
+                                                              : source.objects;
+      if (names.of.size() != source.triangles.size() || names.names.empty()) {
+        throw Error(ErrorCode::input,
+                    std::string("The dense mesh has no ") + kind +
+                        ", which the map id was to tell apart: give an OBJ with them, or tell "
+                        "connected parts apart.");
+      }
+      number_ = names.of;
+      const std::vector<std::array<float, 3>> colors = name_colors(names.names);
+      for (std::size_t i = 0; i < colors.size(); ++i) {
+        legend_.push_back({names.names[i], colors[i], 0});
+      }
     }
-    std::vector<std::uint32_t> number(parent.size(), KILN_NO_TRIANGLE);
-    std::uint32_t parts = 0;
-    for (std::size_t t = 0; t < part_.size(); ++t) {
-      std::uint32_t& own = number[root(source.triangles[t][0])];
-      if (own == KILN_NO_TRIANGLE) own = parts++;
-      part_[t] = own;
+    for (const std::uint32_t number : number_) {
+      if (number >= legend_.size()) {
+        throw Error(ErrorCode::input, "A triangle of the dense mesh has a name that is not there.");
+      }
+      ++legend_[number].triangles;
     }
   }
 
   void operator()(const DensePoint& point, float* value) const override {
     if (!point.found) return;  // black
-    const std::array<float, 3> colour = colour_of(part_[point.triangle]);
-    std::copy(colour.begin(), colour.end(), value);
+    const std::array<float, 3>& color = legend_[number_[point.triangle]].color;
+    std::copy(color.begin(), color.end(), value);
+  }
+
+  void report(BakeReport& report) const override {
+    const std::size_t count = std::min(legend_.size(), kLongestLegend);
+    report.ids.assign(legend_.begin(), legend_.begin() + static_cast<std::ptrdiff_t>(count));
+    if (count == legend_.size()) return;
+    report.warnings.push_back({"id-legend",
+                               "The map id tells " + std::to_string(legend_.size()) +
+                                   " apart; its legend has the first " + std::to_string(count) +
+                                   ", and colours repeat.",
+                               legend_.size()});
   }
 
  private:
-  std::vector<std::uint32_t> part_;  // of each triangle
+  std::vector<std::uint32_t> number_;  // of each triangle
+  std::vector<IdEntry> legend_;
 };
 
 }  // namespace
 
 MapRow id_map() {
   MapRow row;
-  row.info = {
-      MapKind{"id"}, 3, MapType::id, "connected part of the high poly, a colour each", 0, 1};
+  row.info = {MapKind{"id"},
+              3,
+              MapType::id,
+              "connected part, material, group or object of the high poly, a colour each",
+              0,
+              1};
+  row.info.takes_id_by = true;
   row.make = [](const MapRequest& request) {
-    return make_point_map(
-        request, id_map().info,
-        std::unique_ptr<PointFunction>(std::make_unique<PartColours>(request.source)));
+    return make_point_map(request, id_map().info,
+                          std::unique_ptr<PointFunction>(
+                              std::make_unique<Ids>(request.source, request.options.id_by)));
   };
   return row;
 }

@@ -50,6 +50,25 @@ Vec3d unit(const Vec3d& v, const Vec3d& otherwise) {
   return size > 0 ? v * (1 / size) : otherwise;
 }
 
+/// How far a sample reaches on each triangle of the low poly, to the right and down the map; frame units.
+std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
+  const double across = 1.0 / request.options.width / request.options.samples;
+  const double down = -1.0 / request.options.height / request.options.samples;
+  const LowSurface& surface = request.surface;
+  std::vector<std::array<Vec3d, 2>> sides(surface.triangles.size());
+  for (std::size_t t = 0; t < sides.size(); ++t) {
+    const auto& [a, b, c] = surface.triangles[t];
+    const Vec3d p = Vec3d(b.position) - Vec3d(a.position);
+    const Vec3d q = Vec3d(c.position) - Vec3d(a.position);
+    const double pu = double{b.uv.x} - a.uv.x, pv = double{b.uv.y} - a.uv.y;
+    const double qu = double{c.uv.x} - a.uv.x, qv = double{c.uv.y} - a.uv.y;
+    const double area = pu * qv - qu * pv;
+    if (surface.usable[t] == 0 || !(std::abs(area) > 0)) continue;
+    sides[t] = {(p * qv - q * pv) * (across / area), (q * pu - p * qu) * (down / area)};
+  }
+  return sides;
+}
+
 class PointMap : public MapMaker {
  public:
   PointMap(const MapRequest& request, const MapInfo& info, std::unique_ptr<PointFunction> function)
@@ -59,7 +78,11 @@ class PointMap : public MapMaker {
         miss_(request.options.miss),
         two_sided_(request.options.two_sided),
         reads_(request.reads()),
-        function_(std::move(function)) {}
+        function_(std::move(function)) {
+    if (function_->wants_sides()) sides_ = sides_of_samples(request);
+  }
+
+  void report(BakeReport& report) const override { function_->report(report); }
 
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
     make(band, match, nullptr, nullptr, out);
@@ -93,7 +116,7 @@ class PointMap : public MapMaker {
         for (std::uint32_t s = samples.first[t]; s < samples.first[t + 1]; ++s) {
           if (found.triangle[s] != KILN_NO_TRIANGLE) {
             coverage = kCoverageBaked;
-          } else if (miss_ != MissPolicy::keep) {
+          } else if (miss_ != MissPolicy::keep || info_.fills_misses) {
             continue;
           }
           Value value = value_at(samples, s, found, found);
@@ -114,7 +137,9 @@ class PointMap : public MapMaker {
   class Average {
    public:
     explicit Average(const MapInfo& info)
-        : channels_(info.channels), whole_(info.type == MapType::id) {}
+        : channels_(info.channels),
+          whole_(info.type == MapType::id),
+          direction_(info.type == MapType::unit_vector) {}
 
     void add(const Value& value) {
       ++count_;
@@ -134,6 +159,7 @@ class PointMap : public MapMaker {
     /// Texels of missed samples alone, where these have no value, hold 0.
     void store(float* to) const {
       Value value{};
+      if (direction_ && count_ != 0) return store_direction(to);
       if (whole_ && count_ != 0) {
         value = std::max_element(votes_.begin(), votes_.end(), [](const auto& a, const auto& b) {
                   return a.second < b.second;
@@ -146,8 +172,16 @@ class PointMap : public MapMaker {
     }
 
    private:
+    /// Where directions cancel out, straight up.
+    void store_direction(float* to) const {
+      const Vec3d mean = unit(Vec3d(sum_[0], sum_[1], sum_[2]), Vec3d(0, 0, 1));
+      to[0] = static_cast<float>(mean.x);
+      to[1] = static_cast<float>(mean.y);
+      to[2] = static_cast<float>(mean.z);
+    }
+
     std::uint32_t channels_;
-    bool whole_;
+    bool whole_, direction_;
     std::uint32_t count_ = 0;
     std::array<double, kMostChannels> sum_{};
     std::vector<std::pair<Value, std::uint32_t>> votes_;
@@ -188,6 +222,7 @@ class PointMap : public MapMaker {
       point.offset =
           (position - on_low(a.position, b.position, c.position)) * (1 / source_.frame.scale);
       point.normal = unit(normal, low_normal);
+      if (!sides_.empty()) carry(point, low_normal);
       if (two_sided_ && dot(point.normal, low_normal) < 0) point.normal = point.normal * -1.0;
     } else {
       point.position = to_world(on_low(a.position, b.position, c.position));
@@ -196,6 +231,22 @@ class PointMap : public MapMaker {
     Value value{};
     (*function_)(point, value.data());
     return value;
+  }
+
+  void carry(DensePoint& point, const Vec3d& along) const {
+    const Triangle& corners = source_.triangles[point.triangle];
+    const Vec3d a(source_.positions[corners[0]]);
+    const Vec3d face = unit(
+        cross(Vec3d(source_.positions[corners[1]]) - a, Vec3d(source_.positions[corners[2]]) - a),
+        along);
+    // Where the triangle is seen at a grazing angle the way there is bounded.
+    constexpr double kLeast = 0.2;
+    double cosine = dot(face, along);
+    if (std::abs(cosine) < kLeast) cosine = std::copysign(kLeast, cosine);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Vec3d& side = sides_[point.low_triangle][k];
+      point.sides[k] = side - along * (dot(face, side) / cosine);
+    }
   }
 
   Vec3d to_world(const Vec3d& at) const {
@@ -210,6 +261,8 @@ class PointMap : public MapMaker {
   bool two_sided_;
   std::shared_ptr<BandReads> reads_;
   std::unique_ptr<PointFunction> function_;
+  std::vector<std::array<Vec3d, 2>>
+      sides_;                       // of a sample of each triangle of the low poly; or none
   std::span<const float> normals_;  // as of the last band
   std::span<const std::uint32_t> normal_indices_;
 };

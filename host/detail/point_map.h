@@ -2,6 +2,8 @@
 // function.
 #pragma once
 
+#include <array>
+
 #include "detail/registry.h"
 #include "mesh/vector.h"
 
@@ -21,6 +23,9 @@ struct DensePoint {
   std::uint32_t low_triangle = 0;  ///< The low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
   Vec3d offset;                    ///< From the low poly's point to this one, world units
+  /// Sides of the sample's share of its texel (rightwards, downwards), carried along the low poly's normal onto
+  /// the high poly's triangle; frame units. 0 where not asked for, not known, or not found.
+  std::array<Vec3d, 2> sides;
   Vec3d
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };
@@ -30,8 +35,12 @@ class PointFunction {
  public:
   virtual ~PointFunction() = default;
   /// Before each band, on one thread. \param source_version  another one where the high poly changed
+  /// Whether it reads DensePoint::sides.
+  virtual bool wants_sides() const { return false; }
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
   virtual void operator()(const DensePoint& point, float* value) const = 0;
+  /// What there is to say at the end, beside the texels.
+  virtual void report(BakeReport& report) const { static_cast<void>(report); }
 };
 
 /// From a function to a map: gathers points on the host's threads, calls it for each sample, and averages a

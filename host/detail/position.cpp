@@ -12,6 +12,7 @@ MapRow position_map() {
               0,
               0};
   row.follows_positions = true;
+  row.unit = "world units";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, position_map().info, [](const DensePoint& point, float* value) {
       value[0] = static_cast<float>(point.position.x);

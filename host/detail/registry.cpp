@@ -10,10 +10,11 @@ namespace kiln {
 
 std::span<const MapRow> map_rows() {
   static const std::vector<MapRow> rows = {
-      normal_map(), ao_map(),        bent_normal_map(),  thickness_map(), mask_map(),
-      height_map(), curvature_map(), displacement_map(), distance_map(),  provenance_map(),
-      uv_map(),     wireframe_map(), visibility_map(),   deviation_map(), position_map(),
-      id_map(),     slope_map()};
+      normal_map(), ao_map(),        bent_normal_map(),  thickness_map(),    mask_map(),
+      height_map(), curvature_map(), displacement_map(), distance_map(),     provenance_map(),
+      uv_map(),     wireframe_map(), visibility_map(),   deviation_map(),    position_map(),
+      id_map(),     slope_map(),     color_map(),        vertex_color_map(), opacity_map(),
+      shadow_map()};
   return rows;
 }
 
@@ -47,7 +48,7 @@ std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& optio
 void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t coverage,
                   float* pixel) {
   const bool marked = options.miss == MissPolicy::mark && coverage == kCoverageMissed;
-  if (map.type == MapType::id && marked) {
+  if ((map.type == MapType::id || (map.is_color && map.channels == 3)) && marked) {
     pixel[0] = pixel[2] = 1;
     pixel[1] = 0;
   }
@@ -63,7 +64,7 @@ void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t c
 
 ValueRange value_range(const BakedMap& map, std::span<const std::uint8_t> coverage,
                        std::uint32_t channel) {
-  const MapInfo& info = find_map(map.kind.name);
+  const MapInfo& info = map.info.kind.name.empty() ? find_map(map.kind.name) : map.info;
   if (info.low != 0 || info.high != 0) return {info.low, info.high};
   ValueRange range{0, 0};
   bool any = false;

@@ -54,6 +54,9 @@ class MapMaker {
   virtual void run_blended(const TexelBand& band, const Correspondence& match,
                            const Correspondence& other, const cl::Array<float>& shares,
                            const BandPixels& out) = 0;
+
+  /// What there is to say at the end, beside the texels.
+  virtual void report(BakeReport& report) const { static_cast<void>(report); }
 };
 
 /// One map.
@@ -63,13 +66,19 @@ struct MapRow {
   bool follows_positions = false;
   /// It reads more of the high poly than the matched points, so any change of it may show in any texel.
   bool reads_around = false;
-  std::unique_ptr<MapMaker> (*make)(const MapRequest& request) = nullptr;
+  /// Of its values, where MapInfo does not tell: "world units".
+  std::string_view unit = {};
+  std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;
 };
 
 std::span<const MapRow> map_rows();
 
 /// \throws Error(usage) for a name that no row has
 const MapRow& map_row(MapKind kind);
+
+/// The rows of maps that a bake brings along, in their order. Their names stay for as long as the program runs.
+/// \throws Error(usage) for a name that cannot be one, or is taken
+std::vector<MapRow> own_rows(const BakeOptions& options);
 
 /// What texels hold that no chart covers and padding does not reach. \returns as many as there are channels
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options);
@@ -80,9 +89,13 @@ void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t c
 
 // The rows, each in the file of its map.
 MapRow normal_map();
+MapRow color_map();
+MapRow vertex_color_map();
+MapRow opacity_map();
 MapRow ao_map();
 MapRow bent_normal_map();
 MapRow thickness_map();
+MapRow shadow_map();
 MapRow mask_map();
 MapRow height_map();
 MapRow position_map();

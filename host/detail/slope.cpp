@@ -15,6 +15,7 @@ MapRow slope_map() {
               "angle between the high poly's normal and +Y, degrees, 0 to 180",
               0,
               180};
+  row.unit = "degrees";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, slope_map().info, [](const DensePoint& point, float* value) {
       const double cosine = std::clamp(point.normal.y, -1.0, 1.0);

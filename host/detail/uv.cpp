@@ -8,6 +8,7 @@ namespace kiln {
 MapRow uv_map() {
   MapRow row;
   row.info = {MapKind{"uv"}, 3, MapType::vector, "UV of the high poly: u, v, 0", 0, 1};
+  row.unit = "of the layout";
   row.make = [](const MapRequest& request) {
     const Source::Impl& source = request.source;
     if (!has_uvs(source)) {

@@ -25,6 +25,7 @@ MapRow visibility_map() {
                       "visibility direction v: the mean of the directions that see the low poly's "
                       "place, object space; the longer, the more they agree",
                       -1);
+  row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, visibility_map().info,
                           [](const DensePoint& point, float* value) {
@@ -41,6 +42,7 @@ MapRow deviation_map() {
                       "standard deviation of those directions, sqrt(1 - |v|^2): 0 where one sees "
                       "the place, 1 where they cancel out or none does",
                       0);
+  row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, deviation_map().info, [](const DensePoint& point, float* value) {
       const double common = dot(point.seen, point.seen);

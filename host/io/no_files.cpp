@@ -2,7 +2,9 @@
 #include <string>
 
 #include "kiln/image.h"
+#include "kiln/layers.h"
 #include "kiln/match.h"
+#include "kiln/material.h"
 #include "kiln/mesh.h"
 #include "kiln/volume.h"
 
@@ -41,6 +43,18 @@ std::vector<std::byte> encode(const Image& /*image*/, const SaveImageOptions& /*
 void save_mipmapped(const Image& /*image*/, const std::vector<Image>& /*mips*/,
                     const std::filesystem::path& path, const SaveImageOptions& /*options*/) {
   fail(path.string());
+}
+
+void save_layers(std::span<const ImageLayer> /*layers*/, const std::filesystem::path& path,
+                 const SaveImageOptions& /*options*/) {
+  fail(path.string());
+}
+std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem::path& mesh_file,
+                                     std::vector<Warning>* /*warnings*/) {
+  fail(mesh_file.string());
+}
+Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/) {
+  fail("a texture");
 }
 
 void save_match(const Match& /*match*/, const std::filesystem::path& path) { fail(path.string()); }

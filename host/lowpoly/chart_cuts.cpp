@@ -16,7 +16,7 @@ namespace {
 /// Directions in half a turn; boxes are upright along each two that are square to each other.
 constexpr std::size_t directions = 16;
 /// Lines tried across each.
-constexpr int lines = 11;
+constexpr int lines = 15;
 /// A part is at least this share of its chart.
 constexpr double least_share = 0.01;
 
@@ -42,40 +42,63 @@ double smallest_box(const Extents& extents) {
 struct Cut {
   double gain = 0, length = 0;
   std::vector<std::uint8_t>
-      apart;  ///< Per triangle of the chart: whether it is of the smaller part.
+      apart;  ///< Per triangle of the chart: whether it is of the part cut off.
+  /// What a cut of another length must gain to be better.
+  double gain_at(double other) const { return gain > 0 ? gain / length * other : 0; }
 };
 
-/// Looks for the best cut of one chart.
-class Search {
- public:
-  Search(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& chart,
-         const CutPrice& price, std::vector<std::uint32_t>& local)
-      : chart_(chart), price_(price), count_(static_cast<std::uint32_t>(chart.triangles.size())) {
-    for (std::uint32_t i = 0; i < count_; ++i) local[chart.source[i]] = i;
-    neighbour_.assign(std::size_t{count_} * 3, no_index);
-    length_.resize(neighbour_.size());
-    for (std::uint32_t i = 0; i < count_; ++i) {
+/// A chart as the search sees it.
+struct Shape {
+  Shape(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& given,
+        std::vector<std::uint32_t>& local)
+      : chart(given), neighbour(given.triangles.size() * 3, no_index), length(neighbour.size()) {
+    const auto count = static_cast<std::uint32_t>(chart.triangles.size());
+    for (std::uint32_t i = 0; i < count; ++i) local[chart.source[i]] = i;
+    for (std::uint32_t i = 0; i < count; ++i) {
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t h = 3 * chart.source[i] + k;
-        length_[3 * i + k] = surface.length[h];
-        if (borders.is_glued(h)) neighbour_[3 * i + k] = local[surface.mate[h] / 3];
+        length[3 * i + k] = surface.length[h];
+        if (borders.is_glued(h)) neighbour[3 * i + k] = local[surface.mate[h] / 3];
+      }
+      area += chart.rest[i].area;
+    }
+    for (std::size_t d = 0; d < directions; ++d) {
+      const double angle = static_cast<double>(d) * std::numbers::pi / directions;
+      const FlatPoint to{std::cos(angle), std::sin(angle)};
+      for (const FlatPoint& p : chart.points) {
+        along[d].push_back(dot(to, p));
+        whole[d].first = std::min(whole[d].first, along[d].back());
+        whole[d].second = std::max(whole[d].second, along[d].back());
       }
     }
-    project();
+    box = smallest_box(whole);
   }
 
-  Cut run() {
-    std::vector<double> across(count_);
-    for (std::size_t d = 0; d < directions; d += 2) {
-      for (std::uint32_t i = 0; i < count_; ++i) {
-        across[i] = 0;
-        for (const std::uint32_t v : chart_.triangles[i]) across[i] += along_[d][v] / 3;
-      }
-      const auto& [low, high] = whole_[d];
-      for (int line = 1; line <= lines; ++line) {
-        look(across, low + (high - low) * line / (lines + 1));
-      }
+  const FlatChart& chart;
+  std::vector<std::uint32_t> neighbour;               ///< Over each side of each triangle.
+  std::vector<double> length;                         ///< Of each side.
+  std::array<std::vector<double>, directions> along;  ///< Of each vertex.
+  Extents whole = no_extents();
+  double area = 0, box = 0;
+};
+
+/// The best cut along lines across one direction.
+class Sweep {
+ public:
+  Sweep(const Shape& shape, const CutPrice& price)
+      : shape_(shape),
+        price_(price),
+        count_(static_cast<std::uint32_t>(shape.chart.triangles.size())),
+        across_(count_) {}
+
+  Cut run(std::size_t direction) {
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      const Triangle& t = shape_.chart.triangles[i];
+      const std::vector<double>& along = shape_.along[direction];
+      across_[i] = (along[t[0]] + along[t[1]] + along[t[2]]) / 3;
     }
+    const auto& [low, high] = shape_.whole[direction];
+    for (int line = 1; line <= lines; ++line) look(low + (high - low) * line / (lines + 1));
     return std::move(best_);
   }
 
@@ -88,37 +111,20 @@ class Search {
     double area = 0;
   };
 
-  void project() {
-    whole_ = no_extents();
-    for (std::size_t d = 0; d < directions; ++d) {
-      const double angle = static_cast<double>(d) * std::numbers::pi / directions;
-      const FlatPoint to{std::cos(angle), std::sin(angle)};
-      along_[d].resize(chart_.points.size());
-      for (std::size_t v = 0; v < along_[d].size(); ++v) {
-        along_[d][v] = dot(to, chart_.points[v]);
-        whole_[d].first = std::min(whole_[d].first, along_[d][v]);
-        whole_[d].second = std::max(whole_[d].second, along_[d][v]);
-      }
-    }
-    area_ = 0;
-    for (const RestShape& rest : chart_.rest) area_ += rest.area;
-    box_ = smallest_box(whole_);
-  }
-
-  void look(const std::vector<double>& across, double line) {
+  void look(double line) {
     part_.assign(count_, no_index);
     parts_.clear();
     for (std::uint32_t seed = 0; seed < count_; ++seed) {
-      if (part_[seed] == no_index) spread(across, line, seed);
+      if (part_[seed] == no_index) spread(line, seed);
     }
     for (std::uint32_t i = 0; i < count_; ++i) {
       for (std::uint32_t k = 0; k < 3; ++k) {
-        const std::uint32_t n = neighbour_[3 * i + k];
+        const std::uint32_t n = shape_.neighbour[3 * i + k];
         if (n == no_index || part_[n] == part_[i]) continue;
         Part& part = parts_[part_[i]];
         part.leaf = part.leaf && (part.neighbour == no_index || part.neighbour == part_[n]);
         part.neighbour = part_[n];
-        part.length += length_[3 * i + k];
+        part.length += shape_.length[3 * i + k];
       }
     }
     for (std::uint32_t p = 0; p < parts_.size(); ++p) {
@@ -126,19 +132,19 @@ class Search {
     }
   }
 
-  void spread(const std::vector<double>& across, double line, std::uint32_t seed) {
+  void spread(double line, std::uint32_t seed) {
     const auto id = static_cast<std::uint32_t>(parts_.size());
-    const bool side = across[seed] < line;
+    const bool side = across_[seed] < line;
     Part part;
     stack_.assign(1, seed);
     part_[seed] = id;
     while (!stack_.empty()) {
       const std::uint32_t i = stack_.back();
       stack_.pop_back();
-      part.area += chart_.rest[i].area;
+      part.area += shape_.chart.rest[i].area;
       for (std::uint32_t k = 0; k < 3; ++k) {
-        const std::uint32_t n = neighbour_[3 * i + k];
-        if (n == no_index || part_[n] != no_index || (across[n] < line) != side) continue;
+        const std::uint32_t n = shape_.neighbour[3 * i + k];
+        if (n == no_index || part_[n] != no_index || (across_[n] < line) != side) continue;
         part_[n] = id;
         stack_.push_back(n);
       }
@@ -148,45 +154,49 @@ class Search {
 
   void consider(std::uint32_t p) {
     const Part& part = parts_[p];
-    const double share = std::min(part.area, area_ - part.area);
-    if (share < least_share * area_) return;
+    if (std::min(part.area, shape_.area - part.area) < least_share * shape_.area) return;
     const double cost = part.length * (2 * price_.margin + price_.seam);
-    if (box_ - area_ - cost <= best_.worth_at(part.length)) return;
+    if (shape_.box - shape_.area - cost <= best_.gain_at(part.length)) return;
     Extents inside = no_extents(), outside = no_extents();
     for (std::uint32_t i = 0; i < count_; ++i) {
       Extents& extents = part_[i] == p ? inside : outside;
       for (std::size_t d = 0; d < directions; ++d) {
         auto& [low, high] = extents[d];
-        for (const std::uint32_t v : chart_.triangles[i]) {
-          low = std::min(low, along_[d][v]);
-          high = std::max(high, along_[d][v]);
+        for (const std::uint32_t v : shape_.chart.triangles[i]) {
+          low = std::min(low, shape_.along[d][v]);
+          high = std::max(high, shape_.along[d][v]);
         }
       }
     }
-    const double gain = box_ - smallest_box(inside) - smallest_box(outside) - cost;
-    if (gain <= best_.worth_at(part.length)) return;
+    const double gain = shape_.box - smallest_box(inside) - smallest_box(outside) - cost;
+    if (gain <= best_.gain_at(part.length)) return;
     best_.gain = gain;
     best_.length = part.length;
     best_.apart.resize(count_);
     for (std::uint32_t i = 0; i < count_; ++i) best_.apart[i] = part_[i] == p;
   }
 
-  struct Best : Cut {
-    /// What a cut of this length must gain to be better.
-    double worth_at(double other) const { return gain > 0 ? gain / length * other : 0; }
-  };
-
-  const FlatChart& chart_;
+  const Shape& shape_;
   const CutPrice& price_;
   std::uint32_t count_;
-  std::vector<std::uint32_t> neighbour_, part_, stack_;
-  std::vector<double> length_;
-  std::array<std::vector<double>, directions> along_;
-  Extents whole_;
-  double area_ = 0, box_ = 0;
+  std::vector<double> across_;
+  std::vector<std::uint32_t> part_, stack_;
   std::vector<Part> parts_;
-  Best best_;
+  Cut best_;
 };
+
+Cut best_cut(const Shape& shape, const CutPrice& price, int threads) {
+  std::array<Cut, directions> cuts;
+  const auto sweep = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t d = begin; d < end; ++d) cuts[d] = Sweep(shape, price).run(d);
+  };
+  parallel_for(directions, shape.chart.triangles.size() < 64 ? directions : 1, sweep, threads);
+  Cut best;
+  for (Cut& cut : cuts) {
+    if (cut.gain > best.gain_at(cut.length)) best = std::move(cut);
+  }
+  return best;
+}
 
 /// Whether the triangles hang together without a hole: what is open is one ring.
 bool is_disc(const FlatChart& chart) {
@@ -210,10 +220,11 @@ FlatChart part_of(const ChartSurface& surface, const ChartBorders& borders, cons
   return part;
 }
 
-/// Cuts one chart in two where that is worth it. \returns whether it was
+/// Cuts a chart in two where that is worth it. \returns whether it was
 bool cut_in_two(const ChartSurface& surface, ChartBorders& borders, const CutPrice& price,
-                std::vector<std::uint32_t>& local, FlatChart& chart, FlatChart& apart) {
-  const Cut cut = Search(surface, borders, chart, price, local).run();
+                std::vector<std::uint32_t>& local, int threads, FlatChart& chart,
+                FlatChart& apart) {
+  const Cut cut = best_cut(Shape(surface, borders, chart, local), price, threads);
   if (!(cut.gain > 0)) return false;
   std::vector<std::uint32_t> opened;
   for (std::uint32_t i = 0; i < chart.source.size(); ++i) {
@@ -239,26 +250,14 @@ bool cut_in_two(const ChartSurface& surface, ChartBorders& borders, const CutPri
 
 void cut_charts(const ChartSurface& surface, ChartBorders& borders, const CutPrice& price,
                 std::vector<FlatChart>& charts, int threads) {
-  // Charts share no triangle: each has entries of its own here and in the borders.
   std::vector<std::uint32_t> local(surface.triangles.size());
-  std::vector<std::vector<FlatChart>> parts(charts.size());
-  const auto cut = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
-      parts[c].push_back(std::move(charts[c]));
-      for (std::size_t i = 0; i < parts[c].size();) {
-        FlatChart apart;
-        if (!cut_in_two(surface, borders, price, local, parts[c][i], apart)) {
-          ++i;
-        } else {
-          parts[c].push_back(std::move(apart));
-        }
-      }
+  for (std::size_t i = 0; i < charts.size();) {
+    FlatChart apart;
+    if (cut_in_two(surface, borders, price, local, threads, charts[i], apart)) {
+      charts.push_back(std::move(apart));
+    } else {
+      ++i;
     }
-  };
-  parallel_for(charts.size(), 1, cut, threads);
-  charts.clear();
-  for (auto& list : parts) {
-    for (FlatChart& chart : list) charts.push_back(std::move(chart));
   }
 }
 

@@ -50,7 +50,11 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
       positions(frame.to_frame(high)),
       triangles(high.triangles),
       uvs(high.uvs),
-      uv_triangles(high.uv_triangles) {
+      uv_triangles(high.uv_triangles),
+      colors(high.colors),
+      materials{high.materials, high.material_names},
+      groups{high.groups, high.group_names},
+      objects{high.objects, high.object_names} {
   cl::Context& context = device.context();
   const std::int64_t before = cl::Context::bytes_of_thread();
   attributes = SourceAttributes(context, corner_normals(high, positions));

@@ -1,7 +1,9 @@
 // The dense mesh: on the host in the working frame, and on the device as its users need it.
 #pragma once
 
+#include <array>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "accel/closest.h"
@@ -42,6 +44,13 @@ struct KILN_HIDDEN Source::Impl {
   std::vector<Vec2> uvs;  ///< Of corners, where the mesh has any
   std::vector<Triangle> uv_triangles;
   SourceAttributes attributes;
+  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Of vertices, where the mesh has any
+  /// Names of triangles, as Mesh has them: indices, or none, and what they stand for.
+  struct Names {
+    std::vector<std::uint32_t> of;
+    std::vector<std::string> names;
+  };
+  Names materials, groups, objects;
   std::vector<Warning> warnings;
 
   /// Made when first asked for: what is not used costs nothing.

@@ -12,7 +12,9 @@
 #include "kiln/mesh.h"
 #include "kiln/parts.h"
 #include "kiln/recall.h"
+#include "kiln/own_map.h"
 #include "kiln/source.h"
+#include "kiln/texture.h"
 #include "kiln/types.h"
 
 namespace KILN_PUBLIC kiln {
@@ -61,6 +63,17 @@ struct BakeOptions {
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
   /// given: 0.5% of the diagonal.
   std::optional<Length> curvature_radius = {};
+  ShadowLight light = {};   ///< For the map shadow
+  IdBy id_by = IdBy::part;  ///< For the map id
+  /// For the map color: the high poly's own textures, sRGB. None given: its vertex colours.
+  std::optional<Texture> color = {};
+  /// For the map opacity, one channel. None given: the vertex colours' alpha.
+  std::optional<Texture> opacity = {};
+  std::vector<Transfer> transfers =
+      {};  ///< A map each, after `maps`; names that no map has, none twice
+  std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
+  /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
+  bool report_errors = false;
   MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
   std::int32_t gutter = 16;            ///< Texels; -1: infinite (push-pull)
   /// Also make mip-maps, filtered within charts: nothing of one chart, nor of the gutter, gets into
@@ -114,6 +127,9 @@ struct BakeReport {
   double seconds_detail = 0;                   ///< Reading of the maps' values
   double seconds_image = 0;                    ///< Padding and encoding
   double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
+  std::vector<IdEntry> ids;                    ///< The legend of the map id, where it was baked
+  std::vector<MapError> errors;                ///< Where BakeOptions::report_errors asks for them
+  double seconds_errors = 0;                   ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once
   std::vector<Warning> warnings;               ///< Of all steps
 };

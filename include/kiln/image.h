@@ -74,6 +74,9 @@ Image load_image(std::span<const std::byte> bytes, std::string_view name = "imag
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,
                     const std::filesystem::path& path, const SaveImageOptions& options = {});
 
+/// From linear light to sRGB (IEC 61966-2-1): in place, of the first three channels, clamped to [0, 1].
+void to_srgb(Image& image);
+
 /// How far two images differ, over the texels that count.
 struct ImageDifference {
   std::uint64_t compared = 0;     ///< Texels compared

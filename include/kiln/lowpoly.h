@@ -63,7 +63,8 @@ struct SimplifyReport {
 ///
 /// The result has smooth angle-weighted normals and the input's name, place and units (same origin); UVs
 /// and groups with `keep_uvs`, else none; no colours. Its triangle count is the target, or one below it
-/// where a collapse takes two; two fewer for some triangles that were mended. Works the same at any scale. Deterministic: the same on every run and number of threads.
+/// where a collapse takes two, and up to two fewer for each triangle that was mended. Works the same at any
+/// scale. Deterministic: the same on every run and number of threads.
 /// \param report  where to write what was done; may be null (which saves measuring with `faces`)
 ///
 /// With `keep_uvs`, seams, open borders and borders between groups are lines that vertices move along only,
@@ -110,7 +111,8 @@ struct UnwrapReport {
 /// **Charts** are grown by merging: triangles become patches while their normals agree, patches become
 /// charts while they can be laid flat within limits of distortion. Each is relaxed as rigidly as
 /// possible (Liu, Zhang, Xu, Gotsman, Gortler 2008), then its symmetric Dirichlet energy is lowered
-/// without a flip (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017). Charts are packed by bitmaps, at
+/// without a flip (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017). Limbs are cut off where that packs
+/// better (after Limper, Vining, Sheffer 2018). Charts are packed by bitmaps, at
 /// one scale: the texel density follows the area. What holds of the UVs that are returned, exactly: no
 /// triangle is mirrored or without area, no two overlap, and charts are `border_texels` apart (half of
 /// that from the map's edges). A triangle too small for a place in a chart is one of its own. Vertices at

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -34,6 +36,43 @@ struct OcclusionOptions {
   /// bent_normal all that is there, for thickness a tenth of the diagonal.
   std::optional<Length> distance = {};
   bool back_faces = true;  ///< Faces that look away from the point occlude, too
+  /// Of ambient occlusion, 0 to 1: blocks of 64 neighbouring samples stop casting where the root mean square of
+  /// their error is expected to be within this, and go on, up to 4096 rays a sample, where not; all begin with
+  /// `rays`. What was reached is measured (BakeReport::errors). 0: `rays` everywhere.
+  double max_error = 0;
+};
+
+/// The light of the map shadow: a disc at infinity.
+struct ShadowLight {
+  Vec3 direction = {0, 1, 0};  ///< Towards the light, object space; any length but 0
+  double angle_degrees = 0;  ///< The disc's diameter as seen, 0 (a point) to 90; the sun's is 0.53
+};
+
+/// What the map id tells apart.
+enum class IdBy {
+  part,      ///< Connected parts of the high poly
+  material,  ///< Mesh::materials
+  group,     ///< Mesh::groups
+  object,    ///< Mesh::objects
+};
+
+/// One colour of the map id.
+struct IdEntry {
+  std::string name;              ///< Of the material, group or object; "part 0" and so on
+  std::array<float, 3> color{};  ///< As the map holds it
+  std::uint64_t triangles = 0;   ///< Of the high poly
+};
+
+/// How far a map is from an independent, finer evaluation at some of its texels (BakeOptions::report_errors).
+struct MapError {
+  MapKind kind = MapKind::normal;  ///< The map
+  std::string_view unit;           ///< Of the figures: "degrees", "world units", "1/255"...
+  double rms = 0;                  ///< Root of the mean square
+  double mean = 0;                 ///< Of the magnitudes
+  double p95 = 0;                  ///< 95% of the texels are not above
+  double max = 0;                  ///< The greatest
+  std::uint32_t texels = 0;        ///< Compared, spread evenly over those that are baked
+  std::string_view against;        ///< What they were compared with, in words
 };
 
 /// What a sample gets for which no point of the dense mesh was found.
@@ -51,18 +90,6 @@ enum class TexelState : std::uint8_t {
   padding = 3,  ///< Filled from baked texels nearby
 };
 
-/// One map of a bake.
-struct BakedMap {
-  MapKind kind = MapKind::normal;  ///< What it holds
-  Image image;                     ///< The map, padded and encoded
-  /// With BakeOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel holds the
-  /// mean over the covered texels of level 0 under it, made unit, of the one chart that covers most of
-  /// it. Encoded like the image, with a gutter of its width in UV units, but 2 texels at least (none
-  /// where it has none).
-  std::vector<Image> mips;
-  std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
-};
-
 /// What the values of a map are, and so how they are averaged, padded and encoded.
 enum class MapType {
   unit_vector,    ///< Averaged as a direction; encoded as n/2 + 1/2 unless BakeOptions::raw
@@ -75,7 +102,7 @@ enum class MapType {
 
 /// A map that bake() can make.
 struct MapInfo {
-  MapKind kind;                         ///< Its name, for BakeOptions::maps and for file names
+  MapKind kind = {};                    ///< Its name, for BakeOptions::maps and for file names
   std::uint32_t channels = 3;           ///< 1 to 4
   MapType type = MapType::unit_vector;  ///< What its values are
   std::string_view holds;               ///< In words, with the unit
@@ -84,6 +111,29 @@ struct MapInfo {
   float high = 1;  ///< Value that integer formats put at 1
   /// It holds what a match by visibility went by: BakeOptions::method must take VisibilityOptions.
   bool needs_visibility = false;
+  bool takes_rays = false;              ///< It obeys OcclusionOptions, but for back_faces
+  bool takes_max_error = false;         ///< It obeys OcclusionOptions::max_error
+  bool takes_back_faces = false;        ///< It obeys OcclusionOptions::back_faces
+  bool takes_curvature_radius = false;  ///< It obeys BakeOptions::curvature_radius
+  bool takes_light = false;             ///< It obeys BakeOptions::light
+  bool takes_id_by = false;             ///< It obeys BakeOptions::id_by
+  /// The low poly has no such value: where nothing was found, MissPolicy::keep fills from neighbouring texels.
+  bool fills_misses = false;
+  /// Its values are colours in linear light: integer formats hold them sRGB-encoded (to_srgb()).
+  bool is_color = false;
+};
+
+/// One map of a bake.
+struct BakedMap {
+  MapKind kind = MapKind::normal;  ///< What it holds
+  Image image;                     ///< The map, padded and encoded
+  /// With BakeOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel holds the
+  /// mean over the covered texels of level 0 under it, made unit, of the one chart that covers most of
+  /// it. Encoded like the image, with a gutter of its width in UV units, but 2 texels at least (none
+  /// where it has none).
+  std::vector<Image> mips;
+  std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
+  MapInfo info = {};          ///< What there is to say of it, also where it is not one of maps()
 };
 
 /// All maps, in the order that they are listed to people.

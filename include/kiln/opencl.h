@@ -4,6 +4,7 @@
 #pragma once
 
 #ifndef CL_TARGET_OPENCL_VERSION
+/// The version that Kiln needs; define a later one before, if you need that.
 #define CL_TARGET_OPENCL_VERSION 120
 #endif
 #include <CL/cl.h>

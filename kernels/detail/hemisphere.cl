@@ -19,6 +19,7 @@
 //
 // kernel                   global               local  memory traffic an item
 // kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
+// kiln_hemisphere_pick     samples              64     reads 44 B (gathered), writes 40 B
 // kiln_hemisphere_points   samples, padded      64     reads 41 B + a triangle (gathered), writes 36 B
 // kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
 // kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
@@ -57,6 +58,38 @@ kernel void kiln_hemisphere_turns(const kiln_turn_params params,
     turns[s] = (texel + sample_slot[s] * 2654435769u) >>
                (32 - KILN_HEMISPHERE_TURN_BITS - KILN_HEMISPHERE_SET_BITS);
   }
+}
+
+/// Copies some of a band's samples: all that their rays start from.
+kernel void kiln_hemisphere_pick(const kiln_pick_params params,
+                                 global const uint* restrict samples,
+                                 global const uint* restrict low_triangle,
+                                 global const float* restrict low_barycentric,
+                                 global const float* restrict low_points,
+                                 global const uint* restrict hit_triangle,
+                                 global const float* restrict hit_barycentric,
+                                 global const uint* restrict turns,
+                                 global uint* restrict to_low_triangle,
+                                 global float* restrict to_low_barycentric,
+                                 global float* restrict to_points,
+                                 global uint* restrict to_hit_triangle,
+                                 global float* restrict to_hit_barycentric,
+                                 global uint* restrict to_turns) {
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t s = samples[i];
+  const size_t plane = params.out_capacity;
+  to_low_triangle[i] = low_triangle[s];
+  to_hit_triangle[i] = hit_triangle[s];
+  for (size_t p = 0; p < 2; ++p) {
+    to_low_barycentric[i + p * plane] = low_barycentric[s + p * params.low_capacity];
+    to_hit_barycentric[i + p * plane] = hit_barycentric[s + p * params.hit_capacity];
+  }
+  for (size_t p = 0; p < 3; ++p) {
+    to_points[i + p * plane] = low_points[s + p * params.low_capacity];
+  }
+  to_turns[i] = (turns[s] + params.more_turn) &
+                ((1u << (KILN_HEMISPHERE_TURN_BITS + KILN_HEMISPHERE_SET_BITS)) - 1u);
 }
 
 /// A unit vector along v, however short; 0 where it has no direction.
@@ -184,12 +217,17 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
     n[axis] = vload8(0, points + (3 + axis) * stride + lane);
     push[axis] = vload8(0, points + (6 + axis) * stride + lane);
   }
+  int8 live = (n[0] != 0.0f) | (n[1] != 0.0f) | (n[2] != 0.0f);
+  if (params.lit != 0u) {
+    const float8 light[3] = {params.light_x, params.light_y, params.light_z};
+    live &= hemisphere_dot(n, light) > 0.0f;
+    for (int axis = 0; axis < 3; ++axis) n[axis] = light[axis];
+  }
   const float8 sign = copysign((float8)(1.0f), n[2]);
   const float8 a = -1.0f / (sign + n[2]);
   const float8 b = n[0] * n[1] * a;
   const float8 tangent[3] = {1.0f + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
   const float8 bitangent[3] = {b, sign + n[1] * n[1] * a, -n[1]};
-  const int8 live = (n[0] != 0.0f) | (n[1] != 0.0f) | (n[2] != 0.0f);
   float8 ray[3];
   for (int axis = 0; axis < 3; ++axis) {
     const float8 along = (x * tangent[axis] + y * bitangent[axis]) + z * n[axis];
@@ -228,6 +266,21 @@ kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
                                  global const uchar* restrict hit,
                                  global uint* restrict open) {
   HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + from)); })
+}
+
+/// The same of rays towards the light: samples that look away from it have none, and see nothing of it.
+kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
+                                global const uchar* restrict hit,
+                                global const float* restrict rays,
+                                global uint* restrict lit) {
+  const size_t plane = params.ray_capacity;
+  global const float* along = rays + 3 * plane;
+  HEMISPHERE_ADD_ROWS(uint8, 1, lit, {
+    const int8 live = (vload8(0, along + from) != 0.0f) |
+                      (vload8(0, along + plane + from) != 0.0f) |
+                      (vload8(0, along + 2 * plane + from) != 0.0f);
+    sum[0] += select((uint8)(0u), 1u - convert_uint8(vload8(0, hit + from)), live);
+  })
 }
 
 /// Adds to each sample the directions of those rays.

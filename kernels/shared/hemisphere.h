@@ -35,9 +35,23 @@ struct kiln_hemisphere_params {
   kiln_float push;         // how far origins lie off the face, frame units
   kiln_float reach;        // distances from which on a place is as thick as can be, frame units
   kiln_uint aligned;       // 1: rays of a row run in about one direction; 0: in all
+  kiln_uint lit;           // 1: rays run about the light, of samples that face it; 0: about the normal
+  kiln_float light_x;      // unit, towards the light
+  kiln_float light_y;
+  kiln_float light_z;
 };
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
-KILN_CHECK_SIZE(kiln_hemisphere_params, 64);
+KILN_CHECK_SIZE(kiln_hemisphere_params, 80);
+
+struct kiln_pick_params {
+  kiln_uint count;         // samples picked
+  kiln_uint low_capacity;  // elements of one plane of the low poly's samples
+  kiln_uint hit_capacity;  // ... of the correspondence
+  kiln_uint out_capacity;  // ... of all that is written
+  kiln_uint more_turn;     // added to where each sample's rays are turned to
+};
+typedef struct kiln_pick_params kiln_pick_params;
+KILN_CHECK_SIZE(kiln_pick_params, 20);
 
 struct kiln_turn_params {
   kiln_uint texel_count;

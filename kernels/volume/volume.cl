@@ -24,22 +24,7 @@
 // slab of voxels must fit a buffer.
 #include "lib/vector3.clh"
 #include "shared/volume.h"
-
-#ifndef KILN_VOXEL
-#define KILN_VOXEL float
-#endif
-
-// Least second difference of a crease, as a share of the steepest slope.
-#define VOLUME_CREASE 0.25f
-// A side is straight where its second difference is below this share of the crease's.
-#define VOLUME_STRAIGHT 0.02f
-// Beyond a crease second differences are at most this share of its bend.
-#define VOLUME_ENDS 0.1f
-// Least squared difference of gradients across a crease, as a share of the larger one's square.
-#define VOLUME_TURN 0.25f
-// Least difference of slopes along an edge, as a share of the gradient, for the planes at its ends to meet
-// in a point of it; and how far past its ends that may be.
-#define VOLUME_KINK 0.1f
+#include "volume/gradient.clh"
 
 /// Index of a padded row's first word.
 static size_t volume_row(const kiln_volume_grid* grid, uint y, uint z) {
@@ -86,121 +71,6 @@ kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOX
     }
   }
   inside[((size_t)z * (grid.size[1] + 2u) + y + 1u) * grid.words + word] = bits;
-}
-
-/// A voxel's value by its place in the volume.
-static float volume_fetch(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int x,
-                          int y, int z) {
-  const float value =
-      (float)voxels[((size_t)(z - (int)grid->first_z) * grid->size[1] + (size_t)y) * grid->size[0] +
-                    (size_t)x];
-  return fabs(value) <= FLT_MAX ? value : grid->outside;
-}
-
-/// Second difference of the field at a voxel along an axis, with its sign; infinite where a neighbour is
-/// missing.
-static float volume_bend(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int3 at,
-                         int3 step, int place, int end) {
-#pragma OPENCL FP_CONTRACT OFF
-  if (place < 1 || place + 1 >= end) return INFINITY;
-  const int3 a = at - step;
-  const int3 b = at + step;
-  const float value = volume_fetch(grid, voxels, at.x, at.y, at.z);
-  return (volume_fetch(grid, voxels, b.x, b.y, b.z) - value) -
-         (value - volume_fetch(grid, voxels, a.x, a.y, a.z));
-}
-
-/// Whether the field, straight at the voxel behind, has a crease before this one. All of a crease's bend lies
-/// at this voxel and the next; beyond them it is straight again, or another crease is near, and then the field
-/// is straight for longer behind. What bends on, as scanners' blurred steps do on both sides of where
-/// they are straight, has none. towards: 1 or -1, along the axis; bend, next: second differences here and at
-/// the next voxel.
-static bool volume_is_crease(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels, int3 at,
-                             int3 step, int towards, int place, int end, float bend, float next) {
-#pragma OPENCL FP_CONTRACT OFF
-  const int two = 2 * towards;
-  const float behind = fabs(volume_bend(grid, voxels, at - two * step, step, place - two, end));
-  if (behind < VOLUME_STRAIGHT * fabs(bend)) return true;
-  if (!(fabs(next) <= FLT_MAX)) return true;  // the volume ends there: nothing speaks against it
-  if ((next < 0.0f) != (bend < 0.0f) && next != 0.0f) return false;
-  const float far = fabs(volume_bend(grid, voxels, at + two * step, step, place + two, end));
-  return far > FLT_MAX || far <= VOLUME_ENDS * fabs(bend + next);
-}
-
-/// The field's gradient at a voxel. Along each axis by central differences; one-sided at the border, and
-/// where the field has a crease on the other side.
-static float3 volume_gradient(const kiln_volume_grid* grid, global const KILN_VOXEL* voxels,
-                              int3 at) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float value = volume_fetch(grid, voxels, at.x, at.y, at.z);
-  float back[3];
-  float fore[3];
-  float steepest = 0.0f;
-  for (int k = 0; k < 3; ++k) {
-    const int3 step = (int3)(k == 0, k == 1, k == 2);
-    const int place = k == 0 ? at.x : k == 1 ? at.y : at.z;
-    const bool has_back = place > 0;
-    const bool has_fore = place + 1 < (int)grid->size[k];
-    const int3 a = has_back ? at - step : at;
-    const int3 b = has_fore ? at + step : at;
-    back[k] = value - volume_fetch(grid, voxels, a.x, a.y, a.z);
-    fore[k] = volume_fetch(grid, voxels, b.x, b.y, b.z) - value;
-    if (!has_back) back[k] = fore[k];
-    if (!has_fore) fore[k] = back[k];
-    steepest = fmax(steepest, fmax(fabs(back[k]), fabs(fore[k])));
-  }
-  float slope[3];
-  for (int k = 0; k < 3; ++k) {
-    slope[k] = back[k] * 0.5f + fore[k] * 0.5f;
-    const float bend = fore[k] - back[k];
-    if (!(fabs(bend) > VOLUME_CREASE * steepest && fabs(bend) <= FLT_MAX)) continue;
-    const int3 step = (int3)(k == 0, k == 1, k == 2);
-    const int place = k == 0 ? at.x : k == 1 ? at.y : at.z;
-    const int end = (int)grid->size[k];
-    const float before = volume_bend(grid, voxels, at - step, step, place - 1, end);
-    const float after = volume_bend(grid, voxels, at + step, step, place + 1, end);
-    // A crease bends the field between two voxels only: on the side away from it all is straight.
-    const float straight = VOLUME_STRAIGHT * fabs(bend);
-    if (fabs(before) < fabs(after) && fabs(before) < straight) {
-      if (volume_is_crease(grid, voxels, at, step, 1, place, end, bend, after)) slope[k] = back[k];
-    } else if (fabs(after) < fabs(before) && fabs(after) < straight) {
-      if (volume_is_crease(grid, voxels, at, step, -1, place, end, bend, before)) slope[k] = fore[k];
-    }
-  }
-  return (float3)(slope[0], slope[1], slope[2]);
-}
-
-/// The gradient where an edge from a to b, one unit long, crosses the iso value; fa and fb are relative to
-/// that value. Interpolated, but where a crease lies between, with a plane of the field on either side:
-/// that of the plane which holds the crossing. t: in: where linear interpolation has the crossing; out:
-/// where that plane has it.
-static float3 volume_blend(float fa, float fb, float3 at_a, float3 at_b, int axis, float* t) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float a = axis == 0 ? at_a.x : axis == 1 ? at_a.y : at_a.z;
-  const float b = axis == 0 ? at_b.x : axis == 1 ? at_b.y : at_b.z;
-  const float3 difference = at_b - at_a;
-  const float largest = fmax(dot3(at_a, at_a), dot3(at_b, at_b));
-  const float3 blend = at_a + difference * *t;
-  if (!(dot3(difference, difference) > VOLUME_TURN * largest && largest <= FLT_MAX)) return blend;
-  if (!(fabs(a - b) > VOLUME_KINK * sqrt(largest))) return blend;
-  // Where the planes meet on the edge, and the field's value there.
-  const float kink = (fb - fa - b) / (a - b);
-  if (!(kink > -VOLUME_KINK && kink < 1.0f + VOLUME_KINK)) return blend;
-  const float value = fa + a * kink;
-  const bool beyond = (value < 0.0f) == (fa < 0.0f);
-  const float place = beyond ? 1.0f - fb / b : -fa / a;
-  if (!(place >= 0.0f && place <= 1.0f)) return blend;
-  *t = place;
-  return beyond ? at_b : at_a;
-}
-
-/// Unit vector along v; `fallback` where v has no direction.
-static float3 volume_unit(float3 v, float3 fallback) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
-  if (!(largest > 0.0f && largest <= FLT_MAX)) return fallback;
-  const float3 scaled = v / largest;
-  return scaled / sqrt(dot3(scaled, scaled));
 }
 
 /// Crossings of edges. edges: x, y, z of the padded voxel that each leaves, 16 bits each from the

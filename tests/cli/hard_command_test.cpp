@@ -72,7 +72,7 @@ TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();
   Mesh high = crossing("", 1e-3F, 1e-3F);
-  const Mesh above = crossing("", 0.02F, 0.02F);
+  const Mesh above = crossing("", 0.011F, 0.011F);
   for (std::size_t t = 2; t < 4; ++t) {
     Triangle corners = above.triangles[t];
     for (std::uint32_t& corner : corners) {
@@ -88,8 +88,9 @@ TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   save_obj(test::plane(1, 1, 2, 1), folder / "low.obj");
   const auto bake = [&](const std::string& rule) {
     return run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / rule,
-                     "--size", "128", "--ray", rule, "--json", folder / (rule + ".json")});
+                     "--size", "512", "--ray", rule, "--json", folder / (rule + ".json")});
   };
+  // From aslant, views show some of what lies under the rim: h / 2 = 0.005 of 3 units of rim, 0.7% of 2.
   const ProcessResult nearest = bake("nearest"), outermost = bake("outermost");
   ASSERT_EQ(nearest.exit_code, 0) << nearest.errors;
   EXPECT_NE(nearest.errors.find("take --ray outermost"), std::string::npos) << nearest.errors;
@@ -97,7 +98,7 @@ TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   const nlohmann::json lost = read_json(folder / "nearest.json")["recall"];
   EXPECT_NEAR(lost["lost"].get<double>(), 0.5, 0.04);
   EXPECT_NEAR(lost["largest"]["where"][0].get<double>(), 0.5, 0.1);
-  EXPECT_NEAR(lost["largest"]["where"][2].get<double>(), 0.02, 1e-5);
+  EXPECT_NEAR(lost["largest"]["where"][2].get<double>(), 0.011, 1e-5);
 }
 
 TEST(HardCommand, SaysThatBoxesFitWithAxesSwapped) {

@@ -162,6 +162,36 @@ TEST(VolumeCommand, ChoosesWhatNoFlagSays) {
   EXPECT_TRUE(report["used"]["aimed_faces"].is_null());
 }
 
+TEST(VolumeCommand, FacesAskedForAreReached) {
+  // Tunnels through a cube: keeping them takes more than twice the faces.
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  save_nrrd(test::make_volume<std::uint8_t>({48, 48, 48}, VoxelType::u8,
+                                            [](double x, double y, double z) {
+                                              const double v = test::gyroid_field(x, y, z, 12);
+                                              return std::clamp(128 + 60 * v, 0.0, 255.0);
+                                            }),
+            scene / "gyroid.nrrd");
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"volume", scene / "gyroid.nrrd", "--iso",   "128",
+                                      "--json", scene / "r.json",      "--faces", "500",
+                                      "--out",  scene / "out"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(words);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return read_json(scene / "r.json");
+  };
+  const json chosen = run({});
+  EXPECT_EQ(chosen["used"]["topology"], "free");
+  EXPECT_LE(chosen["low"]["faces"], 500);
+  EXPECT_EQ(chosen["warnings"][0]["code"], "topology-changed");
+  const json kept = run({"--topology", "keep"});
+  EXPECT_EQ(kept["used"]["topology"], "keep");
+  EXPECT_GT(kept["low"]["faces"], 1000);
+  EXPECT_EQ(chosen["used"]["faces_with_topology"], kept["low"]["faces"]);
+  EXPECT_EQ(kept["warnings"][0]["code"], "faces-not-reached");
+}
+
 TEST(VolumeCommand, RefusesWhatCannotBe) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();

@@ -309,7 +309,10 @@ std::vector<Way> ways() {
   cage.use_cage = true;
   Way two_sided = way("ray, two-sided", MatchMethod::ray);
   two_sided.options.two_sided = true;
+  Way nearest = way("ray, nearest", MatchMethod::ray);
+  nearest.options.ray.rule = RayRule::nearest;
   return {way("ray", MatchMethod::ray),
+          nearest,
           cage,
           two_sided,
           way("closest", MatchMethod::closest),

@@ -161,7 +161,7 @@ def degrees(kiln, high, low, size, folder):
     run("render", low, "--normal", os.path.join(folder, stem + "_normal.png"), "--reference", high,
         "--out", os.path.join(folder, stem + ".png"), "--json", report, "--quiet")
     with open(report) as file:
-        return round(json.load(file)["rendered_normals"]["mean_angle_degrees"], 3)
+        return round(json.load(file)["rendered_normals"]["with_map"]["mean_angle_degrees"], 3)
 
 
 def main():

@@ -14,7 +14,7 @@ using namespace kiln;
 int main() {
   const cl::Device chosen = cl::Device::getDefault();
   const cl::Context context(chosen);
-  const cl::CommandQueue queue(context, chosen);
+  cl::CommandQueue queue(context, chosen);
   const cl::Buffer texture(context, CL_MEM_READ_WRITE, std::size_t{512} * 512 * 4);
   const Device device = opencl_device({context(), chosen(), queue()});
 

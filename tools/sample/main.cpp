@@ -22,7 +22,7 @@
 namespace {
 
 constexpr std::string_view usage =
-    "Usage: kiln_sample --out FILE [--shape urn|rock] [--faces N]\n"
+    "Usage: kiln_sample --out FILE [--shape urn|rock] [--faces N] [--colors stone]\n"
     "       kiln_sample --out FILE --volume sphere|torus|gyroid|boxes [--size N] [--type "
     "f32|u8|u16]\n"
     "       kiln_sample --out FILE --terrain N\n"
@@ -34,6 +34,7 @@ constexpr std::string_view usage =
     "  --out FILE     binary .ply; .nrrd for a volume; .png (16 bits) or .exr for a height field\n"
     "  --shape NAME   urn (default): carved stone; rock: a weathered boulder\n"
     "  --faces N      about how many triangles, 1000 to 20000000 (default 500000)\n"
+    "  --colors NAME  of the vertices: none (default), or stone\n"
     "  --volume NAME  a solid that is above its surface's value: a sphere, a torus, a gyroid "
     "sheet, or\n"
     "                 boxes with sharp edges\n"
@@ -51,6 +52,7 @@ struct Options {
   std::filesystem::path out;
   std::string shape = "urn";
   std::uint64_t faces = 500000;
+  bool painted = false;
   std::string volume;  ///< Empty: a mesh
   std::uint64_t size = 128;
   kiln::VoxelType type = kiln::VoxelType::f32;
@@ -92,7 +94,7 @@ Options parse(const std::vector<std::string>& arguments) {
   std::string for_mesh, for_volume;  // an option that was given and is for the one alone
   for (std::size_t i = 0; i < arguments.size(); i += 2) {
     const std::string& name = arguments[i];
-    const bool mesh = name == "--shape" || name == "--faces";
+    const bool mesh = name == "--shape" || name == "--faces" || name == "--colors";
     if (name == "--scene" || name == "--low") {
       if (i + 1 == arguments.size()) fail_usage(name + " needs a value");
       if (name == "--low") {
@@ -115,6 +117,10 @@ Options parse(const std::vector<std::string>& arguments) {
       if (value != "urn" && value != "rock")
         fail_usage("--shape is '" + value + "', not urn or rock");
       options.shape = value;
+    } else if (name == "--colors") {
+      if (value != "none" && value != "stone")
+        fail_usage("--colors is '" + value + "', not none or stone");
+      options.painted = value == "stone";
     } else if (name == "--faces") {
       options.faces = parse_number(name, value, 1000, 20000000);
     } else if (name == "--volume") {
@@ -161,10 +167,23 @@ void write_ply(const kiln::Mesh& mesh, const std::filesystem::path& path) {
   static_assert(std::endian::native == std::endian::little && sizeof(kiln::Vec3) == 12);
   std::ofstream file(path, std::ios::binary);
   file << "ply\nformat binary_little_endian 1.0\nelement vertex " << mesh.positions.size()
-       << "\nproperty float x\nproperty float y\nproperty float z\nelement face "
-       << mesh.triangles.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
-  file.write(reinterpret_cast<const char*>(mesh.positions.data()),
-             static_cast<std::streamsize>(mesh.positions.size() * sizeof(kiln::Vec3)));
+       << "\nproperty float x\nproperty float y\nproperty float z\n"
+       << (mesh.colors.empty() ? ""
+                               : "property uchar red\nproperty uchar green\nproperty uchar blue\n")
+       << "element face " << mesh.triangles.size()
+       << "\nproperty list uchar int vertex_indices\nend_header\n";
+  if (mesh.colors.empty()) {
+    file.write(reinterpret_cast<const char*>(mesh.positions.data()),
+               static_cast<std::streamsize>(mesh.positions.size() * sizeof(kiln::Vec3)));
+  } else {
+    constexpr std::size_t vertex_bytes = 15;
+    std::vector<char> vertices(mesh.positions.size() * vertex_bytes);
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      std::memcpy(&vertices[i * vertex_bytes], &mesh.positions[i], sizeof(kiln::Vec3));
+      std::memcpy(&vertices[i * vertex_bytes + sizeof(kiln::Vec3)], mesh.colors[i].data(), 3);
+    }
+    file.write(vertices.data(), static_cast<std::streamsize>(vertices.size()));
+  }
   constexpr std::size_t face_bytes = 13;
   std::vector<char> faces(mesh.triangles.size() * face_bytes);
   char* at = faces.data();
@@ -224,8 +243,9 @@ int main(int argc, char** argv) {
       std::printf("%s: %u x %u heights\n", options.out.string().c_str(), size, size);
       return 0;
     }
-    const kiln::Mesh mesh = options.shape == "urn" ? kiln::sample::urn(options.faces)
-                                                   : kiln::sample::rock(options.faces);
+    kiln::Mesh mesh = options.shape == "urn" ? kiln::sample::urn(options.faces)
+                                             : kiln::sample::rock(options.faces);
+    if (options.painted) kiln::sample::paint_stone(mesh);
     write_ply(mesh, options.out);
     std::printf("%s: %zu vertices, %zu faces\n", options.out.string().c_str(),
                 mesh.positions.size(), mesh.triangles.size());

@@ -15,6 +15,9 @@ Mesh urn(std::uint64_t faces);
 /// A weathered boulder with strata, ridges and cracks.
 Mesh rock(std::uint64_t faces);
 
+/// Gives a mesh's vertices colours of weathered stone: strata, stains and lichen.
+void paint_stone(Mesh& mesh);
+
 /// Heights of mountains and valleys, 0 to 1. \param size  pixels a side, 2 or more
 Image terrain(std::uint32_t size);
 

@@ -54,7 +54,8 @@ void MeshBuilder::check_growth() const {
   };
   const std::uint64_t held = bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) +
                              bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
-                             bytes(polygon_normal_) + bytes(positions);
+                             bytes(polygon_normal_) + groups_.bytes() + objects_.bytes() +
+                             materials_.bytes() + bytes(positions);
   check_memory([this](const std::string& place, const std::string& problem,
                       const std::string& remedy) { input_.fail(place, problem, remedy); },
                "", "its faces", 2 * held);

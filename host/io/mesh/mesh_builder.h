@@ -76,6 +76,7 @@ class MeshBuilder {
       of = std::move(of_);
       names = std::move(names_);
     }
+    std::uint64_t bytes() const { return std::uint64_t{of_.capacity()} * sizeof(std::uint32_t); }
 
    private:
     std::vector<std::uint32_t> of_;  // triangles

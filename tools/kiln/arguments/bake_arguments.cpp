@@ -19,6 +19,7 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
 
   add_map_flags(command, a);
   add_detail_flags(command, a);
+  add_file_flags(command, a);
   add_match_flags(command, a);
   add_view_flags(command, a);
   add_run_flags(command, a);

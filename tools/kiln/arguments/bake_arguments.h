@@ -61,6 +61,16 @@ struct BakeArguments {
   std::uint32_t ao_rays = 64;
   std::string ao_distance;
   bool ao_ignore_back_faces = false;
+  double ao_error = 0;
+  std::vector<std::string> transfers;
+  std::string id_by = "part";
+  std::string light = "0,1,0";
+  double light_angle = 0;
+  double alpha_test = 0;
+  std::vector<std::string> own_maps;
+  std::vector<std::string> packs;
+  bool layers = false;
+  bool report_error = false;
   std::uint32_t faces = 0;
   std::string max_error;
   std::string max_angle;

@@ -3,6 +3,7 @@
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
 #include "arguments/option_table.h"
+#include "arguments/packs.h"
 
 namespace kiln::cli {
 namespace {
@@ -117,6 +118,20 @@ void check_maps(const BakeArguments& a) {
   }
 }
 
+/// How files hold maps.
+void check_files(const BakeArguments& a) {
+  parse_packs(a);
+  if (a.layers && !is_exr(image_options(a))) {
+    fail("--layers are of one EXR: add --format exr or exr32.");
+  }
+  if (a.layers && a.mips) {
+    fail("--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
+  }
+  if (a.report_error && a.match == kAutomatic) {
+    fail("--match auto measures errors of its own: leave --report-error out, or choose a match.");
+  }
+}
+
 void check_height_field(const BakeArguments& a) {
   if (!is_height_field(a.high)) {
     if (!a.given.contains("--height") && !a.given.contains("--extent")) return;
@@ -154,6 +169,7 @@ void check(const BakeArguments& a) {
   check_visibility(a);
   check_fallback(a);
   check_height_field(a);
+  check_files(a);
   if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
   if (a.given.contains("--dither") && a.format != "png8") fail("--dither is for --format png8.");

@@ -10,6 +10,8 @@ namespace kiln::cli {
 void add_map_flags(CLI::App& command, BakeArguments& arguments);
 /// Of maps that take more than the point: occlusion and curvature.
 void add_detail_flags(CLI::App& command, BakeArguments& arguments);
+/// Of textures of the high poly, and of how files hold maps.
+void add_file_flags(CLI::App& command, BakeArguments& arguments);
 /// How points are found, whatever the match.
 void add_match_flags(CLI::App& command, BakeArguments& arguments);
 /// Of depth views and of visibility.

@@ -24,6 +24,25 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
                 "thickness always takes both sides")
       ->group(group_occlusion);
   command
+      .add_option("--ao-error", a.ao_error,
+                  "Of ao, 0 to 1, such as 0.01: texels cast more than --ao-rays, up to 4096 rays, "
+                  "until their error is expected to be this small. What was reached is measured "
+                  "and printed")
+      ->check(CLI::Range(0.0, 1.0))
+      ->group(group_occlusion);
+  command
+      .add_option("--light", a.light,
+                  "X,Y,Z: where the light of the map shadow comes from, object space")
+      ->capture_default_str()
+      ->group("Shadow (--maps shadow)");
+  command
+      .add_option("--light-angle", a.light_angle,
+                  "Diameter of its disc as seen, degrees, 0 (a point) to 90: soft shadows, by "
+                  "--ao-rays. The sun's is 0.53")
+      ->check(CLI::Range(0.0, 90.0))
+      ->capture_default_str()
+      ->group("Shadow (--maps shadow)");
+  command
       .add_option("--curvature-radius", a.curvature_radius,
                   "Curvature is the mean over HIGH's surface this far around the point (default "
                   "0.5%). World units, or P% of HIGH's diagonal")

@@ -19,6 +19,16 @@ std::string maps_in_words() {
   return text;
 }
 
+/// A map's name, or NAME=FILE of the user's own.
+CLI::Validator map_or_own() {
+  const CLI::Validator known = CLI::IsMember(map_names(), CLI::ignore_case);
+  return CLI::Validator(
+      [known](std::string& text) {
+        return text.find('=') != std::string::npos ? std::string() : known(text);
+      },
+      known.get_description());
+}
+
 }  // namespace
 
 void add_map_flags(CLI::App& command, BakeArguments& a) {
@@ -26,10 +36,14 @@ void add_map_flags(CLI::App& command, BakeArguments& a) {
   command.add_option("--size", a.size, "Texels: one side, or WxH, 1 to 16384")
       ->capture_default_str()
       ->group(group_map);
-  command.add_option("--maps", a.maps, "Which maps, separated by commas. " + maps_in_words())
+  command
+      .add_option("--maps", a.maps,
+                  "Which maps, separated by commas. NAME=FILE.cl: one of your own, a "
+                  "function in OpenCL C. " +
+                      maps_in_words())
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(map_names(), CLI::ignore_case))
+      ->check(map_or_own())
       ->capture_default_str()
       ->group(group_map);
   command

@@ -38,8 +38,8 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
       .add_flag(
           "--unwrap{given}", a.unwrap_method,
           "Give LOW new UVs, and write it beside the maps. How the light mesh is laid out, "
-          "with LOW or without: --unwrap=pairs (of triangles, default) or --unwrap=charts (few "
-          "large ones)")
+          "with LOW or without: --unwrap=charts (few large ones, default) or --unwrap=pairs (of "
+          "triangles)")
       ->check(CLI::IsMember({"given", "charts", "pairs"}))
       ->each([&a](const std::string&) { a.unwrap = true; })
       ->type_name("[=charts|pairs]")

@@ -7,7 +7,8 @@ namespace kiln::cli {
 namespace {
 
 bool asks_occlusion(const BakeArguments& a) {
-  return std::any_of(a.maps.begin(), a.maps.end(), takes_occlusion);
+  return std::any_of(a.maps.begin(), a.maps.end(),
+                     [](const std::string& map) { return find_map(map).takes_rays; });
 }
 
 }  // namespace
@@ -64,6 +65,16 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"ao_distance", or_null(a.ao_distance)},
           {"ao_back_faces", asks_occlusion(a) ? Json(!a.ao_ignore_back_faces) : Json()},
           {"curvature_radius", or_null(a.curvature_radius)},
+          {"ao_error", a.ao_error > 0 ? Json(a.ao_error) : Json()},
+          {"alpha_test", a.alpha_test > 0 ? Json(a.alpha_test) : Json()},
+          {"transfer", a.transfers},
+          {"own_maps", a.own_maps},
+          {"pack", a.packs},
+          {"layers", a.layers},
+          {"id_by", a.id_by},
+          {"light", a.light},
+          {"light_angle", a.light_angle},
+          {"report_error", a.report_error},
           {"faces", a.faces == 0 ? Json() : Json(a.faces)},
           {"max_error", or_null(a.max_error)},
           {"max_angle", or_null(a.max_angle)},

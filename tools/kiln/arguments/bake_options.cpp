@@ -7,6 +7,7 @@
 #include "arguments/bake_values.h"
 #include "arguments/likelihoods.h"
 #include "arguments/parse.h"
+#include "arguments/transfers.h"
 
 namespace kiln::cli {
 
@@ -15,7 +16,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   std::tie(options.width, options.height) = parse_size(a.size);
   options.samples = a.samples;
   options.maps.clear();
-  for (const std::string& name : a.maps) {
+  for (const std::string& name : maps_asked(a)) {
     const MapKind kind = find_map(name).kind;
     if (std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
       options.maps.push_back(kind);
@@ -65,6 +66,11 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.occlusion.back_faces = !a.ao_ignore_back_faces;
   options.occlusion.distance = optional_length("--ao-distance", a.ao_distance);
   options.curvature_radius = optional_length("--curvature-radius", a.curvature_radius);
+  options.occlusion.max_error = a.ao_error;
+  options.own_maps = load_own_maps(a);
+  options.id_by = id_by_values().at(a.id_by);
+  options.light = {parse_direction(a.light), a.light_angle};
+  options.report_errors = a.report_error;
   options.miss = miss_policy(a);
   options.gutter = parse_gutter(a.gutter);
   options.mips = a.mips;

@@ -81,8 +81,19 @@ const std::map<std::string, MissPolicy>& fallback_miss_values() {
   return values;
 }
 
-bool takes_occlusion(const std::string& map) {
-  return map == "ao" || map == "bent_normal" || map == "thickness";
+const std::map<std::string, TextureKind>& texture_kind_values() {
+  static const std::map<std::string, TextureKind> values = {{"srgb", TextureKind::srgb},
+                                                            {"linear", TextureKind::linear},
+                                                            {"normal", TextureKind::normal}};
+  return values;
+}
+
+const std::map<std::string, IdBy>& id_by_values() {
+  static const std::map<std::string, IdBy> values = {{"part", IdBy::part},
+                                                     {"material", IdBy::material},
+                                                     {"group", IdBy::group},
+                                                     {"object", IdBy::object}};
+  return values;
 }
 
 MissPolicy miss_policy(const BakeArguments& a) {

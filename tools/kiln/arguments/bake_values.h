@@ -41,8 +41,8 @@ std::string name_of(const std::map<std::string, T>& values, T wanted) {
   throw Error(ErrorCode::internal, "An option's value has no name.");
 }
 
-/// Whether a map is made by rays over hemispheres.
-bool takes_occlusion(const std::string& map);
+const std::map<std::string, TextureKind>& texture_kind_values();
+const std::map<std::string, IdBy>& id_by_values();
 
 /// What the chain of fallbacks says of misses at its end, or else --miss.
 MissPolicy miss_policy(const BakeArguments& arguments);

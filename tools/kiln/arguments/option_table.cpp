@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "arguments/bake_values.h"
+#include "arguments/transfers.h"
 
 namespace kiln::cli {
 namespace {
@@ -29,11 +30,12 @@ bool holds_directions(const MapInfo& map) { return map.type == MapType::unit_vec
 bool has_padding(const MapInfo& map) { return map.type != MapType::coverage; }
 bool has_mips(const MapInfo& map) { return has_padding(map) && map.type != MapType::id; }
 
-bool by_occlusion(const MapInfo& map) { return takes_occlusion(std::string(map.kind.name)); }
-bool by_open_rays(const MapInfo& map) {
-  return by_occlusion(map) && map.kind != MapKind{"thickness"};
-}
-bool by_curvature(const MapInfo& map) { return map.kind == MapKind{"curvature"}; }
+bool takes_rays(const MapInfo& map) { return map.takes_rays; }
+bool takes_back_faces(const MapInfo& map) { return map.takes_back_faces; }
+bool takes_max_error(const MapInfo& map) { return map.takes_max_error; }
+bool takes_light(const MapInfo& map) { return map.takes_light; }
+bool takes_id_by(const MapInfo& map) { return map.takes_id_by; }
+bool takes_curvature_radius(const MapInfo& map) { return map.takes_curvature_radius; }
 
 /// A flag that serves some matches, or some maps. Flags that serve every bake have no row.
 struct OptionRow {
@@ -78,10 +80,14 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--flip-y", .map = holds_directions},
     OptionRow{.flag = "--two-component", .map = holds_directions},
     OptionRow{.flag = "--raw", .map = holds_directions},
-    OptionRow{.flag = "--ao-rays", .map = by_occlusion},
-    OptionRow{.flag = "--ao-distance", .map = by_occlusion},
-    OptionRow{.flag = "--ao-ignore-back-faces", .map = by_open_rays},
-    OptionRow{.flag = "--curvature-radius", .map = by_curvature},
+    OptionRow{.flag = "--ao-rays", .map = takes_rays},
+    OptionRow{.flag = "--ao-distance", .map = takes_rays},
+    OptionRow{.flag = "--ao-ignore-back-faces", .map = takes_back_faces},
+    OptionRow{.flag = "--curvature-radius", .map = takes_curvature_radius},
+    OptionRow{.flag = "--ao-error", .map = takes_max_error},
+    OptionRow{.flag = "--light", .map = takes_light},
+    OptionRow{.flag = "--light-angle", .map = takes_light},
+    OptionRow{.flag = "--id-by", .map = takes_id_by},
     OptionRow{.flag = "--gutter", .map = has_padding},
     OptionRow{.flag = "--mips", .map = has_mips},
 };
@@ -104,7 +110,16 @@ bool serves_match(const OptionRow& row, const BakeArguments& a) {
   return std::any_of(matches().begin(), matches().end(), served);
 }
 
+/// What any of them may be.
+MapInfo own_map_info() {
+  MapInfo info;
+  info.type = MapType::unit_vector;
+  return info;
+}
+
 bool serves_map(const OptionRow& row, const BakeArguments& a) {
+  // Maps beside --maps are textures and the user's own: normals, or colours and numbers.
+  if (row.map != nullptr && !own_map_names(a).empty() && row.map(own_map_info())) return true;
   return row.map == nullptr ||
          std::any_of(a.maps.begin(), a.maps.end(),
                      [&](const std::string& name) { return row.map(find_map(name)); });

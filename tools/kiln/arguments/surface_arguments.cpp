@@ -99,8 +99,8 @@ CLI::Option* add_surface_options(CLI::App& command, SurfaceArguments& a) {
   command
       .add_option("--topology", a.topology,
                   "keep every part, hole and handle, or be free to lose some to reach --faces. "
-                  "auto: keep; without --faces and --error, free where keeping leaves more than "
-                  "twice the triangles")
+                  "auto: keep, but free where that leaves more than twice the triangles aimed at; "
+                  "with --error: keep")
       ->check(one_of({"auto", "keep", "free"}))
       ->capture_default_str()
       ->group(kSurfaceGroup);
@@ -166,7 +166,7 @@ ExtractOptions extract_options(const SurfaceArguments& a) {
   options.min_part = min_part.value_or(0);
   options.choose.min_part = !min_part;
   options.keep_topology = a.topology != "free";
-  options.choose.topology = a.topology == "auto" && chosen;
+  options.choose.topology = a.topology == "auto" && !a.error;
   options.border_texels = a.border_texels;
   return options;
 }

@@ -7,7 +7,7 @@ namespace kiln::cli {
 UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size) {
   UnwrapOptions options;
   options.size = std::clamp(size, 16U, 65536U);
-  if (method == "charts") {
+  if (method != "pairs") {
     options.method = UnwrapMethod::charts;
     options.border_texels = std::max(2U, options.size / 256);
   }

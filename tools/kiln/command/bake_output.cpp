@@ -2,7 +2,9 @@
 #include <algorithm>
 
 #include "arguments/low_record.h"
+#include "arguments/packs.h"
 #include "arguments/paths.h"
+#include "arguments/transfers.h"
 #include "command/bake_run.h"
 
 namespace kiln::cli {
@@ -11,13 +13,25 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kClusters = "_clusters.exr";
+constexpr const char* kLayers = "_layers.exr";
 
 /// Of a map for one of several clusters of directions.
 std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
 }
 
-bool has_clusters(const std::string& map) { return find_map(map).type != MapType::coverage; }
+/// Every map's name, of --maps and beside them.
+std::vector<std::string> all_maps(const BakeArguments& arguments) {
+  std::vector<std::string> maps = maps_asked(arguments);
+  for (std::string& name : own_map_names(arguments)) maps.push_back(std::move(name));
+  return maps;
+}
+
+bool has_clusters(const std::string& map) {
+  return std::none_of(maps().begin(), maps().end(), [&](const MapInfo& info) {
+    return info.kind.name == map && info.type == MapType::coverage;
+  });
+}
 
 /// Values of a map's channels that lie at 0 and at 1 in a file; none where it holds them as they are.
 std::vector<ValueRange> stored_ranges(const BakedMap& map, const BakeResult& result,
@@ -64,21 +78,29 @@ bool announce(BakeRun& run, const fs::path& path) {
   return run.console.progress(kAtSave, "writing " + path.string());
 }
 
-/// One map, with its mip chain. \returns false where it was cancelled
-bool save_map(BakeRun& run, BakedMap& map) {
+/// From values to what a file of the format holds of them.
+void store(BakeRun& run, BakedMap& map, const std::string& name) {
   const SaveImageOptions& options = run.save_options;
-  const std::string name = cluster_name(map_name(map.kind), map.cluster);
+  if (map.info.is_color && !is_exr(options)) {
+    to_srgb(map.image);
+    for (Image& level : map.mips) to_srgb(level);
+  }
   if (const std::vector<ValueRange> range = stored_ranges(map, run.result, options);
       !range.empty()) {
     store_in(range, map.image);
     for (Image& level : map.mips) store_in(range, level);
     run.ranges[name] = range_json(range);
   }
+}
+
+/// An image with its mip chain. \returns false where it was cancelled
+bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name) {
+  const SaveImageOptions& options = run.save_options;
   const std::vector<fs::path> files =
       map_files(run.arguments.out, run.low.stem + "_" + name, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
     if (!announce(run, files[level])) return false;
-    if (run.options.mips && is_exr(options)) {
+    if (!map.mips.empty() && is_exr(options)) {
       save_mipmapped(map.image, map.mips, files[level], options);
     } else {
       save_image(level == 0 ? map.image : map.mips[level - 1], files[level], options);
@@ -86,6 +108,50 @@ bool save_map(BakeRun& run, BakedMap& map) {
   }
   if (run.options.mips) run.mips[name] = describe_levels(map, files);
   return true;
+}
+
+/// The maps' channels in other files. \returns false where it was cancelled
+bool save_packs(BakeRun& run) {
+  for (const Pack& pack : parse_packs(run.arguments)) {
+    const auto map_of = [&](const std::string& name) -> const BakedMap& {
+      return *std::find_if(
+          run.result.maps.begin(), run.result.maps.end(),
+          [&](const BakedMap& map) { return map.kind.name == name && map.cluster == 0; });
+    };
+    BakedMap joined;
+    joined.image =
+        packed(pack, [&](const std::string& map) -> const Image& { return map_of(map).image; });
+    std::size_t levels = 64;  // more than there are
+    for (const PackChannel& channel : pack.channels) {
+      if (!channel.map.empty()) levels = std::min(levels, map_of(channel.map).mips.size());
+    }
+    for (std::size_t level = 0; level < levels; ++level) {
+      joined.mips.push_back(packed(
+          pack, [&](const std::string& map) -> const Image& { return map_of(map).mips[level]; }));
+    }
+    if (!save_with_mips(run, joined, pack.name)) return false;
+  }
+  return true;
+}
+
+/// All maps: a file each, or one with a layer each. \returns false where it was cancelled
+bool save_maps(BakeRun& run) {
+  std::vector<ImageLayer> layers;
+  for (BakedMap& map : run.result.maps) {
+    const std::string name = cluster_name(map_name(map.kind), map.cluster);
+    store(run, map, name);
+    if (run.arguments.layers) {
+      layers.push_back({name, &map.image});
+    } else if (!save_with_mips(run, map, name)) {
+      return false;
+    }
+  }
+  if (!layers.empty()) {
+    const fs::path path = fs::path(run.arguments.out) / (run.low.stem + kLayers);
+    if (!announce(run, path)) return false;
+    save_layers(layers, path, run.save_options);
+  }
+  return save_packs(run);
 }
 
 }  // namespace
@@ -99,7 +165,12 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   }
   const std::string stem = low_stem(arguments);
   std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
-  for (const std::string& map : arguments.maps) {
+  for (const Pack& pack : parse_packs(arguments)) {
+    outputs.push_back(folder / (stem + "_" + pack.name + extension(save_options)));
+  }
+  if (arguments.layers) outputs.push_back(folder / (stem + kLayers));
+  for (const std::string& map :
+       arguments.layers ? std::vector<std::string>() : all_maps(arguments)) {
     outputs.push_back(folder / (stem + "_" + map + extension(save_options)));
     for (std::uint32_t k = 1; k < arguments.visibility_clusters && has_clusters(map); ++k) {
       outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + extension(save_options)));
@@ -107,7 +178,12 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   }
   if (arguments.visibility_clusters > 1) outputs.push_back(folder / (stem + kClusters));
   if (arguments.low.empty() || arguments.unwrap) outputs.push_back(folder / (stem + ".obj"));
-  check_paths({arguments.high, arguments.low, arguments.cage_mesh, arguments.load_match}, outputs);
+  std::vector<fs::path> inputs = {arguments.high, arguments.low, arguments.cage_mesh,
+                                  arguments.load_match};
+  for (const TransferArgument& transfer : parse_transfers(arguments)) {
+    inputs.emplace_back(transfer.file);
+  }
+  check_paths(inputs, outputs);
   if (arguments.low.empty() || arguments.unwrap) {
     check_not_foreign(folder / (stem + ".obj"), arguments.force);
   }
@@ -121,9 +197,7 @@ bool save_outputs(BakeRun& run) {
     if (!announce(run, path)) return false;
     save_obj(run.low.mesh, path);
   }
-  for (BakedMap& map : run.result.maps) {
-    if (!save_map(run, map)) return false;
-  }
+  if (!save_maps(run)) return false;
   if (run.result.clusters) {
     const fs::path path = folder / (run.low.stem + kClusters);
     if (!announce(run, path)) return false;

@@ -52,6 +52,29 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
           {"total", total}};
 }
 
+Json ids_json(const std::vector<IdEntry>& ids) {
+  Json json = Json::array();
+  for (const IdEntry& id : ids) {
+    json.push_back({{"name", id.name}, {"color", id.color}, {"triangles", id.triangles}});
+  }
+  return json;
+}
+
+Json errors_json(const std::vector<MapError>& errors) {
+  Json json = Json::array();
+  for (const MapError& error : errors) {
+    json.push_back({{"map", map_name(error.kind)},
+                    {"unit", error.unit},
+                    {"rms", error.rms},
+                    {"mean", error.mean},
+                    {"p95", error.p95},
+                    {"max", error.max},
+                    {"texels", error.texels},
+                    {"against", error.against}});
+  }
+  return json;
+}
+
 /// What only some bakes have.
 void add_parts(const BakeRun& run, Json& json) {
   const BakeReport& report = run.result.report;
@@ -60,6 +83,11 @@ void add_parts(const BakeRun& run, Json& json) {
   if (!run.ranges.empty()) json["ranges"] = run.ranges;
   if (run.options.mips) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
+  if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
+  if (run.options.report_errors) {
+    json["errors"] = errors_json(report.errors);
+    json["seconds"]["errors"] = report.seconds_errors;
+  }
   if (report.uv) json["uv"] = describe(*report.uv);
   if (report.views) json["views"] = describe(*report.views);
   if (run.parts) json["parts"] = run.parts->names;

@@ -179,6 +179,15 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
       run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
                   : std::uint64_t{run.options.width} * run.options.height;
   print_totals(console, report, map_texels, source, run.stages, total);
+  for (const MapError& error : report.errors) {
+    char text[256];
+    std::snprintf(
+        text, sizeof text,
+        "error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, most %.3g %s (%s texels)",
+        map_name(error.kind).c_str(), std::string(error.against).c_str(), error.rms, error.mean,
+        error.p95, error.max, std::string(error.unit).c_str(), with_commas(error.texels).c_str());
+    console.line(text);
+  }
   for (const std::string& output : run.outputs) console.line("wrote " + output);
 }
 

@@ -8,6 +8,7 @@
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "arguments/transfers.h"
 #include "command/bake_run.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -103,6 +104,8 @@ bool read_inputs(BakeRun& run) {
   if (!run.console.progress(0, "reading " + arguments.high)) return false;
   run.dense = load_dense(arguments.high, arguments.heights, run.warnings);
   run.options.uv = uv_options(run.dense, run.options.uv);
+  load_textures(arguments, run.dense.mesh, run.options, run.warnings);
+  apply_alpha_test(arguments, run.options, run.dense.mesh, run.warnings);
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
   warn_about_weights(arguments, run.options.visibility, run.warnings);
@@ -186,6 +189,7 @@ int run_bake(const BakeArguments& given) {
   BakeRun run(given);
   BakeArguments& arguments = run.arguments;
   if (is_height_field(given.high) && !given.given.contains("--match")) arguments.match = "uv";
+  part_maps(arguments);
   check(arguments);
   run.options = bake_options(arguments);
   run.save_options = image_options(arguments);

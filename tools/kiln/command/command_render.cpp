@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "picture/angles.h"
+#include "picture/dressed.h"
 #include "picture/view_arguments.h"
 #include "report/console.h"
 #include "report/map_file.h"
@@ -18,7 +19,8 @@ namespace kiln::cli {
 namespace {
 
 struct RenderArguments {
-  std::string mesh, normal, reference, out, space = "tangent", device, json;
+  std::string mesh, normal, color, occlusion, reference, out, space = "tangent", device, json;
+  std::vector<std::string> show;
   HeightArguments heights;
   ViewArguments view;
   std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
@@ -118,6 +120,18 @@ void check(const RenderArguments& arguments) {
                 "--views shows MESH alone, from all around: leave out --reference, --view, --zoom "
                 "and --at.");
   }
+  const bool dressed = !arguments.color.empty() || !arguments.occlusion.empty();
+  if (dressed && (arguments.flat || arguments.show_normals || arguments.views != 0)) {
+    throw Error(ErrorCode::usage,
+                "--color and --occlusion are for lit pictures: leave out --flat, --normals and "
+                "--views.");
+  }
+  if (!arguments.show.empty() && (dressed || !arguments.normal.empty() || arguments.views != 0 ||
+                                  !arguments.reference.empty())) {
+    throw Error(ErrorCode::usage,
+                "--show draws maps without light, a picture each: leave out --normal, --color, "
+                "--occlusion, --reference and --views.");
+  }
   if (arguments.frames && arguments.json.empty()) {
     throw Error(ErrorCode::usage, "--frames says how many frames --json times: add --json FILE.");
   }
@@ -151,7 +165,7 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
 
 /// Original, low poly, low poly with the map, as far as they are there; with --error also where they differ.
 Image draw_picture(const RenderArguments& arguments, const Scene* high, const Scene& low,
-                   bool has_map, const RenderOptions& options) {
+                   const Dressed& mesh, bool has_map, const RenderOptions& options) {
   std::vector<Panel> panels;
   if (high != nullptr) panels.push_back({high->draw(options), {"high poly"}});
   if (high != nullptr && has_map) {
@@ -159,7 +173,9 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
     flat.flat = true;
     panels.push_back({low.draw(flat), {"low poly"}});
   }
-  panels.push_back({low.draw(options), {has_map ? "with the map" : "low poly"}});
+  Image last = low.draw(options);
+  dress(mesh, arguments.color, arguments.occlusion, options, last);
+  panels.push_back({std::move(last), {has_map ? "with the map" : "low poly"}});
   if (!arguments.error) {
     std::vector<Image> images;
     for (Panel& panel : panels) images.push_back(std::move(panel.image));
@@ -236,6 +252,9 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"normals", arguments.show_normals},
                {"error", arguments.error},
                {"normal_map", arguments.normal},
+               {"color", arguments.color},
+               {"occlusion", arguments.occlusion},
+               {"show", arguments.show},
                {"space", arguments.space},
                {"flip_y", arguments.flip_y}};
   json["at"] = options.at ? Json(*options.at) : Json();
@@ -247,8 +266,10 @@ int run_render(const RenderArguments& arguments) {
   Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
   check(arguments);
-  check_paths({arguments.mesh, arguments.normal, arguments.reference},
-              {arguments.out, arguments.json});
+  std::vector<std::filesystem::path> files = {arguments.mesh, arguments.normal, arguments.color,
+                                              arguments.occlusion, arguments.reference};
+  files.insert(files.end(), arguments.show.begin(), arguments.show.end());
+  check_paths(files, {arguments.out, arguments.json});
   RenderOptions options = render_options(arguments);
   prepare_parent(arguments.out);
   prepare_parent(arguments.json);
@@ -274,9 +295,11 @@ int run_render(const RenderArguments& arguments) {
   }
   const Scene* original = high ? &*high : nullptr;
   const double seconds_build = watch.lap();
-  const Image picture = arguments.views != 0
-                            ? contact_sheet(low, arguments.views, options)
-                            : draw_picture(arguments, original, low, has_map, options);
+  const Dressed dressed{device, mesh};
+  const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
+                        : !arguments.show.empty()
+                            ? map_sheet(dressed, arguments.show, options)
+                            : draw_picture(arguments, original, low, dressed, has_map, options);
   const double seconds_draw = watch.lap();
   save_image(picture, arguments.out, {ImageFormat::png8});
   const double seconds_save = watch.lap();
@@ -326,6 +349,13 @@ Run add_render(CLI::App& app) {
       "--normal", a->normal,
       "Normal map to apply through the mesh's UVs; Kiln's raw and two-component maps "
       "are recognised");
+  command->add_option("--color", a->color, "Map of colours (sRGB) that the mesh is painted with");
+  command->add_option("--occlusion", a->occlusion, "Map of ambient occlusion that darkens it");
+  command
+      ->add_option("--show", a->show,
+                   "MESH with this map over it, without light, and its name below; may be given "
+                   "again: a contact sheet")
+      ->allow_extra_args(false);
   command->add_option("--space", a->space, "Of the map: tangent, object or face")
       ->check(CLI::IsMember({"tangent", "object", "face"}))
       ->capture_default_str();

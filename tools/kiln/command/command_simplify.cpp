@@ -16,7 +16,7 @@ namespace kiln::cli {
 namespace {
 
 struct SimplifyArguments {
-  std::string high, out, size = "2048", unwrap = "pairs", json;
+  std::string high, out, size = "2048", unwrap = "charts", json;
   std::uint32_t faces = 0;
   std::string max_error;
   bool keep_uvs = false, laid_out = false;  // laid_out: --size or --unwrap was given.
@@ -130,7 +130,7 @@ Run add_simplify(CLI::App& app) {
   CLI::Option* unwrap =
       command
           ->add_option("--unwrap", arguments->unwrap,
-                       "How UVs are laid out: pairs (of triangles) or charts (few large ones)")
+                       "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
           ->check(CLI::IsMember({"charts", "pairs"}))
           ->capture_default_str();
   command->add_flag("--keep-uvs", arguments->keep_uvs,

@@ -1,0 +1,264 @@
+// Transparent parts taken off a mesh.
+#include "kiln/cut_out.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "image/value_range.h"
+#include "kiln/error.h"
+#include "mesh/normals.h"
+#include "mesh/uv_grid.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+using Weights = std::array<double, 3>;  // of a triangle's corners
+using Part = std::array<Weights, 3>;    // a triangle within it
+
+// Quarters of quarters: a texture over one triangle may be 65,536 texels wide.
+constexpr int kDeepest = 16;
+
+Weights between(const Weights& a, const Weights& b, double share) {
+  Weights result{};
+  for (std::size_t k = 0; k < 3; ++k) result[k] = a[k] + (b[k] - a[k]) * share;
+  return result;
+}
+
+class Cutter {
+ public:
+  Cutter(const Mesh& mesh, const Texture& opacity, double threshold, CutOutReport& report)
+      : mesh_(mesh), opacity_(opacity), threshold_(threshold), report_(report) {
+    for (const std::shared_ptr<const Image>& image : opacity.images) {
+      pictures_.push_back(std::make_unique<BoundedChannel>(*image, opacity.channel));
+    }
+    const CornerNormals corners = corner_normals(mesh, mesh.positions);
+    result_ = mesh;
+    result_.normals = corners.normals;
+    normal_triangles_ = corners.triangles;
+    result_.polygons.clear();
+    for (auto* list : {&result_.triangles, &result_.uv_triangles, &result_.normal_triangles}) {
+      list->clear();
+    }
+    for (auto* names : {&result_.groups, &result_.objects, &result_.materials}) names->clear();
+  }
+
+  Mesh run() {
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) over(t);
+    if (result_.triangles.empty()) {
+      throw Error(ErrorCode::input, "Nothing of '" + mesh_.name +
+                                        "' is opaque enough: lower the threshold of opacity.");
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void over(std::size_t triangle) {
+    triangle_ = triangle;
+    parts_.clear();
+    const Triangle& uv = mesh_.uv_triangles[triangle];
+    bool finite = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      uv_[k] = mesh_.uvs[uv[k]];
+      finite = finite && is_finite(uv_[k]);
+    }
+    picture_ = nullptr;
+    double plain = 1;
+    if (opacity_.image_of.empty()) {
+      picture_ = pictures_[0].get();
+    } else {
+      const std::uint32_t material = mesh_.materials[triangle];
+      const std::uint32_t picture = opacity_.image_of[material];
+      if (picture != Texture::kNone) {
+        picture_ = pictures_[picture].get();
+      } else if (material < opacity_.plain.size()) {
+        plain = opacity_.plain[material][opacity_.channel];
+      }
+    }
+    const Part whole{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    if (picture_ == nullptr || !finite) {
+      if (plain >= threshold_ || !finite) parts_.push_back(whole);
+    } else {
+      cut(whole, 0);
+    }
+    if (parts_.empty()) {
+      ++report_.gone;
+    } else if (parts_.size() == 1 && parts_[0] == whole) {
+      ++report_.whole;
+      add_names();
+      result_.triangles.push_back(mesh_.triangles[triangle]);
+      result_.uv_triangles.push_back(uv);
+      result_.normal_triangles.push_back(normal_triangles_[triangle]);
+    } else {
+      ++report_.cut;
+      vertices_.clear();
+      for (const Part& part : parts_) add(part);
+    }
+  }
+
+  std::array<double, 2> uv_at(const Weights& w) const {
+    return {w[0] * uv_[0].x + w[1] * uv_[1].x + w[2] * uv_[2].x,
+            w[0] * uv_[0].y + w[1] * uv_[1].y + w[2] * uv_[2].y};
+  }
+
+  void cut(const Part& part, int depth) {
+    std::array<std::array<double, 2>, 3> uv{};
+    for (std::size_t k = 0; k < 3; ++k) uv[k] = uv_at(part[k]);
+    const auto [u0, u1] = std::minmax({uv[0][0], uv[1][0], uv[2][0]});
+    const auto [v0, v1] = std::minmax({uv[0][1], uv[1][1], uv[2][1]});
+    const BoundedChannel::Range range = picture_->over(u0, v0, u1, v1);
+    if (range.most < threshold_) return;
+    if (range.least >= threshold_) {
+      parts_.push_back(part);
+      return;
+    }
+    const double across = (u1 - u0) * picture_->texels_across();
+    const double down = (v1 - v0) * picture_->texels_down();
+    if (std::max(across, down) <= 1 || depth == kDeepest) return clip(part, uv);
+    const Weights ab = between(part[0], part[1], 0.5), bc = between(part[1], part[2], 0.5);
+    const Weights ca = between(part[2], part[0], 0.5);
+    const std::size_t before = parts_.size();
+    cut({part[0], ab, ca}, depth + 1);
+    cut({ab, part[1], bc}, depth + 1);
+    cut({ca, bc, part[2]}, depth + 1);
+    cut({ab, bc, ca}, depth + 1);
+    // All four stayed whole: one again.
+    if (parts_.size() == before + 4 && parts_[before] == Part{part[0], ab, ca} &&
+        parts_[before + 1] == Part{ab, part[1], bc} &&
+        parts_[before + 2] == Part{ca, bc, part[2]} && parts_[before + 3] == Part{ab, bc, ca}) {
+      parts_.resize(before);
+      parts_.push_back(part);
+    }
+  }
+
+  /// What is above the threshold, of values that are linear between the corners.
+  void clip(const Part& part, const std::array<std::array<double, 2>, 3>& uv) {
+    std::array<double, 3> over{};
+    for (std::size_t k = 0; k < 3; ++k) over[k] = picture_->at(uv[k][0], uv[k][1]) - threshold_;
+    std::vector<Weights> polygon;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3;
+      if (over[k] >= 0) polygon.push_back(part[k]);
+      if ((over[k] >= 0) == (over[next] >= 0)) continue;
+      // From the same end whichever triangle asks, so that both find the same point.
+      const bool forward = over[k] >= 0;
+      const std::size_t a = forward ? k : next, b = forward ? next : k;
+      polygon.push_back(between(part[a], part[b], over[a] / (over[a] - over[b])));
+    }
+    for (std::size_t k = 2; k < polygon.size(); ++k) {
+      parts_.push_back({polygon[0], polygon[k - 1], polygon[k]});
+    }
+  }
+
+  void add_names() {
+    if (!mesh_.groups.empty()) result_.groups.push_back(mesh_.groups[triangle_]);
+    if (!mesh_.objects.empty()) result_.objects.push_back(mesh_.objects[triangle_]);
+    if (!mesh_.materials.empty()) result_.materials.push_back(mesh_.materials[triangle_]);
+  }
+
+  void add(const Part& part) {
+    add_names();
+    Triangle at{}, uv{}, normal{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::array<std::uint32_t, 3> vertex = vertex_of(part[k]);
+      at[k] = vertex[0];
+      uv[k] = vertex[1];
+      normal[k] = vertex[2];
+    }
+    result_.triangles.push_back(at);
+    result_.uv_triangles.push_back(uv);
+    result_.normal_triangles.push_back(normal);
+  }
+
+  /// Position, UV and normal of a point, in the pools: those that are there, or new ones.
+  std::array<std::uint32_t, 3> vertex_of(const Weights& w) {
+    const Triangle& corners = mesh_.triangles[triangle_];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (w[k] == 1) {
+        return {corners[k], mesh_.uv_triangles[triangle_][k], normal_triangles_[triangle_][k]};
+      }
+    }
+    const auto [entry, added] = vertices_.emplace(w, std::array<std::uint32_t, 3>{});
+    if (!added) return entry->second;
+    Vec3d position{}, normal{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      position += Vec3d(mesh_.positions[corners[k]]) * w[k];
+      normal += Vec3d(result_.normals[normal_triangles_[triangle_][k]]) * w[k];
+    }
+    const double size = length(normal);
+    const std::array<double, 2> uv = uv_at(w);
+    entry->second = {static_cast<std::uint32_t>(result_.positions.size()),
+                     static_cast<std::uint32_t>(result_.uvs.size()),
+                     static_cast<std::uint32_t>(result_.normals.size())};
+    result_.positions.push_back(to_float(position));
+    result_.uvs.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
+    result_.normals.push_back(to_float(size > 0 ? normal * (1 / size) : normal));
+    if (!mesh_.colors.empty()) {
+      std::array<std::uint8_t, 4> color{};
+      for (std::size_t c = 0; c < 4; ++c) {
+        double sum = 0;
+        for (std::size_t k = 0; k < 3; ++k) sum += w[k] * mesh_.colors[corners[k]][c];
+        color[c] = static_cast<std::uint8_t>(std::lround(std::clamp(sum, 0.0, 255.0)));
+      }
+      result_.colors.push_back(color);
+    }
+    return entry->second;
+  }
+
+  const Mesh& mesh_;
+  const Texture& opacity_;
+  double threshold_;
+  CutOutReport& report_;
+  std::vector<std::unique_ptr<BoundedChannel>> pictures_;
+  std::vector<Triangle> normal_triangles_;
+  Mesh result_;
+
+  std::size_t triangle_ = 0;  // that is cut
+  std::array<Vec2, 3> uv_;
+  const BoundedChannel* picture_ = nullptr;
+  std::vector<Part> parts_;
+  std::map<Weights, std::array<std::uint32_t, 3>> vertices_;
+};
+
+void check(const Mesh& mesh, const Texture& opacity, double threshold) {
+  if (!(threshold > 0 && threshold <= 1)) {
+    throw Error(ErrorCode::usage, "The threshold of opacity is " + std::to_string(threshold) +
+                                      ": it must be above 0, and 1 at most.");
+  }
+  if (mesh.uv_triangles.size() != mesh.triangles.size() || mesh.uvs.empty()) {
+    throw Error(ErrorCode::input, "'" + mesh.name +
+                                      "' has no UVs, over which its opacity would lie: give it a "
+                                      "layout.");
+  }
+  const bool by_material = !opacity.image_of.empty();
+  bool fits = by_material ? opacity.image_of.size() == mesh.material_names.size() &&
+                                mesh.materials.size() == mesh.triangles.size()
+                          : opacity.images.size() == 1;
+  for (const std::uint32_t picture : opacity.image_of) {
+    fits = fits && (picture == Texture::kNone || picture < opacity.images.size());
+  }
+  for (const std::shared_ptr<const Image>& image : opacity.images) {
+    fits = fits && image != nullptr && image->channels >= 1 && image->width != 0 &&
+           image->height != 0 &&
+           image->pixels.size() == std::size_t{image->width} * image->height * image->channels;
+  }
+  if (!fits || opacity.channel > 3) {
+    throw Error(ErrorCode::input, "The texture of opacity does not fit the mesh '" + mesh.name +
+                                      "': it needs one picture, or one for each material.");
+  }
+}
+
+}  // namespace
+
+Mesh cut_out(const Mesh& mesh, const Texture& opacity, double threshold, CutOutReport* report) {
+  check(mesh, opacity, threshold);
+  CutOutReport own;
+  return Cutter(mesh, opacity, threshold, report != nullptr ? *report : own).run();
+}
+
+}  // namespace kiln

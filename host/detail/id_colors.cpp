@@ -1,0 +1,98 @@
+#include "detail/id_colors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+namespace kiln {
+namespace {
+
+using Bytes = std::array<std::uint8_t, 3>;
+
+// How far apart colours are to be, of 255; less where so many have no room.
+constexpr std::array<int, 5> kApart = {110, 70, 40, 20, 1};
+constexpr int kTries = 48;
+// With more names than these, colours are different, and no more.
+constexpr std::size_t kManyNames = 1024;
+
+/// Steps of the golden ratio around the hues, in three brightnesses.
+std::array<float, 3> hue_color(double turn, double bright) {
+  const double hue = 6 * turn;
+  std::array<float, 3> color{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    // Distance of the hue from the channel's own, around the circle of six.
+    const double away = std::abs(std::fmod(hue + 6 - 2.0 * static_cast<double>(c) + 3, 6.0) - 3);
+    color[c] = static_cast<float>(bright * (0.15 + 0.85 * std::clamp(2 - away, 0.0, 1.0)));
+  }
+  return color;
+}
+
+/// FNV-1a, then one step of splitmix64: a number of a name and a try.
+std::uint64_t number_of(const std::string& name, std::uint64_t attempt) {
+  std::uint64_t hash = 0xCBF29CE484222325U;
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+  hash += (attempt + 1) * 0x9E3779B97F4A7C15U;
+  hash = (hash ^ (hash >> 30U)) * 0xBF58476D1CE4E5B9U;
+  hash = (hash ^ (hash >> 27U)) * 0x94D049BB133111EBU;
+  return hash ^ (hash >> 31U);
+}
+
+/// A colour for a name; bright enough to be no background.
+Bytes candidate(const std::string& name, std::uint64_t attempt) {
+  const std::uint64_t number = number_of(name, attempt);
+  Bytes color{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    color[c] = static_cast<std::uint8_t>(number >> (8 * c));
+  }
+  if (*std::max_element(color.begin(), color.end()) < 96) color[(number >> 32U) % 3] |= 0xC0U;
+  return color;
+}
+
+int apart(const Bytes& a, const Bytes& b) {
+  int squared = 0;
+  for (std::size_t c = 0; c < 3; ++c) squared += (a[c] - b[c]) * (a[c] - b[c]);
+  return static_cast<int>(std::sqrt(squared));
+}
+
+Bytes color_of(const std::string& name, const std::vector<Bytes>& taken,
+               const std::set<Bytes>& all_taken) {
+  for (const int wanted : taken.size() < kManyNames ? std::span(kApart) : std::span<const int>()) {
+    for (int attempt = 0; attempt < kTries; ++attempt) {
+      const Bytes color = candidate(name, static_cast<std::uint64_t>(attempt));
+      if (std::all_of(taken.begin(), taken.end(),
+                      [&](const Bytes& other) { return apart(color, other) >= wanted; })) {
+        return color;
+      }
+    }
+  }
+  std::uint64_t attempt = 0;
+  while (all_taken.contains(candidate(name, attempt))) ++attempt;
+  return candidate(name, attempt);
+}
+
+}  // namespace
+
+std::array<float, 3> part_color(std::uint32_t part) {
+  constexpr double kGoldenShare = 0.6180339887498949;
+  return hue_color(std::fmod(part * kGoldenShare, 1.0), 1 - 0.25 * (part % 3));
+}
+
+std::vector<std::array<float, 3>> name_colors(std::span<const std::string> names) {
+  std::vector<std::size_t> order(names.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return names[a] < names[b]; });
+  std::vector<std::array<float, 3>> colors(names.size());
+  std::vector<Bytes> taken;
+  std::set<Bytes> all_taken;
+  for (const std::size_t i : order) {
+    const Bytes color = color_of(names[i], taken, all_taken);
+    taken.push_back(color);
+    all_taken.insert(color);
+    for (std::size_t c = 0; c < 3; ++c) colors[i][c] = static_cast<float>(color[c]) / 255.0F;
+  }
+  return colors;
+}
+
+}  // namespace kiln

@@ -1,0 +1,49 @@
+#include "detail/low_frames.h"
+
+#include "mesh/low_shading.h"
+
+namespace kiln {
+namespace {
+
+/// Three vectors, stored one after another, at weights of corners 1 and 2.
+Vec3d interpolate(const float* corners, double u, double v) {
+  const auto at = [&](std::size_t k) {
+    return Vec3d{corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]};
+  };
+  return at(0) * (1 - u - v) + at(1) * u + at(2) * v;
+}
+
+}  // namespace
+
+LowFrames::LowFrames(const MapRequest& request)
+    : shading_(low_shading(request.surface)),
+      space_(request.options.space),
+      y_scale_(request.options.flip_y ? -1 : 1) {}
+
+Vec3d LowFrames::in_space(const DensePoint& point, const Vec3d& vector) const {
+  Vec3d result = in_frame(point, vector);
+  result.y *= y_scale_;
+  return result;
+}
+
+Vec3d LowFrames::in_frame(const DensePoint& point, const Vec3d& vector) const {
+  const kiln_low_shading& low = shading_[point.low_triangle];
+  if (space_ == NormalMapSpace::object) return vector;
+  if (space_ == NormalMapSpace::face) {
+    const Vec3d normal = interpolate(low.face_normal, 0, 0);
+    const Vec3d x_axis = interpolate(low.face_tangent, 0, 0);
+    return {dot(vector, x_axis), dot(vector, cross(normal, x_axis)), dot(vector, normal)};
+  }
+  // The frame is interpolated and not made unit, as shaders do it, and inverted by Cramer's rule.
+  const Vec3d normal = interpolate(low.normal, point.low_u, point.low_v);
+  const Vec3d tangent = interpolate(low.tangent, point.low_u, point.low_v);
+  const Vec3d bitangent = cross(normal, tangent) * low.sign;
+  const Vec3d across = cross(bitangent, normal);
+  const double determinant = dot(tangent, across);
+  if (determinant == 0) return {};
+  return Vec3d{dot(vector, across), dot(vector, cross(normal, tangent)),
+               dot(vector, cross(tangent, bitangent))} *
+         (1 / determinant);
+}
+
+}  // namespace kiln

@@ -1,0 +1,26 @@
+// Vectors in the space of the bake's normals.
+#pragma once
+
+#include <vector>
+
+#include "detail/point_map.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+
+/// Components along the low poly's frame at a point, as kernels/detail/detail.clh has them, but for making them
+/// unit: the sum of the components times the frame's vectors is the vector.
+class LowFrames {
+ public:
+  explicit LowFrames(const MapRequest& request);
+  Vec3d in_space(const DensePoint& point, const Vec3d& vector) const;
+
+ private:
+  Vec3d in_frame(const DensePoint& point, const Vec3d& vector) const;
+
+  std::vector<kiln_low_shading> shading_;
+  NormalMapSpace space_;
+  double y_scale_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,182 @@
+// Maps of the caller's own: a function in OpenCL C of the matched point.
+#include "detail/own.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <string>
+
+#include "base/parallel.h"
+#include "image/gutter.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/low_shading.h"
+#include "shared/own.h"
+#include "source/dense_uvs.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64, kGrain = 1 << 12;
+// Bounds a launch, whatever the caller's function does.
+constexpr std::uint32_t kSamplesPerLaunch = 1U << 16;
+
+class Own : public MapMaker {
+ public:
+  Own(const MapRequest& request, const OwnMap& map, std::string_view name)
+      : context_(request.source.device.context()),
+        source_(request.source),
+        reads_(request.reads()),
+        name_(name),
+        channels_(map.channels),
+        two_sided_(request.options.two_sided),
+        kernel_(context_.kernel_with("detail/own", "kiln_own_values", map.source, map.file)),
+        shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
+    triangles_ = cl::Array<std::uint32_t>(
+        context_,
+        std::span<const std::uint32_t>(source_.triangles[0].data(), source_.triangles.size() * 3));
+    if (!has_uvs(source_)) return;
+    uvs_ = cl::Array<float>(context_,
+                            std::span<const float>(&source_.uvs[0].x, source_.uvs.size() * 2));
+    uv_triangles_ = cl::Array<std::uint32_t>(
+        context_, std::span<const std::uint32_t>(source_.uv_triangles[0].data(),
+                                                 source_.uv_triangles.size() * 3));
+  }
+
+  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+    if (band.sample_count == 0) return;
+    average(band, match, values_of(band, match), out);
+  }
+
+  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
+                   const cl::Array<float>& shares, const BandPixels& out) override {
+    if (band.sample_count == 0) return;
+    std::vector<float> values = values_of(band, match);
+    const std::vector<float> others = values_of(band, other);
+    const std::vector<std::uint32_t>& triangle = reads_->read(other.triangle, band.sample_count);
+    const std::vector<float>& share = reads_->read(shares, band.sample_count);
+    for (std::size_t s = 0; s < band.sample_count; ++s) {
+      if (triangle[s] == KILN_NO_TRIANGLE) continue;
+      for (std::size_t c = 0; c < 4; ++c) {
+        float& value = values[s + c * band.capacity];
+        value = value * share[s] + others[s + c * band.capacity] * (1 - share[s]);
+      }
+    }
+    average(band, match, values, out);
+  }
+
+  void report(BakeReport& report) const override {
+    if (replaced_ == 0) return;
+    report.warnings.push_back({"own-map-non-finite",
+                               "The map " + std::string(name_) + " is NaN or infinite at " +
+                                   std::to_string(replaced_) + " texels; they hold 0.",
+                               replaced_});
+  }
+
+ private:
+  /// Vertices may have moved since the last band.
+  void upload() {
+    if (made_of_ == reads_->source_version() && !positions_.empty()) return;
+    if (positions_.empty()) positions_ = cl::Array<float>(context_, source_.positions.size() * 3);
+    positions_.write(context_,
+                     std::span<const float>(&source_.positions[0].x, source_.positions.size() * 3));
+    made_of_ = reads_->source_version();
+  }
+
+  /// Four planes of the band's capacity.
+  std::vector<float> values_of(const TexelBand& band, const Correspondence& match) {
+    upload();
+    if (values_.size() < std::size_t{4} * band.capacity) {
+      values_ = cl::Array<float>();
+      values_ = cl::Array<float>(context_, std::size_t{4} * band.capacity);
+    }
+    const Tree& tree = source_.rays().tree();
+    kiln_own_params params{};
+    params.low_capacity = params.out_capacity = band.capacity;
+    params.hit_capacity = match.capacity;
+    params.two_sided = two_sided_ ? 1 : 0;
+    params.has_uvs = uvs_.empty() ? 0 : 1;
+    params.has_match = match.distance.empty() || match.status.empty() ? 0 : 1;
+    params.scale = static_cast<float>(source_.frame.scale);
+    params.center_x = static_cast<float>(source_.frame.center[0]);
+    params.center_y = static_cast<float>(source_.frame.center[1]);
+    params.center_z = static_cast<float>(source_.frame.center[2]);
+    for (; params.first < band.sample_count; params.first = params.end) {
+      params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
+      context_.launch(kernel_, params.end - params.first, kLocal, params, band.triangle,
+                      band.barycentric, band.points, shading_, match.triangle, match.barycentric,
+                      match.distance, match.status, positions_, triangles_,
+                      source_.attributes.normal_indices, source_.attributes.normals, uvs_,
+                      uv_triangles_, tree.nodes, tree.blocks, values_);
+      context_.finish();
+    }
+    std::vector<float> values(std::size_t{4} * band.capacity);
+    values_.read(context_, values);
+    return values;
+  }
+
+  void average(const TexelBand& band, const Correspondence& match, std::span<const float> values,
+               const BandPixels& out) {
+    const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
+    const std::vector<std::uint32_t>& first =
+        reads_->read(band.texel_first, band.texel_count + std::size_t{1});
+    const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
+    parallel_for(band.texel_count, kGrain, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t bad = 0;
+      for (std::size_t t = begin; t < end; ++t) {
+        std::array<double, 4> sum{};
+        std::size_t used = 0;
+        for (std::size_t s = first[t]; s < first[t + 1]; ++s) {
+          if (triangle[s] == KILN_NO_TRIANGLE) continue;
+          for (std::size_t c = 0; c < channels_; ++c) sum[c] += values[s + c * band.capacity];
+          ++used;
+        }
+        out.coverage[index[t]] = used != 0 ? kCoverageBaked : kCoverageMissed;
+        bool finite = true;
+        for (std::size_t c = 0; c < channels_; ++c) {
+          const double value = used != 0 ? sum[c] / static_cast<double>(used) : 0;
+          finite = finite && std::isfinite(value);
+          out.values[index[t] * channels_ + c] =
+              std::isfinite(value) ? static_cast<float>(value) : 0.0F;
+        }
+        bad += finite ? 0 : 1;
+      }
+      replaced_ += bad;
+    });
+  }
+
+  cl::Context& context_;
+  const Source::Impl& source_;
+  std::shared_ptr<BandReads> reads_;
+  std::string_view name_;
+  std::size_t channels_;
+  bool two_sided_;
+  cl::Kernel kernel_;
+  cl::Array<kiln_low_shading> shading_;
+  cl::Array<std::uint32_t> triangles_, uv_triangles_;
+  cl::Array<float> positions_, uvs_, values_;
+  std::uint64_t made_of_ = 0;
+  std::atomic<std::uint64_t> replaced_{0};
+};
+
+}  // namespace
+
+MapRow own_map(const OwnMap& map, std::string_view name) {
+  if (map.channels != 1 && map.channels != 3 && map.channels != 4) {
+    throw Error(ErrorCode::usage, "The map " + map.name + " has " + std::to_string(map.channels) +
+                                      " channels: it must be 1, 3 or 4.");
+  }
+  MapRow row;
+  row.info.kind = MapKind{name};
+  row.info.channels = map.channels;
+  row.info.type = MapType::vector;
+  row.info.holds = "what a function of the caller's says of the point";
+  row.info.fills_misses = true;
+  row.follows_positions = row.reads_around = true;
+  row.make = [name, &map](const MapRequest& request) -> std::unique_ptr<MapMaker> {
+    return std::make_unique<Own>(request, map, name);
+  };
+  return row;
+}
+
+}  // namespace kiln

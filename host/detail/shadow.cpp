@@ -1,0 +1,23 @@
+// How much of a light the high poly leaves of itself.
+#include "detail/hemisphere_map.h"
+
+namespace kiln {
+
+MapRow shadow_map() {
+  MapRow row;
+  row.info = {MapKind{"shadow"},
+              1,
+              MapType::scalar,
+              "share of a light's disc that a point of the high poly sees: 0 in shadow, and where "
+              "the surface looks away from it",
+              0,
+              1};
+  row.info.takes_rays = row.info.takes_back_faces = row.info.takes_light = true;
+  row.follows_positions = row.reads_around = true;
+  row.make = [](const MapRequest& request) {
+    return make_hemisphere_map(request, &Hemispheres::lit);
+  };
+  return row;
+}
+
+}  // namespace kiln

@@ -1,0 +1,98 @@
+#include "detail/surface_texture.h"
+
+#include <algorithm>
+#include <string>
+
+#include "mesh/uv_grid.h"
+#include "source/dense_uvs.h"
+
+namespace kiln {
+
+SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& texture,
+                               std::string_view name)
+    : source_(source), picture_of_material_(texture.image_of), plain_(texture.plain) {
+  const std::string map(name);
+  if (!has_uvs(source)) {
+    throw Error(ErrorCode::input, "The dense mesh has no UVs, over which the texture of the map " +
+                                      map + " lies: give it a layout, or leave the map out.");
+  }
+  if (picture_of_material_.empty() && texture.images.size() != 1) {
+    throw Error(ErrorCode::input, "The texture of the map " + map + " has " +
+                                      std::to_string(texture.images.size()) +
+                                      " pictures, but nothing says which material has which.");
+  }
+  const std::size_t names = source.materials.names.size();
+  if (!picture_of_material_.empty() && picture_of_material_.size() != names) {
+    throw Error(ErrorCode::input, "The texture of the map " + map + " is for " +
+                                      std::to_string(picture_of_material_.size()) +
+                                      " materials, but the dense mesh has " +
+                                      std::to_string(names) + ".");
+  }
+  for (const std::shared_ptr<const Image>& image : texture.images) {
+    if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map + " is missing.");
+    pictures_.push_back(std::make_unique<FilteredTexture>(*image, texture.kind));
+  }
+  for (const std::uint32_t picture : picture_of_material_) {
+    if (picture == Texture::kNone || picture < pictures_.size()) continue;
+    throw Error(ErrorCode::input, "The texture of the map " + map + " has no picture " +
+                                      std::to_string(picture) + ".");
+  }
+}
+
+const FilteredTexture* SurfaceTexture::picture_of(std::uint32_t triangle) const {
+  if (picture_of_material_.empty()) return pictures_[0].get();
+  const std::uint32_t picture = picture_of_material_[source_.materials.of[triangle]];
+  return picture == Texture::kNone ? nullptr : pictures_[picture].get();
+}
+
+void SurfaceTexture::read(const DensePoint& point, float* value) const {
+  std::fill_n(value, 4, 0.0F);
+  const FilteredTexture* picture = picture_of(point.triangle);
+  if (picture == nullptr) {
+    const std::uint32_t material = source_.materials.of[point.triangle];
+    if (material < plain_.size()) std::copy_n(plain_[material].begin(), 4, value);
+    return;
+  }
+  const Triangle& uv = source_.uv_triangles[point.triangle];
+  const Triangle& at = source_.triangles[point.triangle];
+  const Vec2 &a = source_.uvs[uv[0]], &b = source_.uvs[uv[1]], &c = source_.uvs[uv[2]];
+  if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return;  // a corner without UV: 0
+  const double bu = double{b.x} - a.x, bv = double{b.y} - a.y;
+  const double cu = double{c.x} - a.x, cv = double{c.y} - a.y;
+  // How weights of corners change along a side, by the normal equations; so UVs do.
+  const Vec3d corner(source_.positions[at[0]]);
+  const Vec3d p = Vec3d(source_.positions[at[1]]) - corner;
+  const Vec3d q = Vec3d(source_.positions[at[2]]) - corner;
+  const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
+  FilteredTexture::Sides sides{};
+  for (std::size_t k = 0; k < 2 && area > 0; ++k) {
+    const double along_p = dot(p, point.sides[k]), along_q = dot(q, point.sides[k]);
+    const double u = (qq * along_p - pq * along_q) / area;
+    const double v = (pp * along_q - pq * along_p) / area;
+    sides[k] = {bu * u + cu * v, bv * u + cv * v};
+  }
+  picture->mean(a.x + bu * point.u + cu * point.v, a.y + bv * point.u + cv * point.v, sides, value);
+  if (picture->channels() < 3) {
+    value[3] = picture->channels() == 2 ? value[1] : 1;
+    value[1] = value[2] = value[0];
+  } else if (picture->channels() == 3) {
+    value[3] = 1;
+  }
+}
+
+std::uint64_t SurfaceTexture::replaced() const {
+  std::uint64_t count = 0;
+  for (const auto& picture : pictures_) count += picture->replaced();
+  return count;
+}
+
+void warn_replaced(const SurfaceTexture& texture, std::string_view name, BakeReport& report) {
+  if (texture.replaced() == 0) return;
+  report.warnings.push_back({"texture-non-finite",
+                             "The texture of the map " + std::string(name) + " has " +
+                                 std::to_string(texture.replaced()) +
+                                 " numbers that are NaN or infinite; they count as 0.",
+                             texture.replaced()});
+}
+
+}  // namespace kiln

@@ -1,0 +1,39 @@
+// Textures of the high poly, read at its points over a texel's footprint.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "detail/point_map.h"
+#include "image/texture_filter.h"
+#include "kiln/texture.h"
+
+namespace kiln {
+
+class SurfaceTexture {
+ public:
+  /// \param name  of the map, for messages
+  /// \throws Error(input) where the high poly has no UVs or materials for it, or a picture is unusable
+  SurfaceTexture(const Source::Impl& source, const Texture& texture, std::string_view name);
+
+  /// The texture's mean over the point's sides. \param value  four numbers: those that the picture lacks are
+  /// its first one (colours of one channel) or 1 (alpha)
+  void read(const DensePoint& point, float* value) const;
+
+  /// Numbers of the pictures that are not finite.
+  std::uint64_t replaced() const;
+
+ private:
+  const FilteredTexture* picture_of(std::uint32_t triangle) const;
+
+  const Source::Impl& source_;
+  std::vector<std::unique_ptr<FilteredTexture>> pictures_;
+  std::vector<std::uint32_t> picture_of_material_;
+  std::vector<std::array<float, 4>> plain_;
+};
+
+/// Adds a warning where a map's pictures have numbers that are not finite.
+void warn_replaced(const SurfaceTexture& texture, std::string_view name, BakeReport& report);
+
+}  // namespace kiln

@@ -1,0 +1,183 @@
+// Maps that a bake brings along: textures of the high poly, each in a map of its own, and functions of the
+// caller's.
+#include <algorithm>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+
+#include "detail/low_frames.h"
+#include "detail/own.h"
+#include "detail/surface_texture.h"
+#include "mesh/kernels_shared.h"
+#include "mesh/tangent.h"
+
+namespace kiln {
+namespace {
+
+/// A name that outlives every bake, since maps are known by views of it.
+std::string_view kept(const std::string& name) {
+  static std::mutex mutex;
+  static std::set<std::string> names;
+  const std::lock_guard lock(mutex);
+  return *names.insert(name).first;
+}
+
+class Plain : public PointFunction {
+ public:
+  Plain(const Source::Impl& source, const Texture& texture, std::string_view name)
+      : texture_(source, texture, name), name_(name) {}
+
+  bool wants_sides() const override { return true; }
+  void operator()(const DensePoint& point, float* value) const override {
+    if (!point.found) return;
+    float read[4];
+    texture_.read(point, read);
+    std::copy_n(read, 3, value);
+  }
+  void report(BakeReport& report) const override { warn_replaced(texture_, name_, report); }
+
+ private:
+  SurfaceTexture texture_;
+  std::string_view name_;
+};
+
+/// A normal map of the high poly, in whose tangent space its vectors are, in the space of the bake's normals.
+class Normals : public PointFunction {
+ public:
+  Normals(const MapRequest& request, const Texture& texture, std::string_view name)
+      : source_(request.source),
+        texture_(request.source, texture, name),
+        name_(name),
+        frames_(request),
+        reads_(request.reads()) {}
+
+  bool wants_sides() const override { return true; }
+
+  void prepare(std::uint64_t source_version) override {
+    if (made_of_ == source_version) return;
+    normals_ = reads_->read_source(source_.attributes.normals);
+    indices_ = reads_->read_source(source_.attributes.normal_indices);
+    std::vector<Vec3> positions, normals;
+    std::vector<Vec2> uvs;
+    for (std::size_t t = 0; t < source_.triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        positions.push_back(source_.positions[source_.triangles[t][k]]);
+        normals.push_back(normal_of(t, k));
+        uvs.push_back(source_.uvs[source_.uv_triangles[t][k]]);
+      }
+    }
+    tangents_ = mikk_tangents(positions, normals, uvs);
+    made_of_ = source_version;
+  }
+
+  void operator()(const DensePoint& point, float* value) const override {
+    Vec3d normal = point.normal;
+    if (point.found) {
+      float read[4];
+      texture_.read(point, read);
+      const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
+      Vec3d up{}, right{};
+      const CornerTangent* corners = &tangents_[std::size_t{3} * point.triangle];
+      for (std::size_t k = 0; k < 3; ++k) {
+        up += Vec3d(normal_of(point.triangle, k)) * weights[k];
+        right += Vec3d(corners[k].tangent) * weights[k];
+      }
+      const Vec3d front = cross(up, right) * corners[0].sign;
+      const Vec3d turned = right * read[0] + front * read[1] + up * read[2];
+      const double size = length(turned);
+      // Of a face that looks away, as its own normal is.
+      const double side = dot(up, point.normal) < 0 ? -1 : 1;
+      if (size > 0) normal = turned * (side / size);
+    }
+    Vec3d local = frames_.in_space(point, normal);
+    const double size = length(local);
+    if (size > 0) local = local * (1 / size);
+    value[0] = static_cast<float>(local.x);
+    value[1] = static_cast<float>(local.y);
+    value[2] = static_cast<float>(local.z);
+  }
+
+  void report(BakeReport& report) const override { warn_replaced(texture_, name_, report); }
+
+ private:
+  Vec3 normal_of(std::size_t triangle, std::size_t corner) const {
+    const float* n = &normals_[std::size_t{3} * indices_[3 * triangle + corner]];
+    return {n[0], n[1], n[2]};
+  }
+
+  const Source::Impl& source_;
+  SurfaceTexture texture_;
+  std::string_view name_;
+  LowFrames frames_;
+  std::shared_ptr<BandReads> reads_;
+  std::vector<float> normals_;
+  std::vector<std::uint32_t> indices_;
+  std::vector<CornerTangent> tangents_;  // of corners
+  std::optional<std::uint64_t> made_of_;
+};
+
+MapRow row_of(const Transfer& transfer) {
+  MapRow row;
+  row.info.kind = MapKind{kept(transfer.name)};
+  row.info.channels = 3;
+  row.info.holds = "texture of the high poly, filtered over each texel's footprint";
+  row.follows_positions = true;
+  if (transfer.texture.kind == TextureKind::normal) {
+    row.info.type = MapType::unit_vector;
+    row.info.holds = "normal map of the high poly, in the space that is asked for";
+    row.reads_around = true;
+    row.make = [info = row.info, &transfer](const MapRequest& request) {
+      return make_point_map(request, info,
+                            std::unique_ptr<PointFunction>(std::make_unique<Normals>(
+                                request, transfer.texture, info.kind.name)));
+    };
+    return row;
+  }
+  row.info.type = MapType::vector;
+  row.info.is_color = transfer.texture.kind == TextureKind::srgb;
+  row.info.fills_misses = true;
+  row.make = [info = row.info, &transfer](const MapRequest& request) {
+    return make_point_map(request, info,
+                          std::unique_ptr<PointFunction>(std::make_unique<Plain>(
+                              request.source, transfer.texture, info.kind.name)));
+  };
+  return row;
+}
+
+bool is_name(const std::string& name) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  return !name.empty() && name.size() <= 64 && is_letter(name[0]) &&
+         std::all_of(name.begin(), name.end(),
+                     [&](char c) { return is_letter(c) || c == '_' || (c >= '0' && c <= '9'); });
+}
+
+void check_name(const std::string& name, std::span<const MapRow> rows) {
+  const auto fail = [&](const std::string& why) {
+    throw Error(ErrorCode::usage, "A map cannot be called '" + name + "'" + why);
+  };
+  const auto is_called = [&](const MapRow& row) { return row.info.kind.name == name; };
+  if (!is_name(name)) fail(": take a letter, then letters, digits and _.");
+  if (std::any_of(map_rows().begin(), map_rows().end(), is_called)) {
+    fail(", which is another map's name: choose one of its own.");
+  }
+  if (std::any_of(rows.begin(), rows.end(), is_called)) fail(" twice: rename one of them.");
+}
+
+}  // namespace
+
+std::vector<MapRow> own_rows(const BakeOptions& options) {
+  std::vector<MapRow> rows;
+  for (const Transfer& transfer : options.transfers) {
+    check_name(transfer.name, rows);
+    rows.push_back(row_of(transfer));
+  }
+  for (const OwnMap& map : options.own_maps) {
+    check_name(map.name, rows);
+    rows.push_back(own_map(map, kept(map.name)));
+  }
+  return rows;
+}
+
+}  // namespace kiln

@@ -1,0 +1,14 @@
+// Colours of the high poly's vertices at a point.
+#pragma once
+
+#include "detail/point_map.h"
+
+namespace kiln {
+
+/// \throws Error(input) where there are none, with what to do about the map
+void check_vertex_colors(const Source::Impl& source, const char* map, const char* remedy);
+
+/// \param point  found \param value  red, green and blue in linear light, and alpha
+void read_vertex_color(const Source::Impl& source, const DensePoint& point, float* value);
+
+}  // namespace kiln

@@ -1,0 +1,36 @@
+// The least and the greatest value of a picture's channel over any part of it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kiln/image.h"
+
+namespace kiln {
+
+/// One channel of a picture over UVs that repeats, read bilinearly, and bounds of it. Values that are not finite,
+/// and channels that the picture lacks, count as 0 and 1.
+class BoundedChannel {
+ public:
+  BoundedChannel(const Image& image, std::uint32_t channel);
+
+  struct Range {
+    float least = 0, most = 0;
+  };
+
+  double texels_across() const { return levels_[0].width; }
+  double texels_down() const { return levels_[0].height; }
+  /// Bilinear. \param u, v  finite
+  double at(double u, double v) const;
+  /// Bounds of at() over a rectangle of UV; not the tightest ones.
+  Range over(double u0, double v0, double u1, double v1) const;
+
+ private:
+  struct Level {
+    std::int64_t width = 0, height = 0;
+    std::vector<Range> ranges;  // of blocks of 2^level texels a side
+  };
+  std::vector<Level> levels_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,124 @@
+// Several images as the layers of one OpenEXR file.
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <half.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <vector>
+
+#include "base/parallel.h"
+#include "io/image/exr.h"
+#include "kiln/layers.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kBandRows = 256;
+
+[[noreturn]] void usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+std::string size_of(const ImageLayer& layer) {
+  return layer.name + ": " + std::to_string(layer.image->width) + " x " +
+         std::to_string(layer.image->height);
+}
+
+void check(std::span<const ImageLayer> layers, const SaveImageOptions& options) {
+  if (options.format != ImageFormat::exr_half && options.format != ImageFormat::exr_float) {
+    usage("PNG holds one image, not layers: use OpenEXR.");
+  }
+  if (layers.empty()) usage("There is no layer to write.");
+  std::set<std::string> names;
+  for (const ImageLayer& layer : layers) {
+    if (layer.name.empty() || layer.name.find('.') != std::string::npos) {
+      usage("'" + layer.name + "' is no name of a layer: it is empty or has a dot.");
+    }
+    if (!names.insert(layer.name).second) usage("Two layers are called '" + layer.name + "'.");
+    const Image* image = layer.image;
+    if (image == nullptr || image->channels < 1 || image->channels > 4 || image->width == 0 ||
+        image->height == 0 ||
+        image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
+      usage("The layer '" + layer.name + "' has no pixels, or not as many as its size says.");
+    }
+    if (image->width != layers[0].image->width || image->height != layers[0].image->height) {
+      usage("Layers must be of one size, but there are " + size_of(layers[0]) + " and " +
+            size_of(layer) + ".");
+    }
+  }
+}
+
+std::string channel_name(const ImageLayer& layer, std::size_t channel) {
+  static constexpr std::array<const char*, 4> kColors = {"R", "G", "B", "A"};
+  return layer.name + "." + (layer.image->channels == 1 ? "Y" : kColors[channel]);
+}
+
+/// Rows [first, first + count) of a layer, as T.
+template <typename T>
+void convert(const Image& image, std::size_t first, std::size_t count, std::vector<T>& band,
+             int threads) {
+  const std::size_t row = std::size_t{image.width} * image.channels;
+  band.resize(kBandRows * row);
+  const float* from = image.pixels.data() + first * row;
+  parallel_for(
+      count, 16,
+      [&](std::size_t begin, std::size_t end) {
+        std::transform(from + begin * row, from + end * row,
+                       band.begin() + static_cast<std::ptrdiff_t>(begin * row),
+                       [](float value) { return T(value); });
+      },
+      threads);
+}
+
+template <typename T>
+void write_layers(std::span<const ImageLayer> layers, Imf::OutputFile& output, Imf::PixelType type,
+                  int threads) {
+  const std::size_t height = layers[0].image->height;
+  std::vector<std::vector<T>> bands(layers.size());
+  for (std::size_t first = 0; first < height; first += kBandRows) {
+    const std::size_t count = std::min(kBandRows, height - first);
+    Imf::FrameBuffer buffer;
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+      const Image& image = *layers[l].image;
+      convert(image, first, count, bands[l], threads);
+      for (std::size_t c = 0; c < image.channels; ++c) {
+        buffer.insert(
+            channel_name(layers[l], c),
+            Imf::Slice::Make(type, bands[l].data() + c, Imath::V2i(0, static_cast<int>(first)),
+                             image.width, static_cast<std::int64_t>(count),
+                             image.channels * sizeof(T)));
+      }
+    }
+    output.setFrameBuffer(buffer);
+    output.writePixels(static_cast<int>(count));
+  }
+}
+
+}  // namespace
+
+void save_layers(std::span<const ImageLayer> layers, const std::filesystem::path& path,
+                 const SaveImageOptions& options) {
+  check(layers, options);
+  const bool half = options.format == ImageFormat::exr_half;
+  const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
+  Imf::Header header(static_cast<int>(layers[0].image->width),
+                     static_cast<int>(layers[0].image->height));
+  header.compression() = Imf::PIZ_COMPRESSION;
+  for (const ImageLayer& layer : layers) {
+    for (std::size_t c = 0; c < layer.image->channels; ++c) {
+      header.channels().insert(channel_name(layer, c), Imf::Channel(type));
+    }
+  }
+  write_exr(path, [&](ExrStream& stream) {
+    Imf::OutputFile output(stream, header, exr_threads(options.threads));
+    if (half) {
+      write_layers<Imath::half>(layers, output, type, options.threads);
+    } else {
+      write_layers<float>(layers, output, type, options.threads);
+    }
+  });
+}
+
+}  // namespace kiln

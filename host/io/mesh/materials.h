@@ -1,0 +1,17 @@
+// Wavefront MTL from memory.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "io/mesh/mesh_reader.h"
+#include "kiln/material.h"
+
+namespace kiln {
+
+/// Never reads outside the bytes; memory and time are linear in their number.
+/// \param folder  that pictures' names start from
+/// \throws Error(input)
+std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder);
+
+}  // namespace kiln

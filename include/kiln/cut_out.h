@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+#include "kiln/mesh.h"
+#include "kiln/texture.h"
+
+namespace KILN_PUBLIC kiln {
+
+/// What cut_out() did.
+struct CutOutReport {
+  std::uint64_t whole = 0;  ///< Triangles that stayed as they were
+  std::uint64_t cut = 0;    ///< Triangles of which a part stayed
+  std::uint64_t gone = 0;   ///< Triangles that are transparent everywhere
+};
+
+/// Takes the transparent parts off a mesh (an alpha test), so that no ray, view or nearest point meets them:
+/// leaves on cards, fences, hair.
+///
+/// Triangles are quartered where a texture's texels are on both sides of the threshold, down to a texel's size,
+/// and cut there along the line between their corners' values, so that borders are as smooth as the texture
+/// read bilinearly. New triangles lie in the old ones and have their normals (computed ones as of the whole
+/// mesh), UVs, colours and names.
+/// \param opacity    its `channel` is read; must have pictures
+/// \param threshold  above 0, to 1: less is transparent
+/// \throws Error(input) where the mesh has no UVs, the texture does not fit, or nothing is left;
+///         Error(usage) for a threshold out of range
+Mesh cut_out(const Mesh& mesh, const Texture& opacity, double threshold,
+             CutOutReport* report = nullptr);
+
+}  // namespace kiln

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kiln/image.h"
+
+namespace KILN_PUBLIC kiln {
+
+/// What the numbers of a texture are, and so how they are filtered.
+enum class TextureKind {
+  srgb,    ///< Colours, sRGB-encoded: filtered in linear light
+  linear,  ///< Numbers as they are: roughness, metalness, masks
+  normal,  ///< Tangent-space normals of the high poly as n/2 + 1/2 (MikkTSpace, +Y up)
+};
+
+/// Pictures over the high poly's UVs: one for all of it, or one a material. They repeat outside [0, 1]^2.
+struct Texture {
+  /// Of a material without a picture.
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+  TextureKind kind = TextureKind::srgb;              ///< Of all pictures
+  std::vector<std::shared_ptr<const Image>> images;  ///< Any sizes
+  /// Per material of the high poly (Mesh::materials), index into images, or kNone. Empty: images[0] is for
+  /// all of the mesh.
+  std::vector<std::uint32_t> image_of;
+  /// Per material, what it holds where it has no picture, in linear light. Empty: 0.
+  std::vector<std::array<float, 4>> plain;
+  /// The channel that counts where a map has one alone, 0 to 3; beyond the picture's own it is 1.
+  std::uint32_t channel = 0;
+};
+
+/// A texture of the high poly that is baked into one of the low poly.
+///
+/// A texel's value is the mean of the picture over the texel's own area on it (its footprint): the texel's
+/// sides are carried along the match onto the high poly's triangle and into its UVs, and the parallelogram
+/// there is integrated from mip chains (McCormack et al. 1999, "Feline", with one probe a texel of the level
+/// instead of a Gaussian row).
+struct Transfer {
+  std::string name = "texture";  ///< Of the map: a letter, then letters, digits and _
+  Texture texture = {};          ///< What is baked
+};
+
+}  // namespace kiln

@@ -1,0 +1,189 @@
+// Textures, names, layers, packed channels and own maps from the command line.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using json = nlohmann::json;
+using test::ProcessResult;
+using test::run_kiln;
+using Words = std::vector<std::string>;
+
+/// A square of two materials, whose pictures lie beside it, and a low poly for it.
+fs::path make_scene() {
+  fs::path folder = test::scratch_folder();
+  Mesh high = test::plane(2, 1);
+  high.name = "high";
+  high.material_names = {"brick", "glass"};
+  for (const Triangle& t : high.triangles) {
+    const float x = high.positions[t[0]].x + high.positions[t[1]].x + high.positions[t[2]].x;
+    high.materials.push_back(x < 0 ? 0 : 1);
+  }
+  save_obj(high, folder / "plain.obj");
+  std::ifstream from(folder / "plain.obj");
+  std::ofstream(folder / "high.obj") << "mtllib high.mtl\n" << from.rdbuf();
+  std::ofstream(folder / "high.mtl")
+      << "newmtl brick\nmap_Kd brick.png\nPr 0.75\nnewmtl glass\nKd 0.5 0.5 0.5\nd 0.25\nPr 0.25\n";
+  save_image({2, 2, 4, {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}}, folder / "brick.png",
+             {ImageFormat::png8});
+  save_obj(test::plane(1, 1), folder / "low.obj");
+  return folder;
+}
+
+ProcessResult bake(const fs::path& scene, const Words& more) {
+  Words words = {"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
+                 "16",   "--json",           scene / "r.json"};
+  words.insert(words.end(), more.begin(), more.end());
+  return run_kiln(words);
+}
+
+json report_of(const fs::path& scene) { return json::parse(std::ifstream(scene / "r.json")); }
+
+void expect_refused(const ProcessResult& result, int code, const std::string& word) {
+  EXPECT_EQ(result.exit_code, code) << result.errors;
+  EXPECT_NE(result.errors.find(word), std::string::npos) << "'" << word << "' in " << result.errors;
+}
+
+TEST(MapsCommand, FindsWhatMaterialsName) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const ProcessResult result =
+      bake(scene, {"--maps", "color,opacity,id", "--id-by", "material", "--transfer",
+                   "mtl:roughness", "--pack", "mix=roughness,opacity,1", "--format", "png8"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const Image color = load_image(scene / "out" / "low_color.png");
+  EXPECT_NEAR(color.at(2, 8)[0], 1, 1e-6);
+  EXPECT_NEAR(color.at(2, 8)[1], 0, 1e-6);
+  // Kd is linear light, the file sRGB.
+  EXPECT_NEAR(color.at(13, 8)[1], std::lround(255 * 0.735357) / 255.0, 1e-6);
+  const Image mix = load_image(scene / "out" / "low_mix.png");
+  ASSERT_EQ(mix.channels, 3U);
+  EXPECT_NEAR(mix.at(2, 8)[0], 0.75, 0.003);
+  EXPECT_NEAR(mix.at(13, 8)[0], 0.25, 0.003);
+  EXPECT_NEAR(mix.at(2, 8)[1], 1, 1e-6);
+  EXPECT_NEAR(mix.at(13, 8)[1], 0.25, 0.003);
+  EXPECT_EQ(mix.at(13, 8)[2], 1);
+  const json ids = report_of(scene)["ids"];
+  ASSERT_EQ(ids.size(), 2U);
+  EXPECT_EQ(ids[1]["name"], "glass");
+  EXPECT_EQ(ids[1]["triangles"], 2);
+  const Image id = load_image(scene / "out" / "low_id.png");
+  EXPECT_NEAR(id.at(13, 8)[0], ids[1]["color"][0].get<double>(), 1e-6);
+  EXPECT_NE(ids[0]["color"], ids[1]["color"]);
+}
+
+TEST(MapsCommand, TransparentPartsAreNotThere) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  ASSERT_EQ(bake(scene, {"--maps", "mask", "--alpha-test", "0.5"}).exit_code, 0);
+  const Image mask = load_image(scene / "out" / "low_mask.png");
+  EXPECT_EQ(*mask.at(2, 8), 1);
+  EXPECT_EQ(*mask.at(13, 8), 0);
+}
+
+TEST(MapsCommand, WritesLayersAndErrors) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const ProcessResult result =
+      bake(scene, {"--maps", "normal,height,id", "--layers", "--format", "exr", "--report-error"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(fs::exists(scene / "out" / "low_layers.exr"));
+  EXPECT_FALSE(fs::exists(scene / "out" / "low_normal.exr"));
+  const json errors = report_of(scene)["errors"];
+  ASSERT_EQ(errors.size(), 2U);
+  EXPECT_EQ(errors[0]["map"], "normal");
+  EXPECT_EQ(errors[0]["unit"], "degrees");
+  EXPECT_LT(errors[0]["rms"].get<double>(), 1e-3);
+  EXPECT_NE(result.output.find("error of height"), std::string::npos) << result.output;
+}
+
+TEST(MapsCommand, TakesMapsOfYourOwn) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const std::string file = scene / "mine.cl";
+  std::ofstream(file) << "float4 kiln_map(const kiln_point* p) {\n  return (float4)(0.25f);\n}\n";
+  ASSERT_EQ(bake(scene, {"--maps", "mask,mine=" + file, "--format", "png8"}).exit_code, 0);
+  EXPECT_NEAR(load_image(scene / "out" / "low_mine.png").at(3, 3)[0], 0.25, 0.003);
+  std::ofstream(file) << "float4 kiln_map(const kiln_point* p) {\n  return;\n}\n";
+  fs::remove_all(scene / "out");
+  const ProcessResult broken = bake(scene, {"--maps", "mine=" + file});
+  expect_refused(broken, 3, "mine.cl:2");
+  EXPECT_FALSE(fs::exists(scene / "out" / "low_mine.png"));
+  expect_refused(bake(scene, {"--maps", "mine=nowhere.cl"}), 3, "nowhere.cl");
+  expect_refused(bake(scene, {"--maps", "normal=" + file}), 2, "normal");
+  // It never returns: the command still ends, soon after a signal.
+  std::ofstream(file) << "float4 kiln_map(const kiln_point* p) {\n"
+                         "  volatile float x = p->distance;\n  while (x < 1e30f) {}\n"
+                         "  return (float4)(x);\n}\n";
+  test::ProcessOptions options;
+  options.interrupt_after_seconds = 4;
+  const ProcessResult endless =
+      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "endless", "--size",
+                "16", "--maps", "mine=" + file},
+               options);
+  EXPECT_EQ(endless.exit_code, 130) << endless.errors;
+  EXPECT_LT(endless.seconds_after_signal, 3);
+}
+
+TEST(MapsCommand, RefusesWhatIsNotThere) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const std::string brick = scene / "brick.png";
+  expect_refused(bake(scene, {"--pack", "orm=ao,roughness,metallic"}), 2, "'ao'");
+  expect_refused(bake(scene, {"--maps", "ao", "--pack", "orm=ao.g"}), 2, "1 channels");
+  expect_refused(bake(scene, {"--maps", "ao", "--pack", "orm"}), 2, "NAME=MAP");
+  expect_refused(bake(scene, {"--maps", "ao", "--pack", "ao=ao"}), 2, "another file");
+  expect_refused(bake(scene, {"--layers"}), 2, "--format exr");
+  expect_refused(bake(scene, {"--transfer", "nowhere.png"}), 3, "nowhere.png");
+  expect_refused(bake(scene, {"--transfer", "mtl:shine"}), 2, "mtl:color");
+  expect_refused(bake(scene, {"--transfer", brick + ":normal"}), 2, "normal");
+  expect_refused(bake(scene, {"--transfer", brick, "--transfer", brick}), 2, "brick");
+  expect_refused(bake(scene, {"--id-by", "group"}), 2, "--maps id");
+  expect_refused(bake(scene, {"--maps", "id", "--id-by", "object"}), 3, "objects");
+  expect_refused(bake(scene, {"--light", "1,0,0"}), 2, "--maps shadow");
+  expect_refused(bake(scene, {"--ao-error", "0.01"}), 2, "--maps ao");
+  fs::resize_file(brick, 40);
+  expect_refused(bake(scene, {"--maps", "color"}), 3, "brick.png");
+  fs::remove(scene / "high.mtl");
+  expect_refused(bake(scene, {"--maps", "color"}), 3, "high.mtl");
+  EXPECT_FALSE(fs::exists(scene / "out" / "low_color.png"));
+}
+
+TEST(MapsCommand, DrawsMapsOverTheMesh) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  ASSERT_EQ(bake(scene, {"--maps", "normal,color,ao", "--ao-rays", "8"}).exit_code, 0);
+  const std::string color = scene / "out" / "low_color.png", low = scene / "low.obj";
+  const std::string picture = scene / "picture.png";
+  const Words front = {"--view", "0,0", "--size", "64", "--out", picture};
+  const auto render = [&](Words words) {
+    words.insert(words.begin(), {"render", low});
+    words.insert(words.end(), front.begin(), front.end());
+    return run_kiln(words);
+  };
+  ASSERT_EQ(render({"--show", color, "--show", scene / "out" / "low_ao.png"}).exit_code, 0);
+  const Image sheet = load_image(picture);
+  EXPECT_GT(sheet.width, 128U);
+  ASSERT_EQ(render({"--color", color, "--occlusion", scene / "out" / "low_ao.png"}).exit_code, 0);
+  const Image lit = load_image(picture);
+  const float* red = lit.at(lit.width / 4, lit.height / 2);
+  EXPECT_GT(red[0], 0.3F);
+  EXPECT_LT(red[1], 0.05F) << "brick is red";
+  expect_refused(render({"--show", color, "--normal", color}), 2, "--show");
+}
+
+}  // namespace
+}  // namespace kiln

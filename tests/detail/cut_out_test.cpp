@@ -1,0 +1,161 @@
+// Transparent parts taken off meshes.
+#include "kiln/cut_out.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "image/gutter.h"
+#include "image/value_range.h"
+#include "kiln/kiln.h"
+#include "mesh/vector.h"
+#include "support/environment.h"
+#include "support/mesh_check.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kSide = 128;
+constexpr double kRadius = 0.3;  // of the disc that is opaque, UV
+
+/// A soft disc in the middle: 1/2 at its border.
+Texture leaf() {
+  Image image{kSide, kSide, 4, std::vector<float>(std::size_t{kSide} * kSide * 4, 1.0F)};
+  for (std::uint32_t y = 0; y < kSide; ++y) {
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      const double away = std::hypot((x + 0.5) / kSide - 0.5, (y + 0.5) / kSide - 0.5);
+      image.at(x, y)[3] = static_cast<float>(std::clamp(0.5 + (kRadius - away) * 20, 0.0, 1.0));
+    }
+  }
+  Texture texture;
+  texture.kind = TextureKind::linear;
+  texture.channel = 3;
+  texture.images = {std::make_shared<const Image>(std::move(image))};
+  return texture;
+}
+
+double area_of(const Mesh& mesh) {
+  double area = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d a(mesh.positions[t[0]]);
+    area += length(cross(Vec3d(mesh.positions[t[1]]) - a, Vec3d(mesh.positions[t[2]]) - a)) / 2;
+  }
+  return area;
+}
+
+TEST(CutOut, LeavesTheDiscOfACard) {
+  CutOutReport report;
+  const Mesh cut = cut_out(test::plane(1, 1), leaf(), 0.5, &report);
+  EXPECT_EQ(test::broken_promise(cut), "");
+  EXPECT_EQ(report.cut, 2U);
+  EXPECT_EQ(report.whole + report.gone, 0U);
+  const double disc = std::numbers::pi * kRadius * kRadius;
+  EXPECT_NEAR(area_of(cut), disc, 1e-3 * disc);
+  for (std::size_t t = 0; t < cut.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& p = cut.positions[cut.triangles[t][k]];
+      const Vec2& uv = cut.uvs[cut.uv_triangles[t][k]];
+      EXPECT_LT(std::hypot(p.x, p.y), kRadius + 0.2 / kSide);
+      EXPECT_NEAR(uv.x, p.x + 0.5F, 1e-6F);
+      EXPECT_EQ(cut.normals[cut.normal_triangles[t][k]].z, 1);
+    }
+  }
+  // Finer only along the border: 2 pi r texels long, a few triangles each.
+  EXPECT_LT(cut.triangles.size(), 12 * 2 * std::numbers::pi * kRadius * kSide);
+}
+
+TEST(CutOut, RepeatsAndKeepsWhatIsWhole) {
+  Mesh mesh = test::plane(8, 8);
+  for (Vec2& uv : mesh.uvs) uv = {uv.x * 2 - 3.25F, uv.y * 2 + 1.5F};
+  mesh.colors.assign(mesh.positions.size(), {10, 20, 30, 40});
+  mesh.group_names = {"leaves"};
+  mesh.groups.assign(mesh.triangles.size(), 0);
+  CutOutReport report;
+  const Mesh cut = cut_out(mesh, leaf(), 0.5, &report);
+  EXPECT_EQ(test::broken_promise(cut), "");
+  // Four discs' worth on a sheet half as far across each.
+  EXPECT_NEAR(area_of(cut), std::numbers::pi * kRadius * kRadius, 1e-3);
+  EXPECT_GT(report.whole, 0U);
+  EXPECT_GT(report.gone, 0U);
+  EXPECT_EQ(report.whole + report.cut + report.gone, mesh.triangles.size());
+  EXPECT_EQ(cut.groups.size(), cut.triangles.size());
+  EXPECT_EQ(cut.colors.back(), (std::array<std::uint8_t, 4>{10, 20, 30, 40}));
+  const Mesh whole = cut_out(mesh, leaf(), 1e-9);
+  EXPECT_GT(area_of(whole), 0.99 * area_of(cut));
+}
+
+TEST(CutOut, RaysPassWhereItIsTransparent) {
+  KILN_REQUIRE_DEVICE();
+  // A card over a floor: seen from the card, all that is not leaf is floor.
+  Mesh high = cut_out(test::plane(1, 1), leaf(), 0.5);
+  for (Vec3& p : high.positions) p.z = 0.05F;
+  const Mesh floor = test::plane(1, 1);
+  const auto first = static_cast<std::uint32_t>(high.positions.size());
+  high.positions.insert(high.positions.end(), floor.positions.begin(), floor.positions.end());
+  for (Triangle t : floor.triangles) {
+    for (std::uint32_t& corner : t) corner += first;
+    high.triangles.push_back(t);
+    high.uv_triangles.push_back({0, 0, 0});
+    high.normal_triangles.push_back({0, 0, 0});
+  }
+  BakeOptions options;
+  options.width = options.height = 64;
+  options.maps = {MapKind{"height"}};
+  options.gutter = 0;
+  options.max_distance = Length::absolute(0.2);
+  options.cage = Length::absolute(0.1);
+  const Image map = bake(Source(*test::device(), high), floor, options).maps[0].image;
+  for (std::uint32_t y = 0; y < 64; ++y) {
+    for (std::uint32_t x = 0; x < 64; ++x) {
+      const double away = std::hypot((x + 0.5) / 64 - 0.5, (y + 0.5) / 64 - 0.5);
+      if (std::abs(away - kRadius) < 0.005) continue;
+      EXPECT_NEAR(*map.at(x, y), away < kRadius ? 0.05 : 0, 1e-5) << x << " " << y;
+    }
+  }
+}
+
+TEST(CutOut, RefusesWhatItCannotCut) {
+  const Mesh card = test::plane(1, 1);
+  EXPECT_THROW(cut_out(card, leaf(), 0), Error);
+  EXPECT_THROW(cut_out(card, leaf(), 1.5), Error);
+  EXPECT_THROW(cut_out(card, Texture{}, 0.5), Error);
+  Mesh bare = card;
+  bare.uvs.clear();
+  bare.uv_triangles.clear();
+  EXPECT_THROW(cut_out(bare, leaf(), 0.5), Error);
+  Texture clear = leaf();
+  clear.images = {std::make_shared<const Image>(Image{1, 1, 4, {1, 1, 1, 0}})};
+  EXPECT_THROW(cut_out(card, clear, 0.5), Error);
+  clear.image_of = {0, 0};
+  EXPECT_THROW(cut_out(card, clear, 0.5), Error);
+}
+
+TEST(BoundedChannel, BoundsWhatIsReadAnywhere) {
+  Image image{37, 21, 1, {}};
+  for (std::size_t i = 0; i < std::size_t{37} * 21; ++i) {
+    image.pixels.push_back(static_cast<float>((i * 7919) % 101));
+  }
+  const BoundedChannel channel(image, 0);
+  std::uint32_t state = 1;
+  const auto random = [&] {
+    state = state * 1664525U + 1013904223U;
+    return state / 4294967296.0;
+  };
+  for (int i = 0; i < 300; ++i) {
+    const double u0 = 4 * random() - 2, v0 = 4 * random() - 2;
+    const double u1 = u0 + random() * random(), v1 = v0 + random() * random();
+    const BoundedChannel::Range range = channel.over(u0, v0, u1, v1);
+    for (int k = 0; k < 50; ++k) {
+      const double value = channel.at(u0 + (u1 - u0) * random(), v0 + (v1 - v0) * random());
+      EXPECT_LE(range.least, value + 1e-5);
+      EXPECT_GE(range.most, value - 1e-5);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,101 @@
+// The map id by names, and its legend.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "detail/id_colors.h"
+#include "image/gutter.h"
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+using Color = std::array<float, 3>;
+
+double apart(const Color& a, const Color& b) {
+  double squared = 0;
+  for (std::size_t c = 0; c < 3; ++c) squared += (a[c] - b[c]) * (a[c] - b[c]);
+  return 255 * std::sqrt(squared);
+}
+
+TEST(IdColors, AreFarApartAndExactInEightBits) {
+  const std::vector<std::string> names = {"body",    "glass",  "tyre", "rim",
+                                          "leather", "chrome", "lamp", "badge"};
+  const std::vector<Color> colors = name_colors(names);
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    for (const float channel : colors[i]) {
+      EXPECT_EQ(channel, std::round(channel * 255) / 255.0F);
+    }
+    EXPECT_GT(apart(colors[i], {0, 0, 0}), 90) << "no background";
+    for (std::size_t j = 0; j < i; ++j) EXPECT_GE(apart(colors[i], colors[j]), 100) << i << j;
+  }
+}
+
+TEST(IdColors, BelongToNames) {
+  const std::vector<std::string> one = {"wood", "steel"}, other = {"glass", "steel", "wood"};
+  EXPECT_EQ(name_colors(one)[0], name_colors(other)[2]);
+  EXPECT_EQ(name_colors(one)[1], name_colors(other)[1]);
+}
+
+TEST(IdColors, ManyAreAllDifferent) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 3000; ++i) names.push_back("material " + std::to_string(i));
+  const std::vector<Color> colors = name_colors(names);
+  EXPECT_EQ(std::set<Color>(colors.begin(), colors.end()).size(), names.size());
+}
+
+/// Columns of squares; materials change between them, groups between its halves.
+Mesh named() {
+  Mesh mesh = test::plane(3, 2);
+  mesh.material_names = {"left", "middle", "right"};
+  mesh.group_names = {"low", "high"};
+  for (const Triangle& t : mesh.triangles) {
+    const float x = (mesh.positions[t[0]].x + mesh.positions[t[1]].x + mesh.positions[t[2]].x) / 3;
+    const float y = (mesh.positions[t[0]].y + mesh.positions[t[1]].y + mesh.positions[t[2]].y) / 3;
+    mesh.materials.push_back(x < -1 / 6.0F ? 0 : x < 1 / 6.0F ? 1 : 2);
+    mesh.groups.push_back(y < 0 ? 0 : 1);
+  }
+  return mesh;
+}
+
+TEST(IdMap, HasTheLegendsColoursAlone) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), named());
+  BakeOptions options;
+  options.width = 31;
+  options.height = 16;
+  options.samples = 3;  // edges run through texels
+  options.maps = {MapKind{"id"}};
+  for (const IdBy by : {IdBy::material, IdBy::group}) {
+    options.id_by = by;
+    const BakeResult baked = bake(source, test::plane(1, 1), options);
+    const std::vector<IdEntry>& ids = baked.report.ids;
+    ASSERT_EQ(ids.size(), by == IdBy::material ? 3U : 2U);
+    EXPECT_EQ(ids[0].name, by == IdBy::material ? "left" : "low");
+    EXPECT_EQ(ids[0].triangles, by == IdBy::material ? 4U : 6U);
+    const Image& map = baked.maps[0].image;
+    for (std::uint32_t y = 0; y < map.height; ++y) {
+      for (std::uint32_t x = 0; x < map.width; ++x) {
+        const double right = (x + 0.5) / map.width, up = 1 - (y + 0.5) / map.height;
+        const std::size_t wanted = by == IdBy::material ? static_cast<std::size_t>(right * 3)
+                                                        : static_cast<std::size_t>(up * 2);
+        const float* texel = map.at(x, y);
+        EXPECT_EQ((Color{texel[0], texel[1], texel[2]}), ids[wanted].color) << x << " " << y;
+      }
+    }
+  }
+  options.id_by = IdBy::object;
+  EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
+  options.id_by = IdBy::part;
+  EXPECT_EQ(bake(source, test::plane(1, 1), options).report.ids.size(), 1U);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,234 @@
+// Maps of colours and textures of the high poly.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+#include "image/gutter.h"
+#include "image/srgb.h"
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+const Image& image_of(const BakeResult& result, std::string_view name) {
+  for (const BakedMap& map : result.maps) {
+    if (map.kind.name == name) return map.image;
+  }
+  throw std::runtime_error("no such map");
+}
+
+BakeOptions options_of(std::uint32_t width, std::uint32_t height, std::vector<MapKind> maps) {
+  BakeOptions options;
+  options.width = width;
+  options.height = height;
+  options.maps = std::move(maps);
+  options.max_distance = Length::absolute(0.5);
+  options.gutter = 0;
+  return options;
+}
+
+Texture texture_of(Image image, TextureKind kind) {
+  Texture texture;
+  texture.kind = kind;
+  texture.images = {std::make_shared<const Image>(std::move(image))};
+  return texture;
+}
+
+Image checkerboard(std::uint32_t side, std::uint32_t cell) {
+  Image image{side, side, 3, std::vector<float>(std::size_t{side} * side * 3)};
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const std::size_t x = i / 3 % side, y = i / 3 / side;
+    image.pixels[i] = static_cast<float>((x / cell + y / cell) % 2);
+  }
+  return image;
+}
+
+/// The mean of the square wave that is -1 on [0, 1), 1 on [1, 2) and so on, over [begin, end].
+double wave(double begin, double end) {
+  const auto integral = [](double x) {
+    const double turn = x - 2 * std::floor(x / 2);
+    return turn < 1 ? -turn : turn - 2;
+  };
+  return (integral(end) - integral(begin)) / (end - begin);
+}
+
+/// Root of the mean square against the integrals of a checkerboard of `cells` by `cells` squares, which the high
+/// poly's UVs repeat `repeats` times along u.
+double error_of(const Image& map, double cells, double repeats) {
+  double squares = 0;
+  for (std::uint32_t y = 0; y < map.height; ++y) {
+    for (std::uint32_t x = 0; x < map.width; ++x) {
+      const double across =
+          wave(x * cells * repeats / map.width, (x + 1) * cells * repeats / map.width);
+      const double down = wave(y * cells / map.height, (y + 1) * cells / map.height);
+      const double error = map.at(x, y)[0] - (0.5 - 0.5 * across * down);
+      squares += error * error;
+    }
+  }
+  return std::sqrt(squares / map.width / map.height);
+}
+
+TEST(TextureMaps, ACheckerboardIsIntegratedOverEachTexel) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = test::plane(3, 3);
+  for (const double repeats : {1.0, 6.0}) {
+    Mesh high = test::plane(8, 5);
+    for (Vec2& uv : high.uvs) uv.x *= static_cast<float>(repeats);
+    const Source source(*test::device(), high);
+    BakeOptions options = options_of(45, 60, {MapKind::mask});
+    options.transfers = {{"board", texture_of(checkerboard(512, 32), TextureKind::linear)}};
+    const BakeResult baked = bake(source, low, options);
+    const Image& map = image_of(baked, "board");
+    ASSERT_EQ(map.channels, 3U);
+    EXPECT_EQ(std::count(baked.coverage.begin(), baked.coverage.end(), kCoverageBaked), 45 * 60);
+    EXPECT_LT(error_of(map, 16, repeats), 0.02) << repeats;
+    // It tells right from wrong: where squares are as wide as texels, points are black or white.
+    options.samples = 3;
+    EXPECT_LT(error_of(image_of(bake(source, low, options), "board"), 16, repeats), 0.02);
+  }
+}
+
+TEST(TextureMaps, ATextureMayHaveAPictureForEachMaterial) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(2, 1);
+  high.material_names = {"left", "right", "plain"};
+  high.materials = {0, 0, 1, 2};
+  const Source source(*test::device(), high);
+  Image half{1, 1, 4, {0.25F, 0.5F, 0.75F, 0.5F}}, full{1, 1, 3, {1, 0, 0}};
+  BakeOptions options = options_of(8, 8, {MapKind{"color"}, MapKind{"opacity"}});
+  Texture texture;
+  texture.kind = TextureKind::linear;
+  texture.images = {std::make_shared<const Image>(half), std::make_shared<const Image>(full)};
+  texture.image_of = {0, 1, Texture::kNone};
+  texture.plain = {{}, {}, {0.1F, 0.2F, 0.3F, 0.4F}};
+  options.color = texture;
+  options.opacity = texture;
+  options.opacity->channel = 3;
+  const BakeResult baked = bake(source, test::plane(1, 1), options);
+  const Image &color = image_of(baked, "color"), &opacity = image_of(baked, "opacity");
+  EXPECT_NEAR(color.at(0, 7)[2], 0.75F, 1e-6F);
+  EXPECT_NEAR(*opacity.at(0, 7), 0.5F, 1e-6F);
+  // The right square is cut from its lower left to its upper right; below it is the first triangle.
+  EXPECT_NEAR(color.at(7, 6)[0], 1, 1e-6F);
+  EXPECT_NEAR(*opacity.at(7, 6), 1, 1e-6F);
+  EXPECT_NEAR(color.at(4, 0)[1], 0.2F, 1e-6F);
+  EXPECT_NEAR(*opacity.at(4, 0), 0.4F, 1e-6F);
+  options.color->image_of = {0, 1};
+  EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
+}
+
+TEST(TextureMaps, VertexColoursAreInterpolatedInLinearLight) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(1, 1);
+  for (const Vec3& p : high.positions) {
+    const auto byte = static_cast<std::uint8_t>(p.x > 0 ? 255 : 64);
+    high.colors.push_back({byte, byte, 0, p.y > 0 ? std::uint8_t{255} : std::uint8_t{0}});
+  }
+  const Source source(*test::device(), high);
+  const BakeResult baked =
+      bake(source, test::plane(1, 1),
+           options_of(32, 32, {MapKind{"vertex_color"}, MapKind{"color"}, MapKind{"opacity"}}));
+  const double dark = linear_of_bytes()[64];
+  for (std::uint32_t y = 0; y < 32; ++y) {
+    for (std::uint32_t x = 0; x < 32; ++x) {
+      const double right = (x + 0.5) / 32, up = 1 - (y + 0.5) / 32;
+      EXPECT_NEAR(image_of(baked, "vertex_color").at(x, y)[1], dark + (1 - dark) * right, 1e-6);
+      EXPECT_NEAR(*image_of(baked, "opacity").at(x, y), up, 1e-6);
+    }
+  }
+  EXPECT_EQ(image_of(baked, "vertex_color").pixels, image_of(baked, "color").pixels);
+  EXPECT_TRUE(find_map("color").is_color);
+  EXPECT_THROW(bake(Source(*test::device(), test::plane(1, 1)), test::plane(1, 1),
+                    options_of(8, 8, {MapKind{"vertex_color"}})),
+               Error);
+}
+
+TEST(TextureMaps, WhatWasMissedIsFilled) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(1, 1, 0.5, 1);  // the middle half
+  high.colors.assign(high.positions.size(), {255, 255, 255, 255});
+  const Source source(*test::device(), high);
+  BakeOptions options = options_of(32, 32, {MapKind{"vertex_color"}});
+  const BakeResult baked = bake(source, test::plane(1, 1), options);
+  EXPECT_GT(std::count(baked.coverage.begin(), baked.coverage.end(), kCoverageMissed), 400);
+  for (const float value : image_of(baked, "vertex_color").pixels) EXPECT_EQ(value, 1);
+  options.miss = MissPolicy::mark;
+  EXPECT_EQ(image_of(bake(source, test::plane(1, 1), options), "vertex_color").at(0, 0)[1], 0);
+}
+
+TEST(TextureMaps, AFlatNormalMapIsTheNormals) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::uv_sphere(64, 32);
+  const Source source(*test::device(), high);
+  for (const NormalMapSpace space :
+       {NormalMapSpace::tangent, NormalMapSpace::object, NormalMapSpace::face}) {
+    BakeOptions options = options_of(64, 64, {MapKind::normal});
+    options.space = space;
+    options.raw = true;
+    options.transfers = {{"flat", texture_of({1, 1, 3, {0.5F, 0.5F, 1}}, TextureKind::normal)}};
+    const BakeResult baked = bake(source, test::BumpySphere::light(24, 12), options);
+    const Image &normal = image_of(baked, "normal"), &flat = image_of(baked, "flat");
+    for (std::size_t i = 0; i < normal.pixels.size(); ++i) {
+      EXPECT_NEAR(flat.pixels[i], normal.pixels[i], 2e-5) << i;
+    }
+  }
+}
+
+TEST(TextureMaps, ANormalMapTurnsWithTheLayout) {
+  KILN_REQUIRE_DEVICE();
+  // A quarter turn of the high poly's UVs: its +U is the low poly's +V.
+  Mesh high = test::plane(2, 2);
+  for (Vec2& uv : high.uvs) uv = {uv.y, 1 - uv.x};
+  const Source source(*test::device(), high);
+  const std::array<float, 3> stored{0.6F * 0.5F + 0.5F, 0.5F, 0.8F * 0.5F + 0.5F};
+  BakeOptions options = options_of(16, 16, {MapKind::normal});
+  options.raw = true;
+  options.transfers = {
+      {"bumps", texture_of({1, 1, 3, {stored[0], stored[1], stored[2]}}, TextureKind::normal)}};
+  const Image map = image_of(bake(source, test::plane(1, 1), options), "bumps");
+  EXPECT_NEAR(map.at(8, 8)[0], 0, 1e-6);
+  EXPECT_NEAR(map.at(8, 8)[1], 0.6, 1e-6);
+  EXPECT_NEAR(map.at(8, 8)[2], 0.8, 1e-6);
+  options.flip_y = true;
+  EXPECT_NEAR(image_of(bake(source, test::plane(1, 1), options), "bumps").at(8, 8)[1], -0.6, 1e-6);
+  options.raw = options.flip_y = false;
+  EXPECT_NEAR(image_of(bake(source, test::plane(1, 1), options), "bumps").at(8, 8)[1], 0.8, 1e-6);
+}
+
+TEST(TextureMaps, NamesAndPicturesAreChecked) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::plane(1, 1));
+  const Texture grey = texture_of({1, 1, 1, {0.5F}}, TextureKind::linear);
+  const auto code_of = [&](std::vector<Transfer> transfers) {
+    BakeOptions options = options_of(8, 8, {MapKind::normal});
+    options.transfers = std::move(transfers);
+    try {
+      bake(source, test::plane(1, 1), options);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode::internal;
+  };
+  EXPECT_EQ(code_of({{"normal", grey}}), ErrorCode::usage);
+  EXPECT_EQ(code_of({{"a/b", grey}}), ErrorCode::usage);
+  EXPECT_EQ(code_of({{"", grey}}), ErrorCode::usage);
+  EXPECT_EQ(code_of({{"twice", grey}, {"twice", grey}}), ErrorCode::usage);
+  EXPECT_EQ(code_of({{"none", Texture{}}}), ErrorCode::input);
+  EXPECT_EQ(code_of({{"fine", grey}}), ErrorCode::internal);
+  Mesh bare = test::plane(1, 1);
+  bare.uvs.clear();
+  bare.uv_triangles.clear();
+  BakeOptions options = options_of(8, 8, {MapKind::normal});
+  options.transfers = {{"grey", grey}};
+  EXPECT_THROW(bake(Source(*test::device(), bare), test::plane(1, 1), options), Error);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,134 @@
+// Means of pictures over parallelograms, against integrals in closed form.
+#include "image/texture_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "image/srgb.h"
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+/// A picture of squares, black at its upper left.
+Image checkerboard(std::uint32_t width, std::uint32_t height, std::uint32_t cell) {
+  Image image{width, height, 1, std::vector<float>(std::size_t{width} * height)};
+  for (std::uint32_t y = 0; y < height; ++y) {
+    for (std::uint32_t x = 0; x < width; ++x) {
+      *image.at(x, y) = static_cast<float>((x / cell + y / cell) % 2);
+    }
+  }
+  return image;
+}
+
+/// The mean of the square wave that is -1 on [0, 1), 1 on [1, 2) and so on, over [begin, end].
+double wave(double begin, double end) {
+  const auto integral = [](double x) {
+    const double turn = x - 2 * std::floor(x / 2);
+    return turn < 1 ? -turn : turn - 2;
+  };
+  return (integral(end) - integral(begin)) / (end - begin);
+}
+
+float mean_of(const FilteredTexture& texture, double u, double v,
+              const FilteredTexture::Sides& sides) {
+  float value[4] = {};
+  texture.mean(u, v, sides, value);
+  return value[0];
+}
+
+TEST(TextureFilter, MeansOfACheckerboardAreItsIntegrals) {
+  constexpr std::uint32_t kSide = 256, kCell = 16;
+  const FilteredTexture texture(checkerboard(kSide, kSide, kCell), TextureKind::linear);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-2, 2), size(2, 48);
+  double squares = 0;
+  constexpr int kTrials = 2000;
+  for (int i = 0; i < kTrials; ++i) {
+    // A rectangle of texels.
+    const double u = place(random), v = place(random), w = size(random), h = size(random);
+    const double x = u * kSide, y = (1 - v) * kSide;
+    const double exact = 0.5 - 0.5 * wave((x - w / 2) / kCell, (x + w / 2) / kCell) *
+                                   wave((y - h / 2) / kCell, (y + h / 2) / kCell);
+    const double mean = mean_of(texture, u, v, {{{w / kSide, 0}, {0, h / kSide}}});
+    // Bilinear reading spreads an edge over two texels of the level, which is at most half the shorter side
+    // wide: it moves at most 1/16 of a step to the wrong side of a border, and rectangles have four.
+    EXPECT_NEAR(mean, exact, 0.125) << u << " " << v << " " << w << " " << h;
+    squares += (mean - exact) * (mean - exact);
+  }
+  EXPECT_LT(std::sqrt(squares / kTrials), 0.015);
+}
+
+TEST(TextureFilter, SkewedAndLongAreasAreIntegratedToo) {
+  constexpr std::uint32_t kSide = 256;
+  // Stripes along x: the mean over any parallelogram is that of its shadow on y.
+  Image stripes{kSide, kSide, 1, std::vector<float>(std::size_t{kSide} * kSide)};
+  for (std::uint32_t y = 0; y < kSide; ++y) {
+    for (std::uint32_t x = 0; x < kSide; ++x) *stripes.at(x, y) = static_cast<float>(y / 8 % 2);
+  }
+  const FilteredTexture texture(stripes, TextureKind::linear);
+  // 200 texels along x by 3 along y: a filter as wide as it is long would be grey everywhere.
+  for (int y = 4; y < 250; y += 8) {
+    const double v = 1 - y / double{kSide};
+    const double sides = mean_of(texture, 0.3, v, {{{200.0 / kSide, 0}, {0, 3.0 / kSide}}});
+    EXPECT_NEAR(sides, y / 8 % 2, 0.02) << y;
+  }
+  // Sheared: its shadow on y is 64 texels long, four whole periods.
+  EXPECT_NEAR(mean_of(texture, 0.1, 0.77, {{{40.0 / kSide, 64.0 / kSide}, {0.001, 0}}}), 0.5, 0.02);
+}
+
+TEST(TextureFilter, ColoursAreMeansOfLight) {
+  Image image{64, 64, 3, std::vector<float>(std::size_t{64} * 64 * 3)};
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    image.pixels[i] = i / 3 % 2 == 0 ? 1.0F : 0.0F;  // columns of white and black
+  }
+  const FilteredTexture texture(image, TextureKind::srgb);
+  const double light = mean_of(texture, 0.5, 0.5, {{{0.5, 0}, {0, 0.5}}});
+  EXPECT_NEAR(light, 0.5, 1e-6);
+  EXPECT_NEAR(to_srgb(static_cast<float>(light)), 0.735357, 1e-5);  // not 0.5
+}
+
+TEST(TextureFilter, TakesAnySizeAndRepeats) {
+  const FilteredTexture line(checkerboard(100000, 1, 50000), TextureKind::linear);
+  EXPECT_NEAR(mean_of(line, 0.25, 0.5, {{{0.1, 0}, {0, 1}}}), 0, 1e-6);
+  EXPECT_NEAR(mean_of(line, 7.75, -3.2, {{{0.1, 0}, {0, 1}}}), 1, 1e-6);
+  EXPECT_NEAR(mean_of(line, 0.5, 0.5, {{{1, 0}, {0, 1}}}), 0.5, 1e-4);
+  const FilteredTexture odd(checkerboard(37, 101, 37), TextureKind::linear);
+  double sum = 0;
+  for (std::uint32_t y = 0; y < 101; ++y) sum += y / 37 % 2;
+  EXPECT_NEAR(mean_of(odd, 0.5, 0.5, {{{1e9, 0}, {0, 1e9}}}), sum / 101, 1e-5)
+      << "odd sides lose nothing on the way down";
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_NEAR(mean_of(odd, 0.5, 0.5, {{{infinity, 0}, {0, 1}}}), sum / 101, 1e-5);
+}
+
+TEST(TextureFilter, NumbersThatAreNoneCountAsZero) {
+  Image image{2, 1, 1, {std::numeric_limits<float>::quiet_NaN(), 1}};
+  const FilteredTexture texture(image, TextureKind::linear);
+  EXPECT_EQ(texture.replaced(), 1U);
+  EXPECT_NEAR(mean_of(texture, 0.5, 0.5, {{{1, 0}, {0, 1}}}), 0.5, 1e-6);
+  EXPECT_THROW(FilteredTexture(Image{2, 1, 1, {0, 0}}, TextureKind::normal), Error);
+  EXPECT_THROW(FilteredTexture(Image{}, TextureKind::srgb), Error);
+}
+
+TEST(Srgb, FollowsTheFormula) {
+  for (int i = 0; i <= 100000; ++i) {
+    const double linear = i / 100000.0;
+    const double wanted =
+        linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+    EXPECT_NEAR(to_srgb(static_cast<float>(linear)), wanted, 3e-7) << linear;
+  }
+  for (int i = 0; i < 256; ++i) {
+    const float linear = linear_of_bytes()[static_cast<std::size_t>(i)];
+    EXPECT_EQ(std::lround(255 * to_srgb(linear)), i);
+  }
+  EXPECT_EQ(to_srgb(2), 1);
+  EXPECT_EQ(to_srgb(-1), 0);
+  EXPECT_EQ(to_srgb(std::numeric_limits<float>::quiet_NaN()), 0);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,96 @@
+#include "picture/dressed.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "picture/sheet.h"
+
+namespace kiln::cli {
+namespace {
+
+// What Scene::draw() paints meshes with, linear light (kernels/render/render.cl).
+constexpr std::array<float, 3> kClay = {0.60F, 0.505F, 0.425F};
+
+double linear(double value) {
+  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+}
+
+/// Three channels, whatever the file has: a single one is grey.
+Image three_channels(const Image& image) {
+  Image result{image.width, image.height, 3, {}};
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  result.pixels.resize(texels * 3);
+  for (std::size_t i = 0; i < texels; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t from = image.channels < 3 ? 0 : c;
+      result.pixels[3 * i + c] = image.pixels[i * image.channels + from];
+    }
+  }
+  return result;
+}
+
+/// A map over the mesh, without light; 0 beside the mesh.
+Image over_mesh(const Dressed& dressed, const Image& map, RenderOptions options) {
+  const Scene scene(dressed.device, dressed.mesh, {&map});
+  options.show_colors = true;
+  options.flat = options.show_normals = options.ignore_map = false;
+  return scene.draw(options);
+}
+
+/// Not 0 where the picture shows the mesh.
+Image mask(const Dressed& dressed, const RenderOptions& options) {
+  return over_mesh(dressed, Image{1, 1, 3, {1, 1, 1}}, options);
+}
+
+/// What a map's file is called, without the mesh's name before it.
+std::string caption(const std::string& file, const Mesh& mesh) {
+  std::string stem = std::filesystem::path(file).stem().string();
+  const std::string before = mesh.name + "_";
+  if (stem.size() > before.size() && stem.starts_with(before)) stem.erase(0, before.size());
+  return stem;
+}
+
+}  // namespace
+
+void dress(const Dressed& dressed, const std::string& color, const std::string& occlusion,
+           const RenderOptions& options, Image& picture) {
+  if (color.empty() && occlusion.empty()) return;
+  const Image shown = mask(dressed, options);
+  Image colors, open;
+  if (!color.empty()) {
+    colors = over_mesh(dressed, three_channels(load_image(color)), options);
+  }
+  if (!occlusion.empty()) {
+    open = over_mesh(dressed, three_channels(load_image(occlusion)), options);
+  }
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    if (shown.pixels[i] == 0) continue;
+    double light = linear(picture.pixels[i]);
+    if (!color.empty()) light *= linear(colors.pixels[i]) / kClay[i % 3];
+    if (!occlusion.empty()) light *= open.pixels[i];
+    picture.pixels[i] = static_cast<float>(light);
+  }
+  // What is beside the mesh stays as it was: there the picture is encoded already.
+  Image lit = picture;
+  to_srgb(lit);
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    if (shown.pixels[i] != 0) picture.pixels[i] = lit.pixels[i];
+  }
+}
+
+Image map_sheet(const Dressed& dressed, const std::vector<std::string>& files,
+                RenderOptions options) {
+  const Image shown = mask(dressed, options);
+  std::vector<Panel> panels;
+  for (const std::string& file : files) {
+    Image picture = over_mesh(dressed, three_channels(load_image(file)), options);
+    for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+      if (shown.pixels[i] == 0) picture.pixels[i] = 1;
+    }
+    panels.push_back({std::move(picture), {caption(file, dressed.mesh)}});
+  }
+  return make_sheet(panels);
+}
+
+}  // namespace kiln::cli
