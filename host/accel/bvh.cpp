@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "accel/bvh_range.h"
 #include "base/parallel.h"
 #include "kiln/error.h"
 #include "mesh/usable.h"
@@ -17,129 +18,12 @@
 namespace kiln {
 namespace {
 
-// Four floats in a register. GCC's and Clang's vector extension: baseline SSE2 on x86, NEON on ARM.
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
+using namespace bvh;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kMaxBins = 16;
 // Levels of 8-wide nodes below which ranges are halved by count: 2^31 triangles need 10 more at most
 // (each level divides by 8), so no tree is deeper than 26.
 constexpr std::uint32_t kSahLevels = 15;
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
-
-Float4 splat(float value) { return Float4{value, value, value, value}; }
-Float4 lower(Float4 a, Float4 b) { return a < b ? a : b; }
-Float4 upper(Float4 a, Float4 b) { return a > b ? a : b; }
-
-struct Box {
-  Float4 lo = splat(kInfinity);
-  Float4 hi = splat(-kInfinity);
-  void include(const Box& other) {
-    lo = lower(lo, other.lo);
-    hi = upper(hi, other.hi);
-  }
-  void include(Float4 point) {
-    lo = lower(lo, point);
-    hi = upper(hi, point);
-  }
-  float half_area() const {
-    const Float4 size = hi - lo;
-    return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
-  }
-};
-
-/// A triangle while building: its box, not widened, and its index in the unused lane of `lo`.
-struct Primitive {
-  Box box;
-  std::uint32_t triangle() const { return std::bit_cast<std::uint32_t>(box.lo[3]); }
-  /// Twice the centre.
-  Float4 center() const {
-    Float4 sum = box.lo + box.hi;
-    sum[3] = 0;
-    return sum;
-  }
-};
-
-struct Range {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-  Box box;
-  Box centers;
-  bool merged = false;  ///< No two of its triangles are the same
-  std::size_t size() const { return end - begin; }
-  bool is_leaf() const { return size() <= KILN_BVH_LEAF_TRIANGLES; }
-};
-
-struct Bin {
-  Box box;
-  std::uint32_t count = 0;
-};
-using Bins = std::array<std::array<Bin, 3>, kMaxBins>;
-
-/// Maps doubled centres to bins.
-struct Mapping {
-  Float4 origin;
-  Float4 scale;
-  int count = 0;
-
-  explicit Mapping(const Range& range) : origin(range.centers.lo) {
-    count = static_cast<int>(std::min<std::size_t>(kMaxBins, 4 + range.size() / 8));
-    const Float4 extent = range.centers.hi - range.centers.lo;
-    for (int axis = 0; axis < 4; ++axis) {
-      // Below 1e-30 the quotient could overflow; such an axis is not split.
-      const bool usable = axis < 3 && extent[axis] > 1e-30f;
-      scale[axis] = usable ? 0.9999f * static_cast<float>(count) / extent[axis] : 0.0f;
-    }
-  }
-  /// All centres are one.
-  bool is_flat() const { return scale[0] == 0 && scale[1] == 0 && scale[2] == 0; }
-  Int4 bins_of(const Primitive& primitive) const {
-    const Float4 place = (primitive.center() - origin) * scale;
-    const Int4 index = __builtin_convertvector(place, Int4);
-    const Int4 last = Int4{} + (count - 1);
-    const Int4 below = index < last ? index : last;
-    return below > 0 ? below : Int4{};  // overflown centres convert to negative numbers
-  }
-};
-
-struct Split {
-  int axis = -1;
-  int bin = 0;  ///< First bin of the right side
-  float cost = kInfinity;
-};
-
-float blocks_of(std::uint32_t triangles) {
-  return static_cast<float>((triangles + KILN_BVH_LEAF_TRIANGLES - 1) / KILN_BVH_LEAF_TRIANGLES);
-}
-
-Split best_split(const Bins& bins, const Mapping& mapping) {
-  Split best;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (mapping.scale[axis] == 0) continue;
-    std::array<float, kMaxBins> right_cost{};
-    const auto a = static_cast<std::size_t>(axis);
-    Bin right;
-    for (int i = mapping.count - 1; i > 0; --i) {
-      const Bin& bin = bins[static_cast<std::size_t>(i)][a];
-      right.box.include(bin.box);
-      right.count += bin.count;
-      right_cost[static_cast<std::size_t>(i)] =
-          right.count == 0 ? kInfinity : right.box.half_area() * blocks_of(right.count);
-    }
-    Bin left;
-    for (int i = 1; i < mapping.count; ++i) {
-      const Bin& bin = bins[static_cast<std::size_t>(i - 1)][a];
-      left.box.include(bin.box);
-      left.count += bin.count;
-      if (left.count == 0) continue;
-      const float cost =
-          left.box.half_area() * blocks_of(left.count) + right_cost[static_cast<std::size_t>(i)];
-      if (cost < best.cost) best = {axis, i, cost};
-    }
-  }
-  return best;
-}
 
 /// A finished subtree, with indices relative to its own arrays.
 struct Subtree {
@@ -151,7 +35,7 @@ struct Subtree {
 class Builder {
  public:
   Builder(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool merge)
-      : positions_(positions), triangles_(triangles), merge_(merge) {}
+      : positions_(positions), triangles_(triangles), merger_(positions, triangles, merge) {}
 
   Bvh build() {
     Bvh bvh;
@@ -344,54 +228,6 @@ class Builder {
                      before);
   }
 
-  /// Whether all corners are the same numbers, in the same order: then so is every answer, and ties go
-  /// to the lower index.
-  bool same_corners(std::uint32_t a, std::uint32_t b) const {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3& p = positions_[triangles_[a][k]];
-      const Vec3& q = positions_[triangles_[b][k]];
-      if (p.x != q.x || p.y != q.y || p.z != q.z) return false;
-    }
-    return true;
-  }
-
-  bool corners_before(std::uint32_t a, std::uint32_t b) const {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3& p = positions_[triangles_[a][k]];
-      const Vec3& q = positions_[triangles_[b][k]];
-      if (p.x != q.x) return p.x < q.x;
-      if (p.y != q.y) return p.y < q.y;
-      if (p.z != q.z) return p.z < q.z;
-    }
-    return a < b;
-  }
-
-  /// Triangles of one centre: drops those that are the same as one of a lower index, and orders the others
-  /// by the size of their boxes. Only such ranges can hold triangles that are the same.
-  void merge(Range& range) {
-    Primitive* const first = primitives_.get() + range.begin;
-    Primitive* last = first + range.size();
-    std::sort(first, last, [this](const Primitive& a, const Primitive& b) {
-      return corners_before(a.triangle(), b.triangle());
-    });
-    if (merge_) {
-      Primitive* const all = last;
-      last = std::unique(first, last, [this](const Primitive& a, const Primitive& b) {
-        return same_corners(a.triangle(), b.triangle());
-      });
-      duplicates_ += static_cast<std::uint64_t>(all - last);
-    }
-    // Boxes beyond single precision have no number for an area, and come last.
-    const auto size = [](const Primitive& primitive) {
-      const float area = primitive.box.half_area();
-      return area < kInfinity ? area : kInfinity;
-    };
-    std::stable_sort(first, last,
-                     [&](const Primitive& a, const Primitive& b) { return size(a) < size(b); });
-    range.end = static_cast<std::size_t>(last - primitives_.get());
-    range.merged = true;
-  }
-
   void measure(Range& range) const {
     for (std::size_t i = range.begin; i < range.end; ++i) {
       range.box.include(primitives_[i].box);
@@ -420,7 +256,12 @@ class Builder {
       if (widest < 0) break;
       Range& parent_slot = children[static_cast<std::size_t>(widest)];
       if (!parent_slot.merged && one_centre(parent_slot)) {
-        merge(parent_slot);
+        Primitive* const first = &primitives_[parent_slot.begin];
+        Primitive* const end = merger_.merge(first, first + parent_slot.size());
+        const auto left = static_cast<std::size_t>(end - first);
+        duplicates_ += parent_slot.size() - left;
+        parent_slot.end = parent_slot.begin + left;
+        parent_slot.merged = true;
         continue;  // it may be a leaf now
       }
       const Range parent = parent_slot;
@@ -449,27 +290,12 @@ class Builder {
     }
   }
 
-  /// The triangles of a leaf, each once. \returns how many there are
-  std::size_t leaf_triangles(const Range& range, std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) {
-    std::size_t count = 0;
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      const std::uint32_t index = primitives_[i].triangle();
-      std::size_t at = 0;
-      while (at < count && !(merge_ && same_corners(found[at], index))) ++at;
-      found[at] = at < count ? std::min(found[at], index) : index;
-      if (at == count) {
-        ++count;
-      } else {
-        ++duplicates_;
-      }
-    }
-    return count;
-  }
-
   std::uint32_t emit_block(const Range& range, Subtree& out) {
     kiln_bvh_block block;
     std::uint32_t found[KILN_BVH_LEAF_TRIANGLES] = {};
-    const std::size_t count = leaf_triangles(range, found);
+    const std::size_t count =
+        merger_.leaf(&primitives_[range.begin], &primitives_[range.begin] + range.size(), found);
+    duplicates_ += range.size() - count;
     for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
       const bool used = lane < count;
       const std::uint32_t index = found[used ? lane : 0];
@@ -570,7 +396,7 @@ class Builder {
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
-  bool merge_;
+  bvh::Merger merger_;
   std::unique_ptr<Primitive[]> primitives_;
   std::atomic<std::uint64_t> duplicates_{0};
 };
@@ -583,43 +409,6 @@ Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangl
                                       " triangles; at most 2147483647 are supported. Split it.");
   }
   return Builder(positions, triangles, merge).build();
-}
-
-void refit_bvh(Bvh& bvh, std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-  std::vector<Box> leaves(bvh.block_count);
-  parallel_for(bvh.block_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      kiln_bvh_block& block = bvh.block_data[i];
-      for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
-        const bool used = block.triangle[lane] != KILN_NO_TRIANGLE;
-        const Triangle& triangle = triangles[block.triangle[used ? lane : 0]];
-        for (std::size_t corner = 0; corner < 3; ++corner) {
-          const Vec3& p = positions[triangle[used ? corner : 0]];
-          block.corner[corner][0][lane] = p.x;
-          block.corner[corner][1][lane] = p.y;
-          block.corner[corner][2][lane] = p.z;
-          leaves[i].include(Float4{p.x, p.y, p.z, 0});
-        }
-      }
-    }
-  });
-  // A child's index is larger than its parent's. Widening a union is the union of what was widened.
-  std::vector<Box> boxes(bvh.node_count);
-  for (std::size_t i = bvh.node_count; i-- > 0;) {
-    kiln_bvh_node& node = bvh.node_data[i];
-    for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-      // Unused children have inverted bounds, and stay so.
-      if (node.planes[0][0][c] > node.planes[0][1][c]) continue;
-      const std::uint32_t child = node.child[c];
-      const bool leaf = (child & KILN_BVH_LEAF) != 0;
-      const Box& box = leaf ? leaves[child & ~KILN_BVH_LEAF] : boxes[child];
-      boxes[i].include(box);
-      for (int axis = 0; axis < 3; ++axis) {
-        node.planes[axis][0][c] = box.lo[axis] - KILN_BVH_EPSILON;
-        node.planes[axis][1][c] = box.hi[axis] + KILN_BVH_EPSILON;
-      }
-    }
-  }
 }
 
 }  // namespace kiln

@@ -11,9 +11,6 @@ namespace kiln {
 /// Blocks up to this are not asked for.
 inline constexpr std::uint64_t kLittleMemory = std::uint64_t{16} << 20;
 
-/// Bytes that may still be taken: within the limit, and free at all.
-std::uint64_t memory_left();
-
 /// a * b, at most 2^64 - 1.
 std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
 

@@ -5,9 +5,9 @@
 #include <cstring>
 #include <thread>
 
-#include "base/memory.h"
 #include "cl/driver.h"
 #include "cl/embedded.h"
+#include "kiln/memory.h"
 
 namespace kiln::ocl {
 namespace {
@@ -68,8 +68,13 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
                                        megabytes(info.largest_buffer_bytes) +
                                        " in one. Use a smaller mesh, or another device.");
   }
-  // A CPU's memory is ours.
-  if (!info.is_gpu) require_memory("A buffer of the device", bytes);
+  // A CPU's memory is ours. Small buffers are not asked for.
+  if (!info.is_gpu && bytes > (std::size_t{1} << 24) && bytes > memory_left()) {
+    throw Error(ErrorCode::internal, "A buffer of the device would take " + megabytes(bytes) +
+                                         " of memory, but only " + megabytes(memory_left()) +
+                                         " are left of the memory limit. Use smaller inputs or a "
+                                         "smaller size, or raise the memory limit.");
+  }
   cl_int status = CL_SUCCESS;
   driver([&] {
     memory_ = clCreateBuffer(context.get(), CL_MEM_READ_WRITE, bytes, nullptr, &status);

@@ -18,6 +18,9 @@ std::uint64_t free_memory();
 /// for, so the limit can be passed by a little.
 std::uint64_t memory_limit();
 
+/// Bytes that may still be taken: within memory_limit(), and free at all.
+std::uint64_t memory_left();
+
 /// Sets memory_limit() for the whole process. \param bytes  0: back to what it is unset
 void set_memory_limit(std::uint64_t bytes) noexcept;
 

@@ -339,7 +339,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Family{"grid", grid, 0.15, 0.15}, Family{"parts", parts, 0.45, 0.2},
                       Family{"sierpinski", sierpinski, 0.1, 0.3},
                       Family{"concentric", concentric, 1.02, 1.02}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& family) { return std::string(family.param.name); });
 
 }  // namespace
 }  // namespace kiln

@@ -1,6 +1,5 @@
 // A driver that crashes: PoCL with a damaged cache of kernels, or one on a full disk.
 #include <gtest/gtest.h>
-
 #include <sys/mount.h>
 #include <sys/stat.h>
 #include <unistd.h>

@@ -78,8 +78,9 @@ struct Command {
 const Command kCommands[] = {
     {"bake",
      [](const fs::path& in, const fs::path& out) {
-       return Words{"bake", in / "high.obj", in / "low.obj", "--size", "16", "--maps",
-                    "normal,mask", "--out", out, "--json", out / "report.json"};
+       return Words{"bake", in / "high.obj", in / "low.obj",     "--size",
+                    "16",   "--maps",        "normal,mask",      "--out",
+                    out,    "--json",        out / "report.json"};
      }},
     {"simplify",
      [](const fs::path& in, const fs::path& out) {
@@ -183,7 +184,7 @@ TEST_P(Faults, EndInOrder) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Faults, ::testing::ValuesIn(kCommands),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& command) { return std::string(command.param.name); });
 
 }  // namespace
 }  // namespace kiln

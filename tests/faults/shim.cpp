@@ -156,8 +156,8 @@ void* mmap(void* at, size_t size, int protection, int flags, int file, off_t off
 int __libc_start_main(int (*program)(int, char**, char**), int argc, char** argv, void (*init)(),
                       void (*fini)(), void (*loader_fini)(), void* stack_end) {
   real_main = program;
-  using Start = int(int (*)(int, char**, char**), int, char**, void (*)(), void (*)(), void (*)(),
-                    void*);
+  using Start =
+      int(int (*)(int, char**, char**), int, char**, void (*)(), void (*)(), void (*)(), void*);
   static Start* real = nullptr;
   return next(real, "__libc_start_main")(begin, argc, argv, init, fini, loader_fini, stack_end);
 }

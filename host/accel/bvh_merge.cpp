@@ -1,0 +1,59 @@
+#include "accel/bvh_range.h"
+
+namespace kiln::bvh {
+
+/// Whether all corners are the same numbers, in the same order: then so is every answer, and ties go to the
+/// lower index.
+bool Merger::same_corners(std::uint32_t a, std::uint32_t b) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& p = positions_[triangles_[a][k]];
+    const Vec3& q = positions_[triangles_[b][k]];
+    if (p.x != q.x || p.y != q.y || p.z != q.z) return false;
+  }
+  return true;
+}
+
+bool Merger::corners_before(std::uint32_t a, std::uint32_t b) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& p = positions_[triangles_[a][k]];
+    const Vec3& q = positions_[triangles_[b][k]];
+    if (p.x != q.x) return p.x < q.x;
+    if (p.y != q.y) return p.y < q.y;
+    if (p.z != q.z) return p.z < q.z;
+  }
+  return a < b;
+}
+
+Primitive* Merger::merge(Primitive* first, Primitive* last) const {
+  std::sort(first, last, [this](const Primitive& a, const Primitive& b) {
+    return corners_before(a.triangle(), b.triangle());
+  });
+  if (drop_) {
+    last = std::unique(first, last, [this](const Primitive& a, const Primitive& b) {
+      return same_corners(a.triangle(), b.triangle());
+    });
+  }
+  // Boxes beyond single precision have no number for an area, and come last.
+  const auto size = [](const Primitive& primitive) {
+    const float area = primitive.box.half_area();
+    return area < kInfinity ? area : kInfinity;
+  };
+  std::stable_sort(first, last,
+                   [&](const Primitive& a, const Primitive& b) { return size(a) < size(b); });
+  return last;
+}
+
+std::size_t Merger::leaf(const Primitive* first, const Primitive* last,
+                         std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) const {
+  std::size_t count = 0;
+  for (; first != last; ++first) {
+    const std::uint32_t index = first->triangle();
+    std::size_t at = 0;
+    while (at < count && !(drop_ && same_corners(found[at], index))) ++at;
+    found[at] = at < count ? std::min(found[at], index) : index;
+    if (at == count) ++count;
+  }
+  return count;
+}
+
+}  // namespace kiln::bvh

@@ -1,0 +1,160 @@
+// What the builder of the BVH sorts: triangles as boxes, ranges of them, and where to cut a range.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "kiln/types.h"
+#include "shared/bvh.h"
+
+namespace kiln::bvh {
+
+// Four floats in a register. GCC's and Clang's vector extension: baseline SSE2 on x86, NEON on ARM.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+inline constexpr int kMaxBins = 16;
+inline Float4 splat(float value) { return Float4{value, value, value, value}; }
+inline Float4 lower(Float4 a, Float4 b) { return a < b ? a : b; }
+inline Float4 upper(Float4 a, Float4 b) { return a > b ? a : b; }
+
+struct Box {
+  Float4 lo = splat(kInfinity);
+  Float4 hi = splat(-kInfinity);
+  void include(const Box& other) {
+    lo = lower(lo, other.lo);
+    hi = upper(hi, other.hi);
+  }
+  void include(Float4 point) {
+    lo = lower(lo, point);
+    hi = upper(hi, point);
+  }
+  float half_area() const {
+    const Float4 size = hi - lo;
+    return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+  }
+};
+
+/// A triangle while building: its box, not widened, and its index in the unused lane of `lo`.
+struct Primitive {
+  Box box;
+  std::uint32_t triangle() const { return std::bit_cast<std::uint32_t>(box.lo[3]); }
+  /// Twice the centre.
+  Float4 center() const {
+    Float4 sum = box.lo + box.hi;
+    sum[3] = 0;
+    return sum;
+  }
+};
+
+struct Range {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  Box box;
+  Box centers;
+  bool merged = false;  ///< No two of its triangles are the same
+  std::size_t size() const { return end - begin; }
+  bool is_leaf() const { return size() <= KILN_BVH_LEAF_TRIANGLES; }
+};
+
+struct Bin {
+  Box box;
+  std::uint32_t count = 0;
+};
+using Bins = std::array<std::array<Bin, 3>, kMaxBins>;
+
+/// Maps doubled centres to bins.
+struct Mapping {
+  Float4 origin;
+  Float4 scale;
+  int count = 0;
+
+  explicit Mapping(const Range& range) : origin(range.centers.lo) {
+    count = static_cast<int>(std::min<std::size_t>(kMaxBins, 4 + range.size() / 8));
+    const Float4 extent = range.centers.hi - range.centers.lo;
+    for (int axis = 0; axis < 4; ++axis) {
+      // Below 1e-30 the quotient could overflow; such an axis is not split.
+      const bool usable = axis < 3 && extent[axis] > 1e-30f;
+      scale[axis] = usable ? 0.9999f * static_cast<float>(count) / extent[axis] : 0.0f;
+    }
+  }
+  /// All centres are one.
+  bool is_flat() const { return scale[0] == 0 && scale[1] == 0 && scale[2] == 0; }
+  Int4 bins_of(const Primitive& primitive) const {
+    const Float4 place = (primitive.center() - origin) * scale;
+    const Int4 index = __builtin_convertvector(place, Int4);
+    const Int4 last = Int4{} + (count - 1);
+    const Int4 below = index < last ? index : last;
+    return below > 0 ? below : Int4{};  // overflown centres convert to negative numbers
+  }
+};
+
+struct Split {
+  int axis = -1;
+  int bin = 0;  ///< First bin of the right side
+  float cost = kInfinity;
+};
+
+inline float blocks_of(std::uint32_t triangles) {
+  return static_cast<float>((triangles + KILN_BVH_LEAF_TRIANGLES - 1) / KILN_BVH_LEAF_TRIANGLES);
+}
+
+inline Split best_split(const Bins& bins, const Mapping& mapping) {
+  Split best;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (mapping.scale[axis] == 0) continue;
+    std::array<float, kMaxBins> right_cost{};
+    const auto a = static_cast<std::size_t>(axis);
+    Bin right;
+    for (int i = mapping.count - 1; i > 0; --i) {
+      const Bin& bin = bins[static_cast<std::size_t>(i)][a];
+      right.box.include(bin.box);
+      right.count += bin.count;
+      right_cost[static_cast<std::size_t>(i)] =
+          right.count == 0 ? kInfinity : right.box.half_area() * blocks_of(right.count);
+    }
+    Bin left;
+    for (int i = 1; i < mapping.count; ++i) {
+      const Bin& bin = bins[static_cast<std::size_t>(i - 1)][a];
+      left.box.include(bin.box);
+      left.count += bin.count;
+      if (left.count == 0) continue;
+      const float cost =
+          left.box.half_area() * blocks_of(left.count) + right_cost[static_cast<std::size_t>(i)];
+      if (cost < best.cost) best = {axis, i, cost};
+    }
+  }
+  return best;
+}
+
+/// Triangles of one centre: drops those that are the same as one of a lower index, and orders the others by
+/// the size of their boxes. Only such ranges can hold triangles that are the same.
+class Merger {
+ public:
+  /// \param drop  false: only order them
+  Merger(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool drop)
+      : positions_(positions), triangles_(triangles), drop_(drop) {}
+
+  /// \returns the end of those that stay
+  Primitive* merge(Primitive* first, Primitive* last) const;
+
+  /// The triangles of a leaf, each once. \returns how many there are
+  std::size_t leaf(const Primitive* first, const Primitive* last,
+                   std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) const;
+
+ private:
+  bool same_corners(std::uint32_t a, std::uint32_t b) const;
+  bool corners_before(std::uint32_t a, std::uint32_t b) const;
+
+  std::span<const Vec3> positions_;
+  std::span<const Triangle> triangles_;
+  bool drop_;
+};
+
+}  // namespace kiln::bvh
