@@ -64,10 +64,10 @@ endwhile()
 
 file(WRITE "${OUTPUT}.new"
   "// Generated from kernels/${name} by cmake/EmbedKernel.cmake.\n"
-  "namespace kiln::cl::embedded {\n"
+  "namespace kiln::ocl::embedded {\n"
   "extern const char ${FAMILY}[];\n"
   "const char ${FAMILY}[] =\n${literals}    ;\n"
-  "}  // namespace kiln::cl::embedded\n")
+  "}  // namespace kiln::ocl::embedded\n")
 file(RENAME "${OUTPUT}.new" "${OUTPUT}")
 string(REPLACE " " "\\ " dependencies "${dependencies}")
 string(REPLACE " " "\\ " target "${OUTPUT}")

@@ -66,6 +66,7 @@ struct Range {
   std::size_t end = 0;
   Box box;
   Box centers;
+  bool merged = false;  ///< No two of its triangles are the same
   std::size_t size() const { return end - begin; }
   bool is_leaf() const { return size() <= KILN_BVH_LEAF_TRIANGLES; }
 };
@@ -91,6 +92,8 @@ struct Mapping {
       scale[axis] = usable ? 0.9999f * static_cast<float>(count) / extent[axis] : 0.0f;
     }
   }
+  /// All centres are one.
+  bool is_flat() const { return scale[0] == 0 && scale[1] == 0 && scale[2] == 0; }
   Int4 bins_of(const Primitive& primitive) const {
     const Float4 place = (primitive.center() - origin) * scale;
     const Int4 index = __builtin_convertvector(place, Int4);
@@ -147,8 +150,8 @@ struct Subtree {
 
 class Builder {
  public:
-  Builder(std::span<const Vec3> positions, std::span<const Triangle> triangles)
-      : positions_(positions), triangles_(triangles) {}
+  Builder(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool merge)
+      : positions_(positions), triangles_(triangles), merge_(merge) {}
 
   Bvh build() {
     Bvh bvh;
@@ -177,6 +180,8 @@ class Builder {
       }
     });
     join(top, tasks, subtrees, bvh);
+    bvh.duplicates = duplicates_;
+    bvh.triangles -= duplicates_;
     return bvh;
   }
 
@@ -295,6 +300,8 @@ class Builder {
     }
     if (chosen.axis < 0) {
       left.end = right.begin = range.begin + range.size() / 2;
+      left.merged = right.merged = range.merged;
+      order_by_place(range);
       measure(left);
       measure(right);
       return;
@@ -316,6 +323,73 @@ class Builder {
       }
     }
     left.end = right.begin = i;
+  }
+
+  static bool one_centre(const Range& range) { return range.merged || Mapping(range).is_flat(); }
+
+  /// Before a range is halved by count: what lies together stays together. Ranges of one centre are in
+  /// order of their boxes' size already.
+  void order_by_place(const Range& range) {
+    if (one_centre(range)) return;
+    const Float4 extent = range.centers.hi - range.centers.lo;
+    const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
+                     : extent[1] >= extent[2]                         ? 1
+                                                                      : 2;
+    const auto before = [axis](const Primitive& a, const Primitive& b) {
+      const float at_a = a.center()[axis], at_b = b.center()[axis];
+      return at_a != at_b ? at_a < at_b : a.triangle() < b.triangle();
+    };
+    Primitive* const first = primitives_.get();
+    std::nth_element(first + range.begin, first + range.begin + range.size() / 2, first + range.end,
+                     before);
+  }
+
+  /// Whether all corners are the same numbers, in the same order: then so is every answer, and ties go
+  /// to the lower index.
+  bool same_corners(std::uint32_t a, std::uint32_t b) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& p = positions_[triangles_[a][k]];
+      const Vec3& q = positions_[triangles_[b][k]];
+      if (p.x != q.x || p.y != q.y || p.z != q.z) return false;
+    }
+    return true;
+  }
+
+  bool corners_before(std::uint32_t a, std::uint32_t b) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& p = positions_[triangles_[a][k]];
+      const Vec3& q = positions_[triangles_[b][k]];
+      if (p.x != q.x) return p.x < q.x;
+      if (p.y != q.y) return p.y < q.y;
+      if (p.z != q.z) return p.z < q.z;
+    }
+    return a < b;
+  }
+
+  /// Triangles of one centre: drops those that are the same as one of a lower index, and orders the others
+  /// by the size of their boxes. Only such ranges can hold triangles that are the same.
+  void merge(Range& range) {
+    Primitive* const first = primitives_.get() + range.begin;
+    Primitive* last = first + range.size();
+    std::sort(first, last, [this](const Primitive& a, const Primitive& b) {
+      return corners_before(a.triangle(), b.triangle());
+    });
+    if (merge_) {
+      Primitive* const all = last;
+      last = std::unique(first, last, [this](const Primitive& a, const Primitive& b) {
+        return same_corners(a.triangle(), b.triangle());
+      });
+      duplicates_ += static_cast<std::uint64_t>(all - last);
+    }
+    // Boxes beyond single precision have no number for an area, and come last.
+    const auto size = [](const Primitive& primitive) {
+      const float area = primitive.box.half_area();
+      return area < kInfinity ? area : kInfinity;
+    };
+    std::stable_sort(first, last,
+                     [&](const Primitive& a, const Primitive& b) { return size(a) < size(b); });
+    range.end = static_cast<std::size_t>(last - primitives_.get());
+    range.merged = true;
   }
 
   void measure(Range& range) const {
@@ -344,7 +418,12 @@ class Builder {
         }
       }
       if (widest < 0) break;
-      const Range parent = children[static_cast<std::size_t>(widest)];
+      Range& parent_slot = children[static_cast<std::size_t>(widest)];
+      if (!parent_slot.merged && one_centre(parent_slot)) {
+        merge(parent_slot);
+        continue;  // it may be a leaf now
+      }
+      const Range parent = parent_slot;
       split(parent, by_count, parent.size() > parallel_above,
             children[static_cast<std::size_t>(widest)], children[static_cast<std::size_t>(count)]);
       ++count;
@@ -370,11 +449,30 @@ class Builder {
     }
   }
 
-  std::uint32_t emit_block(const Range& range, Subtree& out) const {
+  /// The triangles of a leaf, each once. \returns how many there are
+  std::size_t leaf_triangles(const Range& range, std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) {
+    std::size_t count = 0;
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const std::uint32_t index = primitives_[i].triangle();
+      std::size_t at = 0;
+      while (at < count && !(merge_ && same_corners(found[at], index))) ++at;
+      found[at] = at < count ? std::min(found[at], index) : index;
+      if (at == count) {
+        ++count;
+      } else {
+        ++duplicates_;
+      }
+    }
+    return count;
+  }
+
+  std::uint32_t emit_block(const Range& range, Subtree& out) {
     kiln_bvh_block block;
+    std::uint32_t found[KILN_BVH_LEAF_TRIANGLES] = {};
+    const std::size_t count = leaf_triangles(range, found);
     for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
-      const bool used = lane < range.size();
-      const std::uint32_t index = primitives_[range.begin + (used ? lane : 0)].triangle();
+      const bool used = lane < count;
+      const std::uint32_t index = found[used ? lane : 0];
       for (std::size_t corner = 0; corner < 3; ++corner) {
         const Vec3& p = positions_[triangles_[index][used ? corner : 0]];
         block.corner[corner][0][lane] = p.x;
@@ -472,17 +570,19 @@ class Builder {
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
+  bool merge_;
   std::unique_ptr<Primitive[]> primitives_;
+  std::atomic<std::uint64_t> duplicates_{0};
 };
 
 }  // namespace
 
-Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool merge) {
   if (triangles.size() >= KILN_BVH_LEAF) {
     throw Error(ErrorCode::input, "The mesh has " + std::to_string(triangles.size()) +
                                       " triangles; at most 2147483647 are supported. Split it.");
   }
-  return Builder(positions, triangles).build();
+  return Builder(positions, triangles, merge).build();
 }
 
 void refit_bvh(Bvh& bvh, std::span<const Vec3> positions, std::span<const Triangle> triangles) {

@@ -19,9 +19,10 @@ struct Bvh {
   std::unique_ptr<kiln_bvh_block[]> block_data;
   std::size_t node_count = 0;
   std::size_t block_count = 0;
-  std::uint64_t triangles = 0;  ///< In the tree
-  std::uint64_t skipped = 0;    ///< With a non-finite corner, or without area: in no leaf
-  std::uint32_t depth = 0;      ///< Levels of nodes, at most KILN_BVH_MAX_DEPTH
+  std::uint64_t triangles = 0;   ///< In the tree
+  std::uint64_t skipped = 0;     ///< With a non-finite corner, or without area: in no leaf
+  std::uint64_t duplicates = 0;  ///< With all corners of one of a lower index: in no leaf
+  std::uint32_t depth = 0;       ///< Levels of nodes, at most KILN_BVH_MAX_DEPTH
 
   std::span<const kiln_bvh_node> nodes() const { return {node_data.get(), node_count}; }
   std::span<const kiln_bvh_block> blocks() const { return {block_data.get(), block_count}; }
@@ -32,13 +33,17 @@ struct Bvh {
 /// surface until a node has 8 children (Wald, Benthin, Boulos 2008, section 3).
 ///
 /// The tree is the same for any number of threads. Its depth is bounded for any input: from a fixed
-/// level on ranges are halved by count. Triangles whose boxes all coincide are halved by count too.
+/// level on ranges are halved at the median of the widest axis. Triangles whose boxes have one centre are
+/// halved by the size of their boxes; those that are the same are merged first, since no query can tell
+/// them apart: ties go to the lowest index.
 ///
 /// \param positions  in the working frame: about unit size
 /// \param triangles  any number, none included, below 2^31
+/// \param merge  false: keep triangles that are the same now, for positions that will move
 /// \throws Error(input) where an index lies beyond the positions
 /// Cost: O(n log n); about 1.5 million triangles a second and thread.
-Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+              bool merge = true);
 
 /// Fits a tree's leaves and boxes to moved positions of the same triangles, bottom up; which child holds
 /// what stays as it is. Boxes are as tight as a fresh tree's would be.

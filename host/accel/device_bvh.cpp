@@ -31,10 +31,11 @@ Traversal choose_traversal(const cl::Context& context, Traversal wanted) {
 Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
            std::span<const Triangle> triangles, bool keep) {
   const auto start = Clock::now();
-  Bvh bvh = build_bvh(positions, triangles);
+  Bvh bvh = build_bvh(positions, triangles, !keep);
   stats.build_seconds = seconds_since(start);
   stats.triangles = bvh.triangles;
   stats.skipped = bvh.skipped;
+  stats.duplicates = bvh.duplicates;
   stats.nodes = bvh.node_count;
   stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
   const auto upload = Clock::now();

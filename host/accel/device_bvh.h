@@ -39,7 +39,8 @@ struct Tree {
 
   struct Stats {
     std::uint64_t triangles = 0;
-    std::uint64_t skipped = 0;  ///< Non-finite or without area
+    std::uint64_t skipped = 0;     ///< Non-finite or without area
+    std::uint64_t duplicates = 0;  ///< The same as another, which answers for them
     std::uint64_t nodes = 0;
     std::uint64_t bytes = 0;  ///< On the device
     double build_seconds = 0;

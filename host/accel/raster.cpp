@@ -145,6 +145,7 @@ void Rasterizer::draw(std::span<const kiln_view> views, const DepthKeys& keys) {
       throw Error(ErrorCode::internal, "A depth view does not fit its keys.");
     }
   }
+  const std::lock_guard lock(drawing_);
   if (path_ == RasterPath::tiles) {
     draw_tiles(views, keys);
   } else {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -55,7 +56,7 @@ class Rasterizer {
              std::span<const Triangle> triangles, RasterPath path = RasterPath::automatic);
 
   /// Clears the views' pixels within `keys` and draws. Back faces are left out but with
-  /// KILN_RASTER_TWO_SIDED.
+  /// KILN_RASTER_TWO_SIDED. Threads may draw at the same time, into keys of their own.
   /// \param views  all of one size, side by side within `keys`
   void draw(std::span<const kiln_view> views, const DepthKeys& keys);
 
@@ -71,6 +72,7 @@ class Rasterizer {
   void draw_triangles(const kiln_view& view, const DepthKeys& keys);
 
   cl::Context& context_;
+  std::mutex drawing_;  ///< Until all that needs the arrays below that change is in the queue
   std::uint32_t vertex_count_ = 0;
   std::uint32_t triangle_count_ = 0;
   double radius_ = 0;

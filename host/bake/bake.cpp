@@ -1,9 +1,11 @@
 #include "kiln/bake.h"
 
+#include <string>
 #include <utility>
 
 #include "bake/pipeline.h"
 #include "match/match_array.h"
+#include "source/alive.h"
 
 namespace kiln {
 namespace {
@@ -28,11 +30,11 @@ void join(BakeResult& result, BakeResult baked) {
 }
 
 /// \throws Cancelled
-BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOptions& options) {
+BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
+                         const BakeProgress& progress) {
   check_options(options);
   check_saved(options, high, low);
   const std::uint32_t count = options.visibility.clusters;
-  const BakeProgress progress(options.progress);
   Clusters clusters;
   BakeResult result;
   for (; clusters.cluster < count; ++clusters.cluster) {
@@ -61,8 +63,37 @@ BakeResult bake_drawn(const Source::Impl& high, const Mesh& low, const BakeOptio
 }
 
 BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
-  return unless_cancelled<BakeResult>([&] { return bake_clusters(source.impl(), low, options); },
-                                      [](BakeResult& none) { none.cancelled = true; });
+  Alive alive(options.progress);
+  const BakeProgress progress(alive.progress());
+  return unless_cancelled<BakeResult>(
+      [&] { return bake_clusters(source.impl(), low, options, progress); },
+      [](BakeResult& none) { none.cancelled = true; });
+}
+
+BakeResult bake(const Match& match, const Source& source, const Mesh& low,
+                const BakeOptions& options) {
+  if (options.match != nullptr) {
+    throw Error(ErrorCode::usage, "Two matches were given: leave BakeOptions::match out.",
+                "option-contradiction");
+  }
+  BakeOptions with = options;
+  with.match = &match;
+  return bake(source, low, with);
+}
+
+const BakedMap* BakeResult::find(MapKind kind, std::uint32_t cluster) const noexcept {
+  for (const BakedMap& map : maps) {
+    if (map.kind == kind && map.cluster == cluster) return &map;
+  }
+  return nullptr;
+}
+
+const BakedMap& BakeResult::map(MapKind kind, std::uint32_t cluster) const {
+  if (const BakedMap* found = find(kind, cluster)) return *found;
+  std::string message = "The result has no map '" + std::string(kind.name) + "'" +
+                        (cluster != 0 ? " of cluster " + std::to_string(cluster) : "") + ". It has";
+  for (const BakedMap& map : maps) message += " " + std::string(map.kind.name);
+  throw Error(ErrorCode::usage, message + (maps.empty() ? " none." : "."), "no-map");
 }
 
 }  // namespace kiln

@@ -4,6 +4,7 @@
 
 #include "bake/match_stage.h"
 #include "detail/registry.h"
+#include "kiln/validate.h"
 #include "match/uv.h"
 #include "match/views.h"
 
@@ -11,8 +12,55 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kMostViews = 512;
+constexpr std::uint32_t kMostPlaces = 1U << 20;
 
-[[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
+constexpr const char* kRange = "option-range";
+constexpr const char* kContradiction = "option-contradiction";
+
+[[noreturn]] void usage(const std::string& message, const char* id = kRange) {
+  throw Error(ErrorCode::usage, message, id);
+}
+
+/// A number that a caller cast to an enumeration, or memory that was never set.
+template <typename Enum>
+void check_enum(const char* name, Enum value, Enum last) {
+  const auto number = static_cast<long long>(value);
+  if (number >= 0 && number <= static_cast<long long>(last)) return;
+  usage(std::string(name) + " is " + std::to_string(number) +
+            ", which its enumeration does not have: use one of its names.",
+        "option-enum");
+}
+
+void check_enums(const BakeOptions& options) {
+  check_enum("views.criterion", options.views.criterion, ViewCriterion::angle);
+  check_enum("visibility.at", options.visibility.at, VisibilityAt::texel);
+  check_enum("visibility.test", options.visibility.test, VisibilityTest::rays);
+  check_enum("visibility.likelihood", options.visibility.likelihood, ViewLikelihood::list);
+  check_enum("ray.rule", options.ray.rule, RayRule::nearest);
+  check_enum("ray.direction", options.ray.direction, RayDirection::face);
+  check_enum("space", options.space, NormalMapSpace::face);
+  check_enum("miss", options.miss, MissPolicy::mark);
+}
+
+/// What the library's other rooms check of numbers.
+template <typename Check>
+void in_range(const Check& check) {
+  try {
+    check();
+  } catch (const Error& error) {
+    usage(error.what());
+  }
+}
+
+/// The same of names.
+template <typename Find>
+void named(const Find& find) {
+  try {
+    find();
+  } catch (const Error& error) {
+    usage(error.what(), "option-name");
+  }
+}
 
 void check_length(const char* name, const Length& length, bool may_be_zero) {
   if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
@@ -23,16 +71,14 @@ void check_length(const char* name, const Length& length, bool may_be_zero) {
 
 void check_views(const ViewOptions& views) {
   if (views.count.value_or(1) > kMostViews || views.directions.size() > kMostViews) {
-    throw Error(ErrorCode::usage,
-                "More than " + std::to_string(kMostViews) + " views were asked for: use fewer.");
+    usage("More than " + std::to_string(kMostViews) + " views were asked for: use fewer.");
   }
   if (views.count && *views.count == 0 && views.directions.empty()) {
-    throw Error(ErrorCode::usage, "No view was asked for: use at least one.");
+    usage("No view was asked for: use at least one.");
   }
   if (views.size > kLargestView) {
-    throw Error(ErrorCode::usage, "The depth views' size is " + std::to_string(views.size) +
-                                      ": it must be 1 to " + std::to_string(kLargestView) +
-                                      " pixels.");
+    usage("The depth views' size is " + std::to_string(views.size) + ": it must be 1 to " +
+          std::to_string(kLargestView) + " pixels.");
   }
 }
 
@@ -44,21 +90,25 @@ void check_fallback(const BakeOptions& options) {
   }
   if (options.fallback.empty()) {
     if (options.fallback_blend == 0) return;
-    usage("Blending with the fallback was asked for, but no fallback: choose one.");
+    usage("Blending with the fallback was asked for, but no fallback: choose one.", kContradiction);
   }
   if (options.match != nullptr) {
-    usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.");
+    usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.",
+          kContradiction);
   }
   std::vector<MatchMethod> asked = {options.method};
   for (const MatchMethod next : options.fallback) {
     if (!match_row(next).info.may_follow) {
       usage("'" + std::string(next.name) +
-            "' cannot be a fallback, since it searches nothing: choose one that searches, such as "
-            "ray.");
+                "' cannot be a fallback, since it searches nothing: choose one that searches, such "
+                "as "
+                "ray.",
+            kContradiction);
     }
     if (std::find(asked.begin(), asked.end(), next) != asked.end()) {
       usage("'" + std::string(next.name) +
-            "' is asked twice, and leaves the same samples undecided: choose another fallback.");
+                "' is asked twice, and leaves the same samples undecided: choose another fallback.",
+            kContradiction);
     }
     asked.push_back(next);
   }
@@ -81,7 +131,14 @@ void check_distances(const BakeOptions& options) {
   if (options.cage) check_length("cage", *options.cage, true);
   if (options.ray.edge_width) check_length("ray.edge_width", *options.ray.edge_width, false);
   if (options.cage && options.cage_mesh != nullptr) {
-    usage("Both a cage distance and a cage mesh were given: choose one.");
+    usage("Both a cage distance and a cage mesh were given: choose one.", kContradiction);
+  }
+  const bool cage = options.cage || options.cage_mesh != nullptr;
+  if (cage && options.match == nullptr &&
+      !any_in_chain(options, [](const MatchRow& row) { return row.info.takes_cage; })) {
+    usage("A cage was given, but '" + std::string(options.method.name) +
+              "' casts no rays from one: leave the cage out, or match by ray.",
+          kContradiction);
   }
 }
 
@@ -89,8 +146,10 @@ void check_map(MapKind map, const BakeOptions& options) {
   if (!map_row(map).info.needs_visibility) return;
   if (options.match == nullptr && match_row(options.method).info.takes_visibility) return;
   usage("The map " + std::string(map.name) +
-        " holds what a match by visibility goes by: choose the match visibility or hybrid" +
-        (options.match != nullptr ? " instead of a saved match" : "") + ", or leave the map out.");
+            " holds what a match by visibility goes by: choose the match visibility or hybrid" +
+            (options.match != nullptr ? " instead of a saved match" : "") +
+            ", or leave the map out.",
+        kContradiction);
 }
 
 /// What single maps take.
@@ -121,17 +180,25 @@ void check_map_options(const BakeOptions& options) {
 void check_clusters(const BakeOptions& options) {
   if (options.visibility.clusters <= 1) return;
   if (options.method != MatchMethod::visibility || options.match != nullptr) {
-    usage("Clusters of directions are for matching by visibility: choose that, or one cluster.");
+    usage("Clusters of directions are for matching by visibility: choose that, or one cluster.",
+          kContradiction);
   }
   if (options.keep_match) {
-    usage("Several clusters of directions have no one match to be kept: leave one of them out.");
+    usage("Several clusters of directions have no one match to be kept: leave one of them out.",
+          kContradiction);
   }
 }
 
 }  // namespace
 
-void check_options(const BakeOptions& options) {
+void validate(const BakeOptions& options) {
   check_size(options);
+  check_enums(options);
+  named([&] {
+    match_row(options.method);
+    for (const MatchMethod next : options.fallback) match_row(next);
+    for (const MapKind map : options.maps) map_row(map);
+  });
   if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
   check_distances(options);
   check_map_options(options);
@@ -142,17 +209,23 @@ void check_options(const BakeOptions& options) {
   if (options.two_component && options.space == NormalMapSpace::object) {
     usage(
         "The two-component form needs normals on one side of the surface: use tangent or face "
-        "space.");
+        "space.",
+        kContradiction);
+  }
+  if (options.recall > kMostPlaces) {
+    usage("recall is " + std::to_string(options.recall) + " places: it must be 0 to " +
+          std::to_string(kMostPlaces) + ".");
   }
   for (const MapKind map : options.maps) check_map(map, options);
-  match_row(options.method);
   check_views(options.views);
   check_fallback(options);
   if (any_in_chain(options, [](const MatchRow& row) { return row.info.takes_visibility; })) {
-    check_visibility(options.visibility);
+    in_range([&] { check_visibility(options.visibility); });
   }
   check_clusters(options);
-  check_uv(options.uv);
+  in_range([&] { check_uv(options.uv); });
 }
+
+void check_options(const BakeOptions& options) { validate(options); }
 
 }  // namespace kiln

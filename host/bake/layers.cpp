@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "image/gutter.h"
 
@@ -69,11 +70,23 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
   return image;
 }
 
+/// Of the maps, of their padding while it is made, and of levels below them.
+std::uint64_t bytes_of_maps(const BakeOptions& options) {
+  std::uint64_t channels = 1;  // coverage and charts
+  for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
+  const std::uint64_t texels = std::uint64_t{options.width} * options.height;
+  const std::uint64_t level = texels * channels * sizeof(float);
+  return level + (options.mips ? level / 3 : 0);
+}
+
 }  // namespace
 
 Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-               bool with_images)
-    : coverage_(with_images ? std::size_t{options.width} * options.height : 0) {
+               bool with_images) {
+  if (with_images) {
+    require_memory("The maps", bytes_of_maps(options));
+    coverage_.resize(std::size_t{options.width} * options.height);
+  }
   const MapRequest request{source, surface, options, shared_};
   reads_ = request.reads();
   const auto add = [&](const MapRow& row) {

@@ -1,9 +1,11 @@
 #include "bake/match_stage.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
 
 #include "match/fallback.h"
+#include "match/part_matcher.h"
 #include "match/saved.h"
 #include "mesh/length.h"
 
@@ -33,6 +35,27 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
   return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
 }
 
+/// A length as long as the dense mesh is likely a slip: of a unit, or of a % sign.
+void warn_about_length(const char* name, const std::optional<Length>& length, const Frame& frame,
+                       std::vector<Warning>& warnings) {
+  if (!length) return;
+  const double diagonals = to_frame(*length, frame) / (frame.diagonal * frame.scale);
+  if (!(diagonals > 1)) return;
+  char text[256];
+  std::snprintf(
+      text, sizeof text,
+      "%s is %.3g times as long as the dense mesh's diagonal of %.4g: rays of that length "
+      "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
+      name, diagonals, frame.diagonal);
+  warnings.push_back({"far-rays", text, 1});
+}
+
+/// Of all of the mesh, or part by part.
+std::unique_ptr<Matcher> matcher_of(const MatchRow& row, const MatchRequest& request,
+                                    const Parts* parts, MatchNotes& notes) {
+  return parts != nullptr ? part_matcher(row, request, *parts, notes) : row.make(request, notes);
+}
+
 }  // namespace
 
 MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
@@ -59,11 +82,35 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
   return {source.device.context(), surface, options.ray.direction, to_frame(width, source.frame)};
 }
 
+SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
+  const bool told = options.max_distance || options.cage || options.cage_mesh != nullptr;
+  const bool by_rays = options.method == MatchMethod::ray ||
+                       std::find(options.fallback.begin(), options.fallback.end(),
+                                 MatchMethod::ray) != options.fallback.end();
+  if (told || options.match != nullptr || !by_rays) return {};
+  return SheetReach(surface);
+}
+
 void take_notes(MatchNotes notes, BakeReport& report) {
   if (notes.views) report.views = std::move(notes.views);
   if (notes.visibility) report.visibility = notes.visibility;
   if (notes.uv) report.uv = notes.uv;
   report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
+}
+
+// By what was asked for, not by what another bake from the same source has made.
+void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
+                           BakeReport& report) {
+  const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.follows_bvh; }) &&
+                     (options.match == nullptr || !options.fallback.empty());
+  const std::uint64_t count = walks ? source.duplicates() : 0;
+  if (count == 0) return;
+  report.warnings.push_back(
+      {"duplicate-triangles",
+       std::to_string(count) +
+           " triangles of the dense mesh lie exactly on others, corner by corner; the first of "
+           "each stands for all. Weld the mesh, or remove copies of parts.",
+       count});
 }
 
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
@@ -73,6 +120,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   MatchRequest request = match_request(options, source, surface);
   request.cluster = clusters.cluster;
   request.field = &clusters.field;
+  request.sheet_reach = double{sheet_reach(options, surface).farthest()};
   if (progress) {
     request.prepares = [preparing = progress.part(0, kPreparingShare)](double done) {
       return preparing.tell(done, "visibility");
@@ -85,6 +133,10 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
                                "max_distance should be about twice BakeOptions::cage.",
                                1});
   }
+  if (options.match == nullptr && match_row(options.method).info.looks_far) {
+    warn_about_length("BakeOptions::cage", options.cage, source.frame, report.warnings);
+    warn_about_length("max_distance", options.max_distance, source.frame, report.warnings);
+  }
   const double built = source.stats().build_seconds;
   MatchNotes notes;
   std::unique_ptr<Matcher> matcher;
@@ -93,16 +145,17 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   } else {
     const MatchRow& row = match_row(options.method);
     if (!row.info.looks_far && options.fallback.empty()) report.max_distance = 0;
-    matcher = row.make(request, notes);
+    matcher = matcher_of(row, request, options.parts, notes);
   }
   if (!options.fallback.empty()) {
     std::vector<std::unique_ptr<Matcher>> rest;
     for (const MatchMethod next : options.fallback) {
-      rest.push_back(match_row(next).make(request, notes));
+      rest.push_back(matcher_of(match_row(next), request, options.parts, notes));
     }
     matcher = with_fallbacks(source.device.context(), std::move(matcher), std::move(rest));
   }
   take_notes(std::move(notes), report);
+  warn_about_duplicates(source, options, report);
   report.seconds_build = source.stats().build_seconds - built;
   return matcher;
 }

@@ -7,6 +7,7 @@
 #include "bake/progress.h"
 #include "match/registry.h"
 #include "texel/edge_turn.h"
+#include "texel/sheet_reach.h"
 
 namespace kiln {
 
@@ -30,6 +31,9 @@ struct Clusters {
 /// How the directions of samples turn, for matches that look along them; see RayOptions.
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                    const LowSurface& surface);
+
+/// How far samples on open sheets look where nothing is near: only where nobody says how far.
+SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface);
 
 /// Adds what a match said of itself to the report.
 void take_notes(MatchNotes notes, BakeReport& report);

@@ -28,6 +28,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
       turn_(edge_turn(scene.options, scene.high, surface_)),
+      sheets_(sheet_reach(scene.options, surface_)),
       layers_(scene.high, surface_, scene.options) {
   const BakeOptions& options = scene_.options;
   result_.report.seconds_texels = watch_.lap();
@@ -56,6 +57,7 @@ PipelineBand& Pipeline::sampled(std::uint32_t number) {
   PipelineBand& band = bands_[bands_stay_ == Bands::stay ? number : 0];
   band.texels = sampler_.sample(number);
   turn_.apply(context_, band.texels);
+  sheets_.apply(context_, band.texels);
   if (band.match.capacity < band.texels.capacity) {
     band.match = Correspondence();
     band.match = Correspondence(context_, band.texels.capacity, layers_.need_visibility());
@@ -79,7 +81,7 @@ PipelineBand& Pipeline::take(std::uint32_t number) {
 
 bool Pipeline::keeps_matcher() const {
   const BakeOptions& options = scene_.options;
-  return options.match == nullptr &&
+  return options.match == nullptr && options.parts == nullptr &&
          !any_in_chain(options, [](const MatchRow& row) { return !row.follows_bvh; });
 }
 
@@ -110,6 +112,12 @@ void Pipeline::make_collectors() {
   if (options.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.fallback_blend);
   }
+  // Of a mesh without a hierarchy: it would take longer than the bake.
+  if (options.match != nullptr || !match_row(options.method).info.tells_recall) return;
+  const MatchRequest request = match_request(options, scene_.high, surface_);
+  if (options.recall > 0) recall_.emplace(request, Recall::spread(scene_.high, options.recall));
+  if (options.recall_vertices) recall_vertices_.emplace(request, Recall::vertices(scene_.high));
+  result_.report.seconds_recall += watch_.lap();
 }
 
 /// Of no samples yet; it says which meshes it belongs to.
@@ -164,6 +172,10 @@ void Pipeline::note(const PipelineBand& band, const Pass& pass) {
   BakeReport& report = result_.report;
   if (switches_) switches_->store(layers_.reads(), band.texels, matcher_->deciders());
   if (blend_) blend_->store(layers_.reads(), band.texels, matcher_->deciders());
+  report.seconds_image += watch_.lap();
+  if (recall_) recall_->store(scene_.high, layers_.reads(), band.match);
+  if (recall_vertices_) recall_vertices_->store(scene_.high, layers_.reads(), band.match);
+  report.seconds_recall += watch_.lap();
   if (result_.match && (pass.match || pass.measure)) {
     store_band(context_, band.texels, band.match, unit_, *result_.match);
   }
@@ -202,6 +214,17 @@ void Pipeline::warn_about_pixels() {
            " times the light mesh's radius, so they show next to nothing of it: raise views.size, "
            "cut away what lies far from it in the dense mesh, or use rays.",
        1});
+}
+
+void Pipeline::tell_recall() {
+  BakeReport& report = result_.report;
+  if (recall_) report.recall = recall_->report(scene_.high.frame);
+  // Where little was found at all, that is what there is to say.
+  if (report.recall && report.missed * 50 <= report.samples) {
+    warn_about_loss(*report.recall, scene_.options, report.warnings);
+  }
+  if (recall_vertices_) result_.recalled = recall_vertices_->marks();
+  report.seconds_recall += watch_.lap();
 }
 
 void Pipeline::blend() {
@@ -270,6 +293,7 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   make_collectors();
   over_bands({});
   finish_match(true);
+  tell_recall();
   if (switches_) result_.report.switches = switches_->measure(*layers_.unit_vectors());
   blend();
   if (scene_.options.report_errors || layers_.obey_max_error(scene_.options)) measure_errors();

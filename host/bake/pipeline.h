@@ -11,6 +11,7 @@
 #include "bake/layers.h"
 #include "bake/match_stage.h"
 #include "bake/progress.h"
+#include "bake/recall.h"
 #include "bake/switches.h"
 #include "base/stopwatch.h"
 
@@ -87,6 +88,7 @@ class Pipeline {
   void note(const PipelineBand& band, const Pass& pass);
   Match empty_match();
   void make_collectors();
+  void tell_recall();
   void blend();
   void measure_errors();
   void warn_about_pixels();
@@ -100,6 +102,7 @@ class Pipeline {
   LowSurface surface_;
   TexelSampler sampler_;
   EdgeTurn turn_;
+  SheetReach sheets_;
   Layers layers_;
   std::vector<PipelineBand> bands_;  // one, or all
   bool sampled_ = false;             // all, and they stay
@@ -109,6 +112,7 @@ class Pipeline {
   ChartMap charts_;
   std::optional<Switches> switches_;
   std::optional<FallbackBlend> blend_;
+  std::optional<Recall> recall_, recall_vertices_;
   double distance_sum_ = 0;
   std::uint32_t cluster_ = 0;
   std::optional<std::uint64_t> source_hash_, low_hash_;

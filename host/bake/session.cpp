@@ -5,11 +5,13 @@
 #include <utility>
 
 #include "bake/session_impl.h"
+#include "kiln/validate.h"
 
 namespace kiln {
 namespace {
 
 const Mesh& checked(const Mesh& high) {
+  validate(high);
   if (high.triangles.empty()) {
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
@@ -85,10 +87,16 @@ void BakeSession::Impl::bake_maps(const DenseNormals::Change& change, bool any_m
   if (!pass.read) texels.read();
   update.texels = pass.read ? texels.count() : texels.chosen();
   update.seconds_detail = pipeline.lap();
-  if (pass.read || !padding_is_copied()) {
+  // What finish_maps() warns of is found on the way.
+  const bool quick = padding_is_copied() && !options.two_component;
+  if (pass.read && baked && quick && texels.coverage_stays()) {
+    texels.finish_all(options);
+    update.dirty = {0, 0, options.width, options.height};
+  } else if (pass.read || !padding_is_copied()) {
     pipeline.finish_maps();
+    update.dirty = {0, 0, options.width, options.height};
   } else {
-    texels.finish(options);
+    update.dirty = texels.finish(options);
   }
   pipeline.finish_report();
 }
@@ -104,6 +112,7 @@ const BakeResult& BakeSession::Impl::bake() {
   update.seconds_source = pipeline.lap();
   bake_maps(change, any_moved);
   moved.clear();
+  if (!baked) texels.prepare(options, padding_is_copied());
   baked = true;
   const BakeReport& report = pipeline.result().report;
   update.seconds_match = report.seconds_build + report.seconds_match;

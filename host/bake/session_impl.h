@@ -40,14 +40,21 @@ class SessionTexels {
   /// \param pipeline  with all bands sampled; it outlives this
   SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width);
 
-  /// What was found out of points and padding is out of date.
+  /// What was found out of points is out of date.
   void forget();
+  /// Finds out what the next partial update would: it shall not be slower than those after it.
+  /// \param copied  padding is copied from texels
+  void prepare(const BakeOptions& options, bool copied);
   /// Chooses the texels whose triangles have a changed normal. \returns false for more than half of all
   bool choose(const DenseNormals& normals, const DenseNormals::Change& change);
   /// Makes the chosen texels of all maps that read no positions.
   void read();
-  /// Puts them into the finished maps.
-  void finish(const BakeOptions& options);
+  /// Puts them into the finished maps. \returns where they and the padding that copies them lie
+  Rectangle finish(const BakeOptions& options);
+  /// Whether the same texels are baked as when padding was found last.
+  bool coverage_stays() const;
+  /// Where it does: all texels of all maps. Cheaper than finding their padding again.
+  void finish_all(const BakeOptions& options);
 
   std::size_t count() const { return count_; }
   std::size_t chosen() const { return chosen_.items().size(); }
@@ -60,6 +67,8 @@ class SessionTexels {
   };
 
   void index();
+  void find_padding(const BakeOptions& options);
+  Rectangle box() const;
   void read_band(std::size_t number, std::span<const std::uint32_t> texels);
   std::size_t place_of(std::size_t band, std::uint32_t texel) const;
 
@@ -70,11 +79,13 @@ class SessionTexels {
   std::size_t count_ = 0;
   Adjacency texels_of_;  // of each triangle of the high poly; empty where out of date
   Adjacency padding_;    // texels that copy each one; empty where not known
+  std::vector<std::uint8_t> padded_coverage_;  // that the padding was found for
   Stamps chosen_;
   std::vector<std::size_t> places_;  // of the chosen texels, in the map
+  std::vector<std::size_t> all_places_;
 };
 
-struct BakeSession::Impl {
+struct KILN_HIDDEN BakeSession::Impl {
   Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh, const BakeOptions& wanted,
        const SessionOptions& session);
 

@@ -27,9 +27,19 @@ SessionTexels::SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uin
   chosen_ = Stamps(count_);
 }
 
-void SessionTexels::forget() {
-  texels_of_ = {};
-  padding_ = {};
+void SessionTexels::forget() { texels_of_ = {}; }
+
+void SessionTexels::prepare(const BakeOptions& options, bool copied) {
+  if (texels_of_.first.empty()) index();
+  if (copied) find_padding(options);
+}
+
+/// It stays as long as the same texels are baked.
+void SessionTexels::find_padding(const BakeOptions& options) {
+  const Layers& layers = pipeline_.layers();
+  if (coverage_stays()) return;
+  padding_ = layers.padding_of(pipeline_.context(), options.gutter);
+  padded_coverage_ = layers.coverage();
 }
 
 /// Which texels each triangle of the high poly is matched by.
@@ -55,12 +65,15 @@ void SessionTexels::index() {
 }
 
 bool SessionTexels::choose(const DenseNormals& normals, const DenseNormals::Change& change) {
-  if (texels_of_.first.empty()) index();
   chosen_.clear();
+  // Most normals are most texels: no need to look them up.
+  if (change.entries.size() > normals.corners().normals.size() / 2) return false;
+  if (texels_of_.first.empty()) index();
   for (const std::uint32_t entry : change.entries) {
     for (const std::uint32_t corner : normals.corners_of(entry)) {
       for (const std::uint32_t texel : texels_of_.of(corner / 3)) chosen_.add(texel);
     }
+    if (chosen_.items().size() > count_ / 2) return false;
   }
   return chosen_.items().size() <= count_ / 2;
 }
@@ -118,10 +131,51 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   pipeline_.layers().run_some(part, match, std::span(places_).last(count));
 }
 
-void SessionTexels::finish(const BakeOptions& options) {
+/// Of places in the map and the padding that copies them.
+Rectangle SessionTexels::box() const {
+  std::size_t left = width_, right = 0, top = ~std::size_t{0}, bottom = 0;
+  const auto add = [&](std::size_t place) {
+    const std::size_t x = place % width_, y = place / width_;
+    left = std::min(left, x);
+    right = std::max(right, x + 1);
+    top = std::min(top, y);
+    bottom = std::max(bottom, y + 1);
+  };
+  for (const std::size_t place : places_) {
+    add(place);
+    for (const std::uint32_t copy : padding_.of(place)) add(copy);
+  }
+  if (right == 0) return {};
+  const auto narrow = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
+  return {narrow(left), narrow(top), narrow(right - left), narrow(bottom - top)};
+}
+
+bool SessionTexels::coverage_stays() const {
+  return !padding_.first.empty() && padded_coverage_ == pipeline_.layers().coverage();
+}
+
+void SessionTexels::finish_all(const BakeOptions& options) {
+  if (all_places_.empty()) {
+    all_places_.reserve(count_);
+    for (std::size_t b = 0; b < bands_.size(); ++b) {
+      for (std::uint32_t t = 0; t < bands_[b].index.size(); ++t) {
+        all_places_.push_back(place_of(b, bands_[b].first_texel + t));
+      }
+    }
+  }
+  std::vector<BakedMap>& maps = pipeline_.result().maps;
   Layers& layers = pipeline_.layers();
-  if (padding_.first.empty()) padding_ = layers.padding_of(pipeline_.context(), options.gutter);
-  layers.finish_some(options, places_, padding_, pipeline_.result().maps);
+  layers.finish_some(options, all_places_, padding_, maps);
+  for (std::size_t l = 0; l < maps.size(); ++l) {
+    const Layer& layer = layers.all()[l];
+    if (layer.row->info.type == MapType::coverage) maps[l].image = layer.image;
+  }
+}
+
+Rectangle SessionTexels::finish(const BakeOptions& options) {
+  find_padding(options);
+  pipeline_.layers().finish_some(options, places_, padding_, pipeline_.result().maps);
+  return box();
 }
 
 }  // namespace kiln

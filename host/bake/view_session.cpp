@@ -21,7 +21,7 @@ BakeOptions match_alone(BakeOptions options) {
 }  // namespace
 
 /// A pipeline whose match is made view by view: its bands stay, and no map is read.
-struct ViewSession::Impl {
+struct KILN_HIDDEN ViewSession::Impl {
   Impl(const Source& dense, const Mesh& low_mesh, const BakeOptions& wanted)
       : source(dense),
         low(low_mesh),

@@ -9,21 +9,28 @@
 #include <thread>
 #include <vector>
 
+#include "base/heartbeat.h"
+
 namespace kiln {
 
-/// Hardware threads, or the KILN_THREADS environment variable where that is set.
+/// As set_thread_limit() says; else hardware threads, or the KILN_THREADS environment variable where that is
+/// set.
 int thread_count();
 
 /// Calls body(begin, end) over [0, count) in pieces of `grain`, on `thread_limit` threads
 /// (0: thread_count()). Which thread takes which piece is not defined, so bodies must write to disjoint
-/// places. The first exception thrown is thrown again here, after all threads have stopped.
+/// places. The first exception thrown is thrown again here, after all threads have stopped. The calling thread
+/// takes part, and gives a sign of life (base/heartbeat.h) with each of its pieces.
 template <typename Body>
 void parallel_for(std::size_t count, std::size_t grain, const Body& body, int thread_limit = 0) {
   const std::size_t pieces = (count + grain - 1) / grain;
   const auto wanted = static_cast<std::size_t>(thread_limit > 0 ? thread_limit : thread_count());
   const std::size_t threads = std::min(pieces, wanted);
   if (threads <= 1) {
-    if (count != 0) body(std::size_t{0}, count);
+    for (std::size_t begin = 0; begin < count; begin += grain) {
+      body(begin, std::min(count, begin + grain));
+      Heartbeat::beat();
+    }
     return;
   }
   std::atomic<std::size_t> next{0};
@@ -33,6 +40,7 @@ void parallel_for(std::size_t count, std::size_t grain, const Body& body, int th
     try {
       for (std::size_t piece = next++; piece < pieces; piece = next++) {
         body(piece * grain, std::min(count, (piece + 1) * grain));
+        Heartbeat::beat();  // of the calling thread: others have none
       }
     } catch (...) {
       next = pieces;

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <thread>
 
+#include "base/memory.h"
+#include "cl/driver.h"
 #include "cl/embedded.h"
 
-namespace kiln::cl {
+namespace kiln::ocl {
 namespace {
 
 struct StatusName {
@@ -65,29 +68,35 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
                                        megabytes(info.largest_buffer_bytes) +
                                        " in one. Use a smaller mesh, or another device.");
   }
+  // A CPU's memory is ours.
+  if (!info.is_gpu) require_memory("A buffer of the device", bytes);
   cl_int status = CL_SUCCESS;
-  memory_ = clCreateBuffer(context.get(), CL_MEM_READ_WRITE, bytes, nullptr, &status);
+  driver([&] {
+    memory_ = clCreateBuffer(context.get(), CL_MEM_READ_WRITE, bytes, nullptr, &status);
+    return status;
+  });
   if (status != CL_SUCCESS) {
     throw Error(ErrorCode::device, "Allocating " + megabytes(bytes) + " on " + info.name +
                                        " failed with " + status_name(status) + "; " +
                                        megabytes(context.device_bytes()) + " are in use.");
   }
-  context.device_bytes_ += bytes;
-  context.peak_device_bytes_ = std::max(context.peak_device_bytes_, context.device_bytes_);
+  context.account(static_cast<std::int64_t>(bytes));
 }
 
 Buffer::~Buffer() {
   if (memory_ == nullptr) return;
-  clReleaseMemObject(memory_);
-  context_->device_bytes_ -= bytes_;
+  release([&] { clReleaseMemObject(memory_); });
+  context_->account(-static_cast<std::int64_t>(bytes_));
 }
 
 struct Context::Program {
   cl_program program = nullptr;
   std::map<std::string, cl_kernel> kernels;
   ~Program() {
-    for (auto& [name, kernel] : kernels) clReleaseKernel(kernel);
-    if (program != nullptr) clReleaseProgram(program);
+    for (auto& [name, kernel] : kernels) {
+      if (kernel != nullptr) release([&, k = kernel] { clReleaseKernel(k); });
+    }
+    if (program != nullptr) release([&] { clReleaseProgram(program); });
   }
 };
 
@@ -96,125 +105,227 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
   const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
                                               reinterpret_cast<cl_context_properties>(platform), 0};
   cl_int status = CL_SUCCESS;
-  context_ = clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
-  check(status, "Opening " + info_.name);
-  queue_ = clCreateCommandQueue(context_, device, 0, &status);
-  if (status != CL_SUCCESS) clReleaseContext(context_);
-  check(status, "Creating a command queue on " + info_.name);
+  check(driver([&] {
+          context_ = clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
+          return status;
+        }),
+        "Opening " + info_.name);
+  try {
+    check(driver([&] {
+            queue_ = clCreateCommandQueue(context_, device, 0, &status);
+            return status;
+          }),
+          "Creating a command queue on " + info_.name);
+  } catch (...) {
+    release([&] { clReleaseContext(context_); });
+    throw;
+  }
+}
+
+Context::Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info)
+    : info_(std::move(info)), device_(device), context_(context), queue_(queue) {
+  check(driver([&] { return clRetainContext(context_); }), "Sharing a context of " + info_.name);
+  try {
+    check(driver([&] { return clRetainCommandQueue(queue_); }),
+          "Sharing a command queue of " + info_.name);
+  } catch (...) {
+    release([&] { clReleaseContext(context_); });
+    throw;
+  }
 }
 
 Context::~Context() {
-  clFinish(queue_);
+  release([&] { clFinish(queue_); });
   programs_.clear();
-  clReleaseCommandQueue(queue_);
-  clReleaseContext(context_);
+  release([&] { clReleaseCommandQueue(queue_); });
+  release([&] { clReleaseContext(context_); });
 }
 
-std::unique_ptr<Context::Program> Context::build(const std::string& source,
-                                                 const std::string& builds,
+namespace {
+thread_local std::int64_t thread_bytes = 0;
+}  // namespace
+
+std::int64_t Context::bytes_of_thread() { return thread_bytes; }
+
+void Context::account(std::int64_t bytes) {
+  thread_bytes += bytes;
+  const std::uint64_t now = device_bytes_ += static_cast<std::uint64_t>(bytes);
+  std::uint64_t peak = peak_device_bytes_;
+  while (bytes > 0 && now > peak && !peak_device_bytes_.compare_exchange_weak(peak, now)) {
+  }
+}
+
+double Context::build_seconds() const {
+  const std::lock_guard lock(programs_mutex_);
+  return build_seconds_;
+}
+
+std::unique_ptr<Context::Program> Context::build(std::string_view source, const std::string& builds,
                                                  const std::string& defines, ErrorCode code) {
-  const auto start = std::chrono::steady_clock::now();
   auto built = std::make_unique<Program>();
   const char* text = source.data();
   const std::size_t length = source.size();
   cl_int status = CL_SUCCESS;
-  built->program = clCreateProgramWithSource(context_, 1, &text, &length, &status);
-  check(status, "clCreateProgramWithSource for " + builds);
+  check(driver([&] {
+          built->program = clCreateProgramWithSource(context_, 1, &text, &length, &status);
+          return status;
+        }),
+        "clCreateProgramWithSource for " + builds);
   std::string options = "-cl-std=CL1.2";
   if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (info_.is_gpu) options += " -DKILN_GPU=1";
   if (!defines.empty()) options += " " + defines;
-  status = clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
-  if (status != CL_SUCCESS) {
-    std::size_t size = 0;
-    clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
-    std::string log(size, '\0');
-    clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
-    throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name +
-                          " failed with " + status_name(status) + ". The build log:\n" + log);
-  }
-  build_seconds_ += seconds_since(start);
-  return built;
+  status = driver([&] {
+    return clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
+  });
+  if (status == CL_SUCCESS) return built;
+  const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
+    driver([&] {
+      return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);
+    });
+  };
+  std::size_t size = 0;
+  build_log(0, nullptr, &size);
+  std::string log(size, '\0');
+  build_log(size, log.data(), nullptr);
+  throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
+                        status_name(status) + ". " + cache_hint(info_) + "The build log:\n" + log);
 }
 
 Kernel Context::kernel_of(Program& program, const std::string& name) {
-  cl_kernel& kernel = program.kernels[name];
+  auto made = program.kernels.find(name);
+  if (made == program.kernels.end()) made = program.kernels.emplace(name, nullptr).first;
+  cl_kernel& kernel = made->second;
   if (kernel == nullptr) {
     cl_int status = CL_SUCCESS;
-    kernel = clCreateKernel(program.program, name.c_str(), &status);
-    check(status, "clCreateKernel for " + name);
+    check(driver([&] {
+            kernel = clCreateKernel(program.program, name.c_str(), &status);
+            return status;
+          }),
+          "clCreateKernel for " + name);
   }
   return {kernel, name};
 }
 
+template <typename Build>
+Kernel Context::kernel_by(const std::string& key, const std::string& name, const Build& build) {
+  const std::lock_guard lock(programs_mutex_);
+  auto slot = programs_.find(key);
+  if (slot == programs_.end()) {
+    const auto start = std::chrono::steady_clock::now();
+    slot = programs_.emplace(key, build()).first;
+    build_seconds_ += seconds_since(start);
+  }
+  return kernel_of(*slot->second, name);
+}
+
 Kernel Context::kernel(const std::string& family, const std::string& name,
                        const std::string& defines) {
-  std::unique_ptr<Program>& slot = programs_[family + " " + defines];
-  if (!slot) {
-    const std::string source(embedded_source(family));
+  return kernel_by(family + " " + defines, name, [&] {
+    const std::string_view source = embedded_source(family);
     if (source.empty()) {
       throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
     }
-    slot = build(source, "kernels/" + family + ".cl", defines, ErrorCode::device);
-  }
-  return kernel_of(*slot, name);
+    return build(source, "kernels/" + family + ".cl", defines, ErrorCode::device);
+  });
 }
 
 Kernel Context::kernel_with(const std::string& family, const std::string& name,
                             const std::string& more, const std::string& more_name) {
-  std::unique_ptr<Program>& slot = programs_[family + "\n" + more_name + "\n" + more];
-  if (!slot) {
+  return kernel_by(family + "\n" + more_name + "\n" + more, name, [&] {
     std::string file = more_name;
     for (char& c : file) {
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
     }
     const std::string source =
         std::string(embedded_source(family)) + "\n#line 1 \"" + file + "\"\n" + more + "\n";
-    slot = build(source, "'" + more_name + "'", {}, ErrorCode::input);
-  }
-  return kernel_of(*slot, name);
+    return build(source, "'" + more_name + "'", {}, ErrorCode::input);
+  });
 }
 
 void Context::set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {
   const cl_mem memory = buffer.get();
-  check(clSetKernelArg(kernel.get(), index, sizeof(cl_mem), &memory),
-        "clSetKernelArg " + std::to_string(index) + " of " + kernel.name());
+  set_raw_argument(kernel, index, &memory, sizeof memory);
 }
 
 void Context::set_raw_argument(const Kernel& kernel, cl_uint index, const void* value,
                                std::size_t bytes) {
-  check(clSetKernelArg(kernel.get(), index, bytes, value),
-        "clSetKernelArg " + std::to_string(index) + " of " + kernel.name());
+  const cl_int status = driver([&] { return clSetKernelArg(kernel.get(), index, bytes, value); });
+  if (status == CL_SUCCESS) return;
+  check(status, "clSetKernelArg " + std::to_string(index) + " of " + kernel.name());
 }
 
 void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local) {
   const std::size_t global = (count + local - 1) / local * local;
-  check(clEnqueueNDRangeKernel(queue_, kernel.get(), 1, nullptr, &global, &local, 0, nullptr,
-                               nullptr),
+  check(driver([&] {
+          return clEnqueueNDRangeKernel(queue_, kernel.get(), 1, nullptr, &global, &local, 0,
+                                        nullptr, nullptr);
+        }),
         "Launching " + kernel.name() + " on " + info_.name);
 }
 
-void Context::finish() { check(clFinish(queue_), "Waiting for " + info_.name); }
+thread_local void (*while_waiting)() = nullptr;
+
+/// Waits for everything enqueued where somebody wants to know meanwhile.
+void Context::wait() {
+  if (while_waiting == nullptr) return;
+  struct Event {
+    cl_event event = nullptr;
+    ~Event() {
+      if (event != nullptr) release([&] { clReleaseEvent(event); });
+    }
+  } marker;
+  const std::string what = "Waiting for " + info_.name;
+  check(driver([&] { return clEnqueueMarkerWithWaitList(queue_, 0, nullptr, &marker.event); }),
+        what);
+  check(driver([&] { return clFlush(queue_); }), what);
+  // Short waits cost little time, long ones little work.
+  std::chrono::microseconds pause{20};
+  for (;;) {
+    cl_int status = CL_COMPLETE;
+    check(driver([&] {
+            return clGetEventInfo(marker.event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status,
+                                  &status, nullptr);
+          }),
+          what);
+    if (status <= CL_COMPLETE) return;
+    std::this_thread::sleep_for(pause);
+    pause = std::min(2 * pause, std::chrono::microseconds{4000});
+    while_waiting();
+  }
+}
+
+void Context::finish() {
+  wait();
+  check(driver([&] { return clFinish(queue_); }), "Waiting for " + info_.name);
+}
 
 void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                          std::size_t bytes) {
   if (bytes == 0) return;
-  check(
-      clEnqueueFillBuffer(queue_, buffer.get(), value, value_bytes, 0, bytes, 0, nullptr, nullptr),
-      "clEnqueueFillBuffer");
+  check(driver([&] {
+          return clEnqueueFillBuffer(queue_, buffer.get(), value, value_bytes, 0, bytes, 0, nullptr,
+                                     nullptr);
+        }),
+        "clEnqueueFillBuffer");
 }
 
 void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* data,
                           std::size_t bytes) {
-  check(
-      clEnqueueWriteBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr, nullptr),
-      "clEnqueueWriteBuffer");
+  check(driver([&] {
+          return clEnqueueWriteBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0,
+                                      nullptr, nullptr);
+        }),
+        "clEnqueueWriteBuffer");
 }
 
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
-  check(
-      clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr, nullptr),
-      "clEnqueueReadBuffer");
+  wait();
+  check(driver([&] {
+          return clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr,
+                                     nullptr);
+        }),
+        "clEnqueueReadBuffer");
 }
 
-}  // namespace kiln::cl
+}  // namespace kiln::ocl

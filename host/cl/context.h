@@ -1,9 +1,12 @@
 // The only folder that calls OpenCL. Everything else in host/ speaks Context, Array and Kernel.
 #pragma once
 
+#ifndef CL_TARGET_OPENCL_VERSION
 #define CL_TARGET_OPENCL_VERSION 120
+#endif
 #include <CL/cl.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -19,9 +22,19 @@
 #include "kiln/device.h"
 #include "kiln/error.h"
 
-namespace kiln::cl {
+namespace kiln {
+namespace ocl {}
+/// What the library's own code calls it; public headers say `ocl`, since `cl` is OpenCL's own in C++.
+namespace cl = ocl;
+}  // namespace kiln
+
+namespace kiln::ocl {
 
 class Context;
+
+/// What this thread calls every few milliseconds while it waits for a device; null: nothing. May throw: the
+/// wait then ends, and what was enqueued goes on.
+extern thread_local void (*while_waiting)();
 
 /// Turns an OpenCL status into Error(device). The one conversion point.
 void check(cl_int status, std::string_view what);
@@ -87,7 +100,8 @@ class Array {
   std::size_t size_ = 0;
 };
 
-/// A kernel of a built program. Arguments are set in order by Context::launch.
+/// A kernel of a built program. Arguments are set in order by Context::launch. All threads share one object
+/// of the driver, which holds the arguments: hence the lock of a launch.
 class Kernel {
  public:
   Kernel() = default;
@@ -101,9 +115,16 @@ class Kernel {
 };
 
 /// Context, in-order queue, built programs and memory account of one device.
+///
+/// Any number of threads may use one. A thread sees its own commands done in its order, and those of
+/// others somewhere between; what a thread waits for includes what others had enqueued before. Arrays and
+/// buffers are not guarded: a thread that writes one keeps it to itself, or holds a lock until it has
+/// enqueued the last command that needs what was written.
 class Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
+  /// On what somebody else made, with references of its own. \param queue  in order
+  Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
@@ -111,6 +132,7 @@ class Context {
   const DeviceInfo& info() const { return info_; }
   cl_context get() const { return context_; }
   cl_command_queue queue() const { return queue_; }
+  cl_device_id device() const { return device_; }
 
   /// A kernel by program family ("ray" for kernels/ray.cl) and full kernel name. The program is
   /// built at first use and kept. `defines` is a string of -D options that change the code's shape.
@@ -130,6 +152,7 @@ class Context {
   template <typename... Args>
   void launch(const Kernel& kernel, std::size_t count, std::size_t local, const Args&... args) {
     if (count == 0) return;
+    const std::lock_guard lock(launch_mutex_);
     cl_uint index = 0;
     (set_argument(kernel, index++, args), ...);
     enqueue(kernel, count, local);
@@ -145,16 +168,22 @@ class Context {
   void finish();
 
   /// Seconds spent in clBuildProgram (and loading from the driver's cache) so far.
-  double build_seconds() const { return build_seconds_; }
+  double build_seconds() const;
   /// Bytes of device memory held now, and the most there ever were.
   std::uint64_t device_bytes() const { return device_bytes_; }
   std::uint64_t peak_device_bytes() const { return peak_device_bytes_; }
+  /// Bytes that this thread has taken of any device, less those that it has given back: what a piece of
+  /// work holds, whatever other threads do beside it.
+  static std::int64_t bytes_of_thread();
 
  private:
   struct Program;
   /// What a source came to. \param builds  its name in messages  \param code  of an error of the compiler's
-  std::unique_ptr<Program> build(const std::string& source, const std::string& builds,
+  std::unique_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
+  /// Of a program that is built where there is none of its key yet.
+  template <typename Build>
+  Kernel kernel_by(const std::string& key, const std::string& name, const Build& build);
   Kernel kernel_of(Program& program, const std::string& name);
 
   friend class Buffer;
@@ -176,6 +205,7 @@ class Context {
   void set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer);
   void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
   void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
+  void wait();
   void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
@@ -185,10 +215,14 @@ class Context {
   cl_device_id device_ = nullptr;
   cl_context context_ = nullptr;
   cl_command_queue queue_ = nullptr;
+  void account(std::int64_t bytes);
+
+  mutable std::mutex programs_mutex_;
   std::map<std::string, std::unique_ptr<Program>> programs_;
   double build_seconds_ = 0;
-  std::uint64_t device_bytes_ = 0;
-  std::uint64_t peak_device_bytes_ = 0;
+  std::mutex launch_mutex_;  ///< From the first argument of a launch to its place in the queue
+  std::atomic<std::uint64_t> device_bytes_{0};
+  std::atomic<std::uint64_t> peak_device_bytes_{0};
 };
 
 template <typename T>
@@ -204,4 +238,4 @@ void Array<T>::read(Context& context, std::span<T> data, std::size_t offset) con
   }
 }
 
-}  // namespace kiln::cl
+}  // namespace kiln::ocl

@@ -3,6 +3,8 @@
 #include <cstdlib>
 
 #include "cl/context.h"
+#include "cl/describe.h"
+#include "cl/driver.h"
 #include "kiln/version.h"
 
 namespace kiln {
@@ -60,7 +62,7 @@ DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
   return info;
 }
 
-std::vector<Found> find_devices() {
+std::vector<Found> ask_for_devices() {
   cl_uint platform_count = 0;
   if (clGetPlatformIDs(0, nullptr, &platform_count) != CL_SUCCESS) return {};
   std::vector<cl_platform_id> platforms(platform_count);
@@ -91,6 +93,15 @@ std::vector<Found> find_devices() {
   return found;
 }
 
+std::vector<Found> find_devices() {
+  std::vector<Found> found;
+  cl::driver([&] {
+    found = ask_for_devices();
+    return CL_SUCCESS;
+  });
+  return found;
+}
+
 std::string lower(std::string_view text) {
   std::string result(text);
   std::transform(result.begin(), result.end(), result.begin(),
@@ -116,7 +127,16 @@ const Found* select(const std::vector<Found>& found, std::string_view selector) 
 
 }  // namespace
 
-const char* version() noexcept { return KILN_VERSION; }
+DeviceInfo describe_device(cl_platform_id platform, cl_device_id device) {
+  return describe(platform, device);
+}
+
+#define KILN_TEXT(number) #number
+#define KILN_DOTTED(major, minor, patch) KILN_TEXT(major) "." KILN_TEXT(minor) "." KILN_TEXT(patch)
+
+const char* version() noexcept {
+  return KILN_DOTTED(KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH);
+}
 
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> result;

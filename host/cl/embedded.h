@@ -3,9 +3,9 @@
 
 #include <string_view>
 
-namespace kiln::cl {
+namespace kiln::ocl {
 
 /// The flattened source of kernels/<family>.cl, with #line marks; empty where there is none.
 std::string_view embedded_source(std::string_view family);
 
-}  // namespace kiln::cl
+}  // namespace kiln::ocl

@@ -1,5 +1,5 @@
-// Which texels were baked: 1, and 0 where a texel is empty, padding or missed. For comparing maps without
-// their padding.
+// Which texels were baked: the share of a texel's samples that found a point; 0 where it is empty or padding.
+// For comparing maps without their padding, and as the alpha of leaves.
 #include "detail/registry.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"
@@ -18,12 +18,13 @@ class MaskMap : public MapMaker {
         reads_->read(band.texel_first, band.texel_count + std::size_t{1});
     const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
     for (std::size_t t = 0; t < index.size(); ++t) {
-      bool baked = false;
+      std::uint32_t found = 0;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-        baked = baked || triangle[s] != KILN_NO_TRIANGLE;
+        found += triangle[s] != KILN_NO_TRIANGLE ? 1 : 0;
       }
-      out.values[index[t]] = baked ? 1.0F : 0.0F;
-      out.coverage[index[t]] = baked ? kCoverageBaked : kCoverageMissed;
+      const auto all = static_cast<float>(first[t + 1] - first[t]);
+      out.values[index[t]] = static_cast<float>(found) / all;
+      out.coverage[index[t]] = found > 0 ? kCoverageBaked : kCoverageMissed;
     }
   }
 
@@ -40,13 +41,14 @@ class MaskMap : public MapMaker {
 
 MapRow mask_map() {
   MapRow row;
-  row.info = {MapKind::mask,
-              1,
-              MapType::coverage,
-              "which texels were baked, 1 or else 0: leaves padding out of comparisons and "
-              "composites",
-              0,
-              1};
+  row.info = {
+      MapKind::mask,
+      1,
+      MapType::coverage,
+      "which texels were baked, 1 or else 0; with samples, the share of a texel's that found "
+      "a point: leaves padding out of comparisons and composites, and is a leaf's alpha",
+      0,
+      1};
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<MaskMap>(request);
   };

@@ -108,7 +108,7 @@ class Packer {
       angles_.push_back(best_box_angle(outline));
     }
     // Large outlines decide; small ones find gaps at few turns.
-    turns_ = outlines.size() <= 24 ? 16 : outlines.size() <= 96 ? 8 : 4;
+    turns_ = outlines.size() <= 12 ? 16 : outlines.size() <= 24 ? 8 : 4;
   }
 
   OutlinePacking search() {
@@ -133,6 +133,8 @@ class Packer {
  private:
   /// The orders and rules that are tried at every scale.
   static constexpr std::uint32_t variants = 6;
+  /// How often an order is mended.
+  static constexpr int rounds = 4;
 
   OutlinePacking attempt(double scale) {
     const std::size_t count = outlines_.size();
@@ -176,10 +178,25 @@ class Packer {
     return result;
   }
 
+  /// Whoever finds no place comes earlier in the next round.
   bool pack(std::uint32_t variant, OutlinePacking& packing) const {
+    std::vector<std::uint32_t> turn = order(variant);
+    for (int round = 0; round < rounds; ++round) {
+      const std::size_t failed = pack_in(turn, variant, packing);
+      if (failed == turn.size()) return true;
+      const auto at = turn.begin() + static_cast<std::ptrdiff_t>(failed);
+      std::rotate(turn.begin() + static_cast<std::ptrdiff_t>(failed / 2), at, at + 1);
+    }
+    return false;
+  }
+
+  /// \returns the place in the order of the first that finds none; how many there are: all do
+  std::size_t pack_in(std::span<const std::uint32_t> sequence, std::uint32_t variant,
+                      OutlinePacking& packing) const {
     packing.places.assign(outlines_.size(), {});
     Taken taken(side_);
-    for (const std::uint32_t i : order(variant)) {
+    for (std::size_t n = 0; n < sequence.size(); ++n) {
+      const std::uint32_t i = sequence[n];
       const ChartMask* chosen = nullptr;
       std::uint32_t best = side_ + 1, x = 0, y = 0;
       for (std::uint32_t turn = 0; turn < turns_; ++turn) {
@@ -192,12 +209,12 @@ class Packer {
           chosen = &mask;
         }
       }
-      if (chosen == nullptr) return false;
+      if (chosen == nullptr) return n;
       taken.take(*chosen, x, y);
       packing.places[i] = {chosen->turn,
                            {(x + chosen->shift.x) * cell_, (y + chosen->shift.y) * cell_}};
     }
-    return true;
+    return sequence.size();
   }
 
   std::span<const Outline> outlines_;

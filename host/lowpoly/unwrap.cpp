@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kiln/lowpoly.h"
+#include "kiln/validate.h"
 #include "lowpoly/packing.h"
 #include "lowpoly/pairing.h"
 #include "lowpoly/unwrap_charts.h"
@@ -316,15 +317,7 @@ void check(const Mesh& mesh, const UnwrapOptions& options) {
                                       "; it must be between 1 and a quarter of the size (" +
                                       std::to_string(options.size / 4) + ")");
   }
-  for (const Triangle& triangle : mesh.triangles) {
-    for (const std::uint32_t vertex : triangle) {
-      if (vertex >= mesh.positions.size()) {
-        throw Error(ErrorCode::input, "unwrap: mesh '" + mesh.name +
-                                          "' has a triangle with vertex " + std::to_string(vertex) +
-                                          " of " + std::to_string(mesh.positions.size()));
-      }
-    }
-  }
+  validate(mesh);
 }
 
 Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
@@ -333,6 +326,7 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
   const Layout layout = find_layout(patches, options);
 
   Mesh result = mesh;
+  result.tangents.clear();  // those of other UVs
   result.uvs.clear();
   result.uvs.reserve(patches.size() * 4 + 1);
   result.uvs.push_back({0, 0});  // All corners of the triangles that cover nothing.

@@ -11,6 +11,7 @@
 #include "base/parallel.h"
 #include "lowpoly/bitmap_packing.h"
 #include "lowpoly/box_packing.h"
+#include "lowpoly/chart_cuts.h"
 #include "lowpoly/chart_growth.h"
 #include "lowpoly/flat_predicates.h"
 #include "lowpoly/pairing.h"
@@ -27,6 +28,10 @@ constexpr std::size_t bitmap_limit = 1000;
 constexpr double wanted_coverage = 0.25;
 /// But only where that raises the texels used by this factor.
 constexpr double worthwhile = 1.3;
+/// Where padding is weighed, before packing.
+constexpr double expected_coverage = 0.75;
+/// What a seam as long as the side of a square with the mesh's area must save, as a share of that area.
+constexpr double seam_price = 0.02;
 /// Rounds after growing; the energy hardly falls after these.
 constexpr int finishing_rounds = 4;
 
@@ -56,7 +61,11 @@ std::vector<FlatChart> make_charts(const Mesh& mesh, const UnwrapOptions& option
   }
   ChartBorders borders(surface);
   std::vector<FlatChart> charts = grow_charts(surface, borders, {});
-  const double texel = std::sqrt(surface.total_area) / options.size;
+  const double extent = std::sqrt(surface.total_area);
+  const double padding =
+      extent / std::sqrt(expected_coverage) * options.border_texels / options.size;
+  cut_charts(surface, borders, {0.5 * padding, seam_price * extent}, charts, threads);
+  const double texel = extent / options.size;
   std::vector<std::uint32_t> local(surface.triangles.size());
   for (FlatChart& chart : charts) {
     if (lone[chart.source[0]] != 0)
@@ -153,7 +162,8 @@ bool mark_failures(const FlatChart& chart, std::vector<std::uint8_t>& lone) {
 
 Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
-  result.uvs = {{0, 0}};  // All corners of the triangles that cover nothing.
+  result.tangents.clear();  // those of other UVs
+  result.uvs = {{0, 0}};    // All corners of the triangles that cover nothing.
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   for (const FlatChart& chart : charts) {
     const auto first = static_cast<std::uint32_t>(result.uvs.size());

@@ -61,7 +61,7 @@ MatchRow row_of(MatchMethod method, std::string_view searches) {
   MatchRow row;
   row.info.method = method;
   row.info.searches = searches;
-  row.info.takes_visibility = row.follows_bvh = true;
+  row.info.takes_visibility = row.info.tells_recall = row.follows_bvh = true;
   return row;
 }
 

@@ -44,7 +44,7 @@ MatchRow axis_match() {
   MatchRow row;
   row.info.method = MatchMethod::axis;
   row.info.searches = "along one axis, both ways";
-  row.info.takes_directions = row.follows_bvh = true;
+  row.info.takes_directions = row.info.takes_parts = row.info.tells_recall = row.follows_bvh = true;
   row.info.needs_direction = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     if (request.views.directions.size() != 1) {

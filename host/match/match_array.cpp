@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "base/parallel.h"
+#include "kiln/validate.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
@@ -97,26 +98,27 @@ Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t sample
 }
 
 void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles) {
-  const auto fail = [](const std::string& text) {
-    throw Error(ErrorCode::input, "The saved match does not fit: " + text);
-  };
+  validate(match);
   if (match.samples != options.samples || match.width != options.width * options.samples ||
       match.height != options.height * options.samples) {
-    fail("it was made for a map of " + std::to_string(match.width / match.samples) + "x" +
-         std::to_string(match.height / match.samples) + " with " + std::to_string(match.samples) +
-         "x" + std::to_string(match.samples) + " samples a texel. Use that size, or match again.");
+    throw Error(ErrorCode::input,
+                "The saved match does not fit: it was made for a map of " +
+                    std::to_string(match.width / match.samples) + "x" +
+                    std::to_string(match.height / match.samples) + " with " +
+                    std::to_string(match.samples) + "x" + std::to_string(match.samples) +
+                    " samples a texel. Use that size, or match again.",
+                "match-size");
   }
-  if (match.source_triangles != source_triangles) {
-    fail("it refers to a dense mesh of " + std::to_string(match.source_triangles) +
-         " triangles, this one has " + std::to_string(source_triangles) +
-         ". Give the same mesh, or match again.");
-  }
-  for (std::uint32_t triangle : match.triangle) {
-    if (triangle != KILN_NO_TRIANGLE && triangle >= source_triangles) {
-      fail("it names triangle " + std::to_string(triangle) + " of " +
-           std::to_string(source_triangles) + ". The file is damaged; match again.");
-    }
-  }
+  check_source(match, source_triangles);
+}
+
+void check_source(const Match& match, std::uint64_t source_triangles) {
+  if (match.source_triangles == source_triangles) return;
+  throw Error(ErrorCode::input,
+              "The saved match does not fit: it refers to a dense mesh of " +
+                  std::to_string(match.source_triangles) + " triangles, this one has " +
+                  std::to_string(source_triangles) + ". Give the same mesh, or match again.",
+              "match-source");
 }
 
 std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
@@ -137,13 +139,16 @@ std::uint64_t hash_low(const Mesh& low) {
 }
 
 void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t low_hash) {
-  const auto check = [](std::uint64_t saved, std::uint64_t given, const char* which) {
+  const auto check = [](std::uint64_t saved, std::uint64_t given, const char* which,
+                        const char* id) {
     if (saved == 0 || saved == given) return;
-    throw Error(ErrorCode::input, std::string("The saved match was made for another ") + which +
-                                      " mesh. Give the same one, or match again.");
+    throw Error(ErrorCode::input,
+                std::string("The saved match was made for another ") + which +
+                    " mesh. Give the same one, or match again.",
+                id);
   };
-  check(match.source_hash, source_hash, "dense");
-  check(match.low_hash, low_hash, "light");
+  check(match.source_hash, source_hash, "dense", "match-source");
+  check(match.low_hash, low_hash, "light", "match-low");
 }
 
 void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,

@@ -17,8 +17,10 @@ namespace kiln {
 Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
                  std::uint64_t source_triangles);
 
-/// Checks that a match fits this map and source. \throws Error(input)
+/// Checks that a match holds together and fits this map and source. \throws Error(input)
 void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles);
+/// The last part of it: the dense mesh's number of triangles.
+void check_source(const Match& match, std::uint64_t source_triangles);
 
 /// What a match belongs to. The same on every machine and number of threads.
 std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles);

@@ -2,11 +2,12 @@
 // several faces outward.
 #include "match/outermost.h"
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "match/host_match.h"
 #include "match/ray.h"
-#include "mesh/kernels_shared.h"
 #include "mesh/vector.h"
 #include "shared/ray.h"
 
@@ -18,37 +19,6 @@ constexpr std::size_t kLocal = 64;
 constexpr float kSameFace = 4 * KILN_BVH_EPSILON;
 // The light mesh's own face, and those beside it, are met at 0.
 constexpr float kOwnFace = 8 * KILN_BVH_EPSILON;
-
-/// Some samples' correspondences on the host.
-struct Found {
-  std::vector<std::uint32_t> triangle;
-  std::vector<float> u, v, distance;
-  std::vector<std::uint8_t> status;
-
-  Found(cl::Context& context, const Correspondence& match, std::uint32_t count)
-      : triangle(count), u(count), v(count), distance(count), status(count) {
-    match.triangle.read(context, triangle);
-    match.barycentric.read(context, u);
-    match.barycentric.read(context, v, match.capacity);
-    match.distance.read(context, distance);
-    match.status.read(context, status);
-  }
-
-  void take(const Found& other, std::size_t i) {
-    triangle[i] = other.triangle[i];
-    u[i] = other.u[i];
-    v[i] = other.v[i];
-    distance[i] = other.distance[i];
-  }
-
-  void write(cl::Context& context, Correspondence& match) const {
-    match.triangle.write(context, std::span(triangle));
-    match.barycentric.write(context, std::span(u));
-    match.barycentric.write(context, std::span(v), match.capacity);
-    match.distance.write(context, std::span(distance));
-    match.status.write(context, std::span(status));
-  }
-};
 
 /// The light mesh as rays meet it.
 class LowRays {
@@ -78,7 +48,7 @@ class LowRays {
     query.two_sided = true;
     Correspondence met(context, samples.capacity);
     rays_->intersect(samples.points, count, samples.capacity, query, met);
-    const Found found(context, met, count);
+    const HostMatch found(context, met, count);
     std::vector<float> points(std::size_t{7} * samples.capacity);
     samples.points.read(context, points);
     std::vector<float> limit(count, farthest);
@@ -138,15 +108,15 @@ class OutermostMatcher : public Matcher {
 
     Correspondence result(context_, count);
     rays_.intersect(some.points, count, count, nearest_, result);
-    Found chosen(context_, result, count);
+    HostMatch chosen(context_, result, count);
     RayQuery limited = outermost_;
     limited.limited = true;
     rays_.intersect(some.points, count, count, limited, result);
-    const Found outer(context_, result, count);
+    const HostMatch outer(context_, result, count);
     for (std::size_t i = 0; i < count; ++i) {
       const bool found = outer.triangle[i] != KILN_NO_TRIANGLE;
       if (!found || !(outer.distance[i] > chosen.distance[i] + kSameFace)) continue;
-      chosen.take(outer, i);
+      chosen.take(i, outer, i);
       chosen.status[i] = KILN_STATUS_OUTERMOST;
     }
     chosen.write(context_, result);

@@ -1,6 +1,9 @@
 // Rays along the low poly's normals (Tarini, Cignoni, Scopigno, section 3.2), from a cage where there is one.
 #include "match/ray.h"
 
+#include <utility>
+
+#include "match/far_rays.h"
 #include "match/outermost.h"
 
 namespace kiln {
@@ -42,11 +45,15 @@ MatchRow ray_match() {
   MatchRow row;
   row.info.method = MatchMethod::ray;
   row.info.searches = "along the low poly's normal, outward first; from a cage inward";
-  row.info.takes_cage = row.info.along_low = row.follows_bvh = true;
+  row.info.takes_cage = row.info.along_low = row.info.takes_parts = row.info.tells_recall =
+      row.follows_bvh = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
-    if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
-    return std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
+    std::unique_ptr<Matcher> rays =
+        !cage && request.ray.rule == RayRule::outermost
+            ? outermost_matcher(request)
+            : std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
+    return request.sheet_reach > 0 ? far_rays(std::move(rays), request) : std::move(rays);
   };
   return row;
 }

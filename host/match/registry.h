@@ -20,10 +20,29 @@ namespace kiln {
 /// What a match is told: the samples it will be given, how far to look, along what. Lengths are in the
 /// working frame.
 struct MatchRequest {
+  /// The same of other meshes, in the same frame.
+  MatchRequest of(const Source::Impl& other, const LowSurface& low) const {
+    MatchRequest request{.source = other, .surface = low};
+    request.width = width;
+    request.height = height;
+    request.samples = samples;
+    request.distance = distance;
+    request.sheet_reach = sheet_reach;
+    request.cage = cage;
+    request.cage_mesh = cage_mesh;
+    request.two_sided = two_sided;
+    request.views = views;
+    request.visibility = visibility;
+    request.uv = uv;
+    request.ray = ray;
+    return request;
+  }
+
   const Source::Impl& source;
   const LowSurface& surface;
   std::uint32_t width = 0, height = 0, samples = 1;  ///< Of the map
-  double distance = 0;              ///< How far to look; with a cage, from the cage inward
+  double distance = 0;     ///< How far to look; with a cage, from the cage inward
+  double sheet_reach = 0;  ///< Where samples on open sheets may look farther: how far; else 0
   std::optional<double> cage = {};  ///< Start rays this far outside, inward, first hit
   bool cage_mesh = false;           ///< ... or where the surface's directions end
   bool two_sided = false;           ///< Back faces of the high poly are hit, too

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "accel/device_bvh.h"
+#include "base/heartbeat.h"
 #include "cl/context.h"
 #include "kiln/bake.h"
 #include "mesh/kernels_shared.h"
@@ -36,9 +37,6 @@ struct ProbeDirection {
   Vec3d toward;      ///< Unit, from the mesh to the viewer
   float weight = 1;  ///< How likely
 };
-
-/// Thrown by what is under way where its caller says stop.
-struct Cancelled {};
 
 /// Called with the share done; false: stop. May be empty.
 using KeepOn = std::function<bool(double)>;

@@ -429,12 +429,14 @@ void NormalProbe::match_places(const BakeOptions& options,
       make_matcher(source_, surface_, options, report, clusters, BakeProgress(options.progress));
   field = clusters.field;
   const EdgeTurn turn = edge_turn(options, source_, surface_);
-  if (!turn.turns()) {
+  const SheetReach sheets = sheet_reach(options, surface_);
+  if (!turn.turns() && !(sheets.farthest() > 0)) {
     matcher->run(band_, match);
     return;
   }
   TexelBand turned = band_of(places_);
   turn.apply(source_.device.context(), turned);
+  sheets.apply(source_.device.context(), turned);
   matcher->run(turned, match);
 }
 

@@ -203,7 +203,7 @@ class Planner {
     const double seconds = planned_.seconds_measure;
     planned_ = {};
     planned_.seconds_measure = seconds;
-    best_error_ = 0;
+    best_error_ = best_weighed_ = 0;
     best_finds_ = false;
     nearest_limit_.reset();
   }
@@ -362,16 +362,20 @@ class Planner {
                                      [](const BakedMap& m) { return m.kind == MapKind::normal; });
     const Image& drawn = baked.drawn.pixels.empty() ? normal->image : baked.drawn;
     trial.error = probe_->with_map(drawn, options.space, options.flip_y);
+    if (report.recall) trial.lost = report.recall->lost;
     planned_.seconds_measure += watch.total();
     planned_.trials.push_back(trial);
     const double error = trial.error.mean_degrees;
+    // What was lost counts as without a map.
+    const double weighed = error + trial.lost * planned_.without_map.mean_degrees;
     outlook.measured(std::min(trial.width, trial.height), error);
     const bool finds = !found_nothing(report);
     const bool reached = options_.max_error > 0 && error <= options_.max_error;
     // A larger map must be worth it. One that found nothing gives way to any that found something.
     const bool first = best_error_ == 0 || (finds && !best_finds_);
-    if (first || (finds && (reached || error <= best_error_ * 0.98))) {
+    if (first || (finds && (reached || weighed <= best_weighed_ * 0.98))) {
       best_error_ = error;
+      best_weighed_ = weighed;
       best_finds_ = finds;
       planned_.chosen = trial;
       planned_.result = std::move(result);
@@ -394,7 +398,7 @@ class Planner {
   std::shared_ptr<const VisibilityField> field_;
   std::optional<NormalProbe::Limit> nearest_limit_;  // of UVs and the first way
   PlannedBake planned_;
-  double best_error_ = 0;
+  double best_error_ = 0, best_weighed_ = 0;
   bool best_finds_ = false;
 };
 

@@ -4,11 +4,13 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "kiln/validate.h"
 #include "mesh/vector.h"
 
 namespace kiln {
 
 Bounds Bounds::of(const Mesh& mesh) {
+  validate(mesh);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Bounds bounds{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
   for (const Triangle& triangle : mesh.triangles) {

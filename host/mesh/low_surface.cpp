@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/parallel.h"
+#include "kiln/validate.h"
 #include "mesh/normals.h"
 #include "mesh/tangent.h"
 #include "mesh/vector.h"
@@ -13,26 +14,8 @@ namespace {
 
 std::string quoted(const Mesh& mesh) { return "'" + mesh.name + "'"; }
 
-void check_indices(const Mesh& mesh, const std::vector<Triangle>& triangles, std::size_t pool,
-                   const char* what) {
-  if (triangles.size() != mesh.triangles.size()) {
-    throw Error(ErrorCode::input, "Mesh " + quoted(mesh) + " has " +
-                                      std::to_string(mesh.triangles.size()) + " triangles but " +
-                                      std::to_string(triangles.size()) + " triples of " + what +
-                                      " indices: give one to each triangle, or none at all.");
-  }
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::uint32_t index : triangles[t]) {
-      if (index < pool) continue;
-      throw Error(ErrorCode::input, "Triangle " + std::to_string(t) + " of mesh " + quoted(mesh) +
-                                        " uses " + what + " " + std::to_string(index) +
-                                        ", but there are only " + std::to_string(pool) +
-                                        ": the mesh is corrupt, export it again.");
-    }
-  }
-}
-
 void check_mesh(const Mesh& low) {
+  validate(low);
   if (low.uvs.empty() || low.uv_triangles.empty()) {
     throw Error(
         ErrorCode::input,
@@ -40,11 +23,6 @@ void check_mesh(const Mesh& low) {
             " has no UVs, so there is nowhere to bake to. Unwrap it in a modelling tool, or let "
             "Kiln do it: unwrap() gives this mesh UVs, and simplify() makes a light mesh to "
             "unwrap.");
-  }
-  check_indices(low, low.triangles, low.positions.size(), "position");
-  check_indices(low, low.uv_triangles, low.uvs.size(), "UV");
-  if (!low.normal_triangles.empty()) {
-    check_indices(low, low.normal_triangles, low.normals.size(), "normal");
   }
 }
 
@@ -60,7 +38,7 @@ void check_cage(const Mesh& low, const Mesh& cage, std::span<const Vec3> cage_po
                                       " triangles and the light mesh " + quoted(low) + " has " +
                                       std::to_string(low.triangles.size()) + "." + advice);
   }
-  check_indices(cage, cage.triangles, cage.positions.size(), "position");
+  validate(cage);
   constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::vector<std::uint32_t> partner(low.positions.size(), kNone);
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
@@ -86,6 +64,14 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3d normal = cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
   const double size = length(normal);
   return size > 0 && std::isfinite(size);
+}
+
+/// The caller's own tangent, where it has a direction.
+void take_tangent(const Tangent& given, LowSurface::Corner& corner) {
+  const double size = length(Vec3d(given.direction));
+  if (!(size > 0) || !std::isfinite(size)) return;
+  corner.tangent = to_float(Vec3d(given.direction) * (1 / size));
+  corner.sign = given.sign < 0 ? -1.0F : 1.0F;
 }
 
 bool has_uv_area(const std::array<LowSurface::Corner, 3>& corners) {
@@ -172,8 +158,10 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage)
   parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
-        surface.triangles[t][k].tangent = tangents[3 * t + k].tangent;
-        surface.triangles[t][k].sign = tangents[3 * t + k].sign;
+        Corner& corner = surface.triangles[t][k];
+        corner.tangent = tangents[3 * t + k].tangent;
+        corner.sign = tangents[3 * t + k].sign;
+        if (!low.tangents.empty()) take_tangent(low.tangents[3 * t + k], corner);
       }
     }
   });

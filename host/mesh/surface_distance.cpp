@@ -155,6 +155,27 @@ double SurfaceDistance::squared(const Vec3& point) const {
   return best;
 }
 
+void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
+                                  const std::function<void(const Vec3*)>& body) const {
+  if (boxes_.empty()) return;
+  std::array<std::uint32_t, 64> stack{};
+  std::size_t top = 1;
+  while (top != 0) {
+    const std::uint32_t index = stack[--top];
+    const Box& box = boxes_[index];
+    if (squared_to_box(center, box.low, box.high) > squared_radius) continue;
+    if (box.count == 0) {
+      stack[top++] = box.first;
+      stack[top++] = index + 1;
+      continue;
+    }
+    for (std::uint32_t i = box.first; i < box.first + box.count; ++i) {
+      const Vec3* corners = &corners_[std::size_t{3} * i];
+      if (squared_to_triangle(center, corners) <= squared_radius) body(corners);
+    }
+  }
+}
+
 DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
                                   std::span<const Triangle> dense_triangles,
                                   const SurfaceDistance& light, std::uint64_t max_samples) {

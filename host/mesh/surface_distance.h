@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -20,6 +21,11 @@ class SurfaceDistance {
 
   /// Squared distance, in the units of the positions, squared. Infinite where there is no triangle.
   double squared(const Vec3& point) const;
+
+  /// Calls `body` with the three corners of each triangle that a ball touches, in an order that depends
+  /// on the triangles alone.
+  void each_within(const Vec3& center, double squared_radius,
+                   const std::function<void(const Vec3*)>& body) const;
 
  private:
   struct Box {

@@ -272,7 +272,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
             part.push_back(static_cast<std::uint32_t>((y + dy) * w + x + dx));
           } else {
             part.push_back(texel_at(walk_surface(surface, topology, texel_triangle[texel],
-                                                  place(x, y), place(x + dx, y + dy))));
+                                                 place(x, y), place(x + dx, y + dy))));
           }
         }
       }

@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-struct Scene::Impl {
+struct KILN_HIDDEN Scene::Impl {
   Impl(const Device& opened, const Mesh& mesh, const NormalMap& normal_map);
   Image draw(const RenderOptions& options) const;
   Image draw_depth(const RenderOptions& options) const;

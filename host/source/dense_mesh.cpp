@@ -3,19 +3,21 @@
 #include <algorithm>
 #include <chrono>
 
+#include "kiln/validate.h"
 #include "mesh/usable.h"
+#include "source/alive.h"
 
 namespace kiln {
 namespace {
 
 /// Makes `slot` at first use, and accounts for its time and its memory on the device.
 template <typename Pointer, typename Make>
-Pointer& made(Pointer& slot, cl::Context& context, Source::Stats& stats, const Make& make) {
+Pointer& made(Pointer& slot, Source::Stats& stats, const Make& make) {
   if (slot == nullptr) {
     const auto start = std::chrono::steady_clock::now();
-    const std::uint64_t before = context.device_bytes();
+    const std::int64_t before = cl::Context::bytes_of_thread();
     slot = make();
-    stats.device_bytes += context.device_bytes() - before;
+    stats.device_bytes += static_cast<std::uint64_t>(cl::Context::bytes_of_thread() - before);
     stats.build_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
@@ -54,11 +56,11 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
       groups{high.groups, high.group_names},
       objects{high.objects, high.object_names} {
   cl::Context& context = device.context();
-  const std::uint64_t before = context.device_bytes();
+  const std::int64_t before = cl::Context::bytes_of_thread();
   attributes = SourceAttributes(context, corner_normals(high, positions));
   stats_.triangles = triangles.size();
   stats_.skipped_triangles = count_without_area(positions, triangles);
-  stats_.device_bytes = context.device_bytes() - before;
+  stats_.device_bytes = static_cast<std::uint64_t>(cl::Context::bytes_of_thread() - before);
   stats_.diagonal = frame.diagonal;
   const std::uint64_t skipped = stats_.skipped_triangles;
   if (skipped == triangles.size()) {
@@ -75,8 +77,28 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
   }
 }
 
+Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
+    : device(whole.device), frame(whole.frame), traversal(whole.traversal) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> place(whole.positions.size(), kNone);
+  for (const std::uint32_t t : some) {
+    Triangle corners = whole.triangles[t];
+    for (std::uint32_t& corner : corners) {
+      if (place[corner] == kNone) {
+        place[corner] = static_cast<std::uint32_t>(positions.size());
+        positions.push_back(whole.positions[corner]);
+      }
+      corner = place[corner];
+    }
+    triangles.push_back(corners);
+  }
+  stats_.triangles = triangles.size();
+  stats_.skipped_triangles = count_without_area(positions, triangles);
+  stats_.diagonal = frame.diagonal;
+}
+
 const std::shared_ptr<Tree>& Source::Impl::tree() const {
-  return made(tree_, device.context(), stats_, [&] {
+  return made(tree_, stats_, [&] {
     return std::make_shared<Tree>(device.context(), positions, triangles, will_move);
   });
 }
@@ -119,7 +141,7 @@ ClosestFinder& Source::Impl::closest() const {
 
 Rasterizer& Source::Impl::raster() const {
   const std::lock_guard lock(mutex_);
-  return *made(raster_, device.context(), stats_, [&] {
+  return *made(raster_, stats_, [&] {
     return std::make_unique<Rasterizer>(device.context(), positions, triangles);
   });
 }
@@ -127,6 +149,11 @@ Rasterizer& Source::Impl::raster() const {
 Source::Stats Source::Impl::stats() const {
   const std::lock_guard lock(mutex_);
   return stats_;
+}
+
+std::uint64_t Source::Impl::duplicates() const {
+  const std::lock_guard lock(mutex_);
+  return tree_ == nullptr ? 0 : tree_->stats.duplicates;
 }
 
 Traversal traversal_of(RayTraversal wanted) {
@@ -141,7 +168,28 @@ Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
   }
+  if (bounds) validate(high);  // else with its own bounds
+  if (traversal < RayTraversal::automatic || traversal > RayTraversal::gpu) {
+    throw Error(ErrorCode::usage, "traversal is no RayTraversal: use one of its names.",
+                "option-enum");
+  }
   impl_ = std::make_shared<Impl>(device, high, traversal_of(traversal), bounds);
+}
+
+std::optional<Source> Source::build(const Device& device, const Mesh& high,
+                                    const Progress& progress, RayTraversal traversal,
+                                    const std::optional<Bounds>& bounds) {
+  Alive alive(progress);
+  try {
+    const Progress tell = alive.progress();
+    if (tell && !tell(0, "source")) return std::nullopt;
+    Source source(device, high, traversal, bounds);
+    source.impl_->rays();
+    if (tell && !tell(1, "done")) return std::nullopt;
+    return source;
+  } catch (const Cancelled&) {
+    return std::nullopt;
+  }
 }
 
 Source::Stats Source::stats() const { return impl_->stats(); }

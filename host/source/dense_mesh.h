@@ -29,9 +29,12 @@ struct SourceAttributes {
 /// The internal name of what the caller wants.
 Traversal traversal_of(RayTraversal wanted);
 
-struct Source::Impl {
+struct KILN_HIDDEN Source::Impl {
   Impl(const Device& opened, const Mesh& high, Traversal wanted,
        const std::optional<Bounds>& bounds = std::nullopt);
+  /// Some triangles of another one, in its frame, to search in; without attributes. They are numbered by
+  /// their places in the list.
+  Impl(const Impl& whole, const std::vector<std::uint32_t>& some);
 
   Device device;
   Frame frame;
@@ -63,6 +66,8 @@ struct Source::Impl {
   bool will_move = false;
 
   Stats stats() const;
+  /// Triangles that the hierarchy left out, since others are the same; 0 before there is one.
+  std::uint64_t duplicates() const;
 
  private:
   const std::shared_ptr<Tree>& tree() const;  ///< The mutex is held

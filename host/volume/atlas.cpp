@@ -1,6 +1,7 @@
 #include "volume/atlas.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/parallel.h"
@@ -13,6 +14,16 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kNone = VertexTree::kNone;
+
+/// The corner that a triangle's longest side starts at.
+std::size_t longest_side(const LightSurface& light, const Triangle& t) {
+  std::array<double, 3> lengths;
+  for (std::size_t k = 0; k < 3; ++k) {
+    lengths[k] = length(Vec3d(light.positions[t[k]]) - Vec3d(light.positions[t[(k + 1) % 3]]));
+  }
+  return static_cast<std::size_t>(std::max_element(lengths.begin(), lengths.end()) -
+                                  lengths.begin());
+}
 
 /// Corners of each chart: quads as they are, triangles in pairs or single.
 std::vector<std::array<std::uint32_t, 4>> chart_corners(const LightSurface& light) {
@@ -43,7 +54,9 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const LightSurface& ligh
                         std::count(triangles[other].begin(), triangles[other].end(), first) == 1 &&
                         std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
     if (!paired) {
-      charts.push_back({t[0], t[1], t[2], kNone});
+      // The longest side is the diagonal of the square.
+      const std::size_t k = longest_side(light, t);
+      charts.push_back({t[(k + 1) % 3], t[(k + 2) % 3], t[k], kNone});
     } else if (i < other) {
       charts.push_back({first, triangles[other][pairing.apex[other]], second, t[apex]});
     }
@@ -61,7 +74,7 @@ Extent extent(const LightSurface& light, const std::array<std::uint32_t, 4>& c) 
     return length(Vec3d(light.positions[c[a]]) - Vec3d(light.positions[c[b]]));
   };
   if (c[3] == kNone) {
-    // A square, so that the third side passes from texel to texel.
+    // A square, so that its diagonal passes from texel to texel.
     const double longer = std::max(side(0, 1), side(1, 2));
     return {longer, longer};
   }

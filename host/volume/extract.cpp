@@ -202,7 +202,8 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   Atlas atlas = make_atlas(light, volume, sized.size, options.border_texels);
   describe_atlas(atlas, volume, options, report);
   report.seconds_atlas = lap();
-  result.normal_map = splat_normals(context, surface, light, atlas, sized, report.splatted_texels);
+  result.normal_map = splat_normals(context, surface, light, atlas, report.texels_per_cell, sized,
+                                    report.splatted_texels);
   result.mesh = std::move(atlas.mesh);
   report.seconds_map = lap();
   report.seconds_total = std::chrono::duration<double>(last - start).count() + seconds_tree;

@@ -124,7 +124,9 @@ class Charts {
       context_.finish();
     }
     run("volume_seam", "kiln_volume_seam_gather", 1, first_texels_, ring);
-    const std::uint32_t last = levels();
+    // Levels that nothing is taken over from are left out (seam_fade in volume_seam.cl).
+    std::uint32_t last = levels();
+    while (last > 2 && static_cast<float>(1U << (last - 1)) >= 2 * params_.reach) --last;
     for (std::uint32_t level = 2; level < last; ++level) {
       run("volume_seam", "kiln_volume_seam_push", level, first_texels_);
     }
@@ -190,7 +192,8 @@ Image compose(const RawVector<float>& values, const Atlas& atlas, std::uint32_t 
 }  // namespace
 
 Image splat_normals(cl::Context& context, const FineSurface& surface, const LightSurface& light,
-                    const Atlas& atlas, const ExtractOptions& options, std::uint64_t& splatted) {
+                    const Atlas& atlas, double texels_per_cell, const ExtractOptions& options,
+                    std::uint64_t& splatted) {
   const Pyramids pyramids = make_pyramids(atlas);
   kiln_volume_level params{};
   params.charts = static_cast<std::uint32_t>(atlas.charts.size());
@@ -198,6 +201,7 @@ Image splat_normals(cl::Context& context, const FineSurface& surface, const Ligh
   params.y_scale = options.flip_y ? -1.0F : 1.0F;
   params.scale = options.raw ? 1.0F : 0.5F;
   params.offset = options.raw ? 0.0F : 0.5F;
+  params.reach = static_cast<float>(texels_per_cell);
   Charts charts(context, atlas, pyramids, params);
   splatted = charts.splat(surface, light);
   charts.fill();

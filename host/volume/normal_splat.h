@@ -9,8 +9,10 @@
 
 namespace kiln {
 
+/// \param texels_per_cell  side of a cell of the volume: how far seams reach into charts
 /// \param splatted  [out] texels that fine vertices fell into
 Image splat_normals(cl::Context& context, const FineSurface& surface, const LightSurface& light,
-                    const Atlas& atlas, const ExtractOptions& options, std::uint64_t& splatted);
+                    const Atlas& atlas, double texels_per_cell, const ExtractOptions& options,
+                    std::uint64_t& splatted);
 
 }  // namespace kiln

@@ -28,7 +28,7 @@ std::string describe(const std::array<std::uint32_t, 3>& v) {
 
 }  // namespace
 
-struct VolumeSession::Impl {
+struct KILN_HIDDEN VolumeSession::Impl {
   Device device;
   Volume volume;
   ContourOptions options;

@@ -4,10 +4,11 @@
 #include <vector>
 
 #include "kiln/bake.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// A quantity over the light surface, by area: how much of the surface has which value.
 struct Distribution {
@@ -22,8 +23,8 @@ struct Distribution {
 
 /// A quantity of viewing rays: every pixel of every picture counts the same.
 struct RayMeasure {
-  double mean = 0;
-  double rms = 0;  ///< Root of the mean square
+  double mean = 0;  ///< Over those rays
+  double rms = 0;   ///< Root of the mean square
   /// Of the rays that show a matched place of the light mesh, how many have this quantity, 0 to 1.
   double share = 0;
 };

@@ -5,16 +5,19 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "kiln/mesh.h"
 #include "kiln/own_map.h"
+#include "kiln/parts.h"
+#include "kiln/recall.h"
 #include "kiln/source.h"
 #include "kiln/texture.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// What to bake, how to match, and how the maps are written.
 struct BakeOptions {
@@ -39,12 +42,16 @@ struct BakeOptions {
 
   /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look); with a
   /// cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal; with a cage,
-  /// twice its distance (twice the longest one of a cage mesh).
+  /// twice its distance (twice the longest one of a cage mesh). Without either, rays that miss on an open
+  /// sheet of the light mesh, such as a leaf card, look again as far as half the sheet's diagonal.
   std::optional<Length> max_distance = {};
   std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
   const Mesh* cage_mesh = nullptr;  ///< ... or from this mesh (the light mesh's topology)
-  bool two_sided = false;           ///< Also hit back faces of the source; normals that point away
-                                    ///< from the light surface are turned to it
+  /// Samples find points of their own part alone. Lists as long as the meshes have triangles. For matches
+  /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude.
+  const Parts* parts = nullptr;
+  bool two_sided = false;  ///< Also hit back faces of the source; normals that point away
+                           ///< from the light surface are turned to it
 
   NormalMapSpace space = NormalMapSpace::tangent;  ///< Of the maps of unit vectors
   bool flip_y = false;                             ///< Green down (DirectX); default up (OpenGL)
@@ -73,6 +80,11 @@ struct BakeOptions {
   /// another (Wang et al., section 6), as it does where mip-maps are made from the image alone.
   bool mips = false;
 
+  /// Places of the dense mesh that RecallReport looks at, 0 (none) to 2^20. For matches that search its
+  /// hierarchy (MatchInfo::tells_recall), not for saved ones, and not in sessions. The standard error of a
+  /// share p is sqrt(p (1 - p) / places): 0.1% for 1% of 8192.
+  std::uint32_t recall = 8192;
+  bool recall_vertices = false;         ///< Also fill BakeResult::recalled
   bool keep_match = false;              ///< Return the correspondence in BakeResult::match
   const struct Match* match = nullptr;  ///< Reuse this one instead of matching
   Progress progress = {};               ///< Called now and then; may cancel
@@ -107,6 +119,8 @@ struct BakeReport {
   std::uint64_t blended_texels = 0;            ///< Of the method, that took some of the fallback's
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   std::optional<UvReport> uv;                  ///< Where matched by UVs
+  std::optional<RecallReport> recall;          ///< Where it was asked for and can be told
+  double seconds_recall = 0;                   ///< Telling it
   double seconds_build = 0;                    ///< Structures of the source, made for this bake
   double seconds_texels = 0;                   ///< Samples of the light mesh
   double seconds_match = 0;                    ///< The match and its fallbacks
@@ -123,20 +137,52 @@ struct BakeReport {
 /// The maps of a bake, and what there is to say of them.
 struct BakeResult {
   std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, for each cluster
-  std::vector<std::uint8_t> coverage;  ///< Per texel: 0 empty, 1 baked, 2 missed, 3 gutter
+  std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
   std::optional<Match> match;          ///< Where BakeOptions::keep_match asks for it
+  std::vector<Recalled>
+      recalled;  ///< Per vertex of the dense mesh, where recall_vertices asks for it
   std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for
   BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
+
+  /// A map by its name. \param cluster  as BakedMap::cluster. \returns null where it was not asked for
+  const BakedMap* find(MapKind kind, std::uint32_t cluster = 0) const noexcept;
+  /// The same for a map that must be there. \throws Error(usage), `no-map`, that names those there are
+  const BakedMap& map(MapKind kind, std::uint32_t cluster = 0) const;
 };
 
 /// Bakes maps of the dense mesh for the light one.
 ///
-/// The same input gives the same bytes on every run, number of threads and conforming device. Memory is
+/// The same input gives the same bytes on every run, number of threads and conforming device, and however
+/// many threads bake from one source at the same time; each needs its own result alone. Memory is
 /// bounded by the map and the meshes: work is cut into bands of rows.
 /// \param low  needs UVs
 /// \throws Error(usage) for a parameter out of range, Error(input) for a mesh without UVs,
 ///         Error(device). Nothing is left behind.
 BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options = {});
+
+/// A correspondence, and what there is to say of it.
+struct MatchResult {
+  Match match;             ///< Empty where cancelled
+  BakeReport report;       ///< Without what concerns maps
+  bool cancelled = false;  ///< The progress callback said stop
+};
+
+/// Matches without baking: the first half of bake(), for any number of maps or for values of the caller's
+/// own (bake_attribute()). Takes of the options the size, samples, all that concerns the match, and the
+/// progress callback.
+/// \throws as bake(); Error(usage) where the options hold a match already, ask for several clusters or
+///         for blending, which are about maps
+MatchResult match(const Source& source, const Mesh& low, const BakeOptions& options = {});
+
+/// Bakes from a match: the second half of bake(). To the bit, what bake() with the options that made the
+/// match gives, but that the report's counts and distances are those of the match.
+/// \param match    of match(), BakeResult::match, load_match() or the caller's own; checked by validate()
+/// \param options  width, height and samples as the match was made with; no `match` and no fallback;
+///                 what else concerns matching is not read
+/// \throws as bake(); Error(input) for a match that does not fit: `match-size`, `match-source`,
+///         `match-low`, or what validate() names
+BakeResult bake(const Match& match, const Source& source, const Mesh& low,
+                const BakeOptions& options = {});
 
 }  // namespace kiln

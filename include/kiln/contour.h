@@ -9,12 +9,13 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 #include "kiln/volume.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which side of the iso value is the solid one. Normals point out of it.
 enum class Inside {
@@ -124,17 +125,18 @@ struct ExtractOptions {
     /// The smallest map, a multiple of 16 texels, with about one texel a cell; 8192 where that is too small.
     bool size = false;
   };
-  Choice choose{};
+  Choice choose{};  ///< What extract() chooses; nothing unless asked
 };
 
 /// What the options came to: as given or as chosen.
 struct ExtractUsed {
-  double error = 0;  ///< Limit, cells; 0 where faces were asked for
-  bool keep_topology = true;  ///< As ExtractOptions::keep_topology
-  double min_part = 0;        ///< As ExtractOptions::min_part
-  std::uint32_t size = 0;     ///< Side of the map, texels
+  double error = 0;               ///< Limit, cells; 0 where faces were asked for
+  bool keep_topology = true;      ///< As ExtractOptions::keep_topology
+  double min_part = 0;            ///< As ExtractOptions::min_part
+  std::uint32_t size = 0;         ///< Side of the map, texels
   std::uint64_t aimed_faces = 0;  ///< Triangles aimed at; 0 where the error alone decides
-  std::uint64_t kept_faces = 0;  ///< Those that keeping the topology leaves, where it was let go for that
+  std::uint64_t kept_faces =
+      0;  ///< Those that keeping the topology leaves, where it was let go for that
 };
 
 /// What an extraction came to.
@@ -185,7 +187,7 @@ inline constexpr double kMapTooFine = 4;
 /// projected onto it and their normals splatted into the map; other texels are filled smoothly within
 /// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
 /// blends neighbours. Along an edge its charts hold the same normals, but across creases of 30 degrees and
-/// more; what that changes is spread over each chart.
+/// more; what that changes fades out within a cell.
 /// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
 /// of them, which is no better and may be worse than the light mesh's own normals ("map-too-fine").
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
@@ -214,8 +216,8 @@ class VolumeSession {
   /// \throws Error as contour()
   VolumeSession(const Device& device, Volume volume, const ContourOptions& options = {});
   ~VolumeSession();
-  VolumeSession(VolumeSession&&) noexcept;
-  VolumeSession& operator=(VolumeSession&&) noexcept;
+  VolumeSession(VolumeSession&&) noexcept;             ///< The other is empty then
+  VolumeSession& operator=(VolumeSession&&) noexcept;  ///< The other is empty then
 
   /// \param options  whose `contour` is the session's
   /// \throws Error as extract(); Error(usage) for other options of the contour
@@ -231,9 +233,10 @@ class VolumeSession {
   struct Update {
     std::uint64_t vertices = 0;  ///< Fine vertices found anew
     std::uint64_t kept = 0;      ///< ... taken over
-    double seconds_contour = 0, seconds_tree = 0;
+    double seconds_contour = 0;  ///< Spent on vertices and quads
+    double seconds_tree = 0;     ///< Spent on the tree of vertices
   };
-  const Update& last_update() const;
+  const Update& last_update() const;  ///< Until the next update()
 
   const Volume& volume() const;  ///< As it is now
 

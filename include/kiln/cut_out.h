@@ -2,10 +2,11 @@
 
 #include <cstdint>
 
+#include "kiln/export.h"
 #include "kiln/mesh.h"
 #include "kiln/texture.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// What cut_out() did.
 struct CutOutReport {

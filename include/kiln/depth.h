@@ -3,11 +3,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "kiln/export.h"
 #include "kiln/measure.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// How far a mesh's depth in pictures is from a reference's, over the pixels that both cover: the distance
 /// error of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified Meshes", section 5,
@@ -17,8 +18,8 @@ struct DepthError {
   std::uint64_t pixels = 0;     ///< Compared
   std::uint64_t one_sided = 0;  ///< Covered by one of the two only: left out
   double mean = 0;              ///< Of the absolute difference
-  double rms = 0;
-  double max = 0;
+  double rms = 0;               ///< Root of the mean square
+  double max = 0;               ///< The greatest
 };
 
 /// Pictures of a reference's depth, to compare other meshes with: the same views, size and frame, one sample

@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
-namespace cl {
+namespace ocl {
 class Context;
 }
 
@@ -35,8 +36,22 @@ struct DeviceInfo {
 /// All OpenCL devices of all platforms, GPUs first. Empty where there is no platform.
 std::vector<DeviceInfo> list_devices();
 
+/// Whether an OpenCL driver has thrown a C++ exception in this process: memory ran out within it, say. It
+/// may hold its locks for good then, so Kiln calls no driver again, not even to release anything; whatever
+/// needs a device throws Error(device). A process should end by _exit(), since drivers have handlers that
+/// run at exit. \see in_driver()
+bool driver_failed() noexcept;
+
+/// Whether this thread is within a call of an OpenCL driver: for a handler of signals that drivers die by.
+/// Async-signal-safe.
+bool in_driver() noexcept;
+
 /// An open OpenCL device: context, queue and the programs built so far. Cheap to copy (shared).
-/// One Device may be used by one thread at a time.
+///
+/// Thread safety: any number of threads may use one Device, or copies of it, at the same time. They share
+/// its one queue, so what they ask of the device is done one after the other, in the order of asking; work
+/// on the host goes on beside it. Devices that are opened apart share nothing of Kiln's; on PoCL they
+/// share its worker threads and its compiler, of which a process has one each.
 class Device {
  public:
   /// Opens a device.
@@ -51,13 +66,13 @@ class Device {
   /// Seconds spent building kernels so far (little where the driver has them cached).
   double compile_seconds() const;
 
-  /// \cond Used by the library's own parts and by interop_opencl.h.
-  explicit Device(std::shared_ptr<cl::Context> context);
-  cl::Context& context() const { return *context_; }
+  /// \cond Used by the library's own parts and by kiln/opencl.h.
+  explicit Device(std::shared_ptr<ocl::Context> context);
+  ocl::Context& context() const { return *context_; }
   /// \endcond
 
  private:
-  std::shared_ptr<cl::Context> context_;
+  std::shared_ptr<ocl::Context> context_;
 };
 
 }  // namespace kiln

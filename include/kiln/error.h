@@ -4,7 +4,9 @@
 #include <stdexcept>
 #include <string>
 
-namespace kiln {
+#include "kiln/export.h"
+
+namespace KILN_PUBLIC kiln {
 
 /// What kind of failure an Error reports. The values are the command line's exit codes.
 enum class ErrorCode {
@@ -17,17 +19,40 @@ enum class ErrorCode {
 
 /// The one exception type that leaves the library (beside std::bad_alloc).
 ///
-/// The message is one or two sentences that name the file or parameter, the problem and the remedy,
+/// id() is for programs: it stays the same from version to version, where messages get better. The
+/// message is one or two sentences that name the file or parameter, the problem and the remedy,
 /// ready to show to a person.
 class Error : public std::runtime_error {
  public:
   /// \param message  for a person: the file or parameter, the problem, the remedy
-  Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  /// \param id       as id() returns it: a string that lives as long as the program; null: the kind's
+  Error(ErrorCode code, const std::string& message, const char* id = nullptr)
+      : std::runtime_error(message), code_(code), id_(id != nullptr ? id : name_of(code)) {}
   /// The kind of failure.
   ErrorCode code() const noexcept { return code_; }
+  /// What is wrong, in words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
+  /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`. Never null.
+  const char* id() const noexcept { return id_; }
 
  private:
+  static constexpr const char* name_of(ErrorCode code) noexcept {
+    switch (code) {
+      case ErrorCode::usage:
+        return "usage";
+      case ErrorCode::input:
+        return "input";
+      case ErrorCode::device:
+        return "device";
+      case ErrorCode::output:
+        return "output";
+      case ErrorCode::internal:
+        break;
+    }
+    return "internal";
+  }
+
   ErrorCode code_;
+  const char* id_;
 };
 
 /// Something imperfect in the data that was handled by a documented rule.

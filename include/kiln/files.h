@@ -3,7 +3,9 @@
 #include <filesystem>
 #include <string_view>
 
-namespace kiln {
+#include "kiln/export.h"
+
+namespace KILN_PUBLIC kiln {
 
 /// Writes a text file that appears whole or not at all. \throws Error(output)
 void save_text(const std::filesystem::path& path, std::string_view text);

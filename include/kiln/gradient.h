@@ -4,11 +4,12 @@
 #include <vector>
 
 #include "kiln/contour.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/volume.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// How far a map's normals are from a volume's gradient, over the texels that could be compared.
 /// Percentiles are exact, by nearest rank. All degrees are 0 where nothing was compared.

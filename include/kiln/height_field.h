@@ -1,9 +1,10 @@
 #pragma once
 
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Where a height field lies: in the plane z = 0 around the origin, heights along +Z.
 struct HeightFieldOptions {

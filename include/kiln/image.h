@@ -3,12 +3,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// A float image, rows from the top (row 0 is at v = 1), channels interleaved.
 struct Image {
@@ -54,6 +57,13 @@ Image load_image(const std::filesystem::path& path);
 /// \throws Error(output) for the disk, Error(usage) for an impossible size.
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
+
+/// The bytes of the file that save_image() would write. \throws as save_image(), but for the disk
+std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options = {});
+
+/// Reads an image from memory: the bytes of a whole PNG or EXR file. \param name  for messages
+/// \throws as load_image(path)
+Image load_image(std::span<const std::byte> bytes, std::string_view name = "image");
 
 /// Writes an image and its mip-maps as one OpenEXR file of tiles (256 x 256, MIPMAP_LEVELS, sides rounded
 /// down), which renderers read level by level; readers that know no mip-maps find the image. Otherwise

@@ -1,15 +1,18 @@
 /// \file
 /// Kiln bakes the detail of dense meshes into the textures of light ones. This header includes the
-/// whole public API; each part's header documents it.
+/// whole public API but for kiln/opencl.h, which needs OpenCL's headers; each part's header documents it.
 #pragma once
 
 #include "kiln/assess.h"
+#include "kiln/attribute.h"
 #include "kiln/bake.h"
 #include "kiln/contour.h"
+#include "kiln/correspondence.h"
 #include "kiln/cut_out.h"
 #include "kiln/depth.h"
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/files.h"
 #include "kiln/gradient.h"
 #include "kiln/height_field.h"
@@ -20,14 +23,21 @@
 #include "kiln/match.h"
 #include "kiln/material.h"
 #include "kiln/measure.h"
+#include "kiln/memory.h"
 #include "kiln/mesh.h"
+#include "kiln/mesh_view.h"
 #include "kiln/own_map.h"
+#include "kiln/parts.h"
+#include "kiln/pixels.h"
 #include "kiln/plan.h"
 #include "kiln/ray.h"
+#include "kiln/recall.h"
 #include "kiln/render.h"
 #include "kiln/session.h"
 #include "kiln/source.h"
 #include "kiln/texture.h"
+#include "kiln/threads.h"
 #include "kiln/types.h"
+#include "kiln/validate.h"
 #include "kiln/version.h"
 #include "kiln/volume.h"

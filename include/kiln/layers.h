@@ -4,9 +4,10 @@
 #include <span>
 #include <string>
 
+#include "kiln/export.h"
 #include "kiln/image.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// One of several images in a file.
 struct ImageLayer {

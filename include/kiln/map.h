@@ -8,10 +8,11 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which detail a map holds: the name of a map, so that maps can be added without a change here.
 struct MapKind {
@@ -79,6 +80,14 @@ enum class MissPolicy {
   keep,  ///< The light mesh's own interpolated normal (Wang et al., section 2)
   fill,  ///< Filled from neighbouring texels of the map, like the gutter
   mark,  ///< Magenta (1, 0, 1), to be seen
+};
+
+/// What BakeResult::coverage says of a texel.
+enum class TexelState : std::uint8_t {
+  empty = 0,    ///< Nothing: the map's background
+  baked = 1,    ///< A point of the high poly was found for it
+  missed = 2,   ///< The low poly covers it, but no point was found
+  padding = 3,  ///< Filled from baked texels nearby
 };
 
 /// What the values of a map are, and so how they are averaged, padded and encoded.

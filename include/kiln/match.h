@@ -7,10 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/correspondence.h"
+#include "kiln/export.h"
 #include "kiln/ray.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// How the match finds the point of the high poly that a sample stands for: the name of a match, so that
 /// matches can be added without a change here.
@@ -125,30 +127,6 @@ struct UvOptions {
   double max_distance = 0.05;  ///< ... and refuses
 };
 
-/// The correspondence of a bake, per sample of the map, kept on the host: everything else can be baked
-/// from it again. Arrays have width * height elements (of the supersampled map), rows from the top.
-struct Match {
-  std::uint32_t width = 0;             ///< map width * samples
-  std::uint32_t height = 0;            ///< map height * samples
-  std::uint32_t samples = 1;           ///< N x N a texel
-  std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
-  std::uint64_t source_hash = 0;  ///< Of the dense mesh's triangles and positions; 0: not known
-  std::uint64_t low_hash = 0;     ///< Of the light mesh's triangles, positions and UVs
-  std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
-  std::vector<float> u;                 ///< Weight of the triangle's corner 1
-  std::vector<float> v;                 ///< Weight of the triangle's corner 2
-  std::vector<float> distance;          ///< World units, outward positive
-  std::vector<std::uint8_t> status;     ///< 0 not covered, 1 outward, 2 inward, 3 cage, 4 miss,
-                                        ///< 5 view, 6 nearest point, 7 UV,
-                                        ///< 8 outward, past a nearer face
-};
-
-/// Writes and reads a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance`
-/// (float), `status` (unsigned int).
-/// \throws Error(output); Error(input)
-void save_match(const Match& match, const std::filesystem::path& path);
-Match load_match(const std::filesystem::path& path);
-
 /// Which of several maps serves which views, by texels of the field of directions (the map's size; at most
 /// 2048 a side).
 struct VisibilityClusters {
@@ -223,6 +201,8 @@ struct MatchInfo {
   bool looks_far = true;          ///< It obeys BakeOptions::max_distance
   bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh, and ray.rule
   bool along_low = false;         ///< It looks along the light mesh's directions: BakeOptions::ray
+  bool takes_parts = false;       ///< It obeys BakeOptions::parts
+  bool tells_recall = false;      ///< It obeys BakeOptions::recall
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
 };

@@ -6,10 +6,11 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/export.h"
 #include "kiln/mesh.h"
 #include "kiln/texture.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// A material as an MTL file describes it. Paths are empty where it names no such picture.
 struct Material {

@@ -6,11 +6,12 @@
 #include <vector>
 
 #include "kiln/bake.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// How far rendered normals are from those of a reference, over the pixels that both cover.
 ///

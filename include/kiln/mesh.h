@@ -1,15 +1,26 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
+
+/// A corner's tangent: the frame of tangent space is (tangent, sign * cross(normal, tangent), normal). Where
+/// it has no direction, or is not finite, the one of MikkTSpace is taken.
+struct Tangent {
+  Vec3 direction;  ///< Along u, of any length above 0
+  float sign = 1;  ///< 1 or -1: -1 where the UVs are mirrored
+};
 
 /// An indexed triangle mesh with optional per-corner ("wedge") UVs and normals.
 ///
@@ -17,6 +28,9 @@ namespace kiln {
 /// Triangles keep the order of the file (polygons are split in place), and no triangle is ever left
 /// out: degenerate ones and ones with a non-finite corner stay, and are skipped where they are
 /// used.
+///
+/// Vertices with exactly equal positions count as one wherever the surface matters (averaged normals,
+/// ray directions, charts), whatever their indices: meshes that are split at seams need no welding.
 struct Mesh {
   std::string name;                 ///< Stem of the file, or any name; used in messages.
   std::array<double, 3> origin{};   ///< World position of a vertex = origin + positions[i]. Readers
@@ -28,6 +42,10 @@ struct Mesh {
   std::vector<Triangle> uv_triangles;  ///< Indices into uvs; empty where there are no UVs.
   std::vector<Vec3> normals;  ///< Pool of unit normals; zero: none given, computed when needed.
   std::vector<Triangle> normal_triangles;  ///< Indices into normals; empty: computed when needed.
+
+  /// The low poly's own tangents, three a triangle in the order of its corners; empty: MikkTSpace computes
+  /// them (what bakers and renderers share, unless an engine has its own). See Tangent.
+  std::vector<Tangent> tangents;
 
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< RGBA per vertex, or empty.
   std::vector<std::uint32_t> groups;        ///< Per triangle, index into group_names, or empty.
@@ -77,9 +95,17 @@ struct Mesh {
 /// size; about 0.2 s for a binary PLY or an OBJ of a million triangles on one core.
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
 
-/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, names of
-/// materials) with 9 significant digits, so that reading it back gives the same floats; 17 digits for the
-/// positions of a mesh with an origin. Objects and the files of materials are not written. The file appears whole or not at all. About 0.4 s for a million
+/// Reads a mesh from memory. Otherwise as above.
+/// \param bytes  of a whole file; not kept
+/// \param name   as its file would be called, such as "head.ply": the extension says the format, the stem
+///               becomes Mesh::name, and messages have it
+Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
+               std::vector<Warning>* warnings = nullptr);
+
+/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, names of materials) with
+/// 9 significant digits, so that reading it back gives the same floats; 17 digits for the positions of a
+/// mesh with an origin. Objects and the files of materials are not written. The file appears whole or not
+/// at all. About 0.4 s for a million
 /// triangles.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before
 ///         anything is written

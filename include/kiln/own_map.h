@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <string>
 
-namespace kiln {
+#include "kiln/export.h"
+
+namespace KILN_PUBLIC kiln {
 
 /// A map of the caller's own: a function of the dense point in OpenCL C 1.2, run once a sample.
 ///

@@ -4,10 +4,11 @@
 #include <vector>
 
 #include "kiln/bake.h"
+#include "kiln/export.h"
 #include "kiln/measure.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// The error to reach, and what to bake.
 struct PlanOptions {
@@ -30,6 +31,8 @@ struct PlanTrial {
   std::uint32_t height = 0;               ///< Of the map, texels
   NormalError error;  ///< Over kPlanViews directions of kPlanPixels x kPlanPixels pixels
   double missed = 0;  ///< Share of samples
+  /// Share of the dense mesh that no sample stands for (RecallReport::lost); 0 where that is not known
+  double lost = 0;
   double seconds =
       0;  ///< Of the bake; structures of the source that it was the first to need included
 };
@@ -77,6 +80,10 @@ struct PlannedBake {
 /// could show. Without an error to reach, UVs do unless the first way that searches gets nearer. Where none is expected to reach it, the one that gets nearest is baked at the size that
 /// larger maps would not improve on by 5%; what gains less than 3% on those before it does not
 /// count as nearer. With a cage, rays alone.
+///
+/// A trial that loses parts of the dense mesh is worth less than its error says, since what lies below them
+/// may look smoother: what it lost counts as without a map, so its error is raised by lost * without_map. A
+/// trial is chosen by this, and the error said to be reached is the measured one.
 /// \throws as bake(), and Error(usage) for a negative or not finite error, or maps without a normal map
 PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOptions& options);
 

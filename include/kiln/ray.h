@@ -2,9 +2,10 @@
 
 #include <optional>
 
+#include "kiln/export.h"
 #include "kiln/types.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// Which of the faces that a ray meets counts.
 enum class RayRule {
@@ -24,9 +25,10 @@ enum class RayDirection {
   face,      ///< Along its own normal everywhere: the two sides of a hard edge part
 };
 
+/// Which face a ray takes, and where rays leave the light mesh to.
 struct RayOptions {
-  RayRule rule = RayRule::nearest;  ///< Without a cage; from a cage the first face counts
-  RayDirection direction = RayDirection::averaged;  ///< With a cage, too; not with a cage mesh
+  RayRule rule = RayRule::outermost;  ///< Without a cage; from a cage the first face counts
+  RayDirection direction = RayDirection::automatic;  ///< With a cage, too; not with a cage mesh
   /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
   /// None given: 1% of the diagonal.
   std::optional<Length> edge_width = {};

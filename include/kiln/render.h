@@ -9,11 +9,12 @@
 
 #include "kiln/device.h"
 #include "kiln/error.h"
+#include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/mesh.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// A normal map for a mesh's UVs: n/2 + 1/2 in the first three channels.
 struct NormalMap {
@@ -49,10 +50,13 @@ struct RenderOptions {
 
 /// Where a picture shows the world.
 struct PictureGeometry {
-  std::uint32_t width = 0, height = 0;            ///< Pixels
-  std::array<double, 3> right{}, up{}, toward{};  ///< Unit; `toward` points to the viewer
-  std::array<double, 3> center{};                 ///< World point in the picture's middle
-  double pixel = 1;                               ///< Side of one, world units
+  std::uint32_t width = 0;         ///< Pixels
+  std::uint32_t height = 0;        ///< Pixels
+  std::array<double, 3> right{};   ///< Unit, to the picture's right
+  std::array<double, 3> up{};      ///< Unit, to the picture's top
+  std::array<double, 3> toward{};  ///< Unit, to the viewer
+  std::array<double, 3> center{};  ///< World point in the picture's middle
+  double pixel = 1;                ///< Side of one, world units
 
   /// Column and row of a point, pixels from the picture's top left corner (a pixel's middle is at a half);
   /// and how far the point is from the plane through the picture's middle, towards the viewer, world units.
@@ -61,10 +65,13 @@ struct PictureGeometry {
 
 /// What drawing a scene takes, as papers on simplified meshes state it.
 struct FrameCost {
-  std::uint32_t frames = 0;                                        ///< Timed
-  std::uint32_t width = 0, height = 0;                             ///< Of a frame, pixels
-  double seconds_median = 0, seconds_least = 0, seconds_most = 0;  ///< Of one frame
-  std::uint64_t triangles = 0;
+  std::uint32_t frames = 0;     ///< Timed
+  std::uint32_t width = 0;      ///< Of a frame, pixels
+  std::uint32_t height = 0;     ///< Of a frame, pixels
+  double seconds_median = 0;    ///< Of one frame
+  double seconds_least = 0;     ///< Of one frame
+  double seconds_most = 0;      ///< Of one frame
+  std::uint64_t triangles = 0;  ///< Drawn a frame
   /// Corners that differ in position, normal or (with a map) UV: what a vertex buffer would hold.
   std::uint64_t vertices = 0;
   /// Of those vertices (position and normal, 24 bytes; with a map also UV and tangent, 48), of three indices
@@ -99,6 +106,7 @@ class Scene {
   /// units, one channel; kNoDepth beside the mesh. One sample a pixel, whatever the options say.
   /// \throws as draw()
   Image draw_depth(const RenderOptions& options = {}) const;
+  /// What draw_depth() says beside the mesh.
   static constexpr float kNoDepth = -std::numeric_limits<float>::infinity();
 
   /// The same picture as draw() with one sample a pixel and no ambient occlusion, but by a z-buffer: as a

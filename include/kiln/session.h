@@ -6,8 +6,18 @@
 #include <span>
 
 #include "kiln/bake.h"
+#include "kiln/export.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
+
+/// Texels of a map.
+struct Rectangle {
+  std::uint32_t x = 0;       ///< First column
+  std::uint32_t y = 0;       ///< First row, from the top
+  std::uint32_t width = 0;   ///< Columns
+  std::uint32_t height = 0;  ///< Rows
+  friend bool operator==(const Rectangle&, const Rectangle&) = default;
+};
 
 /// Where the dense mesh may move, and how rays are cast.
 struct SessionOptions {
@@ -30,7 +40,7 @@ struct SessionOptions {
 /// Conditions of BakeOptions::uv are checked at the first bake. Counts and distances in the report are of
 /// the last time that samples were matched.
 /// Memory: 69 bytes a sample on the device and 20 on the host, beside what a bake needs.
-/// Thread safety: one thread at a time.
+/// Thread safety: one thread at a time for each session; sessions of one Device may run beside each other.
 class BakeSession {
  public:
   /// \param options  as for bake(), but match and progress must be empty, and clusters of visibility and
@@ -62,10 +72,13 @@ class BakeSession {
     std::uint64_t triangles = 0;  ///< Dense ones whose corners or normals had changed
     std::uint64_t texels = 0;     ///< Read anew
     bool matched = false;         ///< Samples were matched
-    double seconds_source = 0;    ///< Normals, hierarchy, upload
-    double seconds_match = 0;     ///< The match and its fallbacks
-    double seconds_detail = 0;    ///< Reading of the maps' values
-    double seconds_image = 0;     ///< Padding and encoding
+    /// What changed of the maps: all of it lies in this rectangle, and nothing outside is another byte than
+    /// after the bake before. Without area where nothing changed.
+    Rectangle dirty = {};
+    double seconds_source = 0;  ///< Normals, hierarchy, upload
+    double seconds_match = 0;   ///< The match and its fallbacks
+    double seconds_detail = 0;  ///< Reading of the maps' values
+    double seconds_image = 0;   ///< Padding and encoding
     /// Of all steps.
     double seconds() const {
       return seconds_source + seconds_match + seconds_detail + seconds_image;
@@ -84,6 +97,7 @@ class BakeSession {
 /// Matching by depth views one view at a time, as in an interactive session (Wang et al., section 2): each
 /// view improves the correspondence that is there, and none is drawn twice. After any views the match is,
 /// to the bit, what bake() finds with the same directions in the same order.
+/// Thread safety: one thread at a time for each session; sessions of one Source may run beside each other.
 class ViewSession {
  public:
   /// \param options  size, samples, max_distance, two_sided and of the views size (0: by the mesh's

@@ -8,9 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/export.h"
 #include "kiln/image.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// What the numbers of a texture are, and so how they are filtered.
 enum class TextureKind {

@@ -5,7 +5,9 @@
 #include <functional>
 #include <string_view>
 
-namespace kiln {
+#include "kiln/export.h"
+
+namespace KILN_PUBLIC kiln {
 
 /// Two numbers: a place in a UV layout, u to the right and v up.
 struct Vec2 {
@@ -36,6 +38,10 @@ struct Length {
 };
 
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
+///
+/// Comes at least ten times a second, on the thread that called Kiln, and never two at once. It may take
+/// its time (the work waits), and it may call anything of Kiln that does not use the same Device. What it
+/// throws leaves the function that was called; nothing is left behind.
 using Progress = std::function<bool(double done, std::string_view stage)>;
 
 }  // namespace kiln

@@ -10,8 +10,9 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/export.h"
 
-namespace kiln {
+namespace KILN_PUBLIC kiln {
 
 /// How a voxel is stored, in the machine's byte order.
 enum class VoxelType : std::uint8_t { u8, i8, u16, i16, u32, i32, f32, f64 };

@@ -106,7 +106,7 @@ typedef struct kiln_volume_level {
   kiln_float y_scale;  ///< -1 turns green down
   kiln_float scale;    ///< n scale + offset is written
   kiln_float offset;
-  kiln_uint padding;
+  kiln_float reach;  ///< Texels from a seam that take part in what it changes
 } kiln_volume_level;
 KILN_CHECK_SIZE(kiln_volume_level, 32);
 

@@ -1,13 +1,15 @@
 // Seams of a volume's map: charts that meet at an edge of the low poly hold the same normals along it.
 //
 // Algorithm: each chart is filled by itself (volume_map.cl), so that the two sides of an edge differ a
-// little. They agree on one curve of normals along the edge, and what changes a side is spread smoothly over
-// its chart. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5) name
+// little. They agree on one curve of normals along the edge, and what changes a side fades out within a cell
+// of the volume. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5) name
 // such blending as future work.
 //   1. At a corner: the mean of all charts that meet there.
-//   2. At the nodes of the side with fewest texels: the mean of the sides, moved by as much as ends at
-//      the corners. Other sides take what lies between the nodes, so that all read the same.
-//   3. Differences between that and a chart's own texels are spread by push-pull, as unknown texels are.
+//   2. At the nodes of the side with fewest texels: the mean of the sides, moved near the corners by as much
+//      as ends there. Other sides take what lies between the nodes, so that all read the same.
+//   3. Differences between that and a chart's own texels are spread by push-pull, as unknown texels are, but
+//      from no level whose texels are wider than two cells. Beyond, fine vertices fell into the chart's own
+//      texels: they hold the data, and a seam must not move them.
 // A crease stays: sides count less from 30 degrees between them on, and not at all from 50.
 //
 // A side's texels lie in a row from corner to corner, the diagonal of a single triangle's square included.
@@ -61,6 +63,13 @@ static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
 static float seam_weight(float3 a, float3 b) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp((dot3(a, b) - SEAM_CREASE) / (SEAM_SAME - SEAM_CREASE), 0.0f, 1.0f);
+}
+
+/// How much of a level's differences the finer one takes over: all where its texels are within the reach,
+/// nothing from twice the reach on.
+static float seam_fade(float reach, uint level) {
+#pragma OPENCL FP_CONTRACT OFF
+  return clamp(2.0f * reach / (float)(1u << level) - 1.0f, 0.0f, 1.0f);
 }
 
 /// What a side has at node j of m, counted from the vertex with the lower number.
@@ -148,6 +157,7 @@ kernel void kiln_volume_seam_sides(
   const float3 last = agreed[(item & ~3u) + (side.turned != 0 ? k : next)].xyz;
   const float3 move_first = first - seam_mean(charts, texels, members, begin, end, item, 0, m);
   const float3 move_last = last - seam_mean(charts, texels, members, begin, end, item, m, m);
+  const float reach = min(max(params.reach, 1.0f), (float)m);
   float3 a = first;
   float3 b = first;
   int reached = 0;  // a and b are the nodes reached - 1 and reached
@@ -157,10 +167,11 @@ kernel void kiln_volume_seam_sides(
     while (reached < node) {
       a = b;
       ++reached;
-      const float share = (float)reached / (float)m;
       const float3 mean = seam_mean(charts, texels, members, begin, end, item, reached, m);
+      const float from_first = max(1.0f - (float)reached / reach, 0.0f);
+      const float from_last = max(1.0f - (float)(m - reached) / reach, 0.0f);
       b = reached == m ? last
-                       : map_unit(mean + (move_first * (1.0f - share) + move_last * share), mean);
+                       : map_unit(mean + (move_first * from_first + move_last * from_last), mean);
     }
     const float share = (float)(place - (ulong)(node - 1) * (ulong)side.steps) / (float)side.steps;
     const float3 value = map_unit(a * (1.0f - share) + b * share, a);
@@ -258,9 +269,10 @@ kernel void kiln_volume_seam_pull(const kiln_volume_level params,
   const int coarse_height = map_side(charts[chart].size[1], level + 1u);
   global const float4* coarse = map_level(texels, first_texels, params.charts, level + 1u, chart);
   global float4* out = map_level(texels, first_texels, params.charts, level, chart) + row * width;
+  const float share = 0.0625f * seam_fade(params.reach, level + 1u);
   for (int x = 0; x < width; ++x) {
     if (out[x].w != 0.0f) continue;
-    out[x] = map_coarser(coarse, coarse_width, coarse_height, x, row) * 0.0625f;
+    out[x] = map_coarser(coarse, coarse_width, coarse_height, x, row) * share;
   }
 }
 
@@ -282,13 +294,14 @@ kernel void kiln_volume_seam_finish(const kiln_volume_level params,
   const int coarse_height = map_side(chart->size[1], 1u);
   global const float4* coarse = map_level(texels, first_texels, params.charts, 1u, index);
   global float4* out = texels + chart->first_texel + row * width;
+  const float share = 0.0625f * seam_fade(params.reach, 1u);
   for (int x = 0; x < width; ++x) {
     const float4 value = seam_ring(chart, ring, x, row);
     if (value.w != 0.0f) {
       out[x] = value;
       continue;
     }
-    const float4 move = map_coarser(coarse, coarse_width, coarse_height, x, row) * 0.0625f;
+    const float4 move = map_coarser(coarse, coarse_width, coarse_height, x, row) * share;
     out[x] = (float4)(map_unit(out[x].xyz + move.xyz, out[x].xyz), 1.0f);
   }
 }

@@ -93,7 +93,7 @@ struct Walk {
 
 void check(const Soup& soup) {
   const Bvh bvh = build_bvh(soup.positions, soup.triangles);
-  EXPECT_EQ(bvh.triangles + bvh.skipped, soup.triangles.size());
+  EXPECT_EQ(bvh.triangles + bvh.skipped + bvh.duplicates, soup.triangles.size());
   EXPECT_LE(bvh.depth, static_cast<std::uint32_t>(KILN_BVH_MAX_DEPTH));
   Walk walk{bvh, soup};
   walk.node(0, 1);
@@ -151,6 +151,32 @@ TEST(Bvh, DepthIsBoundedForIdenticalTriangles) {
   Soup soup;
   for (int i = 0; i < 50000; ++i) soup.add({0, 0, 0}, {0.5f, 0, 0}, {0, 0.5f, 0});
   check(soup);
+}
+
+TEST(Bvh, OneOfEachKindOfTheSameTrianglesStays) {
+  Soup soup = random_soup(500, 3);
+  const Vec3 a{0, 0, 0}, b{0.5f, 0, 0}, c{0, 0.5f, 0};
+  for (int i = 0; i < 3000; ++i) {
+    soup.add(a, b, c);
+    soup.add(b, c, a);  // other numbers for what is found, and so another one
+    soup.add(a, c, b);  // looks the other way
+  }
+  for (std::size_t i = 0; i < 100; ++i) soup.triangles.push_back(soup.triangles[7 * i]);
+  check(soup);
+  const Bvh bvh = build_bvh(soup.positions, soup.triangles);
+  // Those of the 100 that were copied from beyond the first 500 are of the three kinds.
+  const std::uint64_t copies = 3 * 2999 + 100;
+  EXPECT_EQ(bvh.duplicates, copies);
+  EXPECT_EQ(bvh.triangles, 503u);
+  for (const kiln_bvh_block& block : bvh.blocks()) {
+    for (const kiln_uint triangle : block.triangle) {
+      if (triangle != KILN_NO_TRIANGLE) EXPECT_LT(triangle, 503u) << "not the lowest";
+    }
+  }
+  // What will move keeps all.
+  const Bvh all = build_bvh(soup.positions, soup.triangles, false);
+  EXPECT_EQ(all.duplicates, 0u);
+  EXPECT_EQ(all.triangles, soup.triangles.size());
 }
 
 TEST(Bvh, DepthIsBoundedForConcentricTriangles) {

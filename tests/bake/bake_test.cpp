@@ -443,7 +443,10 @@ TEST(Bake, CageFindsTheOuterSurfaceFirst) {
     return result.match->distance[8 * 16 + 8];
   };
   options.max_distance = Length::absolute(1);
+  options.ray.rule = RayRule::nearest;
   EXPECT_NEAR(distance(), 0.1, 1e-6) << "the ray from the surface meets the lower sheet first";
+  options.ray.rule = RayRule::outermost;
+  EXPECT_NEAR(distance(), 0.3, 1e-6) << "a viewer sees the upper sheet";
   options.cage = Length::absolute(0.5);
   EXPECT_NEAR(distance(), 0.3, 1e-6);
   options.cage = Length::absolute(0.2);

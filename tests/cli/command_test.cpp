@@ -248,7 +248,7 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
   // In words, too.
   const ProcessResult said =
       run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
-                "64", "--match", "hybrid", "--fallback", "none", "--max-distance", "0.1%"});
+                "64", "--match", "hybrid", "--fallback", "mark", "--max-distance", "0.1%"});
   EXPECT_NE((said.output + said.errors).find("visibility from 512 directions"), std::string::npos)
       << said.output << said.errors;
 }
@@ -476,6 +476,8 @@ TEST(Command, RefusesBadUsage) {
   expect_failure({"bake", high, "--out", out, "--faces", "0"}, 2, {"--faces"}, out);
   expect_failure({"bake", high, "", "--out", out}, 2, {"LOW"}, out);
   expect_failure(bake({"--max-error", "nan"}), 2, {"--max-error"}, out);
+  expect_failure(bake({"--max-angle", "2"}), 2, {"--max-angle", "--match auto"}, out);
+  expect_failure(bake({"--match", "auto", "--max-angle", "2%"}), 2, {"--max-angle"}, out);
   expect_failure(bake({"--views", "12"}), 2, {"--match views"}, out);
   expect_failure(bake({"--match", "views", "--views", "many"}), 2, {"--views", "auto"}, out);
   expect_failure(bake({"--match", "views", "--view", "0,0,0"}), 2, {"--view"}, out);

@@ -54,7 +54,7 @@ TEST(Friction, AnswersFlagsOfOtherBakers) {
            {"--udim", "Split LOW by tile"},
            {"--udim=1001", "Split LOW by tile"},
            {"--skew", "Add edges to LOW"},
-           {"--explode", "Bake each part"},
+           {"--explode", "--match-by name"},
            {"--bevel", "Bevel the edges of HIGH"},
            {"--denoise", "--samples"},
            {"--tile-size", "Leave the tile size out"},

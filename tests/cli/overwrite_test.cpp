@@ -99,7 +99,8 @@ TEST(Overwrite, OtherCommands) {
   fs::create_hard_link(high, folder / "same.obj");
   expect_nothing_lost(folder, {"simplify", high, "--faces", "50", "--out", folder / "same.obj"},
                       "simplify");
-  expect_nothing_lost(folder, {"render", high, "--out", same}, "render");
+  fs::create_hard_link(high, folder / "same.png");
+  expect_nothing_lost(folder, {"render", high, "--out", folder / "same.png"}, "render");
   expect_nothing_lost(folder, {"measure", high, low, "--size", "16", "--json", same}, "measure");
 }
 

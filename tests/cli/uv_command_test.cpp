@@ -195,7 +195,7 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
   far.insert(far.end(), {"--match", "ray", "--max-distance", "50%"});
   EXPECT_EQ(run_kiln(far).exit_code, 0);
   std::vector<std::string> automatic = command;
-  automatic.insert(automatic.end(), {"--match", "auto", "--max-error", "12"});
+  automatic.insert(automatic.end(), {"--match", "auto", "--max-angle", "12"});
   const ProcessResult chosen = run_kiln(automatic);
   ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
   report = read_json(scene / "r.json");
@@ -216,6 +216,50 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, HeightFieldCommand, ::testing::Values("png", "exr"));
+
+TEST(UvCommand, MakesALightMeshWithTheDenseLayout) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(0);
+  const ProcessResult baked =
+      run_kiln({"bake", scene / "high.obj", "--match", "uv", "--faces", "400", "--size", "64",
+                "--out", scene / "out", "--json", scene / "r.json"});
+  ASSERT_EQ(baked.exit_code, 0) << baked.errors;
+  const json report = read_json(scene / "r.json");
+  EXPECT_LE(report["low"]["faces"].get<int>(), 400);
+  EXPECT_EQ(report["low"]["flaws"]["folded"], 0);
+  EXPECT_EQ(report["texels"]["missed"], 0);
+  const Mesh low = load_mesh(scene / "out" / "high_low.obj");
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {  // The plane's layout follows its place.
+      const Vec3& p = low.positions[low.triangles[t][k]];
+      const Vec2& uv = low.uvs[low.uv_triangles[t][k]];
+      EXPECT_NEAR(uv.x, p.x + 0.5, 0.02);
+      EXPECT_NEAR(uv.y, p.y + 0.5, 0.02);
+    }
+  }
+}
+
+TEST(UvCommand, SimplifyKeepsUvsWhereAsked) {
+  const fs::path scene = make_scene(0);
+  const ProcessResult kept =
+      run_kiln({"simplify", scene / "high.obj", "--keep-uvs", "--faces", "300", "--out",
+                scene / "kept.obj", "--json", scene / "s.json"});
+  ASSERT_EQ(kept.exit_code, 0) << kept.errors;
+  const json report = read_json(scene / "s.json");
+  EXPECT_EQ(report["charts"], 1);
+  EXPECT_NEAR(report["coverage"].get<double>(), 1, 1e-3);
+  EXPECT_EQ(report["kept_uvs"], true);
+  const ProcessResult both = run_kiln(
+      {"simplify", scene / "high.obj", "--keep-uvs", "--size", "512", "--out", scene / "both.obj"});
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_NE(both.errors.find("--size"), std::string::npos);
+  Mesh bare = test::icosphere(3);
+  save_obj(bare, scene / "bare.obj");
+  const ProcessResult none = run_kiln(
+      {"simplify", scene / "bare.obj", "--keep-uvs", "--faces", "99", "--out", scene / "n.obj"});
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_NE(none.errors.find("no UVs to keep"), std::string::npos) << none.errors;
+}
 
 }  // namespace
 }  // namespace kiln

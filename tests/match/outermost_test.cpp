@@ -9,6 +9,7 @@
 
 #include "hard_scenes.h"
 #include "kiln/kiln.h"
+#include "reference/ray.h"
 #include "shared/match.h"
 #include "support/environment.h"
 #include "support/hard_scene.h"
@@ -17,7 +18,7 @@
 namespace kiln {
 namespace {
 
-BakeOptions sized(std::uint32_t size, RayRule rule = RayRule::outermost) {
+BakeOptions sized(std::uint32_t size, RayRule rule = BakeOptions().ray.rule) {
   BakeOptions options;
   options.width = options.height = size;
   options.ray.rule = rule;
@@ -25,32 +26,66 @@ BakeOptions sized(std::uint32_t size, RayRule rule = RayRule::outermost) {
 }
 
 struct Seen {
-  double unseen =
-      0;             ///< Share of samples whose match is of a part that next to no view shows there
-  double shown = 0;  ///< Mean share of views that show the matched part
+  /// Share of samples whose match is of a part that next to no view shows there
+  double unseen = 0;
+  /// ... although a part that views do show lies on the sample's perpendicular, within the reach
+  double wrong = 0;
+  double shown = 0;   ///< Mean share of views that show the matched part
+  std::string where;  ///< The places of wrong samples
 };
+
+constexpr double kNextToNone = 0.01;
+
+/// Whether a face that views show lies on a sample's perpendicular, by the oracle.
+bool had_a_choice(const Source::Impl& high, const test::HardBake& bake, std::size_t i,
+                  const test::Shown& shown, double reach) {
+  const Vec3 p = bake.samples.position[i], n = bake.samples.normal[i];
+  for (double end = reach; end > -reach;) {
+    const reference::RayHit hit =
+        reference::cast_ray(high.positions, high.triangles, {p.x, p.y, p.z}, {n.x, n.y, n.z},
+                            {.t_min = -reach, .t_max = end, .greatest_first = true, .keep = 1});
+    if (!hit.found) return false;
+    if (shown.share(i, hit.triangle) >= kNextToNone) return true;
+    end = hit.t - 1e-9;
+  }
+  return false;
+}
 
 Seen seen(const Source& source, const sample::HardScene& scene, RayRule rule) {
   const test::HardBake bake(source, scene.low, sized(64, rule));
   // The default reach, 2% of the diagonal, in the frame.
   const auto& frame = source.impl().frame;
   const auto reach = static_cast<float>(0.02 * frame.diagonal * frame.scale);
-  const std::vector<double> shares = test::shown_shares(source, scene.high, scene.low, bake, reach);
+  const test::Shown shown(source, scene.high, scene.low, bake, reach);
   Seen result;
   std::size_t counted = 0;
-  for (const double share : shares) {
-    if (share < 0) continue;
+  for (std::size_t i = 0; i < bake.samples.size(); ++i) {
+    if (!shown.seen(i)) continue;
     ++counted;
-    result.unseen += share < 0.01 ? 1 : 0;
+    const double share = shown.share(i, bake.triangle(i));
     result.shown += share;
+    if (share >= kNextToNone) continue;
+    result.unseen += 1;
+    if (!had_a_choice(source.impl(), bake, i, shown, double{reach})) continue;
+    result.wrong += 1;
+    const Vec3& p = bake.samples.position[i];
+    const double unit = 1 / frame.scale;
+    for (const double x : {frame.center[0] + p.x * unit, frame.center[1] + p.y * unit,
+                           frame.center[2] + p.z * unit}) {
+      result.where += std::to_string(x) + " ";
+    }
   }
   EXPECT_GT(counted, 800U);
   result.unseen /= static_cast<double>(counted);
+  result.wrong /= static_cast<double>(counted);
   result.shown /= static_cast<double>(counted);
   return result;
 }
 
-/// Against 512 views. The nearest rule loses the cube's discs, a ninth of its faces.
+/// Against 512 views, with the default directions. The nearest rule loses the cube's discs, a ninth of its
+/// faces. What is left is where no ray of a sample meets a face that views show: the sides of the bolt's
+/// head, 1.3% of its samples, that stand within the washer. And four samples at the rim of the assembly's hand
+/// guard, whose rays lean over a narrow gap onto the receiver: its only face outward, as by the nearest rule.
 TEST(Outermost, TakesWhatViewsShow) {
   KILN_REQUIRE_DEVICE();
   for (const std::string_view name : {"cube", "cylinder", "bracket", "bolt", "pipe", "assembly"}) {
@@ -63,7 +98,8 @@ TEST(Outermost, TakesWhatViewsShow) {
                                     std::to_string(outermost.unseen));
     ::testing::Test::RecordProperty(std::string(name) + "_nearest_unseen",
                                     std::to_string(nearest.unseen));
-    EXPECT_LT(outermost.unseen, 0.005);
+    EXPECT_LT(outermost.wrong, name == "assembly" ? 0.003 : 0.0005) << outermost.where;
+    EXPECT_LT(outermost.unseen, name == "bolt" ? 0.02 : 0.005);
     EXPECT_GE(outermost.shown, nearest.shown);
     if (name == "cube") EXPECT_GT(nearest.unseen, 0.02);
   }

@@ -52,6 +52,8 @@ std::filesystem::path test_data(const std::string& name) {
 
 std::string kiln_command() { return KILN_COMMAND; }
 
+std::string fault_library() { return KILN_FAULT_LIBRARY; }
+
 std::filesystem::path stability_tables() { return KILN_STABILITY_TABLES; }
 
 std::filesystem::path scratch_folder() {

@@ -23,6 +23,9 @@ std::filesystem::path test_data(const std::string& name);
 /// The kiln command that was built; empty where it was not.
 std::string kiln_command();
 
+/// tests/faults/shim.cpp as a library to load before a program; empty where it was not built.
+std::string fault_library();
+
 /// tests/stability/README.md, whose tables a test checks.
 std::filesystem::path stability_tables();
 

@@ -55,14 +55,13 @@ HardBake::HardBake(const Source& source, const Mesh& low, BakeOptions options) {
   samples = assessed_samples(source.impl(), low, *baked.match);
 }
 
-std::vector<double> shown_shares(const Source& source, const Mesh& high, const Mesh& low,
-                                 const HardBake& bake, float reach) {
+Shown::Shown(const Source& source, const Mesh& high, const Mesh& low, const HardBake& bake,
+             float reach)
+    : parts_(parts_of(high)), sum_(bake.samples.size()), by_part_(bake.samples.size()) {
   cl::Context& context = device()->context();
   const AssessedSamples& samples = bake.samples;
-  const std::vector<std::uint32_t> parts = parts_of(high);
   const RayCaster light(context, source.impl().frame.to_frame(low), low.triangles);
   const auto count = static_cast<std::uint32_t>(samples.size());
-  std::vector<double> sum(count), own(count);
   Correspondence shown(context, count);
   cl::Array<std::uint8_t> hidden(context, count);
   for (const Vec3& w : spread_views(kDirections)) {
@@ -80,16 +79,17 @@ std::vector<double> shown_shares(const Source& source, const Mesh& high, const M
       const Vec3& n = samples.normal[i];
       const double cosine = double{n.x} * w.x + double{n.y} * w.y + double{n.z} * w.z;
       if (cosine <= 0 || blocked[i] != 0 || triangle[i] == KILN_NO_TRIANGLE) continue;
-      if (distance[i] > reach || bake.triangle(i) == KILN_NO_TRIANGLE) continue;
-      sum[i] += cosine;
-      if (parts[triangle[i]] == parts[bake.triangle(i)]) own[i] += cosine;
+      if (distance[i] > reach) continue;
+      sum_[i] += cosine;
+      by_part_[i][parts_[triangle[i]]] += cosine;
     }
   }
-  std::vector<double> shares(count, -1);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (sum[i] > 0) shares[i] = own[i] / sum[i];
-  }
-  return shares;
+}
+
+double Shown::share(std::size_t i, std::uint32_t triangle) const {
+  if (triangle == KILN_NO_TRIANGLE) return 0;
+  const auto found = by_part_[i].find(parts_[triangle]);
+  return found == by_part_[i].end() ? 0 : found->second / sum_[i];
 }
 
 }  // namespace kiln::test

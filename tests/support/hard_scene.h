@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "kiln/kiln.h"
@@ -21,12 +22,23 @@ struct HardBake {
   std::uint32_t triangle(std::size_t i) const { return baked.match->triangle[samples.element[i]]; }
 };
 
-/// Of what outside views show at each sample's place, the share that is of the part that it was matched with:
-/// over 512 directions spread evenly, those that see the place past the light mesh, each by its cosine to
-/// the light face. A view shows the first face of the dense mesh along its line, where that lies within
-/// `reach` of the place. Negative where no direction sees the place.
-/// \param reach  frame units
-std::vector<double> shown_shares(const Source& source, const Mesh& high, const Mesh& low,
-                                 const HardBake& bake, float reach);
+/// What outside views show at each sample's place, by part of the dense mesh: over 512 directions spread
+/// evenly, those that see the place past the light mesh, each by its cosine to the light face. A view shows
+/// the first face of the dense mesh along its line, where that lies within `reach` of the place.
+class Shown {
+ public:
+  /// \param reach  frame units
+  Shown(const Source& source, const Mesh& high, const Mesh& low, const HardBake& bake, float reach);
+
+  /// Whether any direction sees the place of sample `i`, and something there.
+  bool seen(std::size_t i) const { return sum_[i] > 0; }
+  /// The share of it that is of a triangle's part; 0 for no triangle.
+  double share(std::size_t i, std::uint32_t triangle) const;
+
+ private:
+  std::vector<std::uint32_t> parts_;
+  std::vector<double> sum_;
+  std::vector<std::map<std::uint32_t, double>> by_part_;
+};
 
 }  // namespace kiln::test

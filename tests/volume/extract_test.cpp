@@ -182,12 +182,13 @@ TEST(Extract, MapHoldsTheVolumesGradient) {
   const GradientError without = reference.compare_without_map();
   RecordProperty("mean", std::to_string(with.mean_degrees));
   RecordProperty("p99", std::to_string(with.p99_degrees));
-  // Measured: 0.87, 1.13, 2.49 degrees; with vertices in the wrong triangle 1.07, 2.28, 8.28.
+  // Measured: 0.86, 1.09, 2.87 degrees; with vertices in the wrong triangle 1.07, 2.28, 8.28; where all of a
+  // chart gave way to its seams 1.06, 1.35, 3.92.
   EXPECT_LT(with.mean_degrees, 0.95);
   EXPECT_LT(with.rms_degrees, 1.3);
   EXPECT_LT(with.p99_degrees, 3);
-  // 1.60 degrees: this gyroid is smooth, and the light mesh's own normals are near already.
-  EXPECT_GT(without.mean_degrees, 1.6 * with.mean_degrees);
+  // 3.45 degrees: 4.0 times.
+  EXPECT_GT(without.mean_degrees, 3 * with.mean_degrees);
   // 0.23%: beside the open rim, where flat faces reach past the curved surface's end.
   EXPECT_LT(static_cast<double>(reference.no_surface()),
             0.003 * static_cast<double>(reference.covered()));

@@ -113,11 +113,13 @@ TEST(Seams, HardlyShow) {
                              " " + std::to_string(error.largest));
     EXPECT_GT(error.samples, 20000U);
   }
-  EXPECT_LT(bent.mean, 0.3);
-  EXPECT_LT(bent.percentile95, 1.5);
-  EXPECT_LT(round.mean, 0.1);
-  EXPECT_LT(round.percentile95, 0.3);
-  EXPECT_LT(round.largest, 2);
+  // Measured: 0.068 and 0.27 degrees, 0.006, 0.034 and 0.13; charts by themselves 1.3 and 3.9, 0.37, 0.96
+  // and 6.2.
+  EXPECT_LT(bent.mean, 0.1);
+  EXPECT_LT(bent.percentile95, 0.4);
+  EXPECT_LT(round.mean, 0.02);
+  EXPECT_LT(round.percentile95, 0.06);
+  EXPECT_LT(round.largest, 0.3);
 }
 
 TEST(Seams, OfATorusAreShut) {
@@ -138,7 +140,8 @@ TEST(Seams, OfATorusAreShut) {
     RecordProperty(std::to_string(faces),
                    std::to_string(error.mean) + " " + std::to_string(error.largest));
     EXPECT_GT(error.samples, 2000U);
-    EXPECT_LT(error.mean, 0.15) << faces;
+    // Measured: 0.054 and 0.009 degrees; charts by themselves 3.1 and 2.7.
+    EXPECT_LT(error.mean, 0.1) << faces;
   }
 }
 
@@ -156,6 +159,7 @@ TEST(Seams, CreasesStayCreases) {
   const ExtractResult result = extract(*test::device(), volume, options);
   // At the middles of triangles that lie in a side, the map has the side's normal.
   std::size_t flat = 0;
+  double sum = 0, worst = 0;  // degrees
   for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
     double uv[2] = {0, 0};
     std::array<Vec3, 3> p;
@@ -173,11 +177,18 @@ TEST(Seams, CreasesStayCreases) {
     const auto normal = read_map(result.normal_map, uv[0], uv[1]);
     for (std::size_t k = 0; k < 3; ++k) {
       if (std::abs(n[k]) < 0.999 * size || size < 60) continue;
-      EXPECT_GT(normal[k] * n[k] / size, std::cos(3 * std::numbers::pi / 180));
+      const double cosine = std::min(1.0, normal[k] * n[k] / size);
+      const double angle = std::acos(std::max(-1.0, cosine)) * 180 / std::numbers::pi;
+      sum += angle;
+      worst = std::max(worst, angle);
       ++flat;
     }
   }
-  EXPECT_GT(flat, 6U);
+  EXPECT_GT(flat, 20U);
+  // Measured: 0.41 and 4.1 degrees, as for charts by themselves: the fine vertices on the edges have bevelled
+  // normals. Where all of a chart gave way to its seams, 10.4 at worst.
+  EXPECT_LT(sum / static_cast<double>(flat), 0.5);
+  EXPECT_LT(worst, 4.5);
 }
 
 }  // namespace

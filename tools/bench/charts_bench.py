@@ -3,7 +3,7 @@
     python3 tools/bench/charts_bench.py KILN HIGH.ply OUT_DIR [--faces 3000 5000] [--size 2048] [--bake 512]
 
 Needs PyPI's numpy and xatlas; Blender's rows need bpy, and are left out where it is missing. For each number of
-faces: the low poly of `kiln simplify`, laid out four ways with the same padding (size / 128 texels, as
+faces: the low poly of `kiln simplify`, laid out four ways with the same padding (size / 256 texels, as
 `kiln simplify` does), then baked and rendered by kiln. Prints one JSON line a layout:
 
     vertices  after splitting at UV seams, over positions
@@ -174,7 +174,7 @@ def main():
     parser.add_argument("--bake", type=int, default=512)
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
-    padding = max(2, options.size // 128)
+    padding = max(2, options.size // 256)
     for faces in options.faces:
         layouts = {}
         for method in ("charts", "pairs"):

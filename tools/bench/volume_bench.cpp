@@ -2,51 +2,21 @@
 //
 // volume_bench [FACES [MAP]]   default: 3000, 1024. Volumes of 356 x 161 x 251 (the dragon's of Barry and
 // Wood), 256^3 and 512^3 voxels of 8 bits: a ball with bumps, hollow within, scaled to the volume's sides.
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
-#include "base/parallel.h"
 #include "kiln/contour.h"
 #include "kiln/error.h"
 #include "support.h"
+#include "volume_scene.h"
 
 namespace kiln::bench {
 namespace {
 
 constexpr int kRounds = 5;
-
-Volume bumpy_volume(const std::array<std::uint32_t, 3>& size) {
-  Volume volume;
-  volume.name =
-      std::to_string(size[0]) + "x" + std::to_string(size[1]) + "x" + std::to_string(size[2]);
-  volume.size = size;
-  volume.type = VoxelType::u8;
-  volume.voxels.resize(std::size_t{size[0]} * size[1] * size[2]);
-  const double least = *std::min_element(size.begin(), size.end());
-  parallel_for(size[2], 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t z = begin; z < end; ++z) {
-      for (std::size_t y = 0; y < size[1]; ++y) {
-        for (std::size_t x = 0; x < size[0]; ++x) {
-          const double p = 2.0 * x / (size[0] - 1) - 1, q = 2.0 * y / (size[1] - 1) - 1,
-                       r = 2.0 * z / (size[2] - 1) - 1;
-          const double radius = std::sqrt(p * p + q * q + r * r);
-          const double bumps = 0.03 * std::sin(23 * p) * std::sin(19 * q) * std::sin(21 * r);
-          const double shell = std::min(0.85 + bumps - radius, radius - 0.5);
-          // Over four voxels each way.
-          const double value = 128 + shell * least / 2 * 32;
-          volume.voxels[(z * size[1] + y) * size[0] + x] =
-              static_cast<std::byte>(std::clamp(std::lround(value), 0L, 255L));
-        }
-      }
-    }
-  });
-  return volume;
-}
 
 struct Stage {
   const char* name;

@@ -1,15 +1,20 @@
 // The kiln command: parses, runs a subcommand, turns errors into the documented exit codes.
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <map>
 #include <new>
 #include <string>
 #include <vector>
 
+#include "arguments/memory_option.h"
 #include "arguments/unknown_flags.h"
 #include "commands.h"
+#include "crash.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "report/flags.h"
@@ -44,14 +49,9 @@ std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
   return error.what();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/// All that may throw.
+int run(int argc, char** argv) {
   using namespace kiln;
-  // PoCL installs a process-wide handler for arithmetic traps; ours to decide, so not wanted.
-  setenv("POCL_SIGFPE_HANDLER", "0", 0);
-  cli::catch_interrupts();
-
   CLI::App app("Kiln bakes the detail of dense meshes into the textures of light ones.", "kiln");
   app.set_version_flag("--version", std::string("kiln ") + version());
   app.require_subcommand(1);
@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
   commands["diff"] = cli::add_diff(app);
   commands["volume"] = cli::add_volume(app);
   commands["devices"] = cli::add_devices(app);
+  cli::add_memory_option(app);
 
   try {
     // `kiln help COMMAND` as in git.
@@ -113,25 +114,49 @@ int main(int argc, char** argv) {
     OutputSet outputs;
     const int result = commands.at(app.get_subcommands().front()->get_name())();
     if (result == cli::kExitCancelled) return cancelled();
-    outputs.commit();
-    tidy.success = result == 0;
+    // First: where it fails, no file appears.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
       throw Error(ErrorCode::output,
                   "Standard output could not be written: the disk is full, or it "
                   "was closed.");
     }
+    outputs.commit();
+    tidy.success = result == 0;
     return result;
   } catch (const Error& error) {
     // A driver that is interrupted while it compiles fails in its own way.
     if (cli::interrupted()) return cancelled();
+    // What the message of a kernel that PoCL did not build says.
+    if (std::strstr(error.what(), "PoCL's cache of kernels") != nullptr) {
+      cli::retry_with_empty_cache();
+    }
     std::fprintf(stderr, "kiln: %s\n", cli::with_flags(error.what()).c_str());
     return static_cast<int>(error.code());
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace kiln;
+  // PoCL installs a process-wide handler for arithmetic traps; ours to decide, so not wanted.
+  setenv("POCL_SIGFPE_HANDLER", "0", 0);
+  int exit_code = static_cast<int>(ErrorCode::internal);
+  try {
+    if (cli::supervised(exit_code)) return exit_code;
+    cli::catch_crashes(argv);
+    cli::catch_interrupts();
+    exit_code = run(argc, argv);
   } catch (const std::bad_alloc&) {
-    std::fprintf(
-        stderr, "kiln: Memory ran out. Use a smaller --size, fewer --samples or a lighter mesh.\n");
-    return static_cast<int>(ErrorCode::internal);
+    std::fputs("kiln: Memory ran out. Use a smaller --size, fewer --samples or a lighter mesh.\n",
+               stderr);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "kiln: %s\n", error.what());
-    return static_cast<int>(ErrorCode::internal);
   }
+  if (driver_failed()) {
+    // Its handlers at exit would wait for locks that it holds for good.
+    std::fflush(nullptr);
+    _exit(exit_code);
+  }
+  return exit_code;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "kiln/mesh.h"
@@ -53,6 +54,8 @@ class DenseParts {
   void sheet(const Stand& stand, double w, double h, int steps,
              double (*height)(double x, double y));
 
+  /// What is added from now on is of this group.
+  void group(std::string name);
   const Mesh& mesh() const { return mesh_; }
 
  private:
@@ -75,6 +78,8 @@ class LightParts {
   void extrusion(const Stand& stand, const Outline& outline, const std::array<double, 2>& centre,
                  double half);
   void card(const Stand& stand, double w, double h);
+  /// What is added from now on is of this group.
+  void group(std::string name);
 
   /// Packs the charts into the unit square, `gap` apart, and returns the mesh.
   Mesh finish(double gap = 1.0 / 64);

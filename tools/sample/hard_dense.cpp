@@ -55,6 +55,8 @@ Stand stand_along(const Point& origin, const Point& axis) {
 
 DenseParts::DenseParts(std::string name) { mesh_.name = std::move(name); }
 
+void DenseParts::group(std::string name) { mesh_.group_names.push_back(std::move(name)); }
+
 std::uint32_t DenseParts::corner(const Stand& stand, const Point& local, const Point& normal) {
   mesh_.positions.push_back(to_float(stand.at(local)));
   mesh_.normals.push_back(to_float(unit(stand.turned(normal))));
@@ -62,6 +64,9 @@ std::uint32_t DenseParts::corner(const Stand& stand, const Point& local, const P
 }
 
 void DenseParts::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  if (!mesh_.group_names.empty()) {
+    mesh_.groups.push_back(static_cast<std::uint32_t>(mesh_.group_names.size() - 1));
+  }
   mesh_.triangles.push_back({a, b, c});
   mesh_.normal_triangles.push_back({a, b, c});
 }

@@ -57,6 +57,8 @@ Packing packed(const std::vector<std::array<double, 2>>& sizes, double scale, do
 
 LightParts::LightParts(std::string name) { mesh_.name = std::move(name); }
 
+void LightParts::group(std::string name) { mesh_.group_names.push_back(std::move(name)); }
+
 std::uint32_t LightParts::corner(Chart& chart, const Stand& stand, const Point& local,
                                  const Point& normal, double u, double v) {
   const auto index = static_cast<std::uint32_t>(mesh_.positions.size());
@@ -70,6 +72,9 @@ std::uint32_t LightParts::corner(Chart& chart, const Stand& stand, const Point& 
 }
 
 void LightParts::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  if (!mesh_.group_names.empty()) {
+    mesh_.groups.push_back(static_cast<std::uint32_t>(mesh_.group_names.size() - 1));
+  }
   mesh_.triangles.push_back({a, b, c});
   mesh_.normal_triangles.push_back({a, b, c});
   mesh_.uv_triangles.push_back({a, b, c});

@@ -17,6 +17,15 @@ struct Builder {
   explicit Builder(std::string_view name)
       : high(std::string(name) + "_high"), low(std::string(name) + "_low") {}
 
+  /// What follows is a part of this name: NAME_high and NAME_low.
+  void part(const std::string& name) {
+    high.group(name + "_high");
+    low.group(name + "_low");
+  }
+  /// What follows is on a part that has begun: NAME_high_ON_IT.
+  void on_part(const std::string& name, const std::string& on_it) {
+    high.group(name + "_high_" + on_it);
+  }
   /// A disc whose base lies `base` above the place, and its top `top`.
   void stamp(const Stand& stand, double radius, double base, double top) {
     high.disc(stand.moved(0, 0, base), radius, top - base, 0.3 * (top - std::max(base, 0.0)));
@@ -122,30 +131,47 @@ HardScene pipe() {
 
 HardScene assembly() {
   Builder b("assembly");
-  b.box({}, {0.6, 0.16, 0.1}, 0.02);                                  // receiver
-  b.box(Stand{}.moved(0, 0.2, 0), {0.5, 0.045, 0.05}, 0.012);         // rail
-  b.rod(stand_along({0.58, 0.03, 0}, {1, 0, 0}), 0.07, 0.75, 0.015);  // barrel
-  b.rod(stand_along({1.28, 0.03, 0}, {1, 0, 0}), 0.1, 0.18, 0.02);    // muzzle
-  b.box(Stand{}.moved(0.85, 0.03, 0), {0.24, 0.11, 0.11}, 0.02);      // hand guard
-  b.box(Stand{}.moved(-0.95, -0.02, 0), {0.36, 0.12, 0.07}, 0.025);   // stock
-  b.box(Stand{}.moved(-1.29, -0.06, 0), {0.035, 0.2, 0.08}, 0.015);   // butt plate
+  b.part("receiver");
+  b.box({}, {0.6, 0.16, 0.1}, 0.02);
+  b.part("rail");
+  b.box(Stand{}.moved(0, 0.2, 0), {0.5, 0.045, 0.05}, 0.012);
+  b.part("barrel");
+  b.rod(stand_along({0.58, 0.03, 0}, {1, 0, 0}), 0.07, 0.75, 0.015);
+  b.part("muzzle");
+  b.rod(stand_along({1.28, 0.03, 0}, {1, 0, 0}), 0.1, 0.18, 0.02);
+  b.part("hand_guard");
+  b.box(Stand{}.moved(0.85, 0.03, 0), {0.24, 0.11, 0.11}, 0.02);
+  b.part("stock");
+  b.box(Stand{}.moved(-0.95, -0.02, 0), {0.36, 0.12, 0.07}, 0.025);
+  b.part("butt_plate");
+  b.box(Stand{}.moved(-1.29, -0.06, 0), {0.035, 0.2, 0.08}, 0.015);
   const double tilt = 0.3;
   const Stand leaning{{-0.4, -0.33, 0},
                       {std::cos(tilt), std::sin(tilt), 0},
                       {-std::sin(tilt), std::cos(tilt), 0},
                       {0, 0, 1}};
-  b.box(leaning, {0.1, 0.24, 0.07}, 0.025);                            // grip
-  b.box(Stand{}.moved(0.2, -0.36, 0), {0.11, 0.26, 0.06}, 0.015);      // magazine
-  b.box(Stand{}.moved(-0.12, -0.27, 0), {0.16, 0.015, 0.04}, 0.006);   // trigger guard
-  b.box(Stand{}.moved(-0.14, -0.2, 0), {0.02, 0.06, 0.015}, 0.006);    // trigger
-  b.box(Stand{}.moved(1.2, 0.16, 0), {0.03, 0.07, 0.015}, 0.006);      // front sight
-  b.box(Stand{}.moved(-0.42, 0.27, 0), {0.05, 0.04, 0.04}, 0.01);      // rear sight
-  b.rod(stand_along({0.2, 0.05, 0.09}, {0, 0, 1}), 0.05, 0.1, 0.012);  // bolt handle
+  b.part("grip");
+  b.box(leaning, {0.1, 0.24, 0.07}, 0.025);
+  b.part("magazine");
+  b.box(Stand{}.moved(0.2, -0.36, 0), {0.11, 0.26, 0.06}, 0.015);
+  b.part("trigger_guard");
+  b.box(Stand{}.moved(-0.12, -0.27, 0), {0.16, 0.015, 0.04}, 0.006);
+  b.part("trigger");
+  b.box(Stand{}.moved(-0.14, -0.2, 0), {0.02, 0.06, 0.015}, 0.006);
+  b.part("front_sight");
+  b.box(Stand{}.moved(1.2, 0.16, 0), {0.03, 0.07, 0.015}, 0.006);
+  b.part("rear_sight");
+  b.box(Stand{}.moved(-0.42, 0.27, 0), {0.05, 0.04, 0.04}, 0.01);
+  b.part("bolt_handle");
+  b.rod(stand_along({0.2, 0.05, 0.09}, {0, 0, 1}), 0.05, 0.1, 0.012);
   for (const double z : {-1.0, 1.0}) {
+    b.on_part("receiver", "discs");
     for (const double x : {-0.45, -0.1, 0.42}) {
       b.stamp(stand_along({x, -0.06, 0.1 * z}, {0, 0, z}), 0.05, -0.01, 0.015);
     }
+    b.on_part("hand_guard", "discs");
     b.stamp(stand_along({0.85, 0.03, 0.11 * z}, {0, 0, z}), 0.05, 0.003, 0.015);
+    b.on_part("stock", "discs");
     b.stamp(stand_along({-0.95, -0.02, 0.07 * z}, {0, 0, z}), 0.06, 0, 0.02);
   }
   return b.done();

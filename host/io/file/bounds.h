@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "base/memory.h"
 #include "io/file/byte_source.h"
 
 namespace kiln {
@@ -23,21 +24,14 @@ enum class Packing {
 /// from experience. At most 2^64 - 1. Where the numbers come from: the source.
 std::uint64_t most_unpacked(Packing packing, std::uint64_t packed);
 
-/// a * b, at most 2^64 - 1.
-std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
-
 /// What an image of a file may ask for, beside what the file can hold.
 struct ImageLimits {
   /// Of one image; a height field of 2^30 would have more triangles than Kiln takes.
   std::uint64_t pixels = (std::uint64_t{1} << 30) - 1;
 };
 
-/// Bytes that this process can still take: of the machine's memory, swap included, of its control group
-/// and of its address space (ulimit -v). 2^64 - 1 where the system does not say.
-std::uint64_t free_memory();
-
-/// Calls `fail` where more than the free memory is needed for `what`, such as "the pixels". Costs some
-/// tens of microseconds; less than 16 MiB are not looked up.
+/// Calls `fail` where more is needed for `what`, such as "the pixels", than is left (memory_left()). Costs
+/// some tens of microseconds; less than 16 MiB are not looked up.
 void check_memory(const FailWith& fail, const std::string& place, const std::string& what,
                   std::uint64_t bytes);
 

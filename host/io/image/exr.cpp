@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -250,16 +251,47 @@ int exr_threads(int threads) {
   return threads > 0 ? threads : thread_count();
 }
 
+namespace {
+
+void write_image(const Image& image, bool half, int threads, Imf::OStream& stream) {
+  const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
+  Imf::OutputFile output(stream, make_header(image, type), exr_threads(threads));
+  if (half) {
+    write_rows<Imath::half>(image, output, type, threads);
+  } else {
+    write_rows<float>(image, output, type, threads);
+  }
+}
+
+/// OpenEXR's output into memory.
+class ExrMemory : public Imf::OStream {
+ public:
+  explicit ExrMemory(std::vector<std::byte>& bytes) : Imf::OStream("memory"), bytes_(bytes) {}
+  void write(const char bytes[], int count) override {
+    const auto size = static_cast<std::size_t>(count);
+    if (bytes_.size() < position_ + size) bytes_.resize(position_ + size);
+    std::memcpy(bytes_.data() + position_, bytes, size);
+    position_ += size;
+  }
+  std::uint64_t tellp() override { return position_; }
+  void seekp(std::uint64_t position) override { position_ = position; }
+
+ private:
+  std::vector<std::byte>& bytes_;
+  std::uint64_t position_ = 0;
+};
+
+}  // namespace
+
 void save_exr(const Image& image, const std::filesystem::path& path, bool half, int threads) {
-  write_exr(path, [&](ExrStream& stream) {
-    const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
-    Imf::OutputFile output(stream, make_header(image, type), exr_threads(threads));
-    if (half) {
-      write_rows<Imath::half>(image, output, type, threads);
-    } else {
-      write_rows<float>(image, output, type, threads);
-    }
-  });
+  write_exr(path, [&](ExrStream& stream) { write_image(image, half, threads, stream); });
+}
+
+std::vector<std::byte> encode_exr(const Image& image, bool half, int threads) {
+  std::vector<std::byte> bytes;
+  ExrMemory stream(bytes);
+  write_image(image, half, threads, stream);
+  return bytes;
 }
 
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,

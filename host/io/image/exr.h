@@ -3,6 +3,7 @@
 
 #include <ImfIO.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -21,6 +22,9 @@ namespace kiln {
 /// \param threads  for compression; 0: all
 /// \throws Error(output)
 void save_exr(const Image& image, const std::filesystem::path& path, bool half, int threads);
+
+/// The same bytes, in memory.
+std::vector<std::byte> encode_exr(const Image& image, bool half, int threads);
 
 /// The same for levels 0 and on of a mip-map, each half the size of the last, rounded down, the last 1 x
 /// 1: tiles.

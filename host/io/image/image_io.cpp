@@ -125,11 +125,40 @@ void save_image(const Image& image, const std::filesystem::path& path,
     case ImageFormat::exr_float:
       return save_exr(image, path, false, options.threads);
     case ImageFormat::png16:
-      return save_png(image, path, 16, false, options.threads);
+      return save_png(image, path, {16, false, options.threads});
     case ImageFormat::png8:
-      return save_png(image, path, 8, options.dither, options.threads);
+      return save_png(image, path, {8, options.dither, options.threads});
   }
-  throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.");
+  throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
+}
+
+std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options) {
+  check_image(image);
+  check_threads(options);
+  std::vector<std::byte> bytes;
+  const auto png = [&](int bits, bool dither) {
+    write_png(image, {bits, dither, options.threads}, "memory", [&](std::string_view piece) {
+      const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
+      bytes.insert(bytes.end(), data, data + piece.size());
+    });
+    return std::move(bytes);
+  };
+  switch (options.format) {
+    case ImageFormat::exr_half:
+      return encode_exr(image, true, options.threads);
+    case ImageFormat::exr_float:
+      return encode_exr(image, false, options.threads);
+    case ImageFormat::png16:
+      return png(16, false);
+    case ImageFormat::png8:
+      return png(8, options.dither);
+  }
+  throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
+}
+
+Image load_image(std::span<const std::byte> bytes, std::string_view name) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return parse_image(*bytes_in_memory(text), std::string(name));
 }
 
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,

@@ -8,20 +8,18 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <charconv>
-#include <cmath>
 #include <memory>
 #include <new>
 #include <string>
 #include <vector>
 
-#include "base/parallel.h"
 #include "io/image/exr.h"
 #include "io/image/exr_header.h"
 #include "io/image/image_reader.h"
 #include "io/image/match_reader.h"
 #include "kiln/bake.h"
+#include "kiln/validate.h"
 #include "shared/match.h"
 
 namespace kiln {
@@ -30,8 +28,6 @@ namespace {
 // A map's largest side times its most samples.
 constexpr std::uint32_t kLargestSide = 16384 * 16;
 constexpr std::uint32_t kMostSamples = 16;
-// How far a barycentric weight may lie outside [0, 1] by rounding.
-constexpr float kWeightSlack = 1e-3F;
 
 constexpr const char* kKind = "a saved match";
 constexpr const char* kSamples = "samples";
@@ -59,54 +55,6 @@ void add_slice(Imf::FrameBuffer& buffer, const char* name, Imf::PixelType type, 
                std::uint32_t width) {
   buffer.insert(name, Imf::Slice(type, reinterpret_cast<char*>(const_cast<T*>(data)), sizeof(T),
                                  sizeof(T) * width));
-}
-
-void check_sizes(const Match& match) {
-  const std::size_t count = std::size_t{match.width} * match.height;
-  if (count == 0 || match.width > kLargestSide || match.height > kLargestSide ||
-      match.samples < 1 || match.samples > kMostSamples || match.width % match.samples != 0 ||
-      match.height % match.samples != 0 || match.triangle.size() != count ||
-      match.u.size() != count || match.v.size() != count || match.distance.size() != count ||
-      match.status.size() != count) {
-    throw Error(ErrorCode::usage,
-                "A match of " + std::to_string(match.width) + " x " + std::to_string(match.height) +
-                    " with " + std::to_string(match.samples) +
-                    " samples cannot be saved: its arrays must have width x height elements, and "
-                    "both sides must be multiples of samples (1 to 16).");
-  }
-}
-
-bool is_weight(float value) { return value >= -kWeightSlack && value <= 1.0F + kWeightSlack; }
-
-// What a sample that was found must satisfy; of the others only the status counts.
-bool is_sound(const Match& match, std::size_t i) {
-  const std::uint8_t status = match.status[i];
-  if (status == KILN_STATUS_NONE || status == KILN_STATUS_MISS) return true;
-  return status < KILN_STATUS_COUNT && match.triangle[i] < match.source_triangles &&
-         is_weight(match.u[i]) && is_weight(match.v[i]) && is_weight(match.u[i] + match.v[i]) &&
-         std::isfinite(match.distance[i]);
-}
-
-void check_contents(const Match& match, const std::string& file) {
-  const std::size_t count = match.status.size();
-  std::atomic<std::size_t> worst{count};
-  parallel_for(count, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (is_sound(match, i)) continue;
-      std::size_t seen = worst;
-      while (i < seen && !worst.compare_exchange_weak(seen, i)) {
-      }
-      return;
-    }
-  });
-  if (worst == count) return;
-  const std::size_t i = worst;
-  fail(file, "sample " + std::to_string(i % match.width) + ", " + std::to_string(i / match.width) +
-                 " has triangle " + std::to_string(match.triangle[i]) + " of " +
-                 std::to_string(match.source_triangles) + ", weights " +
-                 std::to_string(match.u[i]) + " and " + std::to_string(match.v[i]) + ", distance " +
-                 std::to_string(match.distance[i]) + " and status " +
-                 std::to_string(match.status[i]) + ", which cannot be");
 }
 
 /// A 64-bit number as text; 0 where there is none.
@@ -193,7 +141,7 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
 }  // namespace
 
 void save_match(const Match& match, const std::filesystem::path& path) {
-  check_sizes(match);
+  validate(match);
   Imf::Header header(static_cast<int>(match.width), static_cast<int>(match.height));
   // Zlib's fastest level: weights and distances hardly compress at any.
   header.compression() = Imf::ZIP_COMPRESSION;
@@ -237,7 +185,14 @@ Match parse_match(const ByteSource& source, const std::string& file, const Image
   } catch (const std::exception& error) {
     fail(file, error.what());
   }
-  check_contents(match, file);
+  try {
+    validate(match);
+  } catch (const Error& error) {
+    throw Error(ErrorCode::input,
+                "Could not read '" + file + "' as a saved match. " + error.what() +
+                    " Save it again with save_match().",
+                error.id());
+  }
   return match;
 }
 

@@ -3,10 +3,20 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
 
 #include "kiln/image.h"
 
 namespace kiln {
+
+/// How a PNG is written.
+struct PngOptions {
+  int bits = 16;        ///< A channel: 8 or 16
+  bool dither = false;  ///< 8 bits only
+  int threads = 0;      ///< 0: all
+};
 
 /// Writes with 8 or 16 bits a channel. Values are clamped to [0, 1] (NaN becomes 0), scaled in double
 /// precision and rounded to nearest, ties to even, so that k/255 and k/65535 come back as they were.
@@ -20,7 +30,13 @@ namespace kiln {
 /// boundary (Z_SYNC_FLUSH), and joined to one zlib stream: the bands do not depend on the number of
 /// threads, so neither do the bytes. Cost and size for 4096^2 RGB16: see the source.
 /// \throws Error(output)
-void save_png(const Image& image, const std::filesystem::path& path, int bits, bool dither,
-              int threads);
+void save_png(const Image& image, const std::filesystem::path& path, const PngOptions& options);
+
+/// Takes a file's bytes, one piece after the other.
+using PutBytes = std::function<void(std::string_view)>;
+
+/// The same bytes, wherever they go. \param name  for messages
+void write_png(const Image& image, const PngOptions& options, const std::string& name,
+               const PutBytes& send);
 
 }  // namespace kiln

@@ -149,11 +149,11 @@ void encode_band(const Layout& layout, std::size_t first, std::size_t last, cons
 
 }  // namespace
 
-void save_png(const Image& image, const std::filesystem::path& path, int bits, bool dither,
-              int threads) {
+void write_png(const Image& image, const PngOptions& options, const std::string& name,
+               const PutBytes& send) {
+  const auto [bits, dither, threads] = options;
   const Layout layout{image, bits, dither};
-  AtomicFile file(path);
-  file.write("\x89PNG\r\n\x1a\n");
+  send("\x89PNG\r\n\x1a\n");
   Bytes header;
   put_big_endian(header, image.width);
   put_big_endian(header, image.height);
@@ -161,7 +161,9 @@ void save_png(const Image& image, const std::filesystem::path& path, int bits, b
   for (const int value : {bits, int{kColourType[image.channels]}, 0, 0, 0}) {
     header.push_back(static_cast<std::uint8_t>(value));
   }
-  const auto put = [&](const Bytes& bytes) { file.write(bytes.data(), bytes.size()); };
+  const auto put = [&](const Bytes& bytes) {
+    send({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  };
   put(chunk("IHDR", header));
   put(chunk("IDAT", {0x78, 0x01}));  // zlib: deflate, 32 KiB window, fastest
 
@@ -179,8 +181,7 @@ void save_png(const Image& image, const std::filesystem::path& path, int bits, b
         [&](std::size_t begin, std::size_t end) {
           for (std::size_t i = begin; i < end; ++i) {
             const std::size_t y = (first + i) * rows;
-            encode_band(layout, y, std::min<std::size_t>(y + rows, image.height), path.string(),
-                        bands[i]);
+            encode_band(layout, y, std::min<std::size_t>(y + rows, image.height), name, bands[i]);
             chunks[i] = chunk("IDAT", bands[i].deflated);
             bands[i].deflated = {};
           }
@@ -195,6 +196,11 @@ void save_png(const Image& image, const std::filesystem::path& path, int bits, b
   put_big_endian(trailer, static_cast<std::uint32_t>(adler));
   put(chunk("IDAT", trailer));
   put(chunk("IEND", {}));
+}
+
+void save_png(const Image& image, const std::filesystem::path& path, const PngOptions& options) {
+  AtomicFile file(path);
+  write_png(image, options, path.string(), [&](std::string_view bytes) { file.write(bytes); });
   file.commit();
 }
 

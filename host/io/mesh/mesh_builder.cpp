@@ -1,9 +1,11 @@
 #include "io/mesh/mesh_builder.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
+#include "io/file/bounds.h"
 #include "io/mesh/polygon.h"
 
 namespace kiln {
@@ -40,12 +42,29 @@ Vec3 unit_or_zero(const Vec3& n) {
           static_cast<float>(z / length)};
 }
 
+// Up to these, nothing is asked for.
+constexpr std::uint64_t kFewFaces = std::uint64_t{1} << 17;
+
 }  // namespace
+
+/// Text may hold many more faces than its first lines promise: before the lists double, memory is asked for.
+void MeshBuilder::check_growth() const {
+  const auto bytes = [](const auto& list) {
+    return std::uint64_t{list.capacity()} * sizeof(list[0]);
+  };
+  const std::uint64_t held = bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) +
+                             bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
+                             bytes(polygon_normal_) + bytes(groups_) + bytes(positions);
+  check_memory([this](const std::string& place, const std::string& problem,
+                      const std::string& remedy) { input_.fail(place, problem, remedy); },
+               "", "its faces", 2 * held);
+}
 
 void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv,
                            std::span<const std::uint32_t> normal) {
   const std::size_t n = vertex.size();
   const std::uint64_t face = faces_++;
+  if (face >= kFewFaces && std::has_single_bit(face)) check_growth();
   if (n < 3) {
     if (short_faces_++ == 0) first_short_face_ = face;
     return;

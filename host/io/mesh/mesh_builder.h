@@ -89,6 +89,7 @@ class MeshBuilder {
     std::uint64_t offset;  ///< Into the polygon_ pools.
   };
 
+  void check_growth() const;
   void split_polygons();
   void number_polygons(Mesh& mesh) const;
   void place(Mesh& mesh);

@@ -134,12 +134,11 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
 
 namespace {
 
-Mesh load(MeshInput input, const std::filesystem::path& path) {
+/// What `input.bytes` hold, by the name's extension.
+Mesh parse_named(const MeshInput& input, const std::filesystem::path& path) {
   const auto format = format_of(path);
-  std::string bytes = read_file(input, path);
-  input.bytes = bytes;
   if (!format) {
-    const Guess content = bytes.empty() ? Guess{} : guess(bytes);
+    const Guess content = input.bytes.empty() ? Guess{} : guess(input.bytes);
     const std::string extension = path.extension().string();
     input.fail("",
                (extension.empty() ? "it has no extension"
@@ -155,9 +154,22 @@ Mesh load(MeshInput input, const std::filesystem::path& path) {
 }  // namespace
 
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings) {
-  const MeshInput input{path.string(), {}, warnings};
+  MeshInput input{path.string(), {}, warnings};
   try {
-    return load(input, path);
+    const std::string bytes = read_file(input, path);
+    input.bytes = bytes;
+    return parse_named(input, path);
+  } catch (const std::bad_alloc&) {
+    input.fail("", "memory ran out while it was read", "Free some memory, or use a lighter mesh.");
+  }
+}
+
+Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
+               std::vector<Warning>* warnings) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const MeshInput input{std::string(name), text, warnings};
+  try {
+    return parse_named(input, std::filesystem::path(name));
   } catch (const std::bad_alloc&) {
     input.fail("", "memory ran out while it was read", "Free some memory, or use a lighter mesh.");
   }

@@ -287,6 +287,7 @@ class BodyReader {
   /// Triangle strips, as scan archives have them: lists of vertices, in which -1 ends a strip.
   void read_strips(const Element& element, MeshBuilder& builder) {
     std::uint64_t strip = 0;
+    corners_.clear();  // of a face that stood before
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
         if (!property.list) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "kiln/bake.h"
+#include "shared/match.h"
 #include "support/environment.h"
 
 namespace kiln {
@@ -25,8 +26,8 @@ Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t sample
   std::mt19937 random(width);
   const auto unit = [&] { return static_cast<float>(random() % 1000) / 1000.0F; };
   for (std::size_t i = 0; i < std::size_t{match.width} * match.height; ++i) {
-    const auto status = static_cast<std::uint8_t>(random() % 8);
-    const bool hit = status != 0 && status != 4;
+    const auto status = static_cast<std::uint8_t>(random() % KILN_STATUS_COUNT);
+    const bool hit = status != KILN_STATUS_NONE && status != KILN_STATUS_MISS;
     match.status.push_back(status);
     match.triangle.push_back(hit ? static_cast<std::uint32_t>(random() % 123456) : 0xFFFFFFFFU);
     match.u.push_back(hit ? unit() / 2 : 0);
@@ -110,7 +111,7 @@ TEST(MatchIo, ImpossibleSamplesAreRefusedWhenRead) {
       [](Match& m) { m.u[77] = m.v[77] = 0.6F; },
       [](Match& m) { m.v[77] = std::numeric_limits<float>::quiet_NaN(); },
       [](Match& m) { m.distance[77] = std::numeric_limits<float>::infinity(); },
-      [](Match& m) { m.status[77] = 8; }};
+      [](Match& m) { m.status[77] = KILN_STATUS_COUNT; }};
   for (const auto& change : changes) {
     Match match = make_match(10, 10, 1);
     match.status[77] = 1;

@@ -49,9 +49,16 @@ std::string criterion_name(ViewCriterion criterion) {
   return name_of(criterion_values(), criterion);
 }
 
+std::string angle_bound(const BakeArguments& a) {
+  return a.max_angle.empty() && a.match == kAutomatic ? a.max_error : a.max_angle;
+}
+
+std::string deviation_bound(const BakeArguments& a) {
+  return a.max_angle.empty() && a.match == kAutomatic ? "" : a.max_error;
+}
+
 bool onto_plane(const BakeArguments& a) {
-  // With --match auto the error is one of normals.
-  const bool simplified = a.faces != 0 || (!a.max_error.empty() && a.match != kAutomatic);
+  const bool simplified = a.faces != 0 || !deviation_bound(a).empty();
   return is_height_field(a.high) && a.low.empty() && !simplified;
 }
 

@@ -38,9 +38,12 @@ struct BakeArguments {
   std::vector<std::string> fallback = {"low"};
   std::uint32_t fallback_blend = 0;
   std::string cage, cage_mesh;
-  std::string ray = "nearest";
-  std::string direction = "averaged";
+  std::string ray = "outermost";
+  std::string direction = "auto";
   std::string edge_width;
+  std::uint32_t recall = 8192;
+  std::string match_by = "all";
+  std::vector<std::string> low_names = PartNames().low, high_names = PartNames().high;
   bool two_sided = false;
   bool force_uv = false;
   HeightArguments heights;
@@ -70,6 +73,7 @@ struct BakeArguments {
   bool report_error = false;
   std::uint32_t faces = 0;
   std::string max_error;
+  std::string max_angle;
   bool unwrap = false;        // whether --unwrap was given
   std::string unwrap_method;  // charts, pairs; empty: charts
   std::string save_match, load_match;
@@ -100,6 +104,11 @@ std::string criterion_name(ViewCriterion criterion);
 
 /// Whether directions of visibility are asked for.
 bool by_visibility(const BakeArguments& arguments);
+
+/// The angle that --match auto is to reach, and how far a light mesh that Kiln makes may deviate; empty where
+/// nothing is said. --max-error is the second one, but beside --match auto alone the first one's older name.
+std::string angle_bound(const BakeArguments& arguments);
+std::string deviation_bound(const BakeArguments& arguments);
 
 /// Whether the light mesh is a plane of Kiln's, under a height field.
 bool onto_plane(const BakeArguments& arguments);

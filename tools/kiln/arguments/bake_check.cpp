@@ -36,10 +36,14 @@ void check_fallback(const BakeArguments& a) {
 /// Flags that make a low poly, or belong to a given one.
 void check_low(const BakeArguments& a) {
   const bool automatic = a.match == kAutomatic;
-  if (!automatic && a.faces != 0 && !a.max_error.empty()) {
+  if (!automatic && !a.max_angle.empty()) {
+    fail("--max-angle is for --match auto: leave it out, or --max-error bounds the light mesh.");
+  }
+  const bool bounded = !deviation_bound(a).empty();
+  if (a.faces != 0 && bounded) {
     fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");
   }
-  if (!a.low.empty() && (a.faces != 0 || (!a.max_error.empty() && !automatic))) {
+  if (!a.low.empty() && (a.faces != 0 || bounded)) {
     fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
          "' was given: leave one of them out.");
   }
@@ -69,6 +73,16 @@ void check_rays(const BakeArguments& a) {
   }
   if (a.given.contains("--edge-width") && (a.direction != "auto" || !a.cage_mesh.empty())) {
     fail("--edge-width is for --direction auto, without --cage-mesh.");
+  }
+}
+
+void check_parts(const BakeArguments& a) {
+  if (a.match_by == "name" && (a.low.empty() || a.unwrap)) {
+    fail("--match-by name needs a LOW with named parts and UVs of its own.");
+  }
+  if (a.match_by != "name" &&
+      (a.given.contains("--low-names") || a.given.contains("--high-names"))) {
+    fail("--low-names and --high-names are for --match-by name.");
   }
 }
 
@@ -151,6 +165,7 @@ void check(const BakeArguments& a) {
     fail("--match axis looks along one direction: give one --view, such as 0,0,1.");
   }
   check_rays(a);
+  check_parts(a);
   check_visibility(a);
   check_fallback(a);
   check_height_field(a);

@@ -36,15 +36,21 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       .add_option(
           "--match", a.match,
           "Which point of HIGH a texel stands for. " + matches_in_words() +
-              "auto: the cheapest way and the smallest map (up to --size) that reach --max-error")
+              "auto: the cheapest way and the smallest map (up to --size) that reach --max-angle")
       ->check(CLI::IsMember(bake_match_names(), CLI::ignore_case))
       ->capture_default_str()
       ->group(group_match);
   command
       .add_option(
+          "--max-angle", a.max_angle,
+          "For --match auto: the mean angle in degrees between rendered normals and the dense "
+          "mesh's that is to be reached (default: what the largest map would reach)")
+      ->group(group_match);
+  command
+      .add_option(
           "--fallback", a.fallback,
           "What decides samples that the match misses: a chain such as ray,closest. Its end "
-          "is low (LOW's normal), fill (from around) or none (marked in magenta)")
+          "is low (LOW's normal), fill (from around) or mark (in magenta; the older name is none)")
       ->delimiter(',')
       ->check(CLI::IsMember(fallback_names(), CLI::ignore_case))
       ->capture_default_str()
@@ -73,9 +79,10 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->excludes(cage)
       ->group(group_match);
   command
-      .add_option("--ray", a.ray,
-                  "Which face a ray takes: nearest, outward first; or outermost, which is what a "
-                  "viewer sees, but nothing beyond LOW's own folds and parts")
+      .add_option(
+          "--ray", a.ray,
+          "Which face a ray takes: outermost, which is what a viewer sees, but nothing beyond "
+          "LOW's own folds and parts; or nearest, outward first")
       ->check(one_of(ray_rule_values()))
       ->capture_default_str()
       ->group(group_match);
@@ -91,13 +98,38 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
                   "--direction auto: how near to a hard edge rays turn, D or P% (default 1%)")
       ->group(group_match);
   command
+      .add_option("--match-by", a.match_by,
+                  "Which of HIGH a texel may find: all; or name, its own part alone: the group or "
+                  "object X_low of LOW takes X_high and X_high_* of HIGH")
+      ->check(CLI::IsMember({"all", "name"}, CLI::ignore_case))
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--low-names", a.low_names,
+                  "--match-by name: patterns of LOW's names; the first * is the part's name")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--high-names", a.high_names,
+                  "--match-by name: patterns of HIGH's names; the first * is the part's name")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_option("--recall", a.recall,
+                  "At how many places of HIGH to look whether a texel stands for them; 0: none")
+      ->check(CLI::Range(0U, 1U << 20))
+      ->capture_default_str()
+      ->group(group_match);
+  command
       .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")
       ->group(group_match);
   command
       .add_option(
           "--miss", a.miss,
           "The older name of the end of --fallback, for saved scripts: keep is low, fill is "
-          "fill, mark is none")
+          "fill, mark is mark")
       ->check(one_of(miss_values()))
       ->capture_default_str()
       ->group(group_match);

@@ -31,15 +31,15 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
   command
       .add_option("--max-error", a.max_error,
                   "Without LOW and --faces: few triangles that stay within this share of the "
-                  "diagonal (default 0.2%). With --match auto: the mean angle in degrees between "
-                  "rendered normals and the dense mesh's that is to be reached (default: what the "
-                  "largest map would reach)")
+                  "diagonal (default 0.2%). With --match auto and without --max-angle: the older "
+                  "name of that")
       ->group(group_low);
   command
-      .add_flag("--unwrap{given}", a.unwrap_method,
-                "Give LOW new UVs, and write it beside the maps. How the light mesh is laid out, "
-                "with LOW or without: --unwrap=pairs (of triangles, default) or --unwrap=charts (few "
-                "large ones)")
+      .add_flag(
+          "--unwrap{given}", a.unwrap_method,
+          "Give LOW new UVs, and write it beside the maps. How the light mesh is laid out, "
+          "with LOW or without: --unwrap=pairs (of triangles, default) or --unwrap=charts (few "
+          "large ones)")
       ->check(CLI::IsMember({"given", "charts", "pairs"}))
       ->each([&a](const std::string&) { a.unwrap = true; })
       ->type_name("[=charts|pairs]")

@@ -57,6 +57,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.ray.rule = ray_rule_values().at(a.ray);
   options.ray.direction = ray_direction_values().at(a.direction);
   options.ray.edge_width = optional_length("--edge-width", a.edge_width);
+  options.recall = a.recall;
   options.space = space_values().at(a.space);
   options.flip_y = a.flip_y;
   options.two_component = a.two_component;

@@ -74,7 +74,10 @@ const std::map<std::string, ImageFormat>& format_values() {
 
 const std::map<std::string, MissPolicy>& fallback_miss_values() {
   static const std::map<std::string, MissPolicy> values = {
-      {"low", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"none", MissPolicy::mark}};
+      {"low", MissPolicy::keep},
+      {"fill", MissPolicy::fill},
+      {"mark", MissPolicy::mark},
+      {"none", MissPolicy::mark}};  // the older name
   return values;
 }
 

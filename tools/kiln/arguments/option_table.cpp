@@ -20,6 +20,8 @@ bool by_uv(const MatchInfo& match) { return match.needs_uvs; }
 bool in_clusters(const MatchInfo& match) { return match.method == MatchMethod::visibility; }
 bool takes_cage(const MatchInfo& match) { return match.takes_cage; }
 bool along_low(const MatchInfo& match) { return match.along_low; }
+bool searches_bvh(const MatchInfo& match) { return match.tells_recall; }
+bool by_points(const MatchInfo& match) { return match.takes_parts; }
 bool takes_directions(const MatchInfo& match) { return match.takes_directions; }
 bool takes_visibility(const MatchInfo& match) { return match.takes_visibility; }
 bool looks_far(const MatchInfo& match) { return match.looks_far; }
@@ -56,6 +58,10 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--direction", .match = along_low, .in_fallback = false, .beside_auto = true},
     OptionRow{
         .flag = "--edge-width", .match = along_low, .in_fallback = false, .beside_auto = true},
+    OptionRow{.flag = "--match-by", .match = by_points, .in_fallback = false},
+    OptionRow{.flag = "--low-names", .match = by_points, .in_fallback = false},
+    OptionRow{.flag = "--high-names", .match = by_points, .in_fallback = false},
+    OptionRow{.flag = "--recall", .match = searches_bvh, .in_fallback = false, .beside_auto = true},
     OptionRow{.flag = "--force-uv", .match = by_uv, .in_fallback = false},
     OptionRow{.flag = "--views", .match = by_views},
     OptionRow{.flag = "--view", .match = takes_directions},

@@ -21,11 +21,10 @@ constexpr std::string_view kOneTile =
     "and "
     "bake each.";
 constexpr std::string_view kSkew =
-    "Kiln has no skew map yet. With --direction auto details on flat faces stand straight. Add "
-    "edges "
-    "to LOW where detail slides all the same.";
+    "Kiln has no skew map: by default details on flat faces stand straight. Add edges to LOW where "
+    "detail slides all the same.";
 constexpr std::string_view kExplode =
-    "Kiln has no exploded bake yet. Bake each part of HIGH and LOW in a run of its own.";
+    "Parts need not be moved apart: --match-by name gives each part of LOW its own part of HIGH.";
 constexpr std::string_view kBevel =
     "Kiln bakes no bevels yet. Bevel the edges of HIGH before the bake.";
 constexpr std::string_view kDenoise = "Kiln does not denoise. Raise --samples for smoother maps.";

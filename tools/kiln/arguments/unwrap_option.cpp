@@ -9,7 +9,7 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size) {
   options.size = std::clamp(size, 16U, 65536U);
   if (method == "charts") {
     options.method = UnwrapMethod::charts;
-    options.border_texels = std::max(2U, options.size / 128);
+    options.border_texels = std::max(2U, options.size / 256);
   }
   return options;
 }

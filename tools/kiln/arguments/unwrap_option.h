@@ -10,7 +10,7 @@ namespace kiln::cli {
 
 /// \param method  "charts"; all else is pairs
 /// \param size    the map's smaller side, texels
-/// Charts stand 1/128 of the size apart (16 texels of 2,048), at least 2 texels; pairs 2 texels.
+/// Charts stand 1/256 of the size apart (8 texels of 2,048), at least 2 texels; pairs 2 texels.
 UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size);
 
 }  // namespace kiln::cli

@@ -46,14 +46,20 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     SimplifyOptions options;
     options.faces = arguments.faces;
     options.height_field = dense.heights.has_value();
-    if (!arguments.max_error.empty() && arguments.match != "auto") {
-      options.max_error = parse_error_bound(arguments.max_error);
+    // Points at the same UV: the light mesh needs the layout of the dense one.
+    options.keep_uvs = arguments.match == "uv" && !dense.heights && !high.uv_triangles.empty();
+    if (const std::string bound = deviation_bound(arguments); !bound.empty()) {
+      options.max_error = parse_error_bound(bound);
     }
     low.mesh = simplify(high, options, &*low.simplified);
     low.stem = low_stem(arguments);
     low.made = true;
     if (dense.heights) {
       lay_out_over_height_field(low.mesh, *dense.heights, height_field_options(arguments.heights));
+      low.mesh.name = low.stem;
+      return low;
+    }
+    if (options.keep_uvs) {
       low.mesh.name = low.stem;
       return low;
     }

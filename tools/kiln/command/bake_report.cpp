@@ -11,6 +11,7 @@ Json trial_json(const PlanTrial& trial) {
           {"mean_angle_degrees", trial.error.mean_degrees},
           {"p95_angle_degrees", trial.error.p95_degrees},
           {"missed_share", trial.missed},
+          {"lost_share", trial.lost},
           {"seconds", trial.seconds}};
 }
 
@@ -44,6 +45,7 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
           {"texels", report.seconds_texels},
           {"match", report.seconds_match},
           {"detail", report.seconds_detail},
+          {"recall", report.seconds_recall},
           {"image", report.seconds_image},
           {"mips", report.seconds_mips},
           {"save", stages.save},
@@ -88,6 +90,8 @@ void add_parts(const BakeRun& run, Json& json) {
   }
   if (report.uv) json["uv"] = describe(*report.uv);
   if (report.views) json["views"] = describe(*report.views);
+  if (run.parts) json["parts"] = run.parts->names;
+  if (report.recall) json["recall"] = describe(*report.recall);
   if (report.switches) json["switches"] = describe(*report.switches);
   if (report.switches_blended) {
     json["switches_blended"] = describe(*report.switches_blended);
@@ -96,6 +100,7 @@ void add_parts(const BakeRun& run, Json& json) {
   if (report.visibility) json["visibility"] = describe(*report.visibility);
   if (!low.simplified) return;
   json["low"] = {{"faces", low.simplified->faces}, {"error", low.simplified->error}};
+  json["low"]["flaws"] = describe_flaws(*low.simplified);
   if (!low.unwrapped) return;
   json["low"]["charts"] = low.unwrapped->charts;
   json["low"]["coverage"] = low.unwrapped->coverage;

@@ -46,6 +46,7 @@ struct BakeRun {
   LowMesh low;
   std::string low_path;
   std::optional<Mesh> cage_mesh;
+  std::optional<Parts> parts;
   std::optional<Match> match;  // that was loaded
   std::optional<PlannedBake> planned;
   BakeResult result;

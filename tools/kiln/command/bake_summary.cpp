@@ -113,6 +113,15 @@ std::string summary(const UvReport& uv, double diagonal) {
   return text;
 }
 
+/// One line about what is on no texel.
+std::string summary(const RecallReport& recall) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "recall: %.2f%% of what views show of HIGH near LOW is on texels",
+                100 * (1 - recall.lost));
+  return text;
+}
+
 void print_totals(Console& console, const BakeReport& report, std::uint64_t map_texels,
                   const Source::Stats& source, const Stages& stages, double total) {
   char text[512];
@@ -135,10 +144,11 @@ void print_totals(Console& console, const BakeReport& report, std::uint64_t map_
   std::snprintf(
       text, sizeof text,
       "%.2f s: load %.2f, low mesh %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "
-      "image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
+      "recall %.2f, image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
       total, stages.load, stages.low, stages.build + report.seconds_build, report.seconds_texels,
-      report.seconds_match, report.seconds_detail, report.seconds_image, report.seconds_mips,
-      stages.save, static_cast<unsigned long long>(peak_resident_bytes() >> 20));
+      report.seconds_match, report.seconds_detail, report.seconds_recall, report.seconds_image,
+      report.seconds_mips, stages.save,
+      static_cast<unsigned long long>(peak_resident_bytes() >> 20));
   console.line(text);
 }
 
@@ -158,6 +168,10 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (run.planned) console.line(summary(*run.planned));
   if (report.views) console.line(summary(*report.views, source.diagonal));
   if (report.uv) console.line(summary(*report.uv, source.diagonal));
+  if (run.parts) {
+    console.line(std::to_string(run.parts->count) + " parts, each matched with its own alone");
+  }
+  if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {
     console.line(summary(*report.visibility, run.options.visibility.clusters));
   }

@@ -69,10 +69,13 @@ std::string missed_place(const BakeResult& result, const Mesh& low) {
 }
 
 /// The library knows neither the file nor what is asked for beside it.
-void name_place_of_misses(BakeResult& result, const Mesh& low, const std::string& path) {
+void name_place_of_misses(BakeResult& result, const Mesh& high, const Mesh& low,
+                          const std::string& path) {
+  const bool most = result.report.missed * 2 > result.report.samples;
   for (Warning& warning : result.report.warnings) {
     if (warning.code != "many-misses") continue;
-    warning.message = "'" + path + "': " + warning.message + " " + missed_place(result, low);
+    warning.message = "'" + path + "': " + warning.message + " " + missed_place(result, low) +
+                      (most ? hint_of_boxes(high, low) : "");
   }
 }
 
@@ -115,6 +118,12 @@ bool read_inputs(BakeRun& run) {
     run.cage_mesh = load_mesh(arguments.cage_mesh, &run.warnings);
     run.options.cage_mesh = &*run.cage_mesh;
   }
+  if (arguments.match_by == "name") {
+    run.parts =
+        pair_parts(run.dense.mesh, run.low.mesh, {arguments.low_names, arguments.high_names});
+    run.options.parts = &*run.parts;
+    run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
+  }
   if (!arguments.load_match.empty()) {
     run.match = load_match(arguments.load_match);
     run.options.match = &*run.match;
@@ -131,8 +140,9 @@ bool make_maps(BakeRun& run, const Source& source) {
   if (run.arguments.match == kAutomatic) {
     PlanOptions plan_options;
     plan_options.bake = run.options;
-    if (!run.arguments.max_error.empty()) {
-      plan_options.max_error = parse_degrees("--max-error", run.arguments.max_error);
+    if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
+      plan_options.max_error =
+          parse_degrees(run.arguments.max_angle.empty() ? "--max-error" : "--max-angle", bound);
     }
     run.planned = bake_planned(source, run.low.mesh, plan_options);
     if (run.planned->result.cancelled) return false;
@@ -143,7 +153,7 @@ bool make_maps(BakeRun& run, const Source& source) {
   }
   if (run.result.cancelled) return false;
   check_result(run.result.report, run.dense.mesh, run.low.mesh);
-  name_place_of_misses(run.result, run.low.mesh, run.low_path);
+  name_place_of_misses(run.result, run.dense.mesh, run.low.mesh, run.low_path);
   return true;
 }
 
@@ -168,7 +178,7 @@ int verdict(const BakeRun& run) {
         too_many_missed(run.arguments, run.result, run.low.mesh, run.low_path, missed).c_str());
     return 1;
   }
-  if (run.planned && !run.planned->reached && !run.arguments.max_error.empty()) {
+  if (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty()) {
     std::fprintf(stderr, "kiln: the error asked for was not reached.\n");
     return 1;
   }

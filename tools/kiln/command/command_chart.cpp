@@ -6,6 +6,7 @@
 #include "arguments/paths.h"
 #include "arguments/small_file.h"
 #include "arguments/surface_arguments.h"
+#include "command/chart_run.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
@@ -20,18 +21,6 @@ namespace kiln::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct ChartArguments {
-  std::vector<std::string> meshes;       ///< Or volumes
-  HeightArguments heights;               ///< Of all height fields
-  SurfaceArguments surface;              ///< Of volumes
-  std::vector<std::string> for_volumes;  ///< Options given that meshes have no use for
-  std::string out, device;
-  std::string max_distance = "2%";
-  std::vector<std::string> settings;
-  ChartOptions options;
-  bool quiet = false;
-};
 
 std::string file_name(const char* ending) { return std::string(kChartName) + ending; }
 
@@ -157,16 +146,11 @@ Json describe(const ChartArguments& a, const ChartOptions& options) {
           {"settings", names}};
 }
 
-/// What every chart leaves, and what was wrong.
-struct Files {
-  std::vector<std::string> outputs;
-  std::vector<Warning> warnings;
-  bool cancelled = false;
-};
+}  // namespace
 
-Files save_files(const fs::path& folder, const std::string& data, const Plot& plot,
-                 const std::string& table) {
-  Files files;
+ChartFiles save_chart_files(const fs::path& folder, const std::string& data, const Plot& plot,
+                            const std::string& table) {
+  ChartFiles files;
   const auto save = [&](const char* ending, const std::string& text) {
     save_text(folder / file_name(ending), text);
     files.outputs.push_back((folder / file_name(ending)).string());
@@ -178,7 +162,7 @@ Files save_files(const fs::path& folder, const std::string& data, const Plot& pl
   return files;
 }
 
-constexpr double kAtSave = 0.98;
+namespace {
 
 int run_chart_command(const ChartArguments& arguments) {
   const ChartOptions options = chart_options(arguments);
@@ -208,7 +192,7 @@ int run_chart_command(const ChartArguments& arguments) {
     const std::string& path = arguments.meshes[2 * i];
     const auto show = [&](double done, std::string_view stage) {
       const double before = static_cast<double>(i);
-      return console.progress(kAtSave * (before + done) / static_cast<double>(count), stage);
+      return console.progress(kChartAtSave * (before + done) / static_cast<double>(count), stage);
     };
     if (!show(0, "reading " + path)) return kExitCancelled;
     const DenseInput dense =
@@ -228,10 +212,10 @@ int run_chart_command(const ChartArguments& arguments) {
     seconds_chart += watch.lap();
   }
 
-  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
-  const Files files =
-      save_files(folder, chart_data(pairs), chart_plot(pairs, options, device.info()),
-                 chart_table(pairs, options, device.info()));
+  if (!console.progress(kChartAtSave, "writing")) return kExitCancelled;
+  const ChartFiles files =
+      save_chart_files(folder, chart_data(pairs), chart_plot(pairs, options, device.info()),
+                       chart_table(pairs, options, device.info()));
   if (files.cancelled) return kExitCancelled;
   const std::vector<std::string>& outputs = files.outputs;
   warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
@@ -266,103 +250,6 @@ int run_chart_command(const ChartArguments& arguments) {
     for (const ChartRow& row : pair.rows) console.line(summary(row));
   }
   for (const std::string& output : outputs) console.line("wrote " + output);
-  return 0;
-}
-
-VolumeChartOptions volume_options(const ChartArguments& a) {
-  VolumeChartOptions options;
-  options.extract = extract_options(a.surface);
-  options.size = a.options.size;
-  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
-  options.repeat = a.options.repeat;
-  if (a.settings.empty()) return options;
-  std::erase_if(options.ways, [&](const VolumeWay& way) {
-    return std::find(a.settings.begin(), a.settings.end(), way.name) == a.settings.end();
-  });
-  return options;
-}
-
-int run_volumes_command(const ChartArguments& a) {
-  const VolumeChartOptions options = volume_options(a);
-  Console console(a.quiet);
-  Stopwatch watch;
-  const fs::path folder = a.out;
-  prepare_output_folder(folder);
-  const Device device = Device::open(a.device);
-  for (const std::string& path : a.meshes) {
-    std::vector<Warning> none;
-    if (!is_readable_file(path)) read_volume(path, a.surface, none);  // says what is wrong with it
-  }
-  std::vector<Warning> warnings;
-  std::vector<VolumeChart> charts;
-  Json charts_json = Json::array();
-  double seconds_load = watch.lap();
-  double seconds_chart = 0;
-  for (std::size_t i = 0; i < a.meshes.size(); ++i) {
-    const std::string& path = a.meshes[i];
-    const auto show = [&](double done, std::string_view stage) {
-      return console.progress(
-          kAtSave * (static_cast<double>(i) + done) / static_cast<double>(a.meshes.size()), stage);
-    };
-    if (!show(0, "reading " + path)) return kExitCancelled;
-    const Volume volume = read_volume(path, a.surface, warnings);
-    seconds_load += watch.lap();
-    std::optional<VolumeChart> chart = run_volume_chart(device, volume, options, show);
-    if (!chart) return kExitCancelled;
-    warnings.insert(warnings.end(), chart->warnings.begin(), chart->warnings.end());
-    Json json = {{"volume", cli::describe(volume, path)}};
-    json.update(cli::describe(*chart));
-    charts_json.push_back(std::move(json));
-    charts.push_back(std::move(*chart));
-    seconds_chart += watch.lap();
-  }
-
-  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
-  const Files files = save_files(folder, volume_chart_data(charts),
-                                 volume_chart_plot(charts, options, device.info()),
-                                 volume_chart_table(charts, options, device.info()));
-  if (files.cancelled) return kExitCancelled;
-  warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
-  const fs::path report = files.outputs.back();
-  Json option_json = cli::describe(a.surface, options.extract);
-  Json names = Json::array();
-  for (const VolumeWay& way : options.ways) names.push_back(way.name);
-  option_json.update({{"size", options.size},
-                      {"chart_border", options.extract.border_texels},
-                      {"max_distance", a.max_distance},
-                      {"repeat", options.repeat},
-                      {"settings", names}});
-  const double seconds_save = watch.lap();
-  const Json json = {{"version", version()},
-                     {"device", cli::describe(device.info())},
-                     {"compile_seconds", device.compile_seconds()},
-                     {"options", option_json},
-                     {"volumes", charts_json},
-                     {"seconds",
-                      {{"load", seconds_load},
-                       {"chart", seconds_chart},
-                       {"save", seconds_save},
-                       {"total", watch.total()}}},
-                     {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
-                     {"outputs", files.outputs},
-                     {"warnings", cli::describe(warnings)}};
-  save_report(report, json);
-
-  console.progress(1, "done");
-  std::vector<Warning> of_ways;
-  for (const VolumeChart& chart : charts) {
-    for (const VolumeRow& row : chart.rows) {
-      if (!row.report) continue;
-      of_ways.insert(of_ways.end(), row.report->warnings.begin(), row.report->warnings.end());
-    }
-  }
-  print_warnings(console, warnings, of_ways, report.string());
-  for (const VolumeChart& chart : charts) {
-    console.line(chart.name + ", " + with_commas(chart.dense_triangles) + " faces, to " +
-                 with_commas(chart.light.faces) + " (* nothing else is both faster and closer):");
-    for (const VolumeRow& row : chart.rows) console.line(summary(row));
-  }
-  for (const std::string& output : files.outputs) console.line("wrote " + output);
   return 0;
 }
 

@@ -234,6 +234,10 @@ int run_rating(const MeasureArguments& a) {
       save(fields.uniformity, stem + "_uniformity.exr");
       save(fields.match_distance, stem + "_match_distance.exr");
       save(fields.stretch, stem + "_stretch.exr");
+      if (row.recalled.empty()) continue;
+      const fs::path colored = folder / (stem + "_recall.obj");
+      save_obj(recall_mesh(high, row), colored);
+      outputs.push_back(colored.string());
     }
     if (!save_plots(folder, {ratings_plot(*ratings)}, outputs, warnings)) return kExitCancelled;
   }

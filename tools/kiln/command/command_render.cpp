@@ -190,6 +190,20 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   return make_sheet(panels, scale, panels.size());
 }
 
+/// The same from directions all around, none of them along an axis, from which flat faces look as straight
+/// down as they were baked.
+Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
+  constexpr std::uint32_t kAround = 30, kPixels = 256;
+  std::vector<ViewAngles> views;
+  for (const Vec3& toward : held_out_views(kAround, spread_views(12))) {
+    views.push_back(view_angles(toward));
+  }
+  const NormalReference reference(high, frame, views, kPixels, z_up);
+  return {{"views", views.size()},
+          {"without_map", describe(reference.compare(low, true))},
+          {"with_map", describe(reference.compare(low))}};
+}
+
 /// What frames take: of the original, of the low poly, of the low poly with the map (Wang et al., figure 7;
 /// Barry and Wood, table 1).
 Json time_frames(const RenderArguments& arguments, Console& console, const Scene* high,
@@ -314,6 +328,9 @@ int run_render(const RenderArguments& arguments) {
                    {"total", watch.total()}}},
                  {"warnings", describe(warnings)}};
     if (high) json["rendered_normals"] = rendered;
+    if (high && has_map) {
+      json["rendered_normals"]["around"] = measure_around(*high, low, *reference, options.z_up);
+    }
     save_report(arguments.json, json);
   }
   console.line("wrote " + arguments.out);

@@ -19,8 +19,17 @@ struct SimplifyArguments {
   std::string high, out, size = "2048", unwrap = "pairs", json;
   std::uint32_t faces = 0;
   std::string max_error;
+  bool keep_uvs = false, laid_out = false;  // laid_out: --size or --unwrap was given.
   bool quiet = false, force = false;
 };
+
+/// What the summary says of the layout.
+std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
+  char text[128];
+  std::snprintf(text, sizeof text, "%s charts %s%.0f%% of the texture", with_commas(charts).c_str(),
+                kept ? "were kept, and cover " : "cover ", coverage * 100);
+  return text;
+}
 
 int run_simplify(const SimplifyArguments& arguments) {
   Console console(arguments.quiet, arguments.json);
@@ -32,6 +41,11 @@ int run_simplify(const SimplifyArguments& arguments) {
                     "': the low mesh is written as OBJ, so the name must end in .obj.");
   }
   const auto [width, height] = parse_size(arguments.size);
+  if (arguments.keep_uvs && arguments.laid_out) {
+    throw Error(ErrorCode::usage,
+                "--size and --unwrap are for new charts, but --keep-uvs keeps those of HIGH: leave "
+                "one of them out.");
+  }
   check_paths({arguments.high}, {out, arguments.json});
   check_not_foreign(out, arguments.force);
   prepare_parent(out);
@@ -44,43 +58,51 @@ int run_simplify(const SimplifyArguments& arguments) {
   SimplifyOptions options;
   options.faces = arguments.faces;
   if (!arguments.max_error.empty()) options.max_error = parse_error_bound(arguments.max_error);
+  options.keep_uvs = arguments.keep_uvs;
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
   const UnwrapOptions layout = unwrap_options(arguments.unwrap, std::min(width, height));
-  Mesh low = unwrap(simple, layout, &unwrap_report);
+  const Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   save_obj(low, out);
   for (const auto* list : {&report.warnings, &unwrap_report.warnings}) {
     warnings.insert(warnings.end(), list->begin(), list->end());
   }
   for (const Warning& warning : warnings) console.warning(warning.message);
+  const std::uint64_t charts = arguments.keep_uvs ? report.charts : unwrap_report.charts;
+  const double coverage = arguments.keep_uvs ? report.coverage : unwrap_report.coverage;
   char text[512];
-  std::snprintf(
-      text, sizeof text,
-      "wrote %s: %s of %s faces, deviation %.4f%% of the diagonal, %s charts cover %.0f%% of the "
-      "texture, %.2f s",
-      arguments.out.c_str(), with_commas(report.faces).c_str(),
-      with_commas(report.input_faces).c_str(), report.error * 100,
-      with_commas(unwrap_report.charts).c_str(), unwrap_report.coverage * 100, watch.total());
+  std::snprintf(text, sizeof text,
+                "wrote %s: %s of %s faces, deviation %.4f%% of the diagonal, %s, %.2f s",
+                arguments.out.c_str(), with_commas(report.faces).c_str(),
+                with_commas(report.input_faces).c_str(), report.error * 100,
+                layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
   console.line(text);
+  if (report.mended > 0) {
+    console.line("mended " + with_commas(report.mended) +
+                 " triangles that were folded, without area or facing down");
+  }
   if (!arguments.json.empty()) {
-    const Json json = {{"version", version()},
-                       {"inputs", {describe(high, arguments.high)}},
-                       {"outputs", {arguments.out}},
-                       {"faces", report.faces},
-                       {"error", report.error},
-                       {"unwrap", arguments.unwrap},
-                       {"charts", unwrap_report.charts},
-                       {"border_texels", unwrap_report.border_texels},
-                       {"coverage", unwrap_report.coverage},
-                       {"density_spread", unwrap_report.density_spread},
-                       {"seconds",
-                        {{"simplify", report.seconds},
-                         {"unwrap", unwrap_report.seconds},
-                         {"total", watch.total()}}},
-                       {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
-                       {"warnings", describe(warnings)}};
+    Json json = {{"version", version()},
+                 {"inputs", {describe(high, arguments.high)}},
+                 {"outputs", {arguments.out}},
+                 {"faces", report.faces},
+                 {"error", report.error},
+                 {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
+                 {"charts", charts},
+                 {"coverage", coverage},
+                 {"flaws", describe_flaws(report)},
+                 {"seconds",
+                  {{"simplify", report.seconds},
+                   {"unwrap", unwrap_report.seconds},
+                   {"total", watch.total()}}},
+                 {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
+                 {"warnings", describe(warnings)}};
+    if (!arguments.keep_uvs) {
+      json["border_texels"] = unwrap_report.border_texels;
+      json["density_spread"] = unwrap_report.density_spread;
+    }
     save_report(arguments.json, json);
   }
   return 0;
@@ -102,19 +124,26 @@ Run add_simplify(CLI::App& app) {
       ->add_option("--max-error", arguments->max_error,
                    "Largest deviation, as a share of the diagonal (default 0.2%)")
       ->excludes(faces);
-  command->add_option("--size", arguments->size, "Map size that the borders are meant for")
-      ->capture_default_str();
-  command
-      ->add_option("--unwrap", arguments->unwrap,
-                   "How UVs are laid out: pairs (of triangles) or charts (few large ones)")
-      ->check(CLI::IsMember({"charts", "pairs"}))
-      ->capture_default_str();
+  CLI::Option* size =
+      command->add_option("--size", arguments->size, "Map size that the borders are meant for")
+          ->capture_default_str();
+  CLI::Option* unwrap =
+      command
+          ->add_option("--unwrap", arguments->unwrap,
+                       "How UVs are laid out: pairs (of triangles) or charts (few large ones)")
+          ->check(CLI::IsMember({"charts", "pairs"}))
+          ->capture_default_str();
+  command->add_flag("--keep-uvs", arguments->keep_uvs,
+                    "Keep HIGH's UVs, seams and groups instead of making new charts");
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
   command->add_option("--json", arguments->json,
                       "Write a report to this file, or - for standard output");
   command->add_flag("--quiet", arguments->quiet,
                     "Leave out progress and the summary; warnings and errors stay");
-  return [arguments] { return run_simplify(*arguments); };
+  return [arguments, size, unwrap] {
+    arguments->laid_out = size->count() > 0 || unwrap->count() > 0;
+    return run_simplify(*arguments);
+  };
 }
 
 }  // namespace kiln::cli

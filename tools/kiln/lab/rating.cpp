@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
@@ -136,6 +137,7 @@ BakeOptions bake_options(const Candidate& candidate, const RatingOptions& option
   bake_with.uv = options.uv;
   if (candidate.visibility_at) bake_with.visibility.at = *candidate.visibility_at;
   bake_with.keep_match = true;
+  bake_with.recall_vertices = options.pictures;
   return bake_with;
 }
 
@@ -177,7 +179,8 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
 
     compile_kernels(device, bake_with);
     bake_with.progress = show(0, 0.2, "matching by " + row.name);
-    const BakeResult baked = bake(source, low, bake_with);
+    BakeResult baked = bake(source, low, bake_with);
+    row.recalled = std::move(baked.recalled);
     if (baked.cancelled) return std::nullopt;
     const bool found_nothing =
         baked.report.samples != 0 && baked.report.missed == baked.report.samples;
@@ -204,6 +207,17 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     ratings.rows.push_back(std::move(row));
   }
   return ratings;
+}
+
+Mesh recall_mesh(const Mesh& high, const Rating& row) {
+  constexpr std::array<std::array<std::uint8_t, 4>, 3> kColors = {
+      {{160, 160, 160, 255}, {60, 160, 75, 255}, {215, 40, 40, 255}}};
+  Mesh mesh = high;
+  mesh.colors.clear();
+  for (const Recalled recalled : row.recalled) {
+    mesh.colors.push_back(kColors[static_cast<std::size_t>(recalled)]);
+  }
+  return mesh;
 }
 
 Plot ratings_plot(const Ratings& ratings) {

@@ -40,6 +40,8 @@ struct Rating {
   Image shape;                                 ///< Clay: shading for the others
   Image object_space, normalised, uniformity;  ///< Values as AssessmentFields, by pixel; -99 beside
   Image angle;
+  std::vector<Recalled>
+      recalled;  ///< Of HIGH's vertices, with pictures; empty where it cannot be told
 };
 
 struct Ratings {
@@ -58,6 +60,9 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
 
 /// measure.png: a block of pictures a measure, each with its scale.
 Plot ratings_plot(const Ratings& ratings);
+
+/// HIGH coloured by what a match made of its vertices: green held, red lost, grey where it does not count.
+Mesh recall_mesh(const Mesh& high, const Rating& row);
 
 Json describe(const Ratings& ratings);
 /// A table for people.

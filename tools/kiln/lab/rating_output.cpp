@@ -12,6 +12,14 @@ double miss_rate(const MatchAssessment& a) {
   return a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
 }
 
+/// Of HIGH's surface, %; "-" where the match cannot tell.
+std::string lost(const Rating& row) {
+  if (!row.bake.recall) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", 100 * row.bake.recall->lost);
+  return text;
+}
+
 Json describe(const Rating& row) {
   const MatchAssessment& a = row.match;
   Json json = {{"name", row.name},
@@ -21,6 +29,7 @@ Json describe(const Rating& row) {
   if (row.visibility_at)
     json["visibility_at"] = name_of(visibility_at_values(), *row.visibility_at);
   json["texels"] = describe_texels(row.bake);
+  json["recall"] = row.bake.recall ? cli::describe(*row.bake.recall) : Json();
   json.update(describe_assessment(a));
   json["rendered_normals"] = cli::describe(row.normal);
   json["seconds"] = {
@@ -48,25 +57,25 @@ Json describe(const Ratings& ratings) {
 std::vector<std::string> ratings_table(const Ratings& ratings) {
   std::vector<std::string> lines = {
       "match              object space     image   normalised  uniformity  match     missed  "
-      "normals            match",
+      "lost     normals            match",
       "                   % of diagonal    space                %           distance  %       "
-      "degrees            seconds",
+      "% of HIGH degrees           seconds",
       "                   mean    rms                                                         "
-      "mean   rms    95%"};
+      "         mean   rms    95%"};
   char text[256];
   for (const Rating& row : ratings.rows) {
     const MatchAssessment& a = row.match;
     const double percent = 100 / a.diagonal;
     std::snprintf(text, sizeof text,
-                  "%-17s %7.4f %7.4f %8.4f %10.4f %11.2f %10.4f %8.2f %8.2f %6.2f %6.2f %8.3f",
+                  "%-17s %7.4f %7.4f %8.4f %10.4f %11.2f %10.4f %8.2f %8s %8.2f %6.2f %6.2f %8.3f",
                   row.name.c_str(), a.object_space.mean * percent, a.object_space.rms * percent,
                   a.image_space.mean * percent, a.normalised_image_space.mean,
                   a.uniformity.mean_percent, a.match_distance.mean * percent, 100 * miss_rate(a),
-                  row.normal.mean_degrees, row.normal.rms_degrees, row.normal.p95_degrees,
-                  row.bake.seconds_build + row.bake.seconds_match);
+                  lost(row).c_str(), row.normal.mean_degrees, row.normal.rms_degrees,
+                  row.normal.p95_degrees, row.bake.seconds_build + row.bake.seconds_match);
     lines.emplace_back(text);
   }
-  std::snprintf(text, sizeof text, "%-86s %6.2f %6.2f %6.2f", "(no map)",
+  std::snprintf(text, sizeof text, "%-95s %6.2f %6.2f %6.2f", "(no map)",
                 ratings.without_map.mean_degrees, ratings.without_map.rms_degrees,
                 ratings.without_map.p95_degrees);
   lines.emplace_back(text);

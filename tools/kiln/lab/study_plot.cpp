@@ -93,8 +93,8 @@ Json faces_plot(const Study& study, const StudyOptions& options, const std::stri
       curve("no map", "none", select(study, Curve::none), by_faces, mean_degrees));
   // Wang et al., figure 3b: of the mesh alone, whatever its map.
   Json depths = panel("Depth difference in pictures, normalised screen units");
-  depths["curves"] = {curve("mean over 30 views", "mean", select(study, Curve::none), by_faces,
-                            [](const Setting& s) { return s.depth.mean; })};
+  depths["curves"].push_back(curve("mean over 30 views", "mean", select(study, Curve::none),
+                                   by_faces, [](const Setting& s) { return s.depth.mean; }));
   Json ticks = Json::array();
   for (const Setting* setting : own) ticks.push_back(setting->target_faces);
   return {{"title", "Errors against the light mesh's faces: " + mesh + ", " +

@@ -23,8 +23,8 @@ std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
          "; lay both meshes out alike, or use a match that needs no UVs of HIGH, such as ray";
 }
 
-/// Where two meshes lie, for people who wonder why nothing matches.
-std::string why_no_place(const Mesh& high, const Mesh& low) {
+/// Where two meshes lie; empty where their boxes fit.
+std::string why_boxes_part(const Mesh& high, const Mesh& low) {
   struct Box {
     std::array<double, 3> lo{}, hi{};
     double diagonal = 0;
@@ -72,11 +72,22 @@ std::string why_no_place(const Mesh& high, const Mesh& low) {
                   std::sqrt(squared));
     return text;
   }
-  return "if they do lie in one place, raise --max-distance, or check that LOW's normals point "
-         "outward";
+  return {};
+}
+
+std::string why_no_place(const Mesh& high, const Mesh& low) {
+  const std::string boxes = why_boxes_part(high, low);
+  return !boxes.empty() ? boxes
+                        : "if they do lie in one place, raise --max-distance, or check that LOW's "
+                          "normals point outward";
 }
 
 }  // namespace
+
+std::string hint_of_boxes(const Mesh& high, const Mesh& low) {
+  const std::string boxes = why_boxes_part(high, low);
+  return boxes.empty() ? "" : " What is likely: " + boxes + ".";
+}
 
 void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
   if (report.samples == 0) {

@@ -14,6 +14,9 @@ void check_result(const BakeReport& report, const Mesh& high, const Mesh& low);
 /// Of a bake that found no point for any texel: what is the matter, a sentence for people.
 std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low);
 
+/// For bakes that miss much: a sentence, if the meshes' boxes do not fit as they are; with a space before it.
+std::string hint_of_boxes(const Mesh& high, const Mesh& low);
+
 /// Reads a light mesh whose map is to be measured.
 /// \param otherwise  ends the message: ", or ..."
 /// \throws Error(input) where it has no UVs

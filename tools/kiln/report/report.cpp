@@ -77,6 +77,12 @@ Json describe(const VisibilityReport& visibility) {
           {"clustered", visibility.clustered},   {"seconds", visibility.seconds}};
 }
 
+Json describe(const RecallReport& recall) {
+  return {{"places", recall.places},
+          {"lost", recall.lost},
+          {"largest", {{"lost", recall.largest}, {"where", recall.where}}}};
+}
+
 Json describe(const SwitchReport& switches) {
   return {{"sides", switches.sides},
           {"mean_degrees", switches.mean_degrees},
@@ -99,6 +105,13 @@ Json describe(const UvReport& uv) {
           {"outside", uv.outside},
           {"without_area", uv.without_area},
           {"distance", {{"mean", uv.mean_distance}, {"p95", uv.p95_distance}}}};
+}
+
+Json describe_flaws(const SimplifyReport& report) {
+  return {{"mended", report.mended},
+          {"folded", report.folded},
+          {"without_area", report.without_area},
+          {"new_holes", report.holes}};
 }
 
 Json describe_texels(const BakeReport& report) {

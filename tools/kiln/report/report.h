@@ -19,8 +19,11 @@ Json describe(const std::vector<Warning>& warnings);
 Json describe(const NormalError& error);
 Json describe(const ViewReport& views);
 Json describe(const VisibilityReport& visibility);
+Json describe(const RecallReport& recall);
 Json describe(const SwitchReport& switches);
 Json describe(const UvReport& uv);
+/// What a light mesh was mended of, and what stayed.
+Json describe_flaws(const SimplifyReport& report);
 /// Texels and samples by status.
 Json describe_texels(const BakeReport& report);
 

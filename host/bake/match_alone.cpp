@@ -1,0 +1,49 @@
+// The first half of a bake by itself.
+#include <utility>
+
+#include "bake/pipeline.h"
+#include "source/alive.h"
+
+namespace kiln {
+namespace {
+
+void check_alone(const BakeOptions& options) {
+  check_options(options);
+  if (options.match == nullptr && options.visibility.clusters <= 1 && options.fallback_blend == 0) {
+    return;
+  }
+  throw Error(ErrorCode::usage,
+              "A match alone is made anew, of one cluster and without blending: leave "
+              "BakeOptions::match, visibility.clusters and fallback_blend out.",
+              "option-contradiction");
+}
+
+/// \throws Cancelled
+MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions options,
+                        const BakeProgress& progress) {
+  options.maps.clear();
+  options.mips = false;
+  options.keep_match = true;
+  Clusters clusters;
+  Pipeline pipeline({high, low, options}, Bands::pass, progress);
+  pipeline.prepare_match(clusters);
+  pipeline.over_bands({.match = true, .measure = false, .read = false});
+  pipeline.finish_match(true);
+  pipeline.finish_report();
+  progress.tell(1, "done");
+  BakeResult& baked = pipeline.result();
+  return {std::move(*baked.match), std::move(baked.report), false};
+}
+
+}  // namespace
+
+MatchResult match(const Source& source, const Mesh& low, const BakeOptions& options) {
+  check_alone(options);
+  Alive alive(options.progress);
+  const BakeProgress progress(alive.progress());
+  return unless_cancelled<MatchResult>(
+      [&] { return match_alone(source.impl(), low, options, progress); },
+      [](MatchResult& none) { none.cancelled = true; });
+}
+
+}  // namespace kiln

@@ -1,0 +1,270 @@
+#include "bake/recall.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <string>
+
+#include "accel/closest.h"
+#include "accel/ray.h"
+#include "base/parallel.h"
+#include "kiln/measure.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kDirections = 64;
+constexpr double kSteepest = 0.5;  // cosine to the light face
+constexpr double kSteps = 1.5;     // of samples, within which one stands for a place
+constexpr float kOff = 1e-5F;      // off the place's own face
+constexpr float kFar = 4;          // beyond the dense mesh, frame units
+constexpr std::size_t kGrain = 1 << 14;
+constexpr std::size_t kFilterBits = 1 << 20;
+constexpr std::size_t kAtOnce = 1 << 20;  // rays
+
+Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
+  const Vec3d a(high.positions[t[0]]);
+  return cross(Vec3d(high.positions[t[1]]) - a, Vec3d(high.positions[t[2]]) - a);
+}
+
+/// A share in [0, 1) of a number, evenly spread over numbers that follow each other.
+double spread_share(std::uint64_t i, double step) {
+  const double x = static_cast<double>(i) * step;
+  return x - std::floor(x);
+}
+
+/// Samples as the searches want them: position, direction, nothing more.
+cl::Array<float> points_of(cl::Context& context, const std::vector<Recall::Place>& rays) {
+  const std::size_t count = rays.size();
+  std::vector<float> planes(7 * count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& [p, d] = rays[i];
+    const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
+    for (std::size_t k = 0; k < 6; ++k) planes[k * count + i] = values[k];
+  }
+  return {context, std::span<const float>(planes)};
+}
+
+/// The light mesh's usable faces, for searches of the nearest point.
+struct LowFaces {
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  std::vector<Vec3d> normals;  ///< Unit
+  std::vector<double> step;    ///< Between samples, frame units; 0 without UVs
+
+  LowFaces(const LowSurface& surface, double columns, double rows) {
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      if (surface.usable[t] == 0) continue;
+      const auto first = static_cast<std::uint32_t>(positions.size());
+      triangles.push_back({first, first + 1, first + 2});
+      const auto& [a, b, c] = surface.triangles[t];
+      for (const auto& corner : surface.triangles[t]) positions.push_back(corner.position);
+      const Vec3d ab = Vec3d(b.position) - Vec3d(a.position);
+      const Vec3d ac = Vec3d(c.position) - Vec3d(a.position);
+      const Vec3d normal = cross(ab, ac);
+      normals.push_back(normal * (1 / length(normal)));
+      const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
+      const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
+      const double area = bu * cv - bv * cu;
+      // The surface's way a step in u and in v.
+      const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
+      const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
+      step.push_back(std::isfinite(mean) ? mean : 0);
+    }
+  }
+};
+
+/// How far from the light mesh samples may find points.
+double reach_of(const MatchRequest& request) {
+  if (request.cage) return std::max(*request.cage, request.distance - *request.cage);
+  return request.cage_mesh ? request.distance / 2 : request.distance;
+}
+
+}  // namespace
+
+Recall::Places Recall::spread(const Source::Impl& high, std::uint32_t count) {
+  std::vector<double> area(high.triangles.size());
+  parallel_for(area.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const double size = length(face_normal(high, high.triangles[t]));
+      area[t] = std::isfinite(size) ? size : 0;
+    }
+  });
+  const double whole = std::accumulate(area.begin(), area.end(), 0.0);
+  Places places;
+  places.spacing = std::sqrt(whole / 2 / std::max(count, 1U));  // areas are twice the triangles'
+  double before = 0;
+  std::size_t t = 0;
+  for (std::uint32_t i = 0; i < count && whole > 0; ++i) {
+    const double wanted = whole * (i + 0.5) / count;
+    while (t + 1 < area.size() && before + area[t] <= wanted) before += area[t++];
+    if (!(area[t] > 0)) continue;
+    // Weights of the corners, even over the triangle.
+    double u = spread_share(i, 0.7548776662466927), v = spread_share(i, 0.5698402909980532);
+    if (u + v > 1) {
+      u = 1 - u;
+      v = 1 - v;
+    }
+    const Triangle& corners = high.triangles[t];
+    const Vec3d a(high.positions[corners[0]]), b(high.positions[corners[1]]),
+        c(high.positions[corners[2]]);
+    const Vec3d normal = face_normal(high, corners);
+    places.list.push_back(
+        {to_float(a + (b - a) * u + (c - a) * v), to_float(normal * (1 / area[t]))});
+  }
+  return places;
+}
+
+Recall::Places Recall::vertices(const Source::Impl& high) {
+  std::vector<Vec3d> normals(high.positions.size());
+  for (const Triangle& t : high.triangles) {
+    const Vec3d normal = face_normal(high, t);
+    if (!std::isfinite(length(normal))) continue;
+    for (const std::uint32_t corner : t) normals[corner] = normals[corner] + normal;
+  }
+  Places places;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const double size = length(normals[i]);
+    places.list.push_back(
+        {high.positions[i], size > 0 ? to_float(normals[i] * (1 / size)) : Vec3{}});
+  }
+  return places;
+}
+
+Recall::Recall(const MatchRequest& request, Places places)
+    : places_(std::move(places.list)),
+      spacing_(places.spacing),
+      radius_(places_.size()),
+      seen_(places_.size()),
+      held_(places_.size()) {
+  if (places_.empty()) return;
+  find_near(request);
+  find_seen(request);
+  make_grid();
+}
+
+void Recall::find_near(const MatchRequest& request) {
+  cl::Context& context = request.source.device.context();
+  const LowFaces low(request.surface, double{1} * request.width * request.samples,
+                     double{1} * request.height * request.samples);
+  const auto count = static_cast<std::uint32_t>(places_.size());
+  Correspondence nearest(context, count);
+  const ClosestFinder finder(context, std::make_shared<Tree>(context, low.positions, low.triangles),
+                             request.source.traversal);
+  ClosestQuery query;
+  query.max_distance = static_cast<float>(std::min(reach_of(request), double{kFar}));
+  finder.find(points_of(context, places_), count, count, query, nearest);
+  std::vector<std::uint32_t> triangle(count);
+  nearest.triangle.read(context, triangle);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (triangle[i] == KILN_NO_TRIANGLE) continue;
+    const double cosine = dot(low.normals[triangle[i]], Vec3d(places_[i].normal));
+    if (!(cosine > kSteepest)) continue;
+    radius_[i] = static_cast<float>(kSteps * low.step[triangle[i]] / cosine);
+  }
+}
+
+void Recall::find_seen(const MatchRequest& request) {
+  cl::Context& context = request.source.device.context();
+  const std::vector<Vec3> directions = spread_views(kDirections);
+  std::vector<Place> rays;
+  std::vector<std::uint32_t> of;
+  const auto cast = [&] {
+    if (rays.empty()) return;
+    const auto count = static_cast<std::uint32_t>(rays.size());
+    cl::Array<std::uint8_t> hit(context, count);
+    request.source.rays().occluded(points_of(context, rays), count, count,
+                                   {.t_min = kOff, .t_max = kFar, .two_sided = true}, hit);
+    const std::vector<std::uint8_t> hidden = hit.download(context);
+    for (std::size_t k = 0; k < of.size(); ++k) {
+      const double cosine = dot(Vec3d(places_[of[k]].normal), Vec3d(rays[k].normal));
+      if (hidden[k] == 0) seen_[of[k]] += static_cast<float>(cosine);
+    }
+    rays.clear();
+    of.clear();
+  };
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    if (!(radius_[i] > 0)) continue;
+    const Vec3d normal(places_[i].normal);
+    const Vec3 from = to_float(Vec3d(places_[i].position) + normal * double{kOff});
+    for (const Vec3& w : directions) {
+      if (!(dot(normal, Vec3d(w)) > 0.05)) continue;
+      rays.push_back({from, w});
+      of.push_back(i);
+    }
+    if (rays.size() > kAtOnce) cast();
+  }
+  cast();
+}
+
+std::uint64_t Recall::cell(const Vec3& p, int dx, int dy, int dz) const {
+  const auto index = [&](float x, int d) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / side_)) + d);
+  };
+  std::uint64_t hash = index(p.x, dx) * 0x9E3779B97F4A7C15U;
+  hash = (hash ^ (hash >> 29) ^ index(p.y, dy)) * 0xBF58476D1CE4E5B9U;
+  hash = (hash ^ (hash >> 31) ^ index(p.z, dz)) * 0x94D049BB133111EBU;
+  return hash ^ (hash >> 30);
+}
+
+/// Each place stands in its cell and those around, so that a sample looks into one.
+void Recall::make_grid() {
+  maybe_.assign(kFilterBits / 64, 0);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (seen_[i] > 0) side_ = std::max(side_, radius_[i]);
+  }
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    if (!(seen_[i] > 0)) continue;
+    for (int n = 0; n < 27; ++n) {
+      const std::uint64_t key = cell(places_[i].position, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      maybe_[key % kFilterBits / 64] |= std::uint64_t{1} << (key % 64);
+      std::vector<std::uint32_t>& list = cells_[key];
+      if (list.empty() || list.back() != i) list.push_back(i);
+    }
+  }
+}
+
+void Recall::mark(const Vec3& point, const Vec3d& normal) {
+  const std::uint64_t key = cell(point, 0, 0, 0);
+  if ((maybe_[key % kFilterBits / 64] >> (key % 64) & 1) == 0) return;
+  const auto found = cells_.find(key);
+  if (found == cells_.end()) return;
+  for (const std::uint32_t i : found->second) {
+    std::atomic_ref<std::uint8_t> held(held_[i]);
+    if (held.load(std::memory_order_relaxed) != 0) continue;
+    const Vec3d way = Vec3d(places_[i].position) - Vec3d(point);
+    if (dot(way, way) > double{radius_[i]} * radius_[i]) continue;
+    if (dot(normal, Vec3d(places_[i].normal)) > 0) held.store(1, std::memory_order_relaxed);
+  }
+}
+
+void Recall::store(const Source::Impl& high, BandReads& reads, const Correspondence& match) {
+  if (cells_.empty() || match.count == 0) return;
+  const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, match.count);
+  const std::vector<float>& u = reads.read(match.barycentric, match.count);
+  const std::vector<float>& v = reads.read(match.barycentric, match.count, match.capacity);
+  parallel_for(match.count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (triangle[i] == KILN_NO_TRIANGLE) continue;
+      const Triangle& t = high.triangles[triangle[i]];
+      const Vec3d a(high.positions[t[0]]), b(high.positions[t[1]]), c(high.positions[t[2]]);
+      const Vec3d ab = b - a, ac = c - a;
+      mark(to_float(a + ab * double{u[i]} + ac * double{v[i]}), cross(ab, ac));
+    }
+  });
+}
+
+std::vector<Recalled> Recall::marks() const {
+  std::vector<Recalled> result;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    result.push_back(!(seen_[i] > 0) ? Recalled::beside
+                     : held_[i] != 0 ? Recalled::held
+                                     : Recalled::lost);
+  }
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,41 @@
+// Signs of life of long work: whoever works asks now and then, and the caller is told ten times a second.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+
+#include "kiln/types.h"
+
+namespace kiln {
+
+/// Thrown by what is under way where its caller says stop.
+struct Cancelled {};
+
+/// While it lives, beat() on the thread that made it calls the callback where it has not been called for a
+/// while. Of several on one thread the last one counts.
+class Heartbeat {
+ public:
+  /// \param callback  may be empty: then nothing changes
+  explicit Heartbeat(Progress callback);
+  ~Heartbeat();
+  Heartbeat(const Heartbeat&) = delete;
+  Heartbeat& operator=(const Heartbeat&) = delete;
+
+  /// Calls the callback now. \returns whether to go on
+  bool tell(double done, std::string_view stage);
+
+  /// Of the calling thread, where it has one: tells the callback what it was told last, if that was more
+  /// than 50 ms ago. Costs the reading of a clock. \throws Cancelled where it says stop
+  static void beat();
+
+ private:
+  Progress callback_;
+  Heartbeat* outer_ = nullptr;
+  double done_ = 0;
+  std::string stage_ = "preparing";
+  std::chrono::steady_clock::time_point last_;
+  bool calling_ = false;  // what the callback itself asks of Kiln is not told
+};
+
+}  // namespace kiln

@@ -1,0 +1,118 @@
+#include "base/memory.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+
+/// The number after `key` in a file of lines "KEY NUMBER ..."; kMost where there is none.
+std::uint64_t number_of(const char* path, const std::string& key) {
+  std::ifstream file(path);
+  std::string word;
+  while (file >> word) {
+    std::uint64_t value = 0;
+    if (word == key && file >> value) return value;
+  }
+  return kMost;
+}
+
+std::uint64_t first_number(const char* path) {
+  std::ifstream file(path);
+  std::uint64_t value = 0;
+  return file >> value ? value : kMost;  // "max" is no number
+}
+
+std::uint64_t left_of(std::uint64_t limit, std::uint64_t used) {
+  if (limit == kMost || used == kMost) return kMost;
+  return limit > used ? limit - used : 0;
+}
+
+std::uint64_t free_addresses() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kMost;
+  const std::uint64_t pages = first_number("/proc/self/statm");
+  const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return left_of(limit.rlim_cur, pages == kMost ? kMost : pages * page);
+}
+
+std::uint64_t free_in_machine() {
+  const std::uint64_t available = number_of("/proc/meminfo", "MemAvailable:");
+  const std::uint64_t swap = number_of("/proc/meminfo", "SwapFree:");
+  if (available == kMost) return kMost;
+  return (available + (swap == kMost ? 0 : swap)) * 1024;
+}
+
+/// Of control groups, version 2 as a container sees it. What is cached of files counts as used there but
+/// is given back at need.
+std::uint64_t free_in_group() {
+  const std::uint64_t limit = first_number("/sys/fs/cgroup/memory.max");
+  if (limit == kMost) return kMost;
+  const std::uint64_t used = first_number("/sys/fs/cgroup/memory.current");
+  const std::uint64_t cached = number_of("/sys/fs/cgroup/memory.stat", "file");
+  return left_of(limit, used == kMost ? kMost : left_of(used, cached == kMost ? 0 : cached));
+}
+
+/// Bytes that the process holds in memory; 0 where the system does not say.
+std::uint64_t held_memory() {
+  std::ifstream file("/proc/self/statm");
+  std::uint64_t all = 0, resident = 0;
+  if (!(file >> all >> resident)) return 0;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+std::atomic<std::uint64_t> limit_that_was_set{0};
+
+std::uint64_t default_limit() {
+  const std::uint64_t free = free_memory();
+  return free == kMost ? kMost : held_memory() + free / 4 * 3;
+}
+
+}  // namespace
+
+std::uint64_t capped_product(std::uint64_t a, std::uint64_t b) {
+  return b != 0 && a > kMost / b ? kMost : a * b;
+}
+
+std::string mebibytes(std::uint64_t bytes) {
+  return std::to_string((bytes >> 20) + ((bytes & 0xFFFFF) != 0 ? 1 : 0)) + " MiB";
+}
+
+std::uint64_t free_memory() {
+  return std::min({free_in_machine(), free_in_group(), free_addresses()});
+}
+
+std::uint64_t memory_limit() {
+  const std::uint64_t set = limit_that_was_set;
+  if (set != 0) return set;
+  static const std::uint64_t unset = default_limit();
+  return unset;
+}
+
+void set_memory_limit(std::uint64_t bytes) noexcept { limit_that_was_set = bytes; }
+
+std::uint64_t memory_left() {
+  return std::min(left_of(memory_limit(), held_memory()), free_memory());
+}
+
+void require_memory(const char* what, std::uint64_t bytes) {
+  if (bytes <= kLittleMemory) return;
+  const std::uint64_t left = memory_left();
+  if (bytes <= left) return;
+  throw Error(ErrorCode::internal, std::string(what) + " would take " + mebibytes(bytes) +
+                                       " of memory, but only " + mebibytes(left) + " are left of " +
+                                       "the memory limit. Use smaller inputs or a smaller " +
+                                       "size, or raise the memory limit.");
+}
+
+}  // namespace kiln

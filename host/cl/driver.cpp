@@ -1,0 +1,41 @@
+#include "cl/driver.h"
+
+#include <atomic>
+#include <cstdlib>
+
+namespace kiln {
+namespace {
+
+std::atomic<bool> failed{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+thread_local volatile int depth = 0;
+
+}  // namespace
+
+bool driver_failed() noexcept { return failed.load(); }
+bool in_driver() noexcept { return depth > 0; }
+
+namespace ocl {
+
+DriverCall::DriverCall() noexcept { depth = depth + 1; }
+DriverCall::~DriverCall() { depth = depth - 1; }
+
+void note_driver_failure() noexcept { failed = true; }
+
+void throw_driver_failure() {
+  throw Error(ErrorCode::device,
+              "The OpenCL driver failed within a call, most likely for want of memory. Free some "
+              "memory, or use a smaller size; then run it again.");
+}
+
+std::string cache_hint(const DeviceInfo& info) {
+  if (info.platform != "Portable Computing Language") return {};
+  const char* set = std::getenv("POCL_CACHE_DIR");
+  return "Where PoCL's cache of kernels is damaged or its disk is full, remove it, or set "
+         "POCL_CACHE_DIR (now " +
+         (set == nullptr ? std::string("unset: ~/.cache/pocl") : "'" + std::string(set) + "'") +
+         ") to another folder. ";
+}
+
+}  // namespace ocl
+}  // namespace kiln

@@ -1,0 +1,53 @@
+// Calls of the driver, which may throw: it is C++ inside.
+#pragma once
+
+#include <string>
+
+#include "cl/context.h"
+
+namespace kiln::ocl {
+
+/// Stands around a call of the driver: in_driver() is true meanwhile.
+class DriverCall {
+ public:
+  DriverCall() noexcept;
+  ~DriverCall();
+  DriverCall(const DriverCall&) = delete;
+};
+
+/// For a handler of an exception that came out of the driver: no call is made after this.
+void note_driver_failure() noexcept;
+
+/// \throws Error(device) where the driver has failed, now or before
+[[noreturn]] void throw_driver_failure();
+
+/// Makes a call. \returns its status \throws Error(device) where the driver throws, or has done so before
+template <typename Call>
+cl_int driver(const Call& call) {
+  if (driver_failed()) throw_driver_failure();
+  try {
+    const DriverCall here;
+    return call();
+  } catch (...) {
+    // Whatever it was: the driver's locks and lists are as the exception left them.
+    note_driver_failure();
+  }
+  throw_driver_failure();
+}
+
+/// Makes a call that gives something back, for destructors. None where the driver has failed.
+template <typename Call>
+void release(const Call& call) noexcept {
+  if (driver_failed()) return;
+  try {
+    const DriverCall here;
+    call();
+  } catch (...) {
+    note_driver_failure();
+  }
+}
+
+/// What may be wrong beside the kernel where building fails, for a message; empty but for PoCL.
+std::string cache_hint(const DeviceInfo& info);
+
+}  // namespace kiln::ocl

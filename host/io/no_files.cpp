@@ -1,0 +1,77 @@
+// A build without file formats: what reads and writes them is there, and says so.
+#include <string>
+
+#include "kiln/image.h"
+#include "kiln/layers.h"
+#include "kiln/match.h"
+#include "kiln/material.h"
+#include "kiln/mesh.h"
+#include "kiln/volume.h"
+
+namespace kiln {
+namespace {
+
+[[noreturn]] void fail(const std::string& name) {
+  throw Error(ErrorCode::usage,
+              "'" + name +
+                  "' is a file, and this build of Kiln has no file formats: build it with "
+                  "KILN_WITH_IO=ON, or read and write files yourself.",
+              "no-files");
+}
+
+}  // namespace
+
+Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* /*warnings*/) {
+  fail(path.string());
+}
+Mesh load_mesh(std::span<const std::byte> /*bytes*/, std::string_view name,
+               std::vector<Warning>* /*warnings*/) {
+  fail(std::string(name));
+}
+
+Image load_image(const std::filesystem::path& path) { fail(path.string()); }
+Image load_image(std::span<const std::byte> /*bytes*/, std::string_view name) {
+  fail(std::string(name));
+}
+void save_image(const Image& /*image*/, const std::filesystem::path& path,
+                const SaveImageOptions& /*options*/) {
+  fail(path.string());
+}
+std::vector<std::byte> encode(const Image& /*image*/, const SaveImageOptions& /*options*/) {
+  fail("an image");
+}
+void save_mipmapped(const Image& /*image*/, const std::vector<Image>& /*mips*/,
+                    const std::filesystem::path& path, const SaveImageOptions& /*options*/) {
+  fail(path.string());
+}
+
+void save_layers(std::span<const ImageLayer> /*layers*/, const std::filesystem::path& path,
+                 const SaveImageOptions& /*options*/) {
+  fail(path.string());
+}
+std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem::path& mesh_file,
+                                     std::vector<Warning>* /*warnings*/) {
+  fail(mesh_file.string());
+}
+Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/) {
+  fail("a material's picture");
+}
+
+void save_match(const Match& /*match*/, const std::filesystem::path& path) { fail(path.string()); }
+Match load_match(const std::filesystem::path& path) { fail(path.string()); }
+void save_clusters(const VisibilityClusters& /*clusters*/, const std::filesystem::path& path) {
+  fail(path.string());
+}
+
+Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* /*warnings*/) {
+  fail(path.string());
+}
+Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout& /*layout*/,
+                       std::vector<Warning>* /*warnings*/) {
+  fail(path.string());
+}
+bool reads_openvdb() { return false; }
+bool is_volume_name(const std::filesystem::path& /*path*/) { return false; }
+void save_nrrd(const Volume& /*volume*/, const std::filesystem::path& path) { fail(path.string()); }
+
+}  // namespace kiln

@@ -1,0 +1,26 @@
+// Charts cut where that lets them pack more tightly.
+#pragma once
+
+#include <vector>
+
+#include "lowpoly/chart_borders.h"
+#include "lowpoly/flat_chart.h"
+
+namespace kiln {
+
+/// What a cut must be worth.
+struct CutPrice {
+  double margin =
+      0;            ///< Half of the padding, in units of the surface: both sides of a cut need it.
+  double seam = 0;  ///< Area of upright boxes that an edge of length 1 must save beside that.
+};
+
+/// Cuts charts in two along edges near straight lines: limbs off bodies, bends apart (after Limper, Vining,
+/// Sheffer, "Box Cutter", 2018). A chart wastes what its smallest box has beyond it. The cut that
+/// saves most for its length comes first, then both parts are looked at, until none is worth its price. Every part is a disc, laid
+/// out as it was, so it stays injective. Deterministic.
+/// \param borders  as grow_charts() left them; edges that are cut are no longer glued
+void cut_charts(const ChartSurface& surface, ChartBorders& borders, const CutPrice& price,
+                std::vector<FlatChart>& charts, int threads);
+
+}  // namespace kiln

@@ -1,0 +1,42 @@
+// What an edge collapse must keep beside the surface's shape.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "lowpoly/collapse_mesh.h"
+#include "lowpoly/quadric.h"
+
+namespace kiln {
+
+/// Which end of an edge may not move.
+enum class Anchor : std::uint8_t { none, first, second };
+
+/// Asked by EdgeCollapser before every step, and told of it. place() must allow calls from several threads.
+class CollapseRule {
+ public:
+  virtual ~CollapseRule() = default;
+
+  /// Adds planes that hold what must stay in place, at the start.
+  virtual void add_planes(const CollapseMesh&, std::vector<Quadric>&) const {}
+
+  /// Where the edge may go, near the best point by `sum`; nothing: it must stay. What the step costs
+  /// beyond the shape is added to `sum`.
+  virtual std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                                     Anchor anchor, Quadric& sum) const = 0;
+
+  /// Whether the step leaves what must stay. Called for few edges, just before the step.
+  virtual bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
+                     const Vec3d& target) const = 0;
+
+  /// The step is about to be taken: both ends become `kept`, at `target`.
+  virtual void collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
+                        const Vec3d& target, std::uint32_t kept) = 0;
+
+  /// Whether a vertex may be moved to another place.
+  virtual bool may_move(const CollapseMesh& mesh, std::uint32_t vertex,
+                        const Vec3d& target) const = 0;
+};
+
+}  // namespace kiln

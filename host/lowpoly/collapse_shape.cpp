@@ -1,0 +1,136 @@
+#include "lowpoly/collapse_shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kiln {
+namespace {
+
+/// Cosine of the largest turn of a triangle in one collapse, by leniency.
+constexpr std::array<double, 3> turn_limits{0.5, 0.2, 0.0};
+/// Quality below which a triangle must not get worse. 1: equilateral; 0: no area.
+constexpr double quality_limit = 0.35;
+/// Doubled area over the square of the longest side: below this it must not get worse either, however
+/// lenient. Single precision tells such a triangle from one without area.
+constexpr double area_limit = 1e-5;
+/// And below this it has none.
+constexpr double no_area = 1e-12;
+/// Cosine of the angle between a triangle and the surface that its corners stand for.
+constexpr std::array<double, 3> facing_limits{0.2, 0.0, -0.1};
+/// Length of the mean of unit normals below which they have no direction in common.
+constexpr double least_agreement = 0.3;
+/// Cosine of the angle between the normals of neighbours, by leniency: beyond it they are folded.
+constexpr std::array<double, 3> fold_limits{-0.8, -0.9, -0.985};
+
+double longest_side(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const Vec3d ab = b - a, bc = c - b, ca = a - c;
+  return std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)});
+}
+
+double quality(const Vec3d& a, const Vec3d& b, const Vec3d& c, double doubled_area) {
+  const Vec3d ab = b - a, bc = c - b, ca = a - c;
+  return 2 * std::sqrt(3.0) * doubled_area / (dot(ab, ab) + dot(bc, bc) + dot(ca, ca));
+}
+
+}  // namespace
+
+CollapseShape::CollapseShape(const CollapseMesh& mesh) : facing_(mesh.points.size()) {
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d normal =
+        cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]);
+    for (const std::uint32_t vertex : t) facing_[vertex] += Facing{normal, length(normal)};
+  }
+}
+
+CollapseShape::Facing& CollapseShape::Facing::operator+=(const Facing& other) {
+  sum += other.sum;
+  area += other.area;
+  return *this;
+}
+
+/// Of the angle to the mean direction; 1 where the surface faces all ways and has none.
+double CollapseShape::Facing::cosine(const Vec3d& unit_normal) const {
+  const double size = length(sum);
+  return size > least_agreement * area ? dot(unit_normal, sum) / size : 1;
+}
+
+/// Adds the triangles around `moved` that survive; false where one may not be.
+bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
+                        const Vec3d& target, std::uint32_t leniency, const Facing& facing) {
+  mesh.visits += mesh.around[moved].size();
+  for (const std::uint32_t t : mesh.around[moved]) {
+    if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
+    const Triangle& v = mesh.triangles[t];
+    const std::size_t k = v[0] == moved ? 0 : v[1] == moved ? 1 : 2;
+    const std::uint32_t first = v[(k + 1) % 3], second = v[(k + 2) % 3];
+    const Vec3d &a = mesh.points[moved], &b = mesh.points[first], &c = mesh.points[second];
+    const Vec3d before = cross(b - a, c - a), after = cross(b - target, c - target);
+    const double length_before = length(before), length_after = length(after);
+    const double ratio_before = length_before / longest_side(a, b, c);
+    const double ratio = length_after / longest_side(target, b, c);
+    if (!(ratio > no_area) || (ratio < area_limit && !(ratio > ratio_before))) return false;
+    const bool had_area = ratio_before > no_area;
+    if (had_area && !(dot(before, after) > turn_limits[leniency] * length_before * length_after)) {
+      return false;
+    }
+    const Vec3d normal = after * (1 / length_after);
+    const Vec3d was = had_area ? before * (1 / length_before) : Vec3d{};
+    Facing surface = facing;
+    surface += facing_[first];
+    surface += facing_[second];
+    if (const double cosine = surface.cosine(normal); cosine < facing_limits[leniency]) {
+      // Unless it faced away already, and more.
+      if (!had_area || !(cosine > surface.cosine(was))) return false;
+    }
+    if (leniency == 0) {
+      const double good = quality(target, b, c, length_after);
+      if (good < quality_limit && good < quality(a, b, c, length_before)) return false;
+    }
+    star_.push_back({first, second, t, was, normal});
+  }
+  return true;
+}
+
+/// Whether neighbours come to lie back to back that did not before.
+bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                          std::uint32_t leniency) {
+  double before = 1, after = 1;
+  std::sort(star_.begin(), star_.end(), [](const Star& x, const Star& y) {
+    return x.first != y.first ? x.first < y.first : x.triangle < y.triangle;
+  });
+  for (const Star& s : star_) {
+    auto next = std::lower_bound(star_.begin(), star_.end(), s.second,
+                                 [](const Star& x, std::uint32_t v) { return x.first < v; });
+    for (; next != star_.end() && next->first == s.second; ++next) {
+      before = std::min(before, dot(s.before, next->before));
+      after = std::min(after, dot(s.after, next->after));
+    }
+    if (mesh.is_hub(s.first) && mesh.is_hub(s.second)) continue;
+    mesh.visits += std::min(mesh.valence[s.first], mesh.valence[s.second]);
+    mesh.each_on_edge(s.first, s.second, [&](std::uint32_t t) {
+      if (mesh.contains(t, a) || mesh.contains(t, b)) return;
+      const Triangle& v = mesh.triangles[t];
+      const Vec3d normal =
+          cross(mesh.points[v[1]] - mesh.points[v[0]], mesh.points[v[2]] - mesh.points[v[0]]);
+      const double size = length(normal);
+      // Only a neighbour that runs the other way along the edge is the same surface.
+      const std::size_t k = v[0] == s.second ? 0 : v[1] == s.second ? 1 : 2;
+      if (!(size > 0) || v[(k + 1) % 3] != s.first) return;
+      before = std::min(before, dot(s.before, normal) / size);
+      after = std::min(after, dot(s.after, normal) / size);
+    });
+  }
+  return after < fold_limits[leniency] && after < before;
+}
+
+bool CollapseShape::keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
+                          std::uint32_t fixed, std::uint32_t leniency) {
+  star_.clear();
+  Facing facing = facing_[a];
+  if (b != a) facing += facing_[b];
+  if (a != fixed && !add(mesh, a, b, target, leniency, facing)) return false;
+  if (b != fixed && b != a && !add(mesh, b, a, target, leniency, facing)) return false;
+  return !folds(mesh, a, b, leniency);
+}
+
+}  // namespace kiln

@@ -1,0 +1,52 @@
+// Which triangles an edge collapse may leave.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "lowpoly/collapse_mesh.h"
+
+namespace kiln {
+
+using TriangleCorners = std::array<Vec3d, 3>;
+
+/// Looks at the triangles around an edge before and after its collapse.
+class CollapseShape {
+ public:
+  /// How often a collapse may be refused for its shapes before nothing but folds stops it.
+  static constexpr std::uint32_t most_lenient = 2;
+
+  explicit CollapseShape(const CollapseMesh& mesh);
+
+  /// Whether the triangles that survive have an area, turn little enough for `leniency`, do not face away
+  /// from the surface that they stand for, and do not fold onto a neighbour where none did.
+  /// \param fixed  an end that does not move: its triangles stay as they are; or no_vertex
+  bool keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
+             std::uint32_t fixed, std::uint32_t leniency);
+
+  /// The surface around both is what `kept` stands for.
+  void merge(std::uint32_t kept, std::uint32_t gone) { facing_[kept] += facing_[gone]; }
+
+ private:
+  /// A triangle around the vertex that the two become: the corners that stay, in order.
+  struct Star {
+    std::uint32_t first, second, triangle;
+    Vec3d before, after;  ///< Unit normals; before: zero where there was no area.
+  };
+  /// Normals, weighted by area, and the area.
+  struct Facing {
+    Vec3d sum;
+    double area = 0;
+    Facing& operator+=(const Facing& other);
+    double cosine(const Vec3d& unit_normal) const;
+  };
+  bool add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other, const Vec3d& target,
+           std::uint32_t leniency, const Facing& facing);
+  bool folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t leniency);
+
+  std::vector<Facing> facing_;  ///< Of the surface that a vertex stands for.
+  std::vector<Star> star_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,15 @@
+// A very dense mesh brought near its goal fast.
+#pragma once
+
+#include <cstddef>
+
+#include "lowpoly/simplify_input.h"
+
+namespace kiln {
+
+/// Brings a mesh near `faces`, or less near if that would deviate by more than `error`, by
+/// meshoptimizer: it places vertices less well than EdgeCollapser but is ten times as fast. Nothing is done
+/// where it would not help, or where it would turn a triangle of a height field over.
+void head_start(Work& work, std::size_t faces, double error, bool height_field);
+
+}  // namespace kiln

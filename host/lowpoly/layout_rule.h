@@ -1,0 +1,88 @@
+// Simplification that keeps a UV layout, and the borders between groups.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kiln/types.h"
+#include "lowpoly/collapse_rule.h"
+#include "lowpoly/layout_borders.h"
+
+namespace kiln {
+
+/// What a mesh carries at the corners of its triangles, and over them.
+struct Layout {
+  std::vector<Vec2> uvs;
+  std::vector<Triangle> corners;      ///< Indices into uvs, by triangle.
+  std::vector<std::uint32_t> groups;  ///< By triangle; empty: one group.
+  std::vector<std::uint32_t> charts;  ///< By triangle.
+};
+
+/// Keeps seams, the ends and crossings of seams, open borders, and borders between groups where they are
+/// on the surface and in the layout; and lets no UV triangle turn over or charts come to overlap.
+///
+/// Inside a chart, the UV of a moved vertex is the one that the affine maps of its triangles call best, and
+/// their error counts (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes",
+/// section 3). Vertices of seams and borders only move along these, onto their next: both sides together.
+class LayoutRule : public CollapseRule {
+ public:
+  /// \param layout  UVs equal by value at a vertex must have one index
+  LayoutRule(const CollapseMesh& mesh, Layout layout);
+
+  void add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const override;
+  std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                             Anchor anchor, Quadric& sum) const override;
+  bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
+             const Vec3d& target) const override;
+  void collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
+                const Vec3d& target, std::uint32_t kept) override;
+  bool may_move(const CollapseMesh& mesh, std::uint32_t vertex, const Vec3d& target) const override;
+
+  /// UVs now; corners are indices into them, by the triangles given at first.
+  const Layout& layout() const { return layout_; }
+
+ private:
+  /// Squared errors of affine maps, weighted by area: of position and UV.
+  struct Attributes {
+    std::array<Quadric, 2> linear;   ///< For u and v each: sum of w (g . p + d)^2
+    std::array<Vec3d, 2> gradient;   ///< of w g
+    std::array<double, 2> offset{};  ///< of w d
+    double weight = 0;
+    Attributes& operator+=(const Attributes& other);
+    double best(std::size_t axis, const Vec3d& p) const;
+  };
+  /// What becomes one: the corner that goes, and the one that it becomes.
+  struct Pair {
+    std::uint32_t gone, kept;
+  };
+  struct Plan {
+    enum class Kind : std::uint8_t { none, inside, onto } kind = Kind::none;
+    std::uint32_t gone = 0, kept = 0;  ///< Vertices. Inside: both move.
+    std::array<Pair, 2> pairs{};
+    std::size_t count = 0;
+  };
+
+  bool is_line(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b) const;
+  bool is_uv_border(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b) const;
+  std::uint32_t corner_at(const CollapseMesh& mesh, std::uint32_t t, std::uint32_t vertex) const;
+  void classify(const CollapseMesh& mesh, std::span<const std::uint64_t> edges);
+  void add_attributes(const CollapseMesh& mesh);
+  Plan plan(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor) const;
+  bool pair_corners(const CollapseMesh& mesh, Plan& plan) const;
+  Quadric cost_of(const Plan& plan) const;
+  Vec2 uv_at(const Plan& plan, const Vec3d& target) const;
+  bool keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex, const Plan& plan,
+                 const Vec2& uv) const;
+  bool keeps_line(const CollapseMesh& mesh, const Plan& plan) const;
+
+  Layout layout_;
+  LayoutBorders borders_;
+  std::vector<Attributes> attributes_;  ///< By UV.
+  std::vector<std::uint8_t>
+      lines_;         ///< That meet at a vertex: 0; 2, which it may move along; or more.
+  double scale_ = 1;  ///< Length of a UV unit on the surface.
+};
+
+}  // namespace kiln

@@ -1,0 +1,51 @@
+#include "lowpoly/quadric.h"
+
+#include <algorithm>
+
+namespace kiln {
+
+void Quadric::add_plane(const Vec3d& normal, const Vec3d& through, double weight) {
+  add_linear(normal, -dot(normal, through), weight);
+}
+
+void Quadric::add_linear(const Vec3d& n, double d, double weight) {
+  xx += weight * n.x * n.x, xy += weight * n.x * n.y, xz += weight * n.x * n.z;
+  yy += weight * n.y * n.y, yz += weight * n.y * n.z, zz += weight * n.z * n.z;
+  x += weight * n.x * d, y += weight * n.y * d, z += weight * n.z * d;
+  c += weight * d * d;
+}
+
+Quadric& Quadric::operator+=(const Quadric& o) {
+  xx += o.xx, xy += o.xy, xz += o.xz, yy += o.yy, yz += o.yz, zz += o.zz;
+  x += o.x, y += o.y, z += o.z, c += o.c, area += o.area;
+  return *this;
+}
+
+double Quadric::at(const Vec3d& p) const {
+  const double value = p.x * (xx * p.x + 2 * (xy * p.y + xz * p.z + x)) +
+                       p.y * (yy * p.y + 2 * (yz * p.z + y)) + p.z * (zz * p.z + 2 * z) + c;
+  return std::max(value, 0.0);
+}
+
+Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
+  const Vec3d middle = (pa + pb) * 0.5;
+  // Solve for the step from the middle, with a slight pull towards it, which keeps the matrix regular.
+  const double pull = 1e-3 * (xx + yy + zz);
+  const double m00 = xx + pull, m11 = yy + pull, m22 = zz + pull;
+  const Vec3d r{-(xx * middle.x + xy * middle.y + xz * middle.z + x),
+                -(xy * middle.x + yy * middle.y + yz * middle.z + y),
+                -(xz * middle.x + yz * middle.y + zz * middle.z + z)};
+  const Vec3d row0{m00, xy, xz}, row1{xy, m11, yz}, row2{xz, yz, m22};
+  const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
+  const double determinant = dot(row0, c12);
+  const Vec3d step = (c12 * r.x + c20 * r.y + c01 * r.z) * (1 / determinant);
+  const Vec3d edge = pb - pa;
+  if (dot(step, step) <= dot(edge, edge)) {  // Also false where the step is not a number.
+    return middle + step;
+  }
+  const double at_a = at(pa), at_b = at(pb), at_middle = at(middle);
+  if (at_middle <= at_a && at_middle <= at_b) return middle;
+  return at_a <= at_b ? pa : pb;
+}
+
+}  // namespace kiln

@@ -1,0 +1,229 @@
+#include "lowpoly/simplify_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "lowpoly/height_rule.h"
+
+namespace kiln {
+namespace {
+
+/// Cosine of the angle between neighbours' normals from which on a triangle is looked at closely.
+constexpr double kSuspicious = -0.5;
+/// And at which it lies on its neighbour, if the dense surface has no such edge there.
+constexpr double kBackToBack = -0.985;
+/// The dense surface has a sharp edge where normals this far apart are near each other.
+constexpr double kSharp = -0.5;
+/// A triangle faces away where the best of the dense normals near it is below this.
+constexpr double kAway = -0.2;
+/// How far around a triangle the dense surface is looked for, a share of the diagonal.
+constexpr double kReach = 0.02;
+/// Cells a side of the grid that finds dense triangles near some place.
+constexpr int kCells = 64;
+constexpr double kNoArea = 1e-12;
+
+TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) {
+  return {points[t[0]], points[t[1]], points[t[2]]};
+}
+
+Vec3d normal_of(const TriangleCorners& p) { return cross(p[1] - p[0], p[2] - p[0]); }
+
+Vec3d unit_or_zero(const Vec3d& v) {
+  const double size = length(v);
+  return size > 0 ? v * (1 / size) : Vec3d{};
+}
+
+bool is_flat(const TriangleCorners& p) {
+  const Vec3d ab = p[1] - p[0], bc = p[2] - p[1], ca = p[0] - p[2];
+  const double longest = std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)});
+  return !(length(normal_of(p)) > kNoArea * longest);
+}
+
+/// Sides by edge: triangles that run along it, neighbours of opposite sense first.
+struct Side {
+  std::uint64_t key;
+  std::uint32_t triangle;
+  bool forward;
+};
+
+std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
+  std::vector<Side> sides;
+  sides.reserve(triangles.size() * 3);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+      sides.push_back({a < b ? a << 32 | b : b << 32 | a, t, a < b});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.key != b.key ? a.key < b.key : a.triangle < b.triangle;
+  });
+  return sides;
+}
+
+/// For each triangle the least cosine between its normal and a neighbour's.
+std::vector<double> sharpest(const std::vector<Vec3d>& normals,
+                             const std::vector<Triangle>& triangles) {
+  std::vector<double> least(triangles.size(), 1);
+  const std::vector<Side> sides = sorted_sides(triangles);
+  for (std::size_t i = 1; i < sides.size(); ++i) {
+    const Side &a = sides[i - 1], &b = sides[i];
+    if (a.key != b.key || a.forward == b.forward) continue;
+    const double cosine = dot(normals[a.triangle], normals[b.triangle]);
+    least[a.triangle] = std::min(least[a.triangle], cosine);
+    least[b.triangle] = std::min(least[b.triangle], cosine);
+  }
+  return least;
+}
+
+/// Cells of a grid over [-1, 1]^3 that a box touches.
+template <class Body>
+void each_cell(const Vec3d& low, const Vec3d& high, const Body& body) {
+  const auto at = [](double x) {
+    return std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1);
+  };
+  for (int z = at(low.z); z <= at(high.z); ++z) {
+    for (int y = at(low.y); y <= at(high.y); ++y) {
+      for (int x = at(low.x); x <= at(high.x); ++x) {
+        body(static_cast<std::size_t>((z * kCells + y) * kCells + x));
+      }
+    }
+  }
+}
+
+void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
+  low = {std::min({p[0].x, p[1].x, p[2].x}), std::min({p[0].y, p[1].y, p[2].y}),
+         std::min({p[0].z, p[1].z, p[2].z})};
+  high = {std::max({p[0].x, p[1].x, p[2].x}), std::max({p[0].y, p[1].y, p[2].y}),
+          std::max({p[0].z, p[1].z, p[2].z})};
+}
+
+}  // namespace
+
+/// Keeps a tree of the dense triangles around the candidates: most meshes have few of these.
+void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
+                              const std::vector<Triangle>& triangles,
+                              std::span<const std::uint32_t> candidates) {
+  std::vector<std::uint8_t> marked(std::size_t{kCells} * kCells * kCells, 0);
+  Vec3d low, high;
+  for (const std::uint32_t t : candidates) {
+    bounds(corners_of(points, triangles[t]), low, high);
+    const double reach = kReach + length(high - low);
+    const Vec3d margin{reach, reach, reach};
+    each_cell(low - margin, high + margin, [&](std::size_t cell) { marked[cell] = 1; });
+  }
+  near_.clear();
+  for (const Triangle& t : triangles_) {
+    bounds({Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]), Vec3d(positions_[t[2]])}, low, high);
+    bool any = false;
+    each_cell(low, high, [&](std::size_t cell) { any = any || marked[cell] != 0; });
+    if (any) near_.push_back(t);
+  }
+  surface_ = std::make_unique<SurfaceDistance>(positions_, near_);
+}
+
+/// Whether the dense surface near each of four of its points faces the other way.
+bool SimplifyCheck::faces_away(const TriangleCorners& p) const {
+  const Vec3d normal = unit_or_zero(normal_of(p));
+  std::size_t away = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    Vec3d at;
+    for (std::size_t k = 0; k < 3; ++k) at += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
+    const Vec3 point = to_float(at);
+    const double nearest = surface_->squared(point);
+    if (!(nearest < kReach * kReach)) return false;
+    double best = -1;
+    const double radius = 1.1 * std::sqrt(nearest) + 1e-4;
+    surface_->each_within(point, radius * radius, [&](const Vec3* c) {
+      const Vec3d dense = unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])}));
+      best = std::max(best, dot(normal, dense));
+    });
+    away += best < kAway;
+  }
+  return away >= 3;
+}
+
+/// Whether the dense surface turns sharply near the triangle, or is thin there.
+bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
+  const Vec3d center = (p[0] + p[1] + p[2]) * (1.0 / 3);
+  double radius = 0;
+  for (const Vec3d& corner : p) radius = std::max(radius, length(corner - center));
+  const Vec3d normal = unit_or_zero(normal_of(p));
+  double most = -1, least = 1;
+  surface_->each_within(to_float(center), radius * radius, [&](const Vec3* c) {
+    const double cosine =
+        dot(normal, unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])})));
+    most = std::max(most, cosine);
+    least = std::min(least, cosine);
+  });
+  return most > -kSharp && least < kSharp;
+}
+
+Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
+                          const std::vector<Triangle>& triangles) {
+  Flaws flaws;
+  std::vector<Vec3d> normals(triangles.size()), around(points.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const TriangleCorners corners = corners_of(points, triangles[t]);
+    const Vec3d normal = normal_of(corners);
+    for (const std::uint32_t v : triangles[t]) around[v] += normal;
+    normals[t] = unit_or_zero(normal);
+    if (is_flat(corners)) flaws.flat.push_back(t);
+    if (height_field_ && !(upward(corners[0], corners[1], corners[2]) > kNoArea)) {
+      flaws.facing_down.push_back(t);
+    }
+  }
+  const std::vector<double> least = sharpest(normals, triangles);
+  std::vector<std::uint32_t> candidates;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    int against = 0;
+    for (const std::uint32_t v : triangles[t]) against += dot(normals[t], around[v]) < 0;
+    if (least[t] < kSuspicious || against >= 2) candidates.push_back(t);
+  }
+  std::vector<std::uint32_t> looked_at = candidates;
+  looked_at.insert(looked_at.end(), flaws.flat.begin(), flaws.flat.end());
+  looked_at.insert(looked_at.end(), flaws.facing_down.begin(), flaws.facing_down.end());
+  if (looked_at.empty()) return flaws;
+  load_near(points, triangles, looked_at);
+  for (const std::uint32_t t : candidates) {
+    const TriangleCorners corners = corners_of(points, triangles[t]);
+    if (is_flat(corners)) continue;
+    if (faces_away(corners) || (least[t] < kBackToBack && !has_edge(corners))) {
+      flaws.folded.push_back(t);
+    }
+  }
+  return flaws;
+}
+
+bool SimplifyCheck::is_flaw(const TriangleCorners& p) const {
+  if (is_flat(p) || faces_away(p)) return true;
+  return height_field_ && !(upward(p[0], p[1], p[2]) > least_upward);
+}
+
+std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertices) {
+  std::vector<std::uint32_t> parent(vertices);
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto find = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  std::vector<std::uint8_t> open(vertices, 0);
+  const std::vector<Side> sides = sorted_sides(triangles);
+  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    while (end < sides.size() && sides[end].key == sides[begin].key) ++end;
+    if (end - begin != 1) continue;
+    const auto a = static_cast<std::uint32_t>(sides[begin].key >> 32);
+    const auto b = static_cast<std::uint32_t>(sides[begin].key);
+    open[a] = open[b] = 1;
+    const std::uint32_t ra = find(a), rb = find(b);
+    parent[std::max(ra, rb)] = std::min(ra, rb);
+  }
+  std::uint64_t count = 0;
+  for (std::uint32_t v = 0; v < vertices; ++v) count += open[v] != 0 && find(v) == v;
+  return count;
+}
+
+}  // namespace kiln

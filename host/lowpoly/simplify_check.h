@@ -1,0 +1,54 @@
+// What a light mesh may not have: folds, triangles without area, new holes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kiln/types.h"
+#include "lowpoly/collapse_shape.h"
+#include "mesh/surface_distance.h"
+
+namespace kiln {
+
+/// Triangles that a light mesh should not have.
+struct Flaws {
+  std::vector<std::uint32_t>
+      folded;  ///< They face away from the dense surface, or lie on a neighbour.
+  std::vector<std::uint32_t> flat;         ///< They have no area, as single precision holds them.
+  std::vector<std::uint32_t> facing_down;  ///< Of a height field.
+  bool none() const { return folded.empty() && flat.empty() && facing_down.empty(); }
+  std::size_t count() const { return folded.size() + flat.size() + facing_down.size(); }
+};
+
+/// Compares a light mesh with the dense one that it stands for. Coordinates of about unit size.
+class SimplifyCheck {
+ public:
+  /// Spans must outlive this.
+  SimplifyCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                bool height_field)
+      : positions_(positions), triangles_(triangles), height_field_(height_field) {}
+
+  Flaws find(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles);
+
+  /// Whether a triangle near one that find() looked at is a flaw by itself.
+  bool is_flaw(const TriangleCorners& corners) const;
+
+ private:
+  void load_near(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
+                 std::span<const std::uint32_t> candidates);
+  bool faces_away(const TriangleCorners& corners) const;
+  bool has_edge(const TriangleCorners& corners) const;
+
+  std::span<const Vec3> positions_;
+  std::span<const Triangle> triangles_;
+  bool height_field_;
+  std::vector<Triangle> near_;  ///< Dense triangles near the candidates.
+  std::unique_ptr<SurfaceDistance> surface_;
+};
+
+/// Loops of open edges: holes and rims.
+std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertices);
+
+}  // namespace kiln

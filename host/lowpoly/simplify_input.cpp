@@ -1,0 +1,197 @@
+#include "lowpoly/simplify_input.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "lowpoly/pairing.h"
+#include "mesh/charts.h"
+#include "mesh/normals.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// Counts what is left out, and remembers the first of each kind.
+struct Dropped {
+  std::uint64_t count = 0;
+  std::size_t first = 0;
+  void add(std::size_t triangle) {
+    if (count++ == 0) first = triangle;
+  }
+  void report(const char* code, const char* what, std::vector<Warning>& warnings) const {
+    if (count == 0) return;
+    warnings.push_back({code,
+                        std::to_string(count) + " triangles " + what + " (the first is " +
+                            std::to_string(first) + "); they were left out",
+                        count});
+  }
+};
+
+struct Candidate {
+  Triangle corners;  ///< The lowest vertex first, in the same sense.
+  SourceTriangle source;
+};
+
+/// Whether each repeats an earlier one.
+std::vector<std::uint8_t> find_twins(const std::vector<Candidate>& candidates) {
+  std::vector<std::uint32_t> order(candidates.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) {
+    return std::pair(candidates[x].corners, x) < std::pair(candidates[y].corners, y);
+  });
+  std::vector<std::uint8_t> twin(candidates.size(), 0);
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    twin[order[i]] = candidates[order[i]].corners == candidates[order[i - 1]].corners;
+  }
+  return twin;
+}
+
+Triangle welded_corners(const Mesh& mesh, const std::vector<std::uint32_t>& welded, std::size_t t) {
+  Triangle v = mesh.triangles[t];
+  for (std::uint32_t& vertex : v) {
+    if (vertex >= mesh.positions.size()) {
+      throw Error(ErrorCode::input, "simplify: triangle " + std::to_string(t) + " of mesh '" +
+                                        mesh.name + "' has vertex " + std::to_string(vertex) +
+                                        " of " + std::to_string(mesh.positions.size()) +
+                                        "; check the program that wrote it");
+    }
+    vertex = welded[vertex];
+  }
+  return v;
+}
+
+}  // namespace
+
+std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sources,
+                            std::vector<Warning>& warnings) {
+  const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
+  Dropped not_finite, degenerate, duplicate;
+  std::vector<Candidate> candidates;
+  candidates.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Triangle v = welded_corners(mesh, welded, t);
+    const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
+    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) {
+      not_finite.add(t);
+    } else if (!(triangle_shape(a, b, c).area > 0)) {
+      degenerate.add(t);
+    } else {
+      const auto lowest = std::min_element(v.begin(), v.end());
+      const SourceTriangle source{static_cast<std::uint32_t>(t),
+                                  static_cast<std::uint32_t>(lowest - v.begin())};
+      std::rotate(v.begin(), lowest, v.end());
+      candidates.push_back({v, source});
+    }
+  }
+  const std::vector<std::uint8_t> twin = find_twins(candidates);
+  std::vector<Triangle> result;
+  result.reserve(candidates.size());
+  sources.clear();
+  sources.reserve(candidates.size());
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (twin[i] != 0) {
+      duplicate.add(candidates[i].source.index);
+    } else {
+      result.push_back(candidates[i].corners);
+      sources.push_back(candidates[i].source);
+    }
+  }
+  not_finite.report("non-finite-triangles", "have a corner that is not finite", warnings);
+  degenerate.report("degenerate-triangles", "have no area", warnings);
+  duplicate.report("duplicate-triangles", "repeat an earlier one", warnings);
+  if (result.empty()) {
+    throw Error(ErrorCode::input,
+                "simplify: mesh '" + mesh.name + "' has no usable triangle among " +
+                    std::to_string(mesh.triangles.size()) + "; check the program that wrote it");
+  }
+  return result;
+}
+
+Scale::Scale(const Mesh& mesh, const std::vector<Triangle>& triangles) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  Vec3d low{inf, inf, inf}, high{-inf, -inf, -inf};
+  for (const Triangle& t : triangles) {
+    for (const std::uint32_t vertex : t) {
+      const Vec3& p = mesh.positions[vertex];
+      low = {std::min<double>(low.x, p.x), std::min<double>(low.y, p.y),
+             std::min<double>(low.z, p.z)};
+      high = {std::max<double>(high.x, p.x), std::max<double>(high.y, p.y),
+              std::max<double>(high.z, p.z)};
+    }
+  }
+  center_ = (low + high) * 0.5;
+  diagonal_ = length(high - low);
+}
+
+Vec3d Scale::to_work(const Vec3& p) const {
+  const Vec3d offset = Vec3d(p) - center_;
+  return {offset.x / diagonal_, offset.y / diagonal_, offset.z / diagonal_};
+}
+
+Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
+             const Scale& scale) {
+  Work work;
+  std::vector<std::uint32_t> number(mesh.positions.size(), no_vertex);
+  for (Triangle& t : triangles) {
+    for (std::uint32_t& vertex : t) {
+      if (number[vertex] == no_vertex) {
+        number[vertex] = static_cast<std::uint32_t>(work.points.size());
+        work.points.push_back(scale.to_work(mesh.positions[vertex]));
+      }
+      vertex = number[vertex];
+    }
+  }
+  work.triangles = std::move(triangles);
+  work.sources = std::move(sources);
+  return work;
+}
+
+Layout layout_of(const Mesh& mesh, const Work& work) {
+  struct Corner {
+    std::uint32_t vertex;
+    std::uint64_t uv;  ///< The bits of its value.
+    std::uint32_t place;
+    auto key() const { return std::tuple(vertex, uv, place); }
+  };
+  const std::vector<std::uint32_t> charts = uv_charts(mesh);
+  Layout layout;
+  layout.corners.resize(work.triangles.size());
+  std::vector<Corner> corners;
+  corners.reserve(work.triangles.size() * 3);
+  for (std::uint32_t t = 0; t < work.triangles.size(); ++t) {
+    const SourceTriangle& source = work.sources[t];
+    layout.charts.push_back(charts[source.index]);
+    if (!mesh.groups.empty()) layout.groups.push_back(mesh.groups[source.index]);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const Vec2& given = mesh.uvs[mesh.uv_triangles[source.index][(k + source.first) % 3]];
+      const Vec2 uv{given.x + 0.0F, given.y + 0.0F};  // -0 is 0.
+      const std::uint64_t bits = std::uint64_t{std::bit_cast<std::uint32_t>(uv.x)} << 32 |
+                                 std::bit_cast<std::uint32_t>(uv.y);
+      corners.push_back({work.triangles[t][k], bits, 3 * t + k});
+    }
+  }
+  std::sort(corners.begin(), corners.end(),
+            [](const Corner& a, const Corner& b) { return a.key() < b.key(); });
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Corner& c = corners[i];
+    if (i == 0 || corners[i - 1].vertex != c.vertex || corners[i - 1].uv != c.uv) {
+      layout.uvs.push_back({std::bit_cast<float>(static_cast<std::uint32_t>(c.uv >> 32)),
+                            std::bit_cast<float>(static_cast<std::uint32_t>(c.uv))});
+    }
+    layout.corners[c.place / 3][c.place % 3] = static_cast<std::uint32_t>(layout.uvs.size() - 1);
+  }
+  return layout;
+}
+
+std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {
+  std::vector<Vec3> result(points.size());
+  std::transform(points.begin(), points.end(), result.begin(), to_float);
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,55 @@
+// What simplification starts from: a mesh without what it cannot use, about unit size.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kiln/error.h"
+#include "kiln/mesh.h"
+#include "lowpoly/layout_rule.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// A triangle of the given mesh.
+struct SourceTriangle {
+  std::uint32_t index;
+  std::uint32_t first;  ///< Its corner that comes first now.
+};
+
+/// A mesh as the collapser takes it: welded, centred, its bounding box's diagonal 1.
+struct Work {
+  std::vector<Vec3d> points;
+  std::vector<Triangle> triangles;
+  std::vector<SourceTriangle> sources;  ///< By triangle; empty once a head start has made new ones.
+};
+
+/// Between the mesh's own coordinates and the collapser's.
+class Scale {
+ public:
+  Scale(const Mesh& mesh, const std::vector<Triangle>& triangles);
+  Vec3d to_work(const Vec3& p) const;
+  Vec3 to_mesh(const Vec3d& p) const { return to_float(p * diagonal_ + center_); }
+  /// To where the mesh's numbers can hold a point.
+  Vec3d snap(const Vec3d& p) const { return to_work(to_mesh(p)); }
+
+ private:
+  Vec3d center_;
+  double diagonal_ = 1;
+};
+
+/// Triangles over welded vertices, without those that have no area or a twin.
+/// \throws Error(input) for an index out of range, or where nothing is left
+std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sources,
+                            std::vector<Warning>& warnings);
+
+/// Renumbers to the vertices in use.
+Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
+             const Scale& scale);
+
+/// The given mesh's UVs and groups at the triangles of `work`.
+Layout layout_of(const Mesh& mesh, const Work& work);
+
+std::vector<Vec3> to_floats(const std::vector<Vec3d>& points);
+
+}  // namespace kiln

@@ -1,0 +1,74 @@
+#include "match/far_rays.h"
+
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "match/host_match.h"
+#include "match/ray.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+
+class FarRays : public Matcher {
+ public:
+  FarRays(std::unique_ptr<Matcher> near, const MatchRequest& request)
+      : context_(request.source.device.context()),
+        rays_(request.source.rays()),
+        near_(std::move(near)),
+        query_(ray_query(request, false)) {
+    query_.t_max = static_cast<float>(request.sheet_reach);
+    query_.t_min = -query_.t_max;
+  }
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    near_->run(band, match);
+    std::vector<std::uint8_t> status(band.sample_count);
+    match.status.read(context_, status);
+    std::vector<float> reach(band.sample_count);
+    band.points.read(context_, reach, std::size_t{6} * band.capacity);
+    std::vector<std::uint32_t> missed;
+    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      if (status[i] == KILN_STATUS_MISS && reach[i] > 0) missed.push_back(i);
+    }
+    if (!missed.empty()) look_farther(band, missed, reach, match);
+  }
+
+ private:
+  void look_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                    const std::vector<float>& reach, Correspondence& match) {
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    const cl::Array<float> points(context_, std::size_t{7} * count);
+    const cl::Array<std::uint32_t> indices(context_, std::span(samples));
+    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
+                    band.capacity, count, indices, band.points, points);
+    Correspondence result(context_, count);
+    rays_.intersect(points, count, count, query_, result);
+    HostMatch found(context_, result, count);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      if (std::abs(found.distance[k]) > reach[samples[k]]) found.triangle[k] = KILN_NO_TRIANGLE;
+    }
+    result.triangle.write(context_, std::span<const std::uint32_t>(found.triangle));
+    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count, count,
+                    match.capacity, indices, result.triangle, result.barycentric, result.distance,
+                    result.status, match.triangle, match.barycentric, match.distance, match.status);
+    context_.finish();  // `indices` and `result` go
+  }
+
+  cl::Context& context_;
+  const RayCaster& rays_;
+  std::unique_ptr<Matcher> near_;
+  RayQuery query_;
+};
+
+}  // namespace
+
+std::unique_ptr<Matcher> far_rays(std::unique_ptr<Matcher> near, const MatchRequest& request) {
+  return std::make_unique<FarRays>(std::move(near), request);
+}
+
+}  // namespace kiln

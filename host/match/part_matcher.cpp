@@ -1,0 +1,128 @@
+#include "match/part_matcher.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "match/host_match.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+
+/// What a part's matcher is told of; it stays in its place.
+struct Part {
+  std::vector<std::uint32_t> triangles;  ///< Of the dense mesh
+  std::unique_ptr<Source::Impl> source;
+  LowSurface surface;
+  std::unique_ptr<Matcher> matcher;
+};
+
+void check_lists(const MatchRequest& request, const Parts& parts) {
+  const auto fits = [&](const std::vector<std::uint32_t>& list, std::size_t triangles) {
+    return list.size() == triangles &&
+           std::all_of(list.begin(), list.end(), [&](std::uint32_t p) { return p < parts.count; });
+  };
+  if (fits(parts.high, request.source.triangles.size()) &&
+      fits(parts.low, request.surface.triangles.size())) {
+    return;
+  }
+  throw Error(
+      ErrorCode::usage,
+      "The parts are those of other meshes: both lists must have a part for each triangle.");
+}
+
+class PartMatcher : public Matcher {
+ public:
+  PartMatcher(const MatchRow& row, const MatchRequest& request, const Parts& parts,
+              MatchNotes& notes)
+      : context_(request.source.device.context()),
+        part_of_low_(parts.low),
+        parts_(parts.count),
+        samples_(parts.count) {
+    for (std::uint32_t t = 0; t < parts.high.size(); ++t) {
+      parts_[parts.high[t]].triangles.push_back(t);
+    }
+    for (std::uint32_t p = 0; p < parts.count; ++p) {
+      Part& part = parts_[p];
+      if (part.triangles.empty()) continue;
+      part.source = std::make_unique<Source::Impl>(request.source, part.triangles);
+      // Nothing to search in.
+      if (part.source->stats().skipped_triangles == part.triangles.size()) continue;
+      part.surface = request.surface;
+      for (std::size_t t = 0; t < parts.low.size(); ++t) {
+        if (parts.low[t] != p) part.surface.usable[t] = 0;
+      }
+      part.matcher = row.make(request.of(*part.source, part.surface), notes);
+    }
+  }
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    std::vector<std::uint32_t> triangle(band.sample_count);
+    band.triangle.read(context_, triangle);
+    for (std::vector<std::uint32_t>& list : samples_) list.clear();
+    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      samples_[part_of_low_[triangle[i]]].push_back(i);
+    }
+    HostMatch all(band.sample_count);
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      if (parts_[p].matcher != nullptr && !samples_[p].empty()) {
+        run(band, parts_[p], samples_[p], all);
+      }
+    }
+    all.write(context_, match);
+  }
+
+  bool needs_band() const override { return true; }  // which triangle a sample lies on
+
+  void finish(MatchNotes& notes) override {
+    for (const Part& part : parts_) {
+      if (part.matcher != nullptr) part.matcher->finish(notes);
+    }
+  }
+
+ private:
+  /// One part's samples.
+  void run(const TexelBand& band, Part& part, const std::vector<std::uint32_t>& samples,
+           HostMatch& all) {
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    TexelBand some;
+    some.sample_count = some.capacity = count;
+    some.points = cl::Array<float>(context_, std::size_t{7} * count);
+    const cl::Array<std::uint32_t> indices(context_, std::span(samples));
+    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
+                    band.capacity, count, indices, band.points, some.points);
+    Correspondence result(context_, count);
+    part.matcher->run(some, result);
+    const HostMatch found(context_, result, count);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t i = samples[k];
+      if (found.triangle[k] == KILN_NO_TRIANGLE) continue;
+      all.take(i, found, k);
+      all.triangle[i] = part.triangles[found.triangle[k]];
+      all.status[i] = found.status[k];
+    }
+  }
+
+  cl::Context& context_;
+  std::vector<std::uint32_t> part_of_low_;
+  std::vector<Part> parts_;
+  std::vector<std::vector<std::uint32_t>> samples_;  // of each part, of the last band
+};
+
+}  // namespace
+
+std::unique_ptr<Matcher> part_matcher(const MatchRow& row, const MatchRequest& request,
+                                      const Parts& parts, MatchNotes& notes) {
+  if (!row.info.takes_parts) {
+    throw Error(ErrorCode::usage, "'" + std::string(row.info.method.name) +
+                                      "' cannot match part by part: choose ray, closest or axis.");
+  }
+  check_lists(request, parts);
+  return std::make_unique<PartMatcher>(row, request, parts, notes);
+}
+
+}  // namespace kiln

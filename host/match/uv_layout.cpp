@@ -1,0 +1,167 @@
+#include <algorithm>
+#include <array>
+
+#include "base/parallel.h"
+#include "match/uv.h"
+#include "mesh/uv_grid.h"
+#include "source/dense_uvs.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kTile = KILN_UV_TILE;
+
+void check_uvs(const Source::Impl& source) {
+  if (has_uvs(source)) return;
+  throw Error(
+      ErrorCode::input,
+      "The dense mesh has no UVs, which MatchMethod::uv finds its points by: give it the light "
+      "mesh's layout, or use another match, such as ray.");
+}
+
+/// The pieces of a run of triangles.
+struct Builder {
+  const Source::Impl& source;
+  UvGrid grid;
+  std::vector<kiln_uv_piece> pieces;
+  std::vector<kiln_uv_clip> clips;
+  std::uint64_t outside = 0, without_area = 0;
+
+  void add(std::uint32_t t) {
+    std::array<Vec2, 3> uvs;
+    bool usable = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      uvs[k] = source.uvs[source.uv_triangles[t][k]];
+      usable = usable && is_finite(uvs[k]) && is_finite(source.positions[source.triangles[t][k]]);
+    }
+    if (!usable) {
+      ++without_area;
+      return;
+    }
+    if (in_guard(uvs[0]) && in_guard(uvs[1]) && in_guard(uvs[2])) {
+      FixedTriangle fixed;
+      for (std::size_t k = 0; k < 3; ++k) {
+        fixed.x[k] = grid.fixed_x(uvs[k].x);
+        fixed.y[k] = grid.fixed_y(uvs[k].y);
+      }
+      if (doubled_area(fixed) == 0) {
+        ++without_area;
+        return;
+      }
+      if (grid.beyond_square(fixed)) ++outside;
+      add_piece(fixed, t, 0);
+      return;
+    }
+    ++outside;
+    const std::vector<ClipVertex> polygon = clip_to_guard(uvs);
+    for (std::size_t i = 2; i < polygon.size(); ++i) {
+      const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
+      FixedTriangle fixed;
+      kiln_uv_clip clip{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        fixed.x[k] = grid.fixed_x(fan[k].u);
+        fixed.y[k] = grid.fixed_y(fan[k].v);
+        clip.weight1[k] = static_cast<float>(fan[k].weight[1]);
+        clip.weight2[k] = static_cast<float>(fan[k].weight[2]);
+      }
+      if (doubled_area(fixed) == 0 || grid.misses_square(fixed)) continue;
+      clips.push_back(clip);
+      add_piece(fixed, t, static_cast<std::uint32_t>(clips.size()));
+    }
+  }
+
+  void add_piece(const FixedTriangle& fixed, std::uint32_t t, std::uint32_t clip) {
+    if (grid.misses_square(fixed)) return;
+    kiln_uv_piece piece{};
+    std::copy(fixed.x.begin(), fixed.x.end(), piece.x);
+    std::copy(fixed.y.begin(), fixed.y.end(), piece.y);
+    piece.triangle = t;
+    piece.clip = clip;
+    pieces.push_back(piece);
+  }
+};
+
+/// The samples [first, last] whose centres may lie within [low, high], in fixed-point units.
+std::pair<std::int32_t, std::int32_t> samples_within(std::int32_t low, std::int32_t high,
+                                                     std::uint32_t shift, std::uint32_t count) {
+  const std::int64_t half = std::int64_t{1} << (shift - 1);
+  const std::int64_t unit = std::int64_t{1} << shift;
+  const std::int64_t first = (low - half + unit - 1) >> shift;
+  const std::int64_t last = (high - half) >> shift;
+  return {static_cast<std::int32_t>(std::max<std::int64_t>(first, 0)),
+          static_cast<std::int32_t>(std::min<std::int64_t>(last, std::int64_t{count} - 1))};
+}
+
+/// Calls add(task) for the tiles of a piece, row by row.
+template <typename Add>
+void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid& grid,
+                   const Add& add) {
+  const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
+  const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
+  const auto [x_first, x_last] = samples_within(*x_low, *x_high, grid.shift, grid.sample_width);
+  const auto [y_first, y_last] = samples_within(*y_low, *y_high, grid.shift, grid.sample_height);
+  constexpr auto tile = static_cast<std::int32_t>(kTile);
+  for (std::int32_t y = y_first; y <= y_last;) {
+    const std::int32_t y_end = std::min((y / tile + 1) * tile, y_last + 1);
+    for (std::int32_t x = x_first; x <= x_last; x += tile) {
+      const std::int32_t x_end = std::min(x + tile, x_last + 1);
+      add(kiln_uv_task{index, x, y,
+                       static_cast<std::uint32_t>(x_end - x) | static_cast<std::uint32_t>(y_end - y)
+                                                                   << 16});
+    }
+    y = y_end;
+  }
+}
+
+}  // namespace
+
+UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
+                      std::uint32_t sample_height) {
+  check_uvs(source);
+  const Builder all{source, UvGrid::of(sample_width, sample_height), {}, {}};
+  constexpr std::size_t kRun = 1 << 14;
+  const std::size_t count = source.triangles.size();
+  std::vector<Builder> runs((count + kRun - 1) / kRun, all);
+  parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      const std::size_t last = std::min(count, (r + 1) * kRun);
+      for (std::size_t t = r * kRun; t < last; ++t) runs[r].add(static_cast<std::uint32_t>(t));
+    }
+  });
+
+  UvLayout layout;
+  layout.shift = all.grid.shift;
+  for (Builder& run : runs) {
+    const auto offset = static_cast<std::uint32_t>(layout.clips.size());
+    for (kiln_uv_piece& piece : run.pieces) {
+      if (piece.clip != 0) piece.clip += offset;
+    }
+    layout.pieces.insert(layout.pieces.end(), run.pieces.begin(), run.pieces.end());
+    layout.clips.insert(layout.clips.end(), run.clips.begin(), run.clips.end());
+    layout.outside += run.outside;
+    layout.without_area += run.without_area;
+    run.pieces = {};
+    run.clips = {};
+  }
+
+  // Counted, then sorted by runs of rows.
+  const std::size_t row_runs = (sample_height + kTile - 1) / kTile;
+  layout.first_task.assign(row_runs + 1, 0);
+  const auto for_all = [&](const auto& add) {
+    for (std::size_t i = 0; i < layout.pieces.size(); ++i) {
+      for_each_task(layout.pieces[i], static_cast<std::uint32_t>(i), all.grid, add);
+    }
+  };
+  for_all([&](const kiln_uv_task& task) {
+    ++layout.first_task[static_cast<std::uint32_t>(task.y) / kTile + 1];
+  });
+  for (std::size_t i = 0; i < row_runs; ++i) layout.first_task[i + 1] += layout.first_task[i];
+  layout.tasks.resize(layout.first_task[row_runs]);
+  std::vector<std::uint32_t> cursor(layout.first_task.begin(), layout.first_task.end() - 1);
+  for_all([&](const kiln_uv_task& task) {
+    layout.tasks[cursor[static_cast<std::uint32_t>(task.y) / kTile]++] = task;
+  });
+  return layout;
+}
+
+}  // namespace kiln

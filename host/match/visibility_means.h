@@ -1,0 +1,71 @@
+// Directions summed at places of a surface, and their means.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "kiln/match.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// Weighted sum of directions, and the sum of weights.
+struct DirectionSum {
+  Vec3d sum;
+  double weight = 0;
+  void add(const Vec3d& directions, double weights) {
+    sum += directions;
+    weight += weights;
+  }
+};
+
+/// The mean of the directions, whose length is what they have in common; zero weight: none.
+inline std::array<float, 4> mean_of(const DirectionSum& s) {
+  if (!(s.weight > 0)) return {0, 0, 0, 0};
+  const Vec3 mean = to_float(s.sum * (1 / s.weight));
+  return {mean.x, mean.y, mean.z, 1};
+}
+
+/// The standard deviation of the directions (equation 3 of the paper).
+inline double deviation_of(const std::array<float, 4>& mean) {
+  const Vec3d m{mean[0], mean[1], mean[2]};
+  return std::sqrt(std::max(0.0, 1 - dot(m, m)));
+}
+
+/// Gives places without directions the mean of their neighbours', ring by ring from those that have some.
+/// \param neighbours  calls what it is given with every neighbour of a place
+template <typename Neighbours>
+void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint32_t> unseen,
+                 const Neighbours& neighbours, VisibilityReport& report) {
+  report.unseen = unseen.size();
+  std::vector<std::pair<std::uint32_t, std::array<float, 4>>> ring;
+  while (!unseen.empty()) {
+    ring.clear();
+    std::vector<std::uint32_t> rest;
+    for (const std::uint32_t place : unseen) {
+      DirectionSum around;
+      neighbours(place, [&](std::uint32_t other) {
+        const std::array<float, 4>& mean = means[other];
+        if (mean[3] > 0) around.add(Vec3d{mean[0], mean[1], mean[2]}, 1);
+      });
+      if (around.weight > 0) {
+        ring.emplace_back(place, mean_of(around));
+      } else {
+        rest.push_back(place);
+      }
+    }
+    if (ring.empty()) break;
+    for (const auto& [place, mean] : ring) means[place] = mean;
+    unseen = std::move(rest);
+  }
+  report.without = unseen.size();
+}
+
+/// Fills in the mean standard deviation of what is known.
+void add_deviation(const std::vector<std::array<float, 4>>& means, VisibilityReport& report);
+
+}  // namespace kiln

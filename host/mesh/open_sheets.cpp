@@ -1,0 +1,98 @@
+#include "mesh/open_sheets.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <utility>
+
+#include "mesh/vector.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+struct Part {
+  Vec3d lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
+  Vec3d normal;
+  bool has_border = false, one_side = true;
+};
+
+Vec3d normal_of(const std::array<LowSurface::Corner, 3>& t) {
+  const Vec3d a(t[0].position);
+  return cross(Vec3d(t[1].position) - a, Vec3d(t[2].position) - a);
+}
+
+/// Connected parts by welded corners: a triangle's part is named by one of its corners.
+class Connection {
+ public:
+  explicit Connection(const LowSurface& surface) {
+    std::vector<Vec3> positions;
+    positions.reserve(3 * surface.triangles.size());
+    for (const auto& corners : surface.triangles) {
+      for (const LowSurface::Corner& corner : corners) positions.push_back(corner.position);
+    }
+    welded_ = weld_vertices(positions);
+    root_.resize(positions.size());
+    std::iota(root_.begin(), root_.end(), 0U);
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      if (surface.usable[t] == 0) continue;
+      for (std::size_t k = 1; k < 3; ++k) join(corner(t, 0), corner(t, k));
+    }
+  }
+  std::uint32_t corner(std::size_t t, std::size_t k) const { return welded_[3 * t + k]; }
+  std::uint32_t part(std::size_t t) { return find(corner(t, 0)); }
+
+ private:
+  std::uint32_t find(std::uint32_t i) {
+    while (root_[i] != i) i = root_[i] = root_[root_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    root_[std::max(a, b)] = std::min(a, b);
+  }
+  std::vector<std::uint32_t> welded_, root_;
+};
+
+}  // namespace
+
+std::vector<float> sheet_sizes(const LowSurface& surface) {
+  const std::size_t count = surface.triangles.size();
+  Connection connection(surface);
+  std::vector<Part> parts(3 * count);
+  std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>> sides;
+  for (std::uint32_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    const std::uint32_t name = connection.part(t);
+    Part& part = parts[name];
+    part.normal = part.normal + normal_of(surface.triangles[t]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3d p(surface.triangles[t][k].position);
+      part.lo = {std::min(part.lo.x, p.x), std::min(part.lo.y, p.y), std::min(part.lo.z, p.z)};
+      part.hi = {std::max(part.hi.x, p.x), std::max(part.hi.y, p.y), std::max(part.hi.z, p.z)};
+      const std::uint32_t a = connection.corner(t, k), b = connection.corner(t, (k + 1) % 3);
+      sides.push_back({std::minmax(a, b), name});
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
+    while (end < sides.size() && sides[end].first == sides[i].first) ++end;
+    if (end == i + 1) parts[sides[i].second].has_border = true;
+  }
+  for (std::size_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    Part& part = parts[connection.part(t)];
+    if (!(dot(normal_of(surface.triangles[t]), part.normal) > 0)) part.one_side = false;
+  }
+  std::vector<float> sizes(count, 0.0F);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    const Part& part = parts[connection.part(t)];
+    if (!part.has_border || !part.one_side) continue;
+    sizes[t] = static_cast<float>(length(part.hi - part.lo) / 2);
+  }
+  return sizes;
+}
+
+}  // namespace kiln

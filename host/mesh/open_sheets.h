@@ -1,0 +1,15 @@
+// Single open sheets of a light mesh: leaf cards, decals, planes under a relief.
+#pragma once
+
+#include <vector>
+
+#include "mesh/low_surface.h"
+
+namespace kiln {
+
+/// Of each triangle, half the diagonal of its sheet's box, frame units; 0 where it is on none. A sheet is a
+/// connected part with a border whose faces all look to one side, so that all of it can be seen at once.
+/// What such a sheet stands for may lie far off it, since nothing of its own is in the way.
+std::vector<float> sheet_sizes(const LowSurface& surface);
+
+}  // namespace kiln

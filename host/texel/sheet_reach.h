@@ -1,0 +1,28 @@
+// How far samples on open sheets of a light mesh may look where nothing is near.
+#pragma once
+
+#include <vector>
+
+#include "cl/context.h"
+#include "mesh/low_surface.h"
+#include "texel/texels.h"
+
+namespace kiln {
+
+/// Writes the reach of samples (TexelBand::points, the last plane): that of their sheet (mesh/open_sheets.h),
+/// 0 where they are on none. Does nothing for light meshes without sheets.
+class SheetReach {
+ public:
+  SheetReach() = default;
+  explicit SheetReach(const LowSurface& surface);
+
+  float farthest() const { return farthest_; }  ///< Frame units; 0: there are no sheets
+  /// Of a band that was just sampled.
+  void apply(cl::Context& context, TexelBand& band) const;
+
+ private:
+  float farthest_ = 0;
+  std::vector<float> of_triangle_;
+};
+
+}  // namespace kiln

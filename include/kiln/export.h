@@ -1,0 +1,18 @@
+#pragma once
+
+/// \def KILN_PUBLIC
+/// Stands in `namespace KILN_PUBLIC kiln` in public headers: what is declared there is exported by the shared
+/// library, and nothing else is. Of a static library (KILN_STATIC, which the CMake package and pkg-config
+/// define) nothing is exported, so that a plugin that carries Kiln does not show it.
+/// \def KILN_HIDDEN
+/// Stands in the definition of a type that a public class declares and the library keeps to itself.
+#if defined(__GNUC__)
+#define KILN_HIDDEN __attribute__((visibility("hidden")))
+#else
+#define KILN_HIDDEN
+#endif
+#if defined(__GNUC__) && !defined(KILN_STATIC)
+#define KILN_PUBLIC [[gnu::visibility("default")]]
+#else
+#define KILN_PUBLIC
+#endif

@@ -1,0 +1,202 @@
+// Long work: signs of life, cancelling, threads, and what a session says it changed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <stdexcept>
+
+#include "base/parallel.h"
+#include "kiln/bake.h"
+#include "kiln/session.h"
+#include "kiln/threads.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+TEST(Heartbeat, ParallelLoopsAndSerialOnesTellTheirCaller) {
+  for (const int threads : {1, 3}) {
+    int calls = 0;
+    Heartbeat heart([&](double, std::string_view) { return ++calls < 4; });
+    int pieces = 0;
+    const auto begin = Clock::now();
+    EXPECT_THROW(parallel_for(
+                     1000, 1,
+                     [&](std::size_t, std::size_t) {
+                       if (threads == 1) ++pieces;
+                       std::this_thread::sleep_for(std::chrono::milliseconds(5));
+                     },
+                     threads),
+                 Cancelled);
+    EXPECT_EQ(calls, 4);
+    EXPECT_LT(Clock::now() - begin, std::chrono::seconds(3));  // the whole takes 5 s on one thread
+    if (threads == 1) EXPECT_LT(pieces, 600);
+  }
+}
+
+TEST(Heartbeat, IsSilentWithoutACallbackAndInsideOne) {
+  Heartbeat none((Progress()));
+  Heartbeat::beat();
+  int calls = 0;
+  Heartbeat heart([&](double, std::string_view) {
+    ++calls;
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    Heartbeat::beat();  // the callback itself uses Kiln
+    return true;
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  Heartbeat::beat();
+  EXPECT_EQ(calls, 1);
+}
+
+TEST(Heartbeat, WhatTheCallbackThrowsComesOut) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::cube());
+  BakeOptions options{.width = 16, .height = 16};
+  options.progress = [](double, std::string_view) -> bool { throw std::runtime_error("mine"); };
+  EXPECT_THROW(bake(source, test::cube(), options), std::runtime_error);
+  options.progress = {};
+  EXPECT_EQ(bake(source, test::cube(), options).maps.size(), 1U);  // nothing is left behind
+}
+
+TEST(Progress, ASourceIsBuiltOrCancelled) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh mesh = test::icosphere(4);
+  std::vector<double> told;
+  const auto built = Source::build(*test::device(), mesh, [&](double done, std::string_view) {
+    told.push_back(done);
+    return true;
+  });
+  ASSERT_TRUE(built);
+  EXPECT_EQ(built->stats().triangles, mesh.triangles.size());
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(told.front(), 0);
+  EXPECT_EQ(told.back(), 1);
+  EXPECT_FALSE(
+      Source::build(*test::device(), mesh, [](double, std::string_view) { return false; }));
+  EXPECT_TRUE(Source::build(*test::device(), mesh, {}));
+}
+
+/// Cancels at every call there is, one after the other.
+TEST(Progress, EveryCallMayCancel) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(20000);
+  const Mesh low = test::BumpySphere::light(12, 8);
+  const Source source(*test::device(), high);
+  BakeOptions options{.width = 128, .height = 128};
+  for (int last = 1;; ++last) {
+    int calls = 0;
+    options.progress = [&](double, std::string_view) { return ++calls < last; };
+    const BakeResult result = bake(source, low, options);
+    EXPECT_LE(calls, last);
+    EXPECT_EQ(result.cancelled, calls == last);
+    EXPECT_EQ(result.maps.empty(), result.cancelled);
+    if (!result.cancelled) {
+      EXPECT_GT(calls, 2);
+      return;
+    }
+  }
+}
+
+/// Half a million triangles, at -O0 and on a busy machine: the pauses between two calls, and after a no.
+TEST(Progress, CallsComeTenTimesASecond) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(200000);
+  const Mesh low = test::BumpySphere::light(24, 12);
+  bake(Source(*test::device(), test::cube()), test::cube(),
+       {.width = 64, .height = 64});  // kernels
+  std::vector<Clock::time_point> times;
+  const Progress note = [&](double, std::string_view) {
+    times.push_back(Clock::now());
+    return true;
+  };
+  BakeOptions options{.width = 1024, .height = 1024};
+  options.progress = note;
+  const auto begin = Clock::now();
+  const auto source = Source::build(*test::device(), high, note);
+  bake(*source, low, options);
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  EXPECT_GT(static_cast<double>(times.size()), 8 * seconds) << seconds << " s";
+}
+
+TEST(Threads, TheLimitHoldsAndChangesNothing) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(300000);
+  const auto hashes = [&] {
+    const Source source(*test::device(), high);
+    return match(source, test::BumpySphere::light(12, 8), {.width = 64, .height = 64}).match;
+  };
+  set_thread_limit(1);
+  EXPECT_EQ(thread_limit(), 1);
+  std::atomic<int> at_once{0}, most{0};
+  const auto count = [&](std::size_t, std::size_t) {
+    const int now = ++at_once;
+    if (now > most) most = now;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    --at_once;
+  };
+  parallel_for(20, 1, count);
+  EXPECT_EQ(most, 1);
+  const Match one = hashes();
+  set_thread_limit(5);
+  parallel_for(200, 1, count);
+  EXPECT_GT(most, 1);
+  EXPECT_LE(most, 5);
+  const Match five = hashes();
+  set_thread_limit(0);
+  EXPECT_GE(thread_limit(), 1);
+  EXPECT_EQ(one.source_hash, five.source_hash);
+  EXPECT_EQ(one.triangle, five.triangle);
+  for (const int wrong : {-1, 1025}) {
+    try {
+      set_thread_limit(wrong);
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_STREQ(error.id(), "thread-limit");
+    }
+  }
+}
+
+bool inside(const Rectangle& box, std::uint32_t x, std::uint32_t y) {
+  return x >= box.x && x < box.x + box.width && y >= box.y && y < box.y + box.height;
+}
+
+TEST(Session, NothingChangesOutsideTheDirtyRectangle) {
+  KILN_REQUIRE_DEVICE();
+  Mesh mesh = test::plane(16, 16);
+  mesh.normals.clear();  // they follow the positions
+  mesh.normal_triangles.clear();
+  BakeOptions options{.width = 64, .height = 64};
+  options.method = MatchMethod::uv;
+  options.gutter = 2;
+  BakeSession session(*test::device(), mesh, test::plane(1, 1), options);
+  session.bake();
+  EXPECT_EQ(session.last_update().dirty, (Rectangle{0, 0, 64, 64}));
+  session.bake();
+  EXPECT_EQ(session.last_update().dirty, (Rectangle{}));
+  for (std::uint32_t vertex = 20; vertex < 280; vertex += 37) {
+    const Image before = session.bake().maps[0].image;
+    Vec3 p = session.high().positions[vertex];
+    p.z += 0.01F;
+    session.set_positions(vertex, {&p, 1});
+    const Image after = session.bake().maps[0].image;
+    const Rectangle box = session.last_update().dirty;
+    EXPECT_LT(box.width * box.height, 64U * 64 / 4);
+    bool changed = false;
+    for (std::uint32_t y = 0; y < 64; ++y) {
+      for (std::uint32_t x = 0; x < 64; ++x) {
+        const bool same = std::memcmp(before.at(x, y), after.at(x, y), 3 * sizeof(float)) == 0;
+        changed = changed || !same;
+        EXPECT_TRUE(same || inside(box, x, y)) << x << ", " << y;
+      }
+    }
+    EXPECT_TRUE(changed);
+  }
+}
+
+}  // namespace
+}  // namespace kiln

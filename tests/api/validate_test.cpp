@@ -1,0 +1,344 @@
+// validate(): every field of a mesh, of options and of a match, corrupted, is an Error with its id, wherever
+// it enters the library, and never a crash.
+#include "kiln/validate.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "kiln/attribute.h"
+#include "kiln/lowpoly.h"
+#include "kiln/render.h"
+#include "kiln/session.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// The id of the error that `work` throws; empty: none.
+std::string id_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    EXPECT_STRNE(error.what(), "");
+    return error.id();
+  }
+  return {};
+}
+
+/// One with all attributes.
+Mesh whole_mesh() {
+  Mesh mesh = test::cube();
+  const std::size_t count = mesh.triangles.size();
+  mesh.colors.assign(mesh.positions.size(), {1, 2, 3, 4});
+  mesh.groups.assign(count, 0);
+  mesh.groups.back() = 1;
+  mesh.group_names = {"body", "lid"};
+  mesh.objects = mesh.materials = mesh.groups;
+  mesh.object_names = mesh.material_names = mesh.group_names;
+  for (std::uint32_t t = 0; t < count; ++t) mesh.polygons.push_back(t / 2);
+  mesh.tangents.assign(3 * count, {{1, 0, 0}, 1});
+  return mesh;
+}
+
+struct Corruption {
+  std::string id;
+  std::function<void(Mesh&)> apply;
+};
+
+/// Any one index of a list, to anything beyond its pool.
+Corruption bad_index(std::vector<Triangle> Mesh::*list, std::size_t pool) {
+  return {"mesh-index", [list, pool](Mesh& mesh) {
+            const auto t = *rc::gen::inRange<std::size_t>(0, (mesh.*list).size());
+            const auto k = *rc::gen::inRange<std::size_t>(0, 3);
+            const auto least = static_cast<std::uint32_t>(pool);
+            (mesh.*list)[t][k] = *rc::gen::element(least, least + 1, 0x7FFFFFFFU, 0xFFFFFFFFU);
+          }};
+}
+
+/// A list of another length, but not of none.
+template <typename T>
+Corruption bad_size(std::vector<T> Mesh::*list) {
+  return {"mesh-size", [list](Mesh& mesh) {
+            const std::size_t right = (mesh.*list).size();
+            std::size_t size = *rc::gen::inRange<std::size_t>(1, 2 * right);
+            if (size == right) ++size;
+            (mesh.*list).resize(size, (mesh.*list)[0]);
+          }};
+}
+
+std::vector<Corruption> corruptions(const Mesh& mesh) {
+  return {bad_index(&Mesh::triangles, mesh.positions.size()),
+          bad_index(&Mesh::uv_triangles, mesh.uvs.size()),
+          bad_index(&Mesh::normal_triangles, mesh.normals.size()),
+          bad_size(&Mesh::uv_triangles),
+          bad_size(&Mesh::normal_triangles),
+          bad_size(&Mesh::colors),
+          bad_size(&Mesh::groups),
+          bad_size(&Mesh::objects),
+          bad_size(&Mesh::materials),
+          bad_size(&Mesh::polygons),
+          bad_size(&Mesh::tangents),
+          {"mesh-index", [](Mesh& m) { m.positions.resize(m.positions.size() - 1); }},
+          {"mesh-index", [](Mesh& m) { m.uvs.clear(); }},
+          {"mesh-index", [](Mesh& m) { m.normals.clear(); }},
+          {"mesh-group", [](Mesh& m) { m.group_names.pop_back(); }},
+          {"mesh-group", [](Mesh& m) { m.object_names.pop_back(); }},
+          {"mesh-group", [](Mesh& m) { m.material_names.pop_back(); }},
+          {"mesh-polygon", [](Mesh& m) { m.polygons.back() += 1 + *rc::gen::inRange(0U, 9U); }},
+          {"mesh-polygon", [](Mesh& m) { m.polygons[0] = 1; }},
+          {"mesh-polygon", [](Mesh& m) { m.polygons.back() = 0; }},
+          {"mesh-origin", [](Mesh& m) {
+             m.origin[*rc::gen::inRange<std::size_t>(0, 3)] =
+                 *rc::gen::element(std::nan(""), kInfinity, -kInfinity);
+           }}};
+}
+
+TEST(Validate, AMeshThatHoldsTogetherPasses) {
+  validate(whole_mesh());
+  validate(test::icosphere(2));
+  validate(Mesh{});
+  Mesh imperfect = test::cube();
+  imperfect.positions[3] = {kNan, 0, 0};  // handled by rule, and counted
+  imperfect.triangles[0] = {1, 1, 2};
+  imperfect.uvs[0].x = kNan;
+  validate(imperfect);
+}
+
+TEST(Validate, EveryFieldOfAMeshIsChecked) {
+  const bool passed = rc::check([] {
+    Mesh mesh = whole_mesh();
+    const std::vector<Corruption> all = corruptions(mesh);
+    const Corruption& one = all[*rc::gen::inRange<std::size_t>(0, all.size())];
+    one.apply(mesh);
+    RC_ASSERT(id_of([&] { validate(mesh); }) == one.id);
+  });
+  EXPECT_TRUE(passed);
+}
+
+TEST(Validate, NoCorruptMeshEntersTheLibrary) {
+  KILN_REQUIRE_DEVICE();
+  const Device& device = *test::device();
+  const Mesh good = whole_mesh();
+  const Source source(device, good);
+  const BakeOptions small{.width = 8, .height = 8};
+  const bool passed = rc::check([&] {
+    Mesh mesh = good;
+    const std::vector<Corruption> all = corruptions(mesh);
+    const Corruption& one = all[*rc::gen::inRange<std::size_t>(0, all.size())];
+    one.apply(mesh);
+    BakeOptions caged = small;
+    caged.cage_mesh = &mesh;
+    const SessionOptions boxed{.bounds = Bounds{{-1, -1, -1}, {1, 1, 1}}};
+    const std::vector<std::function<void()>> ways = {
+        [&] { Source(device, mesh); },
+        [&] { Source(device, mesh, RayTraversal::automatic, boxed.bounds); },
+        [&] { Source::build(device, mesh, {}); },
+        [&] { bake(source, mesh, small); },
+        [&] { bake(source, good, caged); },
+        [&] { match(source, mesh, small); },
+        [&] { BakeSession(device, mesh, good, small, boxed); },
+        [&] { BakeSession(device, good, mesh, small); },
+        [&] { ViewSession(source, mesh, small); },
+        [&] { Scene(device, mesh); },
+        [&] { simplify(mesh, {.faces = 4}); },
+        [&] { unwrap(mesh); },
+        [&] { Bounds::of(mesh); },
+    };
+    const auto& way = ways[*rc::gen::inRange<std::size_t>(0, ways.size())];
+    RC_ASSERT(id_of(way) == one.id);
+  });
+  EXPECT_TRUE(passed);
+}
+
+TEST(Validate, EveryOptionIsChecked) {
+  struct Case {
+    std::string id;
+    std::function<void(BakeOptions&)> apply;
+  };
+  Mesh cage = test::cube();
+  const auto wild = [](auto last) {  // beyond the last name
+    return static_cast<decltype(last)>(static_cast<int>(last) + *rc::gen::element(1, 2, 90, -100));
+  };
+  const auto out_of_range = [](double least_bad) {
+    return Length::absolute(*rc::gen::element(least_bad, -1.0, std::nan(""), kInfinity));
+  };
+  const std::vector<Case> cases = {
+      {"option-range",
+       [](BakeOptions& o) { o.width = *rc::gen::element(0U, 16385U, 0xFFFFFFFFU); }},
+      {"option-range", [](BakeOptions& o) { o.height = *rc::gen::element(0U, 16385U); }},
+      {"option-range", [](BakeOptions& o) { o.samples = *rc::gen::element(0U, 17U); }},
+      {"option-range", [](BakeOptions& o) { o.maps.clear(); }},
+      {"option-range", [](BakeOptions& o) { o.gutter = *rc::gen::element(-2, 4097); }},
+      {"option-range", [&](BakeOptions& o) { o.max_distance = out_of_range(0); }},
+      {"option-range", [&](BakeOptions& o) { o.cage = out_of_range(-1e-9); }},
+      {"option-range", [&](BakeOptions& o) { o.ray.edge_width = out_of_range(0); }},
+      {"option-range", [&](BakeOptions& o) { o.curvature_radius = out_of_range(0); }},
+      {"option-range", [&](BakeOptions& o) { o.occlusion.distance = out_of_range(0); }},
+      {"option-range", [](BakeOptions& o) { o.occlusion.rays = *rc::gen::element(0U, 4097U); }},
+      {"option-range", [](BakeOptions& o) { o.fallback_blend = 257; }},
+      {"option-range", [](BakeOptions& o) { o.views.count = 513; }},
+      {"option-range", [](BakeOptions& o) { o.views.count = 0; }},
+      {"option-range", [](BakeOptions& o) { o.views.size = 8193; }},
+      {"option-range",
+       [](BakeOptions& o) {
+         o.method = MatchMethod::hybrid;
+         o.visibility.directions = *rc::gen::element(0U, 4097U);
+       }},
+      {"option-range",
+       [](BakeOptions& o) { o.uv.max_overlap = *rc::gen::element(-1.0, std::nan("")); }},
+      {"option-enum", [&](BakeOptions& o) { o.space = wild(NormalMapSpace::face); }},
+      {"option-enum", [&](BakeOptions& o) { o.miss = wild(MissPolicy::mark); }},
+      {"option-enum", [&](BakeOptions& o) { o.ray.rule = wild(RayRule::nearest); }},
+      {"option-enum", [&](BakeOptions& o) { o.ray.direction = wild(RayDirection::face); }},
+      {"option-enum", [&](BakeOptions& o) { o.views.criterion = wild(ViewCriterion::angle); }},
+      {"option-enum", [&](BakeOptions& o) { o.visibility.at = wild(VisibilityAt::texel); }},
+      {"option-enum", [&](BakeOptions& o) { o.visibility.test = wild(VisibilityTest::rays); }},
+      {"option-enum",
+       [&](BakeOptions& o) { o.visibility.likelihood = wild(ViewLikelihood::list); }},
+      {"option-name", [](BakeOptions& o) { o.method = MatchMethod{"rays"}; }},
+      {"option-name", [](BakeOptions& o) { o.method = MatchMethod{}; }},
+      {"option-name", [](BakeOptions& o) { o.fallback = {MatchMethod{"nothing"}}; }},
+      {"option-name", [](BakeOptions& o) { o.maps.push_back(MapKind{"Normal"}); }},
+      {"option-contradiction",
+       [](BakeOptions& o) {
+         o.space = NormalMapSpace::object;
+         o.two_component = true;
+       }},
+      {"option-contradiction",
+       [&](BakeOptions& o) {
+         o.cage = Length::share(0.1);
+         o.cage_mesh = &cage;
+       }},
+      {"option-contradiction",
+       [](BakeOptions& o) {
+         o.cage = Length::share(0.1);
+         o.method = *rc::gen::element(MatchMethod::views, MatchMethod::closest, MatchMethod::uv);
+       }},
+      {"option-contradiction", [](BakeOptions& o) { o.fallback_blend = 4; }},
+      {"option-contradiction", [](BakeOptions& o) { o.fallback = {MatchMethod::ray}; }},
+      {"option-contradiction", [](BakeOptions& o) { o.fallback = {MatchMethod::uv}; }},
+      {"option-contradiction", [](BakeOptions& o) { o.maps = {MapKind{"visibility"}}; }},
+      {"option-contradiction", [](BakeOptions& o) { o.visibility.clusters = 2; }},
+  };
+  validate(BakeOptions{});
+  const bool passed = rc::check([&] {
+    const Case& one = cases[*rc::gen::inRange<std::size_t>(0, cases.size())];
+    BakeOptions options{.width = 8, .height = 8};
+    one.apply(options);
+    const std::string id = id_of([&] { validate(options); });
+    if (id != one.id) {
+      RC_FAIL("case " + std::to_string(&one - cases.data()) + ": '" + id + "' instead of " +
+              one.id);
+    }
+  });
+  EXPECT_TRUE(passed);
+}
+
+/// Of a cube for itself.
+struct Matched {
+  Mesh mesh = test::cube();
+  Source source{*test::device(), mesh};
+  BakeOptions options{.width = 16, .height = 16, .samples = 2};
+  Match match = kiln::match(source, mesh, options).match;
+};
+
+TEST(Validate, EveryFieldOfAMatchIsCheckedWhereverItEnters) {
+  KILN_REQUIRE_DEVICE();
+  struct Case {
+    std::string id;
+    std::function<void(Match&, std::size_t)> apply;  // the second: a sample that was found
+  };
+  const auto cut = [](auto list) {
+    return [list](Match& m, std::size_t) {
+      const std::size_t right = (m.*list).size();
+      (m.*list).resize(*rc::gen::element<std::size_t>(0, 1, right - 1, right + 1));
+    };
+  };
+  const auto bad_weight = [] {
+    return *rc::gen::element(kNan, -0.01F, 1.01F, static_cast<float>(kInfinity));
+  };
+  const std::vector<Case> cases = {
+      {"match-size", cut(&Match::triangle)},
+      {"match-size", cut(&Match::u)},
+      {"match-size", cut(&Match::v)},
+      {"match-size", cut(&Match::distance)},
+      {"match-size", cut(&Match::status)},
+      {"match-size", [](Match& m, std::size_t) { m.samples = *rc::gen::element(0U, 3U, 17U); }},
+      {"match-size", [](Match& m, std::size_t) { m.width = *rc::gen::element(0U, 31U, ~0U); }},
+      {"match-size", [](Match& m, std::size_t) { m.height = *rc::gen::element(0U, 64U, ~0U); }},
+      {"match-status",
+       [](Match& m, std::size_t) {
+         const auto i = *rc::gen::inRange<std::size_t>(0, m.status.size());
+         m.status[i] = *rc::gen::element<std::uint8_t>(9, 99, 255);
+       }},
+      {"match-triangle",
+       [](Match& m, std::size_t i) { m.triangle[i] = *rc::gen::element(12U, 0xFFFFFFFFU); }},
+      {"match-weight", [&](Match& m, std::size_t i) { m.u[i] = bad_weight(); }},
+      {"match-weight", [&](Match& m, std::size_t i) { m.v[i] = bad_weight(); }},
+      {"match-weight", [](Match& m, std::size_t i) { m.u[i] = m.v[i] = 0.6F; }},
+      {"match-distance",
+       [](Match& m, std::size_t i) {
+         m.distance[i] = *rc::gen::element(kNan, static_cast<float>(kInfinity));
+       }},
+  };
+  const Matched scene;
+  validate(scene.match);
+  const std::vector<float> values(scene.mesh.positions.size());
+  const bool passed = rc::check([&] {
+    Match match = scene.match;
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < match.status.size(); ++i) {
+      if (match.status_of(i) == SampleStatus::outward) found.push_back(i);
+    }
+    const Case& one = cases[*rc::gen::inRange<std::size_t>(0, cases.size())];
+    one.apply(match, found[*rc::gen::inRange<std::size_t>(0, found.size())]);
+    const std::vector<std::function<void()>> ways = {
+        [&] { validate(match); }, [&] { bake(match, scene.source, scene.mesh, scene.options); },
+        [&] { bake_attribute(match, scene.source, values, 1); },
+        [&] { save_match(match, "/nonexistent/match.exr"); }};
+    const auto& way = ways[*rc::gen::inRange<std::size_t>(0, ways.size())];
+    RC_ASSERT(id_of(way) == one.id);
+  });
+  EXPECT_TRUE(passed);
+}
+
+TEST(Validate, AMatchOfOtherMeshesIsNamedByItsId) {
+  KILN_REQUIRE_DEVICE();
+  const Matched scene;
+  Mesh moved = scene.mesh;
+  moved.positions[0].x += 0.001F;
+  const Source other(*test::device(), moved);
+  const Source larger(*test::device(), test::icosphere(2));
+  const auto baked = [&](const Source& source, const Mesh& low, BakeOptions options) {
+    return id_of([&] { bake(scene.match, source, low, options); });
+  };
+  EXPECT_EQ(baked(scene.source, scene.mesh, scene.options), "");
+  EXPECT_EQ(baked(other, scene.mesh, scene.options), "match-source");
+  EXPECT_EQ(baked(larger, scene.mesh, scene.options), "match-source");
+  EXPECT_EQ(baked(scene.source, moved, scene.options), "match-low");
+  EXPECT_EQ(baked(scene.source, scene.mesh, {.width = 32, .height = 16}), "match-size");
+  const std::vector<float> values(12);
+  EXPECT_EQ(id_of([&] { bake_attribute(scene.match, other, std::span(values).first(8), 1); }),
+            "match-source");
+}
+
+TEST(Validate, EveryErrorHasAnId) {
+  EXPECT_STREQ(Error(ErrorCode::internal, "x").id(), "internal");
+  EXPECT_STREQ(Error(ErrorCode::usage, "x").id(), "usage");
+  EXPECT_STREQ(Error(ErrorCode::input, "x").id(), "input");
+  EXPECT_STREQ(Error(ErrorCode::device, "x").id(), "device");
+  EXPECT_STREQ(Error(ErrorCode::output, "x").id(), "output");
+  EXPECT_STREQ(Error(ErrorCode::output, "x", "disk-full").id(), "disk-full");
+}
+
+}  // namespace
+}  // namespace kiln

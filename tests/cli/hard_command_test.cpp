@@ -1,0 +1,118 @@
+// Hard surfaces at the command line: the defaults, parts by name, recall, boxes that do not fit.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProcessResult;
+using test::run_kiln;
+
+nlohmann::json read_json(const fs::path& path) {
+  std::ifstream in(path);
+  return nlohmann::json::parse(in);
+}
+
+/// Two plates that cross: X at z = 0, Y a little above its right half. The low poly has both at z = 0.05.
+Mesh crossing(const std::string& suffix, float x, float y) {
+  Mesh mesh = test::plane(2, 1, 2, 1);
+  mesh.group_names = {"X" + suffix, "Y" + suffix};
+  mesh.groups = {0, 0, 1, 1};
+  const Mesh flat = mesh;
+  mesh.positions.clear();
+  for (std::uint32_t t = 0; t < 4; ++t) {
+    for (std::uint32_t& corner : mesh.triangles[t]) {
+      Vec3 p = flat.positions[corner];
+      p.z = t < 2 ? x : y;
+      corner = static_cast<std::uint32_t>(mesh.positions.size());
+      mesh.positions.push_back(p);
+    }
+  }
+  return mesh;
+}
+
+TEST(HardCommand, MatchesPartsByName) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(crossing("_high", 0.02F, 0), folder / "high.obj");
+  save_obj(crossing("_low", 0, 0), folder / "low.obj");
+  const ProcessResult named =
+      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "named",
+                "--size", "32", "--match-by", "name", "--json", folder / "named.json"});
+  ASSERT_EQ(named.exit_code, 0) << named.errors;
+  const nlohmann::json report = read_json(folder / "named.json");
+  EXPECT_EQ(report["parts"], (nlohmann::json{"X", "Y"}));
+  EXPECT_EQ(report["options"]["match_by"], "name");
+  EXPECT_EQ(report["recall"]["lost"], 0);
+  EXPECT_NE(named.output.find("2 parts"), std::string::npos) << named.output;
+
+  // Other patterns pair nothing: the message has the nearest name.
+  const ProcessResult none =
+      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "none", "--size",
+                "32", "--match-by", "name", "--low-names", "*_lp"});
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_NE(none.errors.find("'X_low' is nearest to 'X_high'"), std::string::npos) << none.errors;
+  const ProcessResult lone = run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out",
+                                       folder / "none", "--low-names", "*_lp"});
+  EXPECT_EQ(lone.exit_code, 2);
+}
+
+TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh high = crossing("", 1e-3F, 1e-3F);
+  const Mesh above = crossing("", 0.02F, 0.02F);
+  for (std::size_t t = 2; t < 4; ++t) {
+    Triangle corners = above.triangles[t];
+    for (std::uint32_t& corner : corners) {
+      high.positions.push_back(above.positions[corner]);
+      corner = static_cast<std::uint32_t>(high.positions.size() - 1);
+    }
+    high.triangles.push_back(corners);
+    high.uv_triangles.push_back(high.uv_triangles[t]);
+    high.normal_triangles.push_back(high.normal_triangles[t]);
+    high.groups.push_back(1);
+  }
+  save_obj(high, folder / "high.obj");
+  save_obj(test::plane(1, 1, 2, 1), folder / "low.obj");
+  const auto bake = [&](const std::string& rule) {
+    return run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / rule,
+                     "--size", "128", "--ray", rule, "--json", folder / (rule + ".json")});
+  };
+  const ProcessResult nearest = bake("nearest"), outermost = bake("outermost");
+  ASSERT_EQ(nearest.exit_code, 0) << nearest.errors;
+  EXPECT_NE(nearest.errors.find("take --ray outermost"), std::string::npos) << nearest.errors;
+  EXPECT_EQ(outermost.errors.find("on no texel"), std::string::npos) << outermost.errors;
+  const nlohmann::json lost = read_json(folder / "nearest.json")["recall"];
+  EXPECT_NEAR(lost["lost"].get<double>(), 0.5, 0.04);
+  EXPECT_NEAR(lost["largest"]["where"][0].get<double>(), 0.5, 0.1);
+  EXPECT_NEAR(lost["largest"]["where"][2].get<double>(), 0.02, 1e-5);
+}
+
+TEST(HardCommand, SaysThatBoxesFitWithAxesSwapped) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh high = test::cube(1);
+  for (Vec3& p : high.positions) p = {p.x, p.y * 0.5F, p.z * 2};
+  Mesh low = high;
+  for (Vec3& p : low.positions) p = {p.x, -p.z, p.y};
+  save_obj(high, folder / "high.obj");
+  save_obj(low, folder / "low.obj");
+  const ProcessResult result = run_kiln(
+      {"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "out", "--size", "64"});
+  EXPECT_NE(result.errors.find("swapping Y and Z"), std::string::npos) << result.errors;
+}
+
+}  // namespace
+}  // namespace kiln

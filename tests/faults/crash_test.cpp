@@ -1,0 +1,101 @@
+// A driver that crashes: PoCL with a damaged cache of kernels, or one on a full disk.
+#include <gtest/gtest.h>
+
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProcessOptions;
+using test::ProcessResult;
+
+class Crashes : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    KILN_REQUIRE_DEVICE();
+    if (test::device()->info().platform != "Portable Computing Language") {
+      GTEST_SKIP() << "the cache of kernels is PoCL's";
+    }
+    folder_ = test::scratch_folder();
+    save_obj(test::BumpySphere::dense(500), folder_ / "high.obj");
+    save_obj(test::BumpySphere::light(12, 6), folder_ / "low.obj");
+  }
+
+  /// \param temporary  where an empty cache may be made
+  ProcessResult bake(const fs::path& out, const fs::path& cache, const fs::path& temporary) {
+    ProcessOptions options;
+    options.environment = {{"POCL_CACHE_DIR", cache}, {"TMPDIR", temporary}};
+    return test::run_kiln({"bake", folder_ / "high.obj", folder_ / "low.obj", "--size", "16",
+                           "--quiet", "--out", out},
+                          options);
+  }
+
+  static std::string contents(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Crashes, ADamagedCacheIsLeftForAnEmptyOne) {
+  const fs::path cache = folder_ / "cache", temporary = folder_ / "temporary";
+  fs::create_directory(cache);
+  fs::create_directory(temporary);
+  const ProcessResult good = bake(folder_ / "good", cache, temporary);
+  ASSERT_EQ(good.exit_code, 0) << good.errors;
+  int damaged = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(cache)) {
+    if (entry.path().extension() != ".so") continue;
+    fs::resize_file(entry.path(), entry.file_size() / 3);
+    ++damaged;
+  }
+  ASSERT_GT(damaged, 0);
+  const ProcessResult again = bake(folder_ / "again", cache, temporary);
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_NE(again.errors.find("POCL_CACHE_DIR"), std::string::npos) << again.errors;
+  EXPECT_EQ(contents(folder_ / "again" / "low_normal.png"),
+            contents(folder_ / "good" / "low_normal.png"));
+  EXPECT_TRUE(fs::is_empty(temporary)) << "the empty cache stayed";
+  // Where there is no place for an empty one, the message says what to do.
+  const ProcessResult failed = bake(folder_ / "failed", cache, folder_ / "nowhere");
+  EXPECT_EQ(failed.exit_code, 4) << failed.errors;
+  EXPECT_NE(failed.errors.find("POCL_CACHE_DIR"), std::string::npos) << failed.errors;
+  EXPECT_FALSE(fs::exists(folder_ / "failed" / "low_normal.png"));
+}
+
+TEST_F(Crashes, ACacheOnAFullDiskIsLeftForAnEmptyOne) {
+  const fs::path cache = folder_ / "small", temporary = folder_ / "temporary";
+  fs::create_directory(cache);
+  fs::create_directory(temporary);
+  if (mount("none", cache.c_str(), "tmpfs", 0, "size=100k") != 0) {
+    GTEST_SKIP() << "file systems cannot be mounted here";
+  }
+  const ProcessResult result = bake(folder_ / "out", cache, temporary);
+  const ProcessResult failed = bake(folder_ / "failed", cache, folder_ / "nowhere");
+  EXPECT_EQ(umount(cache.c_str()), 0);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.errors.find("POCL_CACHE_DIR"), std::string::npos) << result.errors;
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "low_normal.png"));
+  EXPECT_TRUE(fs::is_empty(temporary));
+  EXPECT_EQ(failed.exit_code, 4) << failed.errors;
+  EXPECT_NE(failed.errors.find("POCL_CACHE_DIR"), std::string::npos) << failed.errors;
+}
+
+}  // namespace
+}  // namespace kiln

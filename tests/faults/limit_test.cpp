@@ -1,0 +1,131 @@
+// Limits of the system and of --memory-limit: a documented exit code, one message, nothing left.
+#include <gtest/gtest.h>
+
+#include <sys/mount.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProcessResult;
+using Words = std::vector<std::string>;
+
+class Limits : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    KILN_REQUIRE_DEVICE();
+    folder_ = test::scratch_folder();
+    save_obj(test::BumpySphere::dense(2000), folder_ / "high.obj");
+    save_obj(test::BumpySphere::light(12, 6), folder_ / "low.obj");
+  }
+
+  Words bake(const std::string& size, const fs::path& out) const {
+    return {"bake", folder_ / "high.obj", folder_ / "low.obj", "--size", size,
+            "--quiet", "--out", out};
+  }
+
+  /// A command under a limit of the shell's (`ulimit -v`, in KiB, and the like).
+  static ProcessResult under(const std::string& limit, const Words& words) {
+    Words all = {"/bin/sh", "-c", "ulimit " + limit + "; exec \"$0\" \"$@\"", test::kiln_command()};
+    all.insert(all.end(), words.begin(), words.end());
+    test::ProcessOptions options;
+    options.timeout_seconds = 60;
+    return test::run_process(all, options);
+  }
+
+  void expect_in_order(const ProcessResult& result, const fs::path& out, const std::string& what) {
+    SCOPED_TRACE(what + ": " + result.errors);
+    EXPECT_TRUE(std::set({0, 1, 3, 4, 5}).contains(result.exit_code)) << result.exit_code;
+    EXPECT_EQ(result.exit_code == 0, fs::exists(out / "low_normal.png"));
+    if (result.exit_code != 0) {
+      EXPECT_NE(result.errors.find("kiln: "), std::string::npos);
+      if (fs::exists(out)) EXPECT_TRUE(fs::is_empty(out)) << "something was left";
+    }
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Limits, OfMemoryAreObeyedByReadersAndStages) {
+  const auto refused = [&](const Words& words, int code, const std::string& text) {
+    Words all = words;
+    all.insert(all.end(), {"--memory-limit", "150M"});
+    const ProcessResult result = test::run_kiln(all);
+    EXPECT_EQ(result.exit_code, code) << result.errors;
+    EXPECT_NE(result.errors.find(text), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find("--memory-limit"), std::string::npos) << result.errors;
+  };
+  EXPECT_EQ(test::run_kiln(bake("64", folder_ / "small")).exit_code, 0);
+  refused(bake("8192", folder_ / "large"), 1, "The maps would take");
+  EXPECT_FALSE(fs::exists(folder_ / "large"));
+  // Readers say which file: one of 6 million faces in a few bytes each.
+  {
+    std::ofstream file(folder_ / "many.obj");
+    file << "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (int i = 0; i < 6'000'000; ++i) file << "f 1 2 3\n";
+  }
+  Words words = bake("16", folder_ / "out");
+  words[1] = folder_ / "many.obj";
+  refused(words, 3, "many.obj");
+  {
+    std::ofstream file(folder_ / "large.raw", std::ios::binary);
+    file.seekp((std::streamoff{400} << 20) - 1);
+    file.put('\0');
+  }
+  std::ofstream(folder_ / "large.mhd")
+      << "ObjectType = Image\nNDims = 3\nDimSize = 1024 1024 400\nElementType = MET_UCHAR\n"
+         "ElementDataFile = large.raw\n";
+  refused({"volume", folder_ / "large.mhd", "--iso", "1", "--out", folder_ / "out"}, 3,
+          "large.mhd");
+}
+
+TEST_F(Limits, OfMemoryAreSizes) {
+  for (const char* wrong : {"3", "63M", "4Gb", "-1G", "", "nan", "inf", "1e30"}) {
+    Words words = bake("16", folder_ / "out");
+    words.insert(words.end(), {"--memory-limit", wrong});
+    EXPECT_EQ(test::run_kiln(words).exit_code, 2) << wrong;
+  }
+}
+
+TEST_F(Limits, OfTheSystemEndInOrder) {
+  ASSERT_EQ(test::run_kiln(bake("256", folder_ / "first")).exit_code, 0);  // kernels to the cache
+  const std::vector<std::string> limits = {"-v 100000", "-v 300000", "-v 600000", "-v 1000000",
+                                           "-v 2000000", "-n 6",     "-n 8",      "-n 12",
+                                           "-n 20",      "-f 0",     "-f 8",      "-f 64"};
+  for (const std::string& limit : limits) {
+    const fs::path out = folder_ / "out";
+    fs::remove_all(out);
+    expect_in_order(under(limit, bake("256", out)), out, "ulimit " + limit);
+  }
+}
+
+TEST_F(Limits, OfADiskEndInOrder) {
+  const fs::path disk = folder_ / "disk";
+  fs::create_directory(disk);
+  for (const char* size : {"size=4k", "size=16k", "size=64k", "size=8m"}) {
+    if (mount("none", disk.c_str(), "tmpfs", 0, size) != 0) {
+      GTEST_SKIP() << "file systems cannot be mounted here";
+    }
+    const ProcessResult result = test::run_kiln(bake("256", disk / "out"));
+    expect_in_order(result, disk / "out", size);
+    EXPECT_TRUE(result.exit_code == 5 || std::string(size) == "size=8m" || result.exit_code == 0)
+        << result.exit_code;
+    EXPECT_EQ(umount(disk.c_str()), 0);
+  }
+}
+
+}  // namespace
+}  // namespace kiln

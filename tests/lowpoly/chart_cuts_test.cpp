@@ -1,0 +1,115 @@
+// Cuts of flat charts: limbs come off, what is compact stays whole, and every part is a disc.
+#include "lowpoly/chart_cuts.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "lowpoly/chart_growth.h"
+#include "lowpoly/flat_predicates.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+/// The cells of a 24 x 24 sheet of side 1 where `inside(x, y)`, laid flat as one chart.
+struct Sheet {
+  ChartSurface surface;
+  ChartBorders borders;
+  std::vector<FlatChart> charts;
+
+  explicit Sheet(const std::function<bool(double, double)>& inside)
+      : surface(chart_surface(cells(inside))), borders(surface) {
+    charts = grow_charts(surface, borders, {});
+  }
+
+  static Mesh cells(const std::function<bool(double, double)>& inside) {
+    Mesh mesh = test::plane(24, 24, 1, 1);
+    std::vector<Triangle> kept;
+    for (std::size_t t = 0; t + 1 < mesh.triangles.size(); t += 2) {
+      const Vec3 &a = mesh.positions[mesh.triangles[t][0]],
+                 &c = mesh.positions[mesh.triangles[t][2]];
+      if (!inside(0.5 * (double{a.x} + c.x) + 0.5, 0.5 * (double{a.y} + c.y) + 0.5)) continue;
+      kept.push_back(mesh.triangles[t]);
+      kept.push_back(mesh.triangles[t + 1]);
+    }
+    mesh.triangles = kept;
+    mesh.uvs.clear();
+    mesh.uv_triangles.clear();
+    mesh.normals.clear();
+    mesh.normal_triangles.clear();
+    return mesh;
+  }
+
+  void cut(double seam, int threads = 1) {
+    const double extent = std::sqrt(surface.total_area);
+    cut_charts(surface, borders, {0.001 * extent, seam * extent}, charts, threads);
+    std::vector<int> seen(surface.triangles.size(), 0);
+    for (const FlatChart& chart : charts) {
+      EXPECT_TRUE(is_injective(chart));
+      EXPECT_EQ(2 * chart.points.size(), 2 + chart.triangles.size() + chart.boundary.size());
+      for (const std::uint32_t t : chart.source) ++seen[t];
+    }
+    for (const int count : seen) EXPECT_EQ(count, 1);
+  }
+};
+
+bool cross_shape(double x, double y) { return std::abs(x - 0.5) < 0.1 || std::abs(y - 0.5) < 0.1; }
+
+TEST(ChartCuts, ASquareStaysWhole) {
+  Sheet sheet([](double, double) { return true; });
+  ASSERT_EQ(sheet.charts.size(), 1u);
+  sheet.cut(0.001);
+  EXPECT_EQ(sheet.charts.size(), 1u);
+}
+
+TEST(ChartCuts, ACrossIsCutIntoBars) {
+  Sheet sheet(cross_shape);
+  ASSERT_EQ(sheet.charts.size(), 1u);
+  sheet.cut(0.02);
+  // Two arms come off one bar; each chart fills its box.
+  EXPECT_EQ(sheet.charts.size(), 3u);
+  for (const FlatChart& chart : sheet.charts) {
+    double left = 1e9, right = -1e9, low = 1e9, high = -1e9, area = 0;
+    for (const RestShape& rest : chart.rest) area += rest.area;
+    // Laid out flat, but turned: the box along its longest border edge's direction.
+    const FlatPoint &a = chart.points[chart.boundary[0]], &b = chart.points[chart.boundary[1]];
+    const FlatPoint u = (b - a) * (1 / std::sqrt(dot(b - a, b - a)));
+    for (const FlatPoint& p : chart.points) {
+      left = std::min(left, dot(p, u)), right = std::max(right, dot(p, u));
+      low = std::min(low, cross(u, p)), high = std::max(high, cross(u, p));
+    }
+    EXPECT_GT(area, 0.95 * (right - left) * (high - low));
+  }
+}
+
+TEST(ChartCuts, WhatCostsTooMuchIsNotCut) {
+  Sheet sheet(cross_shape);
+  sheet.cut(100);
+  EXPECT_EQ(sheet.charts.size(), 1u);
+}
+
+TEST(ChartCuts, ThreadsChangeNothing) {
+  const ChartSurface surface = chart_surface(test::BumpySphere::dense(1500));
+  std::vector<std::vector<FlatPoint>> first;
+  for (const int threads : {1, 2, 5}) {
+    ChartBorders borders(surface);
+    std::vector<FlatChart> charts = grow_charts(surface, borders, {});
+    cut_charts(surface, borders, {0.001, 0.01}, charts, threads);
+    std::vector<std::vector<FlatPoint>> points;
+    for (const FlatChart& chart : charts) points.push_back(chart.points);
+    if (first.empty()) first = points;
+    ASSERT_EQ(points.size(), first.size());
+    for (std::size_t c = 0; c < points.size(); ++c) {
+      ASSERT_EQ(points[c].size(), first[c].size());
+      for (std::size_t v = 0; v < points[c].size(); ++v) {
+        ASSERT_EQ(points[c][v].x, first[c][v].x);
+        ASSERT_EQ(points[c][v].y, first[c][v].y);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kiln

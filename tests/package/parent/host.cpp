@@ -1,0 +1,4 @@
+// Runs the plugin.
+extern "C" int plugin_check();
+
+int main() { return plugin_check(); }

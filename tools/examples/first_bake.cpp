@@ -1,0 +1,12 @@
+// A first bake: two files in, one out. first_bake HIGH LOW NORMAL.png
+#include <kiln/kiln.h>
+
+int main(int count, char** arguments) {
+  if (count != 4) return 2;
+  const kiln::Mesh high = kiln::load_mesh(arguments[1]);
+  const kiln::Mesh low = kiln::load_mesh(arguments[2]);
+  const kiln::Source source(kiln::Device::open(), high);
+  const kiln::BakeResult result = kiln::bake(source, low, {.width = 1024, .height = 1024});
+  kiln::save_image(result.map(kiln::MapKind::normal).image, arguments[3],
+                   {.format = kiln::ImageFormat::png16});
+}

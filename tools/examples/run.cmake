@@ -1,0 +1,18 @@
+# Runs an example and checks what it says; see example() in CMakeLists.txt.
+cmake_policy(VERSION 3.25)
+
+file(STRINGS ${SOURCE} lines REGEX "[^ \t]")
+list(FILTER lines EXCLUDE REGEX "^[ \t]*//")
+list(LENGTH lines count)
+if(count GREATER MOST_LINES)
+  message(FATAL_ERROR "${SOURCE} has ${count} lines of code: at most ${MOST_LINES} are promised.")
+endif()
+execute_process(COMMAND ${PROGRAM} ${ARGUMENTS} RESULT_VARIABLE status OUTPUT_VARIABLE output
+  ERROR_VARIABLE errors)
+if(NOT status EQUAL 0)
+  message(FATAL_ERROR "${PROGRAM} failed (${status}):\n${output}${errors}")
+endif()
+if(NOT output MATCHES "${PATTERN}")
+  message(FATAL_ERROR "${PROGRAM} says:\n${output}and not ${PATTERN}")
+endif()
+message(STATUS "${count} lines; ${output}")

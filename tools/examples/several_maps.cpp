@@ -1,0 +1,19 @@
+// Several maps from one match: the costly half runs once, maps are read as they are asked for.
+#include <kiln/kiln.h>
+
+#include "mesh_of.h"
+
+int main() {
+  const kiln::Mesh low = mesh_of(sheet(1, 0));
+  const kiln::Source source(kiln::Device::open(), mesh_of(sheet(256, 0.005F)));
+  kiln::BakeOptions options{.width = 512, .height = 512, .samples = 2};
+  const kiln::Match match = kiln::match(source, low, options).match;
+  for (const std::string_view name : {"normal", "height", "curvature"}) {
+    options.maps = {kiln::MapKind{name}};
+    const kiln::BakeResult result = kiln::bake(match, source, low, options);
+    const kiln::Image& image = result.map(kiln::MapKind{name}).image;
+    kiln::save_image(image, std::string(name) + ".exr");
+    std::printf("%.*s: %u x %u, %u channels\n", static_cast<int>(name.size()), name.data(),
+                image.width, image.height, image.channels);
+  }
+}

@@ -1,0 +1,16 @@
+// --memory-limit: an option of every command.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+
+namespace kiln::cli {
+
+/// "500M", "4G", "2T" (binary: 1024 of each make one of the next) or bytes, from 64M up. \throws Error(usage)
+std::uint64_t parse_memory(const std::string& text);
+
+/// Adds the option to all commands of the program; it counts as soon as it is read.
+void add_memory_option(CLI::App& app);
+
+}  // namespace kiln::cli

@@ -1,0 +1,157 @@
+#include "crash.h"
+
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+
+#include "commands.h"
+#include "kiln/kiln.h"
+
+namespace kiln::cli {
+namespace {
+
+constexpr const char* kCache = "POCL_CACHE_DIR";
+constexpr const char* kRetry = "KILN_RETRY";  // in the environment of a run that was begun anew
+
+// All that a handler needs, made before: nothing can be allocated in one.
+constexpr std::size_t kMostVariables = 4096;
+std::array<char*, kMostVariables + 3> environment;
+std::array<char, 256> folder, cache_variable;
+char retry_variable[] = "KILN_RETRY=1";
+char** arguments = nullptr;
+bool may_retry = false;
+volatile sig_atomic_t crashed = 0;
+
+void say(const char* text) {
+  [[maybe_unused]] const auto ignored = write(STDERR_FILENO, text, std::strlen(text));
+}
+
+bool is_variable(const char* entry, const char* name) {
+  const std::size_t size = std::strlen(name);
+  return std::strncmp(entry, name, size) == 0 && entry[size] == '=';
+}
+
+void prepare_retry(char** argv) {
+  const char* temporary = std::getenv("TMPDIR");
+  const int size = std::snprintf(folder.data(), folder.size(), "%s/kiln-cache-%ld",
+                                 temporary != nullptr && *temporary != '\0' ? temporary : "/tmp",
+                                 static_cast<long>(getpid()));
+  std::snprintf(cache_variable.data(), cache_variable.size(), "%s=%s", kCache, folder.data());
+  std::size_t count = 0;
+  for (char** entry = environ; *entry != nullptr && count < kMostVariables; ++entry) {
+    if (!is_variable(*entry, kCache)) environment[count++] = *entry;
+  }
+  environment[count++] = cache_variable.data();
+  environment[count++] = retry_variable;
+  environment[count] = nullptr;
+  arguments = argv;
+  may_retry = std::getenv(kRetry) == nullptr && size > 0 &&
+              static_cast<std::size_t>(size) + std::strlen(kCache) + 2 < folder.size();
+}
+
+/// The thread that main() runs on.
+bool on_main_thread() { return syscall(SYS_gettid) == getpid(); }
+
+constexpr const char* kCrashed =
+    "kiln: The OpenCL driver crashed. Memory may have run out within it, or PoCL's cache of "
+    "kernels is "
+    "damaged or on a full disk: remove it, or set POCL_CACHE_DIR to another folder.\n";
+
+[[noreturn]] void end_by_driver() {
+  say(kCrashed);
+  _exit(static_cast<int>(ErrorCode::device));
+}
+
+extern "C" void on_crash(int number) {
+  // Within the handler, or on two threads at once.
+  if (crashed != 0) _exit(static_cast<int>(ErrorCode::device));
+  crashed = 1;
+  remove_temporary_files();
+  if (!in_driver() && on_main_thread()) {
+    signal(number, SIG_DFL);
+    raise(number);
+    return;
+  }
+  retry_with_empty_cache();
+  end_by_driver();
+}
+
+/// LLVM within PoCL ends the process by exit() where it cannot write.
+void on_exit_within() {
+  if (!in_driver() && on_main_thread()) return;
+  remove_temporary_files();
+  retry_with_empty_cache();
+  end_by_driver();
+}
+
+/// An exception that nobody caught: on a thread of the driver, or in a function that may not throw.
+[[noreturn]] void on_terminate() {
+  remove_temporary_files();
+  if (in_driver() || !on_main_thread()) end_by_driver();
+  say("kiln: Memory ran out, or an error came while another was handled.\n");
+  _exit(static_cast<int>(ErrorCode::internal));
+}
+
+pid_t child = 0;
+extern "C" void pass_on(int number) {
+  if (child > 0) kill(child, number);
+}
+
+}  // namespace
+
+void retry_with_empty_cache() noexcept {
+  if (!may_retry || mkdir(folder.data(), 0700) != 0) return;
+  may_retry = false;
+  say("kiln: The OpenCL driver failed; PoCL's cache of kernels (POCL_CACHE_DIR) may be damaged or "
+      "its disk "
+      "full. Trying once more with an empty one.\n");
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  execve("/proc/self/exe", arguments, environment.data());
+  rmdir(folder.data());
+}
+
+void catch_crashes(char** argv) noexcept {
+  prepare_retry(argv);
+  std::set_terminate(on_terminate);
+  if (std::atexit(on_exit_within) != 0) say("kiln: A handler could not be set.\n");
+  for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGILL}) {
+    struct sigaction before {};
+    // A sanitizer's or a parent's is the better one.
+    if (sigaction(number, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
+    struct sigaction action {};
+    action.sa_handler = on_crash;
+    action.sa_flags = SA_NODEFER;
+    sigaction(number, &action, nullptr);
+  }
+}
+
+bool supervised(int& exit_code) {
+  if (std::getenv(kRetry) == nullptr) return false;
+  const char* cache = std::getenv(kCache);
+  child = fork();
+  if (child <= 0) return false;  // the child, or there can be none: run here
+  signal(SIGINT, SIG_IGN);       // a terminal's goes to both
+  signal(SIGTERM, pass_on);
+  signal(SIGHUP, pass_on);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  std::error_code error;
+  if (cache != nullptr) std::filesystem::remove_all(cache, error);
+  return true;
+}
+
+}  // namespace kiln::cli
