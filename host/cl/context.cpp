@@ -165,10 +165,8 @@ double Context::build_seconds() const {
   return build_seconds_;
 }
 
-std::unique_ptr<Context::Program> Context::build(const std::string& source,
-                                                 const std::string& builds,
+std::unique_ptr<Context::Program> Context::build(std::string_view source, const std::string& builds,
                                                  const std::string& defines, ErrorCode code) {
-  const auto start = std::chrono::steady_clock::now();
   auto built = std::make_unique<Program>();
   const char* text = source.data();
   const std::size_t length = source.size();
@@ -185,23 +183,18 @@ std::unique_ptr<Context::Program> Context::build(const std::string& source,
   status = driver([&] {
     return clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
   });
-  if (status != CL_SUCCESS) {
-    const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
-      driver([&] {
-        return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);
-      });
-    };
-    std::size_t size = 0;
-    build_log(0, nullptr, &size);
-    std::string log(size, '\0');
-    build_log(size, log.data(), nullptr);
-    const std::string hint = code == ErrorCode::device ? cache_hint(info_) : std::string();
-    throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name +
-                          " failed with " + status_name(status) + ". " + hint +
-                          "The build log:\n" + log);
-  }
-  build_seconds_ += seconds_since(start);
-  return built;
+  if (status == CL_SUCCESS) return built;
+  const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
+    driver([&] {
+      return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);
+    });
+  };
+  std::size_t size = 0;
+  build_log(0, nullptr, &size);
+  std::string log(size, '\0');
+  build_log(size, log.data(), nullptr);
+  throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
+                        status_name(status) + ". " + cache_hint(info_) + "The build log:\n" + log);
 }
 
 Kernel Context::kernel_of(Program& program, const std::string& name) {
@@ -219,37 +212,40 @@ Kernel Context::kernel_of(Program& program, const std::string& name) {
   return {kernel, name};
 }
 
-Kernel Context::kernel(const std::string& family, const std::string& name,
-                       const std::string& defines) {
+template <typename Build>
+Kernel Context::kernel_by(const std::string& key, const std::string& name, const Build& build) {
   const std::lock_guard lock(programs_mutex_);
-  const std::string key = family + " " + defines;
   auto slot = programs_.find(key);
   if (slot == programs_.end()) {
-    const std::string source(embedded_source(family));
-    if (source.empty()) {
-      throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
-    }
-    auto built = build(source, "kernels/" + family + ".cl", defines, ErrorCode::device);
-    slot = programs_.emplace(key, std::move(built)).first;
+    const auto start = std::chrono::steady_clock::now();
+    slot = programs_.emplace(key, build()).first;
+    build_seconds_ += seconds_since(start);
   }
   return kernel_of(*slot->second, name);
 }
 
+Kernel Context::kernel(const std::string& family, const std::string& name,
+                       const std::string& defines) {
+  return kernel_by(family + " " + defines, name, [&] {
+    const std::string_view source = embedded_source(family);
+    if (source.empty()) {
+      throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
+    }
+    return build(source, "kernels/" + family + ".cl", defines, ErrorCode::device);
+  });
+}
+
 Kernel Context::kernel_with(const std::string& family, const std::string& name,
                             const std::string& more, const std::string& more_name) {
-  const std::lock_guard lock(programs_mutex_);
-  const std::string key = family + "\n" + more_name + "\n" + more;
-  auto slot = programs_.find(key);
-  if (slot == programs_.end()) {
+  return kernel_by(family + "\n" + more_name + "\n" + more, name, [&] {
     std::string file = more_name;
     for (char& c : file) {
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
     }
     const std::string source =
         std::string(embedded_source(family)) + "\n#line 1 \"" + file + "\"\n" + more + "\n";
-    slot = programs_.emplace(key, build(source, "'" + more_name + "'", {}, ErrorCode::input)).first;
-  }
-  return kernel_of(*slot->second, name);
+    return build(source, "'" + more_name + "'", {}, ErrorCode::input);
+  });
 }
 
 void Context::set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {

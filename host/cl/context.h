@@ -179,8 +179,11 @@ class Context {
  private:
   struct Program;
   /// What a source came to. \param builds  its name in messages  \param code  of an error of the compiler's
-  std::unique_ptr<Program> build(const std::string& source, const std::string& builds,
+  std::unique_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
+  /// Of a program that is built where there is none of its key yet.
+  template <typename Build>
+  Kernel kernel_by(const std::string& key, const std::string& name, const Build& build);
   Kernel kernel_of(Program& program, const std::string& name);
 
   friend class Buffer;

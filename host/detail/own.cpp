@@ -30,7 +30,7 @@ class Own : public MapMaker {
         name_(name),
         channels_(map.channels),
         two_sided_(request.options.two_sided),
-        kernel_(context_.kernel_with("detail/own", "kiln_own_values", map.source, map.file)),
+        kernel_(context_.kernel_with("own", "kiln_own_values", map.source, map.file)),
         shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
     triangles_ = cl::Array<std::uint32_t>(
         context_,

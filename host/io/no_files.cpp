@@ -54,7 +54,7 @@ std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem
   fail(mesh_file.string());
 }
 Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/) {
-  fail("a texture");
+  fail("a material's picture");
 }
 
 void save_match(const Match& /*match*/, const std::filesystem::path& path) { fail(path.string()); }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "kiln/export.h"
 #include "kiln/mesh.h"
 #include "kiln/texture.h"
 

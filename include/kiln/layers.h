@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "kiln/export.h"
 #include "kiln/image.h"
 
 namespace KILN_PUBLIC kiln {

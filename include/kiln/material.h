@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/export.h"
 #include "kiln/mesh.h"
 #include "kiln/texture.h"
 

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/export.h"
 #include "kiln/image.h"
 
 namespace KILN_PUBLIC kiln {

@@ -17,7 +17,7 @@ namespace {
 
 OwnMap example(const std::string& name) {
   const std::filesystem::path path = test::test_data("").parent_path().parent_path().parent_path() /
-                                     "tools" / "examples" / (name + ".cl");
+                                     "tools" / "examples" / "maps" / (name + ".cl");
   std::ifstream file(path);
   EXPECT_TRUE(file.good()) << path;
   OwnMap map;
