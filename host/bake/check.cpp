@@ -201,7 +201,9 @@ void validate(const BakeOptions& options) {
     for (const MatchMethod next : options.fallback) match_row(next);
     for (const MapKind map : options.maps) map_row(map);
   });
-  if (options.maps.empty()) usage("No map was asked for: give at least one, such as normal.");
+  if (options.maps.empty() && options.transfers.empty() && options.own_maps.empty()) {
+    usage("No map was asked for: give at least one, such as normal.");
+  }
   check_distances(options);
   check_map_options(options);
   if (options.gutter < -1 || options.gutter > 4096) {

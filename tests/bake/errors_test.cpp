@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "detail/occlusion_scene.h"
 #include "image/gutter.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
@@ -99,12 +100,14 @@ TEST(MapErrors, OfRaysFallWithTheirNumber) {
 
 TEST(MapErrors, OcclusionIsMadeToTheErrorAskedFor) {
   KILN_REQUIRE_DEVICE();
-  const Source source(*test::device(), test::BumpySphere::dense(20000, true));
-  const Mesh low = test::BumpySphere::light(24, 12);
+  // Under a disc that hovers over a floor: all shades from dark to open.
+  Mesh high = test::plane(1, 1, 4, 4);
+  test::add_disc(high, {0.1F, 0, 0.3F}, 0.3F, false);
+  const Source source(*test::device(), high);
+  const Mesh low = test::ground(1);
   BakeOptions options = asking({MapKind{"ao"}}, 64);
   options.report_errors = false;
   options.occlusion.rays = 16;
-  options.occlusion.distance = Length::absolute(0.3);
   double last = 1;
   for (const double wanted : {0.05, 0.02, 0.008}) {
     options.occlusion.max_error = wanted;
