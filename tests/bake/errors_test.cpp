@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "detail/occlusion_scene.h"
 #include "image/gutter.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
@@ -99,19 +100,16 @@ TEST(MapErrors, OfRaysFallWithTheirNumber) {
 
 TEST(MapErrors, OcclusionIsMadeToTheErrorAskedFor) {
   KILN_REQUIRE_DEVICE();
-  // Deep valleys: 16 rays a sample are far from enough.
-  Mesh high = test::plane(60, 60);
-  for (Vec3& p : high.positions) p.z = 0.1F * std::sin(20 * p.x) * std::cos(17 * p.y);
-  high.normals.clear();
-  high.normal_triangles.clear();
+  // Under a disc that hovers over a floor: all shades from dark to open.
+  Mesh high = test::plane(1, 1, 4, 4);
+  test::add_disc(high, {0.1F, 0, 0.3F}, 0.3F, false);
   const Source source(*test::device(), high);
-  const Mesh low = test::plane(2, 2);
+  const Mesh low = test::ground(1);
   BakeOptions options = asking({MapKind{"ao"}}, 64);
-  options.max_distance = Length::absolute(0.2);
   options.report_errors = false;
   options.occlusion.rays = 16;
   double last = 1;
-  for (const double wanted : {0.05, 0.01, 0.002}) {
+  for (const double wanted : {0.05, 0.02, 0.008}) {
     options.occlusion.max_error = wanted;
     const BakeResult baked = bake(source, low, options);
     ASSERT_EQ(baked.report.errors.size(), 1U) << "what was reached is always said";

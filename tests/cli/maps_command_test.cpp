@@ -149,7 +149,7 @@ TEST(MapsCommand, RefusesWhatIsNotThere) {
   expect_refused(bake(scene, {"--layers"}), 2, "--format exr");
   expect_refused(bake(scene, {"--transfer", "nowhere.png"}), 3, "nowhere.png");
   expect_refused(bake(scene, {"--transfer", "mtl:shine"}), 2, "mtl:color");
-  expect_refused(bake(scene, {"--transfer", brick + ":normal"}), 2, "normal");
+  expect_refused(bake(scene, {"--transfer", brick + ":ao:srgb"}), 2, "'ao'");
   expect_refused(bake(scene, {"--transfer", brick, "--transfer", brick}), 2, "brick");
   expect_refused(bake(scene, {"--id-by", "group"}), 2, "--maps id");
   expect_refused(bake(scene, {"--maps", "id", "--id-by", "object"}), 3, "objects");
