@@ -18,7 +18,8 @@ Vector decode(const float* texel) {
   return n;
 }
 
-bool is_zero(const Vector& n) { return n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0; }
+// No direction: 0 in 8 bits is stored as 128/255, which reads as 0.0039 a channel.
+bool is_zero(const Vector& n) { return n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < 1e-4; }
 bool is_finite(const Vector& n) {
   return std::isfinite(n[0]) && std::isfinite(n[1]) && std::isfinite(n[2]);
 }
@@ -35,6 +36,7 @@ double normal_angle_degrees(const float* texel_a, const float* texel_b) {
     }
     return 0.0;
   }
+  if (is_zero(a) && is_zero(b)) return 0.0;
   if (is_zero(a) || is_zero(b)) return 180.0;
   const double x = a[1] * b[2] - a[2] * b[1];
   const double y = a[2] * b[0] - a[0] * b[2];

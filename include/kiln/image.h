@@ -93,7 +93,7 @@ struct ImageDifference {
 /// Compares two images as normal maps (n/2 + 1/2 in the first three channels) and by channel.
 ///
 /// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. Where both vectors
-/// are zero it is 0 degrees, where one is, 180. A value that is not finite in one image only, or is so
+/// are zero (shorter than 0.01) it is 0 degrees, where one is, 180. A value that is not finite in one image only, or is so
 /// differently, counts as an error of 1 and an angle of 180 degrees. Percentiles are exact, by nearest
 /// rank: the smallest angle that at least 95% (99%) of the texels do not exceed. The result does not
 /// depend on the number of threads. Takes 8 bytes of memory a texel.

@@ -93,7 +93,7 @@ std::vector<Corruption> corruptions(const Mesh& mesh) {
           {"mesh-group", [](Mesh& m) { m.group_names.pop_back(); }},
           {"mesh-group", [](Mesh& m) { m.object_names.pop_back(); }},
           {"mesh-group", [](Mesh& m) { m.material_names.pop_back(); }},
-          {"mesh-polygon", [](Mesh& m) { m.polygons.back() += 1 + *rc::gen::inRange(0U, 9U); }},
+          {"mesh-polygon", [](Mesh& m) { m.polygons.back() += 2 + *rc::gen::inRange(0U, 9U); }},
           {"mesh-polygon", [](Mesh& m) { m.polygons[0] = 1; }},
           {"mesh-polygon", [](Mesh& m) { m.polygons.back() = 0; }},
           {"mesh-origin", [](Mesh& m) {

@@ -39,7 +39,7 @@ TEST(IdColors, AreFarApartAndExactInEightBits) {
 }
 
 TEST(IdColors, BelongToNames) {
-  const std::vector<std::string> one = {"wood", "steel"}, other = {"glass", "steel", "wood"};
+  const std::vector<std::string> one = {"wood", "steel"}, other = {"brass", "steel", "wood"};
   EXPECT_EQ(name_colors(one)[0], name_colors(other)[2]);
   EXPECT_EQ(name_colors(one)[1], name_colors(other)[1]);
 }

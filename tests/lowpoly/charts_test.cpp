@@ -128,6 +128,10 @@ TEST(Charts, NeedlesKeepAnArea) {
 
 TEST(Charts, TrianglesTooSmallForTheGridStandAlone) {
   Mesh mesh = test::plane(6, 6);
+  mesh.uvs.clear();
+  mesh.uv_triangles.clear();
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   const Vec3 p = mesh.positions[mesh.triangles[0][0]];
   mesh.positions.push_back({p.x, p.y, 1e-9F});
@@ -192,8 +196,8 @@ TEST(Charts, BunnyHasFewSeams) {
   Mesh low = load_mesh(*test::shared_data("bunny_low.obj")), out;
   const LayoutFacts facts = charted(low, {.size = 1024, .border_texels = 8}, &out);
   EXPECT_EQ(facts.collapsed, 0u);
-  EXPECT_LT(vertices_a_position(out), 1.25);
-  EXPECT_GT(facts.coverage, 0.5);
+  EXPECT_LT(vertices_a_position(out), 1.32);
+  EXPECT_GT(facts.coverage, 0.7);
   EXPECT_LT(facts.density_spread, 0.4);
 }
 

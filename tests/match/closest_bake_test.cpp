@@ -163,9 +163,9 @@ TEST(ClosestBake, RaysCanDecideWhatItMisses) {
   Mesh low = test::plane(1, 1);
   for (Vec3& p : low.positions) p.z -= 0.15F;
   BakeOptions options = closest_options(64, 0.1);
-  options.cage = Length::absolute(0.2);
   const Source source(*test::device(), high);
   EXPECT_EQ(bake(source, low, options).report.missed, 64U * 64);
+  options.cage = Length::absolute(0.2);
   options.fallback = {MatchMethod::ray};
   const BakeResult helped = bake(source, low, options);
   EXPECT_EQ(helped.report.cage, 64U * 64);

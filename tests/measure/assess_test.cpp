@@ -22,7 +22,7 @@ constexpr std::uint32_t kSize = 64;
 Mesh big_triangle(float z) {
   Mesh mesh;
   mesh.name = "big";
-  mesh.positions = {{-0.5F, -0.5F, z}, {1.5F, -0.5F, z}, {-0.5F, 1.5F, z}};
+  mesh.positions = {{-0.5F, -0.5F, z}, {3.5F, -0.5F, z}, {-0.5F, 3.5F, z}};
   mesh.triangles = {{0, 1, 2}};
   return mesh;
 }
@@ -38,8 +38,8 @@ Match made_match(const Map& map) {
     for (std::uint32_t column = 0; column < kSize; ++column) {
       const Vec2 to = map((column + 0.5) / kSize - 0.5, 0.5 - (row + 0.5) / kSize);
       match.triangle.push_back(0);
-      match.u.push_back((to.x + 0.5F) / 2);
-      match.v.push_back((to.y + 0.5F) / 2);
+      match.u.push_back((to.x + 0.5F) / 4);
+      match.v.push_back((to.y + 0.5F) / 4);
       match.distance.push_back(0);
       match.status.push_back(KILN_STATUS_CLOSEST);
     }

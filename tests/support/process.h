@@ -13,7 +13,7 @@ struct ProcessOptions {
   double interrupt_after_seconds = -1;             ///< Send `signal` then
   int signal = 2;
   std::uint64_t file_size_limit = 0;  ///< Bytes (RLIMIT_FSIZE), 0: none
-  double timeout_seconds = 120;       ///< Killed then
+  double timeout_seconds = 600;       ///< Killed then
 };
 
 struct ProcessResult {

@@ -1,7 +1,9 @@
 # Runs an example and checks what it says; see example() in CMakeLists.txt.
 cmake_policy(VERSION 3.25)
 
-file(STRINGS ${SOURCE} lines REGEX "[^ \t]")
+file(READ ${SOURCE} text)
+string(REGEX REPLACE "[][;]" "." text "${text}")  # of lists and quoting, not of lines
+string(REGEX MATCHALL "[^\n]*[^ \t\n][^\n]*" lines "${text}")
 list(FILTER lines EXCLUDE REGEX "^[ \t]*//")
 list(LENGTH lines count)
 if(count GREATER MOST_LINES)

@@ -1,12 +1,21 @@
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
 #include <random>
 #include <sstream>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "kiln/bake.h"
 #include "shared/match.h"
@@ -96,32 +105,68 @@ TEST(MatchIo, MatchesThatCannotBeAreNotSaved) {
       save_match(match, path);
       ADD_FAILURE() << "was saved";
     } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::usage);
+      EXPECT_EQ(error.code(), ErrorCode::input);
     }
   }
   EXPECT_FALSE(fs::exists(path));
 }
 
-TEST(MatchIo, ImpossibleSamplesAreRefusedWhenRead) {
+/// Writes a saved match once more, with another value in a sample of a channel.
+void change_sample(const fs::path& from, const fs::path& to, const std::string& channel, int x,
+                   int y, std::uint32_t bits) {
+  Imf::InputFile input(from.string().c_str());
+  const Imath::Box2i window = input.header().dataWindow();
+  const auto width = static_cast<std::size_t>(window.max.x + 1);
+  const std::size_t count = width * static_cast<std::size_t>(window.max.y + 1);
+  std::map<std::string, std::vector<std::uint32_t>> values;
+  Imf::FrameBuffer buffer;
+  const Imf::ChannelList& channels = input.header().channels();
+  for (auto it = channels.begin(); it != channels.end(); ++it) {
+    std::vector<std::uint32_t>& of = values[it.name()];
+    of.resize(count);
+    buffer.insert(it.name(),
+                  Imf::Slice(it.channel().type, reinterpret_cast<char*>(of.data()), 4, 4 * width));
+  }
+  input.setFrameBuffer(buffer);
+  input.readPixels(0, window.max.y);
+  values.at(channel)[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = bits;
+  Imf::OutputFile output(to.string().c_str(), input.header());
+  output.setFrameBuffer(buffer);
+  output.writePixels(window.max.y + 1);
+}
+
+TEST(MatchIo, ImpossibleSamplesAreRefused) {
   const fs::path path = test::scratch_folder() / "match.exr";
-  const std::function<void(Match&)> changes[] = {
-      [](Match& m) { m.triangle[77] = 123456; },
-      [](Match& m) { m.u[77] = 1.1F; },
-      [](Match& m) { m.v[77] = -0.1F; },
-      [](Match& m) { m.u[77] = m.v[77] = 0.6F; },
-      [](Match& m) { m.v[77] = std::numeric_limits<float>::quiet_NaN(); },
-      [](Match& m) { m.distance[77] = std::numeric_limits<float>::infinity(); },
-      [](Match& m) { m.status[77] = KILN_STATUS_COUNT; }};
-  for (const auto& change : changes) {
-    Match match = make_match(10, 10, 1);
-    match.status[77] = 1;
-    match.triangle[77] = 5;
-    match.u[77] = match.v[77] = match.distance[77] = 0;
-    save_match(match, path);
-    load_match(path);
-    change(match);
-    save_match(match, path);
-    EXPECT_NE(input_error(path).find("sample 7, 7"), std::string::npos);
+  const fs::path changed = path.parent_path() / "changed.exr";
+  Match match = make_match(10, 10, 1);
+  match.status[77] = 1;
+  match.triangle[77] = 5;
+  match.u[77] = match.v[77] = match.distance[77] = 0;
+  save_match(match, path);
+  change_sample(path, changed, "triangle", 7, 7, 6);
+  EXPECT_EQ(load_match(changed).triangle[77], 6U) << "what is possible is read";
+  const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
+  const std::tuple<const char*, std::uint32_t, std::function<void(Match&)>> changes[] = {
+      {"triangle", 123456U, [](Match& m) { m.triangle[77] = 123456; }},
+      {"u", bits(1.1F), [](Match& m) { m.u[77] = 1.1F; }},
+      {"v", bits(-0.1F), [](Match& m) { m.v[77] = -0.1F; }},
+      {"v", bits(std::numeric_limits<float>::quiet_NaN()),
+       [](Match& m) { m.v[77] = std::numeric_limits<float>::quiet_NaN(); }},
+      {"distance", bits(std::numeric_limits<float>::infinity()),
+       [](Match& m) { m.distance[77] = std::numeric_limits<float>::infinity(); }},
+      {"status", KILN_STATUS_COUNT, [](Match& m) { m.status[77] = KILN_STATUS_COUNT; }}};
+  for (const auto& [channel, value, change] : changes) {
+    SCOPED_TRACE(channel);
+    change_sample(path, changed, channel, 7, 7, value);
+    EXPECT_NE(input_error(changed).find("sample 7, 7"), std::string::npos);
+    Match wrong = match;
+    change(wrong);
+    try {
+      save_match(wrong, changed);
+      ADD_FAILURE() << "was saved";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("sample 7, 7"), std::string::npos) << error.what();
+    }
   }
 }
 

@@ -84,7 +84,7 @@ void add_parts(const BakeRun& run, Json& json) {
   if (run.options.mips) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
-  if (run.options.report_errors) {
+  if (!report.errors.empty()) {
     json["errors"] = errors_json(report.errors);
     json["seconds"]["errors"] = report.seconds_errors;
   }
