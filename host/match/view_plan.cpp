@@ -148,9 +148,10 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     const auto& [a, b, c] = surface.triangles[i];
     const Vec3d face =
         cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
-    if (dot(face, mean) < 0.1 * length(face)) return std::nullopt;
+    // However steep: one view sees all of a height field.
+    if (!(dot(face, mean) > 0)) return std::nullopt;
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      if (dot(Vec3d(corner.normal), mean) < 0.1) return std::nullopt;
+      if (!(dot(Vec3d(corner.normal), mean) > 0)) return std::nullopt;
     }
   }
   return mean;
