@@ -123,8 +123,10 @@ std::vector<float> turn_table() {
 Hemispheres::Hemispheres(const MapRequest& request)
     : context_(request.source.device.context()),
       source_(request.source),
+      surface_(request.surface),
       reads_(request.reads()),
       width_(request.options.width),
+      height_(request.options.height),
       keep_(request.options.miss == MissPolicy::keep),
       two_sided_(request.options.two_sided),
       back_faces_(request.options.occlusion.back_faces),

@@ -12,6 +12,7 @@
 #include "accel/ray.h"
 #include "cl/context.h"
 #include "detail/registry.h"
+#include "detail/share_filter.h"
 #include "mesh/kernels_shared.h"
 #include "shared/hemisphere.h"
 
@@ -65,6 +66,30 @@ class Hemispheres : public SharedWork {
 
   /// open() with OcclusionOptions::max_error.
   std::vector<float> open_within(const TexelBand& band, const Correspondence& match, bool second);
+  /// Samples that have rays, by texels.
+  struct Shared {
+    std::vector<std::uint32_t> samples;
+    std::vector<std::uint32_t> first;  // [texels + 1] of each texel
+  };
+  /// Two estimates of texels, from as many rays: how many are open, of all samples.
+  struct Estimates {
+    const TexelBand& band;
+    const Correspondence& match;
+    bool second = false;
+    Shared shared;
+    std::vector<std::uint32_t> a, b, rays;  // rays: of one sample, in each
+    std::vector<std::uint8_t> done;
+    std::vector<std::uint32_t> cast;  // the round of the last rays
+    std::uint32_t round = 0, turn = 0;
+  };
+  void estimate(Estimates& of, const std::vector<std::uint32_t>& texels, std::uint32_t rays,
+                std::vector<std::uint32_t>& open);
+  ShareFilter::Result filtered(const Estimates& of);
+  bool refine(Estimates& of, const ShareFilter::Result& last, const std::vector<float>& before);
+  Shared prepare_filter(const TexelBand& band, const Correspondence& match, bool second);
+  /// Copies samples to some_, some_match_ and some_turns_.
+  void pick(const TexelBand& band, const Correspondence& match,
+            std::span<const std::uint32_t> samples, std::uint32_t more_turn);
   /// How many of another `rays` rays of each of some samples hit nothing. \param round  other ones each
   std::vector<std::uint32_t> cast_more(const TexelBand& band, const Correspondence& match,
                                        bool second, std::span<const std::uint32_t> samples,
@@ -84,8 +109,9 @@ class Hemispheres : public SharedWork {
 
   cl::Context& context_;
   const Source::Impl& source_;
+  const LowSurface& surface_;
   std::shared_ptr<BandReads> reads_;
-  std::uint32_t width_;
+  std::uint32_t width_, height_;
   bool keep_, two_sided_, back_faces_;
   float beyond_, occluding_, thick_;  // frame units
   bool wants_lean_ = false;
@@ -109,6 +135,7 @@ class Hemispheres : public SharedWork {
   TexelBand some_;  // samples that are not done yet
   Correspondence some_match_;
   cl::Array<std::uint32_t> some_turns_, some_open_;
+  std::optional<ShareFilter> filter_;
   cl::Array<std::uint8_t> hits_;
   Correspondence first_hits_;
 };

@@ -1,6 +1,7 @@
-// Ambient occlusion to a given error: blocks of samples cast until they agree with themselves.
+// Ambient occlusion to a given error: texels cast until two smoothed estimates agree.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "detail/hemisphere_rays.h"
@@ -11,13 +12,24 @@ namespace {
 
 constexpr std::size_t kLocal = 64, kLocalLanes = 8;
 constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
-// Samples that stop together: a block of the map, since samples are ordered so.
+// Picked samples are rounded up to so many.
 constexpr std::uint32_t kBlock = 64;
 constexpr std::uint32_t kMostRays = 4096;
+// Of OcclusionOptions::rays, an estimate begins with the reciprocal of this; there are two.
+constexpr std::uint32_t kBegin = 8;
+// What is expected is this share of what is asked for, since it is estimated.
+constexpr double kSafe = 0.8;
+// How much of a texel's error stays where more rays do not help.
+constexpr float kNoHelp = 0.85F;
+constexpr std::uint32_t kMostTimes = 8;  // at once
 // Samples that are copied together: 42 MB.
 constexpr std::size_t kPicked = std::size_t{1} << 20;
 // An odd number near the golden ratio of all turns and sets: each round's rays lie between those before.
 constexpr std::uint32_t kMoreTurn = 5063;
+
+constexpr std::uint32_t padded(std::uint32_t count) {
+  return (count + kLanes - 1) / kLanes * kLanes;
+}
 
 }  // namespace
 
@@ -27,10 +39,8 @@ const Hemispheres::RaySet& Hemispheres::outward_rays(std::uint32_t count) {
   return set;
 }
 
-std::vector<std::uint32_t> Hemispheres::cast_more(const TexelBand& band,
-                                                  const Correspondence& match, bool second,
-                                                  std::span<const std::uint32_t> samples,
-                                                  std::uint32_t rays, std::uint32_t round) {
+void Hemispheres::pick(const TexelBand& band, const Correspondence& match,
+                       std::span<const std::uint32_t> samples, std::uint32_t more_turn) {
   const auto count = static_cast<std::uint32_t>(samples.size());
   const std::uint32_t capacity = (count + kBlock - 1) / kBlock * kBlock;
   make_room(context_, some_.triangle, capacity);
@@ -39,74 +49,183 @@ std::vector<std::uint32_t> Hemispheres::cast_more(const TexelBand& band,
   make_room(context_, some_match_.triangle, capacity);
   make_room(context_, some_match_.barycentric, std::size_t{2} * capacity);
   make_room(context_, some_turns_, capacity);
-  make_room(context_, some_open_, capacity);
   some_.sample_count = count;
   some_.capacity = some_match_.capacity = capacity;
   const cl::Array<std::uint32_t> picked(context_, samples);
-  const kiln_pick_params params{count, band.capacity, match.capacity, capacity, round * kMoreTurn};
+  const kiln_pick_params params{count, band.capacity, match.capacity, capacity, more_turn};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_pick"), count, kLocal, params,
                   picked, band.triangle, band.barycentric, band.points, match.triangle,
                   match.barycentric, turns_, some_.triangle, some_.barycentric, some_.points,
                   some_match_.triangle, some_match_.barycentric, some_turns_);
-  context_.fill(some_open_, std::uint32_t{0});
+  context_.finish();  // `picked` goes
+}
+
+std::vector<std::uint32_t> Hemispheres::cast_more(const TexelBand& band,
+                                                  const Correspondence& match, bool second,
+                                                  std::span<const std::uint32_t> samples,
+                                                  std::uint32_t rays, std::uint32_t round) {
+  std::vector<std::uint32_t> result(samples.size());
   const RayCaster& caster = source_.rays();
   const RayQuery query = query_up_to(occluding_, back_faces_);
   const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
-  over_rays(some_, some_match_, second, outward_rays(rays), some_turns_,
-            [&](const kiln_hemisphere_params& of, std::uint32_t all) {
-              make_room(context_, hits_, ray_capacity_);
-              caster.occluded(rays_, all, ray_capacity_, query, hits_);
-              context_.launch(open, of.stride / kLanes, kLocalLanes, of, hits_, some_open_);
-            });
-  std::vector<std::uint32_t> result(count);
-  some_open_.read(context_, result);
+  for (std::size_t first = 0; first < samples.size(); first += kPicked) {
+    const auto part = samples.subspan(first, std::min(kPicked, samples.size() - first));
+    pick(band, match, part, round * kMoreTurn);
+    make_room(context_, some_open_, some_.capacity);
+    context_.fill(some_open_, std::uint32_t{0});
+    over_rays(some_, some_match_, second, outward_rays(rays), some_turns_,
+              [&](const kiln_hemisphere_params& of, std::uint32_t all) {
+                make_room(context_, hits_, ray_capacity_);
+                caster.occluded(rays_, all, ray_capacity_, query, hits_);
+                context_.launch(open, of.stride / kLanes, kLocalLanes, of, hits_, some_open_);
+              });
+    some_open_.read(context_, std::span(result).subspan(first, part.size()));
+  }
   return result;
+}
+
+/// What the filter knows of the band: texels with a sample that has rays, the first of which stands for it.
+Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band, const Correspondence& match,
+                                                bool second) {
+  const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
+  const std::vector<std::uint32_t>& first =
+      reads_->read(band.texel_first, band.texel_count + std::size_t{1});
+  const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
+  const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
+  Shared shared;
+  std::vector<std::uint32_t> place, of_low, stands;
+  for (std::uint32_t t = 0; t < band.texel_count; ++t) {
+    const std::size_t before = shared.samples.size();
+    for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+      if (triangle[s] != KILN_NO_TRIANGLE || (keep_ && !second)) shared.samples.push_back(s);
+    }
+    if (shared.samples.size() == before) continue;
+    shared.first.push_back(static_cast<std::uint32_t>(before));
+    stands.push_back(shared.samples[before]);
+    place.push_back(index[t]);
+    of_low.push_back(low[stands.back()]);
+  }
+  shared.first.push_back(static_cast<std::uint32_t>(shared.samples.size()));
+  if (stands.empty()) return shared;
+  if (!filter_) filter_.emplace(context_, surface_, width_, height_);
+  pick(band, match, stands, 0);
+  const auto count = static_cast<std::uint32_t>(stands.size());
+  kiln_hemisphere_params params{};
+  params.count = count;
+  params.stride = padded(count);
+  params.low_capacity = some_.capacity;
+  params.hit_capacity = some_match_.capacity;
+  params.keep = keep_ && !second ? 1 : 0;
+  params.two_sided = two_sided_ ? 1 : 0;
+  params.push = 0;
+  upload();
+  cl::Array<float> points(context_, std::size_t{KILN_HEMISPHERE_PLANES} * params.stride);
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_points"), params.stride, kLocal,
+                  params, some_.triangle, some_.barycentric, some_.points, shading_,
+                  some_match_.triangle, some_match_.barycentric, positions_, triangles_,
+                  source_.attributes.normal_indices, source_.attributes.normals, points);
+  filter_->prepare({band.first_row, band.row_count, place, of_low, points, params.stride});
+  context_.finish();
+  return shared;
+}
+
+void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texels,
+                           std::uint32_t rays, std::vector<std::uint32_t>& open) {
+  if (rays == 0) return;
+  std::vector<std::uint32_t> samples;
+  for (const std::uint32_t t : texels) {
+    samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
+                   of.shared.samples.begin() + of.shared.first[t + 1]);
+  }
+  const std::vector<std::uint32_t> found =
+      cast_more(of.band, of.match, of.second, samples, rays, of.turn++);
+  auto next = found.begin();
+  for (const std::uint32_t t : texels) {
+    const auto end = next + (of.shared.first[t + 1] - of.shared.first[t]);
+    open[t] = std::accumulate(next, end, open[t]);
+    next = end;
+  }
+}
+
+ShareFilter::Result Hemispheres::filtered(const Estimates& of) {
+  std::vector<float> pairs(2 * of.rays.size());
+  for (std::size_t t = 0; t < of.rays.size(); ++t) {
+    const double all =
+        static_cast<double>(of.rays[t]) * (of.shared.first[t + 1] - of.shared.first[t]);
+    pairs[2 * t] = static_cast<float>(of.a[t] / all);
+    pairs[2 * t + 1] = static_cast<float>(of.b[t] / all);
+  }
+  return filter_->run(pairs);
+}
+
+/// Casts more where that brings the error of the whole down at the least cost: with errors e of n rays each, and
+/// squares that fall as 1 / n, that is n in proportion to e sqrt(n). By groups of texels that have as many
+/// rays and get as many. \returns whether there were any
+bool Hemispheres::refine(Estimates& of, const ShareFilter::Result& last,
+                         const std::vector<float>& before) {
+  double squares = 0, roots = 0;
+  for (std::size_t t = 0; t < of.rays.size(); ++t) {
+    squares += static_cast<double>(last.errors[t]) * last.errors[t];
+    roots += last.errors[t] * std::sqrt(of.rays[t]);
+  }
+  const auto texel_count = static_cast<double>(of.rays.size());
+  const double wanted = kSafe * max_error_ * kSafe * max_error_;
+  if (squares / texel_count <= wanted) return false;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
+  for (std::uint32_t t = 0; t < of.rays.size(); ++t) {
+    // Where more rays have not helped, it is not rays that are missing.
+    if (!before.empty() && last.errors[t] > kNoHelp * before[t] && of.round == of.cast[t]) {
+      of.done[t] = 1;
+    }
+    if (of.done[t] != 0) continue;
+    const double more = roots / texel_count / wanted * last.errors[t] / std::sqrt(of.rays[t]);
+    if (more <= 1) continue;
+    std::uint32_t times = 2;
+    while (times < kMostTimes && times * std::numbers::sqrt2 < more) times *= 2;
+    while (times > 1 && 2 * times * of.rays[t] > kMostRays) times /= 2;
+    if (times > 1) groups[{of.rays[t], times}].push_back(t);
+  }
+  ++of.round;
+  for (const auto& [key, texels] : groups) {
+    const auto [rays, times] = key;
+    for (const std::uint32_t t : texels) {
+      of.a[t] += of.b[t];
+      of.b[t] = 0;
+      of.rays[t] = rays * times;
+      of.cast[t] = of.round;
+    }
+    estimate(of, texels, rays * (times - 2), of.a);
+    estimate(of, texels, rays * times, of.b);
+  }
+  return !groups.empty();
 }
 
 std::vector<float> Hemispheres::open_within(const TexelBand& band, const Correspondence& match,
                                             bool second) {
   make_turns(band);
-  const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
-  std::vector<std::uint32_t> active;
-  for (std::uint32_t s = 0; s < band.sample_count; ++s) {
-    if (triangle[s] != KILN_NO_TRIANGLE || (keep_ && !second)) active.push_back(s);
-  }
-  std::vector<std::uint32_t> open(band.sample_count), rays(band.sample_count);
-  std::uint32_t total = 0;  // of the samples that are active
-  for (std::uint32_t round = 0; !active.empty() && total < kMostRays; ++round) {
-    const std::uint32_t wanted = round == 0 ? std::max(1U, rays_out_.count / 2) : total;
-    const std::uint32_t now = std::min(wanted, kMostRays - total);
-    std::vector<std::uint32_t> hit;
-    for (std::size_t first = 0; first < active.size(); first += kPicked) {
-      const auto some = std::span(active).subspan(first, std::min(kPicked, active.size() - first));
-      const std::vector<std::uint32_t> of = cast_more(band, match, second, some, now, round);
-      hit.insert(hit.end(), of.begin(), of.end());
-    }
-    std::vector<std::uint32_t> next;
-    for (std::size_t begin = 0, end = 0; begin < active.size(); begin = end) {
-      double squares = 0;
-      for (; end < active.size() && active[end] / kBlock == active[begin] / kBlock; ++end) {
-        const std::uint32_t s = active[end];
-        if (round != 0) {
-          const double apart =
-              static_cast<double>(open[s]) / total - static_cast<double>(hit[end]) / now;
-          squares += apart * apart;
-        }
-        open[s] += hit[end];
-        rays[s] += now;
-      }
-      // Of two means that err alike and apart, the mean errs by half their difference.
-      const double error = std::sqrt(squares / static_cast<double>(end - begin)) / 2;
-      if (round != 0 && error <= max_error_) continue;
-      next.insert(next.end(), active.begin() + static_cast<std::ptrdiff_t>(begin),
-                  active.begin() + static_cast<std::ptrdiff_t>(end));
-    }
-    total += now;
-    active = std::move(next);
-  }
   std::vector<float> shares(band.sample_count);
-  for (std::size_t s = 0; s < shares.size(); ++s) {
-    if (rays[s] != 0) shares[s] = static_cast<float>(static_cast<double>(open[s]) / rays[s]);
+  Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};
+  const std::size_t texels = of.shared.first.size() - 1;
+  if (texels == 0) return shares;
+  of.a.resize(texels);
+  of.b.resize(texels);
+  of.done.resize(texels);
+  of.cast.resize(texels);
+  of.rays.assign(texels, std::max(1U, rays_out_.count / kBegin));
+  std::vector<std::uint32_t> all(texels);
+  std::iota(all.begin(), all.end(), 0U);
+  estimate(of, all, of.rays[0], of.a);
+  estimate(of, all, of.rays[0], of.b);
+  ShareFilter::Result result = filtered(of);
+  std::vector<float> before;
+  while (refine(of, result, before)) {
+    before = std::move(result.errors);
+    result = filtered(of);
+  }
+  for (std::size_t t = 0; t < texels; ++t) {
+    for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
+      shares[of.shared.samples[s]] = result.shares[t];
+    }
   }
   return shares;
 }

@@ -208,11 +208,12 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
 
 TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topology,
                           std::span<const std::uint32_t> texel_triangle, std::uint32_t width,
-                          std::uint32_t height) {
+                          std::uint32_t height, std::uint32_t first_row) {
   constexpr int kSteps[8][2] = {{-1, 0},  {1, 0},  {0, -1}, {0, 1},
                                 {-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
   const auto w = static_cast<std::int64_t>(width);
-  const auto h = static_cast<std::int64_t>(height);
+  const std::size_t rows = texel_triangle.size() / width;
+  const auto h = static_cast<std::int64_t>(rows);
   constexpr std::uint32_t kNoChart = 0xFFFFFFFFU;
   const auto chart_at = [&](std::int64_t x, std::int64_t y) {
     if (x < 0 || y < 0 || x >= w || y >= h) return kNoChart;
@@ -223,7 +224,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
   const auto texel_at = [&](const SurfacePlace& place) {
     if (place.triangle == KILN_NO_TRIANGLE) return KILN_VISIBILITY_NO_LINK;
     const double px = place.u * static_cast<double>(width);
-    const double py = (1 - place.v) * static_cast<double>(height);
+    const double py = (1 - place.v) * static_cast<double>(height) - first_row;
     if (!(px > -2 && py > -2 && px < static_cast<double>(w + 2) && py < static_cast<double>(h + 2)))
       return KILN_VISIBILITY_NO_LINK;
     const auto x = static_cast<std::int64_t>(std::floor(px));
@@ -249,8 +250,8 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
   TexelLinks result;
   result.kind.assign(texel_triangle.size(), KILN_VISIBILITY_EMPTY);
   constexpr std::size_t kRows = 16;
-  std::vector<std::vector<std::uint32_t>> parts((height + kRows - 1) / kRows);
-  parallel_for(height, kRows, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::vector<std::uint32_t>> parts((rows + kRows - 1) / kRows);
+  parallel_for(rows, kRows, [&](std::size_t begin, std::size_t end) {
     // One thread may get all rows at once.
     std::vector<std::uint32_t>& part = parts[begin / kRows];
     for (auto y = static_cast<std::int64_t>(begin); y < static_cast<std::int64_t>(end); ++y) {
@@ -264,7 +265,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
         if (inner) continue;
         const auto place = [&](std::int64_t i, std::int64_t j) -> std::array<double, 2> {
           return {(static_cast<double>(i) + 0.5) / static_cast<double>(width),
-                  1 - (static_cast<double>(j) + 0.5) / static_cast<double>(height)};
+                  1 - (static_cast<double>(j) + first_row + 0.5) / static_cast<double>(height)};
         };
         part.push_back(static_cast<std::uint32_t>(texel));
         for (const auto& [dx, dy] : kSteps) {

@@ -43,9 +43,10 @@ struct TexelLinks {
   std::vector<std::uint32_t> links;  ///< 9 a border texel, see kiln_visibility_link
 
   /// \param texel_triangle  of each pixel, row by row from the top (v = 1), or KILN_NO_TRIANGLE
+  /// \param first_row       the pixels are a band of rows, from this one on, which knows nothing of others
   static TexelLinks of(const LowSurface& surface, const SurfaceTopology& topology,
                        std::span<const std::uint32_t> texel_triangle, std::uint32_t width,
-                       std::uint32_t height);
+                       std::uint32_t height, std::uint32_t first_row = 0);
 };
 
 }  // namespace kiln

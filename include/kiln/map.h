@@ -36,9 +36,10 @@ struct OcclusionOptions {
   /// bent_normal all that is there, for thickness a tenth of the diagonal.
   std::optional<Length> distance = {};
   bool back_faces = true;  ///< Faces that look away from the point occlude, too
-  /// Of ambient occlusion, 0 to 1: blocks of 64 neighbouring samples stop casting where the root mean square of
-  /// their error is expected to be within this, and go on, up to 4096 rays a sample, where not; all begin with
-  /// `rays`. What was reached is measured (BakeReport::errors). 0: `rays` everywhere.
+  /// Of ambient occlusion, 0 to 1: the root mean square of the map's error. All texels begin with a quarter of
+  /// `rays`. Noise is smoothed over the surface, across seams, as far as that loses nothing that the rays show;
+  /// and where the error is still too large, more are cast, up to 4096 a sample. What was reached is measured
+  /// against 4096 rays (BakeReport::errors). 0: `rays` everywhere, and nothing is smoothed.
   double max_error = 0;
 };
 

@@ -109,7 +109,7 @@ TEST(MapErrors, OcclusionIsMadeToTheErrorAskedFor) {
   options.report_errors = false;
   options.occlusion.rays = 16;
   double last = 1;
-  for (const double wanted : {0.05, 0.02, 0.008}) {
+  for (const double wanted : {0.02, 0.004, 0.002}) {
     options.occlusion.max_error = wanted;
     const BakeResult baked = bake(source, low, options);
     ASSERT_EQ(baked.report.errors.size(), 1U) << "what was reached is always said";

@@ -25,9 +25,9 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
       ->group(group_occlusion);
   command
       .add_option("--ao-error", a.ao_error,
-                  "Of ao, 0 to 1, such as 0.01: texels cast more than --ao-rays, up to 4096 rays, "
-                  "until their error is expected to be this small. What was reached is measured "
-                  "and printed")
+                  "Of ao, 0 to 1, such as 0.01: the root mean square error to reach. Texels begin with "
+                  "a quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels "
+                  "that need it cast more, up to 4096. What was reached is measured and printed")
       ->check(CLI::Range(0.0, 1.0))
       ->group(group_occlusion);
   command

@@ -1,0 +1,18 @@
+// Structs of the share_filter family: shares of rays, smoothed over the surface.
+#ifndef KILN_SHARED_SHARE_FILTER_H
+#define KILN_SHARED_SHARE_FILTER_H
+
+#include "shared/common.h"
+
+/// Texels beside a texel: left, right, above, below, then the diagonal ones.
+#define KILN_SHARE_NEIGHBOURS 8
+
+struct kiln_share_params {
+  kiln_uint count;   // texels
+  kiln_uint stride;  // elements of one plane of neighbours and weights
+  kiln_uint points;  // ... of the points
+};
+typedef struct kiln_share_params kiln_share_params;
+KILN_CHECK_SIZE(kiln_share_params, 12);
+
+#endif

@@ -1,0 +1,85 @@
+// Golden hashes of every map: see golden_test.cpp.
+#include <gtest/gtest.h>
+
+#include "bake/golden_scene.h"
+#include "bake/golden_table.h"
+#include "kiln/kiln.h"
+#include "support/environment.h"
+
+namespace kiln {
+namespace {
+
+using test::golden_high;
+using test::golden_low;
+using test::GoldenGroup;
+using test::sized;
+using Row = test::GoldenRow;
+
+/// The golden high poly with colours, materials and groups.
+Mesh dressed_high() {
+  Mesh mesh = golden_high();
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const auto share = static_cast<std::uint8_t>(i % 64 * 4);
+    mesh.colors.push_back({share, static_cast<std::uint8_t>(255 - share), 40,
+                           static_cast<std::uint8_t>(128 + share / 2)});
+  }
+  mesh.material_names = {"stone", "moss"};
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    mesh.materials.push_back(static_cast<std::uint32_t>(t / 50 % 2));
+  }
+  return mesh;
+}
+
+const Row kMaps[] = {
+    {"ao", [](BakeOptions&) {}},
+    {"bent_normal", [](BakeOptions& o) { o.maps = {MapKind{"bent_normal"}}; }},
+    {"thickness", [](BakeOptions& o) { o.maps = {MapKind{"thickness"}}; }},
+    {"shadow",
+     [](BakeOptions& o) {
+       o.maps = {MapKind{"shadow"}};
+       o.light = {{0.3F, 1, 0.2F}, 5};
+     }},
+    {"curvature", [](BakeOptions& o) { o.maps = {MapKind{"curvature"}}; }},
+    {"height", [](BakeOptions& o) { o.maps = {MapKind{"height"}}; }},
+    {"displacement", [](BakeOptions& o) { o.maps = {MapKind{"displacement"}}; }},
+    {"distance", [](BakeOptions& o) { o.maps = {MapKind{"distance"}}; }},
+    {"provenance", [](BakeOptions& o) { o.maps = {MapKind{"provenance"}}; }},
+    {"position", [](BakeOptions& o) { o.maps = {MapKind{"position"}}; }},
+    {"uv", [](BakeOptions& o) { o.maps = {MapKind{"uv"}}; }},
+    {"id-part", [](BakeOptions& o) { o.maps = {MapKind{"id"}}; }},
+    {"id-material",
+     [](BakeOptions& o) {
+       o.maps = {MapKind{"id"}};
+       o.id_by = IdBy::material;
+     }},
+    {"wireframe", [](BakeOptions& o) { o.maps = {MapKind{"wireframe"}}; }},
+    {"vertex_color", [](BakeOptions& o) { o.maps = {MapKind{"vertex_color"}}; }},
+    {"opacity", [](BakeOptions& o) { o.maps = {MapKind{"opacity"}}; }},
+    {"ao-samples-2", [](BakeOptions& o) { o.samples = 2; }},
+    {"ao-error", [](BakeOptions& o) { o.occlusion.max_error = 0.01; }},
+    {"ao-error-keep",
+     [](BakeOptions& o) {
+       o.occlusion.max_error = 0.02;
+       o.miss = MissPolicy::keep;
+       o.samples = 2;
+     }},
+    {"all",
+     [](BakeOptions& o) {
+       o.maps = {MapKind::normal,        MapKind::mask,        MapKind{"ao"},
+                 MapKind{"bent_normal"}, MapKind{"curvature"}, MapKind{"id"}};
+       o.mips = true;
+     }},
+};
+
+TEST(Golden, Maps) {
+  KILN_REQUIRE_GOLDEN_DEVICE();
+  GoldenGroup group("maps");
+  BakeOptions options = sized(96, 64);
+  options.maps = {MapKind{"ao"}};
+  options.occlusion.rays = 32;
+  group.check(Source(*test::device(), dressed_high()), golden_low(), options, kMaps);
+  KILN_FINISH_GROUP(group);
+}
+
+}  // namespace
+}  // namespace kiln
