@@ -78,6 +78,11 @@ extern "C" void on_crash(int number) {
   crashed = 1;
   remove_temporary_files();
   if (!in_driver() && on_main_thread()) {
+    if (number == SIGABRT) {
+      // LLVM, which a driver brings along, ends the process so while it is loaded or unloaded.
+      say("kiln: Memory ran out, or a library gave up: see the lines above.\n");
+      _exit(static_cast<int>(ErrorCode::internal));
+    }
     signal(number, SIG_DFL);
     raise(number);
     return;
