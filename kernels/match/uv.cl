@@ -30,6 +30,7 @@
 
 #include "lib/vector3.clh"
 #include "lib/wide3.clh"
+#include "match/uv_edges.clh"
 #include "shared/match.h"
 #include "shared/uv.h"
 
@@ -42,33 +43,6 @@
 #ifndef KILN_UV_CLIPPED
 #define KILN_UV_CLIPPED 0
 #endif
-
-/// E_k = row_k + step_x_k x + step_y_k y at a task's samples, x and y from its first one: in fixed point, 0 or
-/// more inside, without the low bits that all samples have alike; open edges lose one unit, so that 0
-/// counts as inside on closed edges only.
-typedef struct uv_edges {
-  long row[3], step_x[3], step_y[3];
-} uv_edges;
-
-static uv_edges uv_edges_of(const kiln_uv_piece* p, const uint shift, const int x, const int y) {
-  const long area = (long)(p->x[1] - p->x[0]) * (long)(p->y[2] - p->y[0]) -
-                    (long)(p->y[1] - p->y[0]) * (long)(p->x[2] - p->x[0]);
-  const int sign = area < 0 ? -1 : 1;
-  const long half_sample = 1L << (shift - 1u);
-  uv_edges e;
-  for (int k = 0; k < 3; ++k) {
-    const int from = k == 2 ? 0 : k + 1;
-    const int to = k == 0 ? 2 : k - 1;
-    const int dx = sign * (p->x[to] - p->x[from]);
-    const int dy = sign * (p->y[to] - p->y[from]);
-    const long open = dy < 0 || (dy == 0 && dx > 0) ? 0 : 1;
-    const long c = (long)dx * (half_sample - p->y[from]) - (long)dy * (half_sample - p->x[from]);
-    e.step_x[k] = -dy;
-    e.step_y[k] = dx;
-    e.row[k] = ((c - open) >> shift) + e.step_x[k] * x + e.step_y[k] * y;
-  }
-  return e;
-}
 
 /// Writes a task's samples.
 kernel void kiln_uv_cover(const kiln_uv_params params,

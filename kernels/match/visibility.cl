@@ -28,47 +28,10 @@
 // pixel of a view may be missed, as in any depth map.
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
+#include "match/visibility_lanes.clh"
+#include "match/visibility_mean.clh"
 #include "shared/common.h"
 #include "shared/visibility.h"
-
-#ifdef KILN_VISIBILITY_SCALAR
-typedef float vfloat;
-typedef int vint;
-#define VISIBILITY_LANES 1
-#define visibility_any(mask) ((mask) != 0)
-#define visibility_load(p) (*(p))
-#define visibility_store(v, p) (*(p) = (v))
-#define visibility_to_int(v) convert_int(v)
-#define visibility_to_float(v) convert_float(v)
-#else
-#include "lib/vector.clh"
-#define VISIBILITY_LANES KILN_LANES
-#define visibility_any(mask) vector_any(mask)
-#define visibility_load(p) vector_load(0, p)
-#define visibility_store(v, p) vector_store(v, 0, p)
-#if KILN_LANES == 16
-#define visibility_to_int(v) convert_int16(v)
-#define visibility_to_float(v) convert_float16(v)
-#else
-#define visibility_to_int(v) convert_int8(v)
-#define visibility_to_float(v) convert_float8(v)
-#endif
-#endif
-
-/// What the vectors of pixels show.
-static inline vfloat visibility_gather(global const float* depths, vint index) {
-#if VISIBILITY_LANES == 1
-  return depths[index];
-#elif VISIBILITY_LANES == 8
-  return (float8)(depths[index.s0], depths[index.s1], depths[index.s2], depths[index.s3],
-                  depths[index.s4], depths[index.s5], depths[index.s6], depths[index.s7]);
-#else
-  return (float16)(depths[index.s0], depths[index.s1], depths[index.s2], depths[index.s3],
-                   depths[index.s4], depths[index.s5], depths[index.s6], depths[index.s7],
-                   depths[index.s8], depths[index.s9], depths[index.sa], depths[index.sb],
-                   depths[index.sc], depths[index.sd], depths[index.se], depths[index.sf]);
-#endif
-}
 
 /// Depths of a batch of views, row by row.
 kernel void kiln_visibility_depths(const kiln_visibility_params params,
@@ -342,90 +305,6 @@ kernel void kiln_visibility_link(const uint count, global const uint* restrict l
     sum += vload4(other, from) * (k < 5 ? 2.0f : 1.0f);
   }
   vstore4(sum * 0.0625f, texel, to);
-}
-
-/// Where a texel's neighbour lies in the links of kiln_visibility_link.
-static inline uint visibility_slot(int dx, int dy) {
-  return dy == 0   ? (dx < 0 ? 1u : 2u)
-         : dx == 0 ? (dy < 0 ? 3u : 4u)
-                   : (dy < 0 ? 5u : 7u) + (dx < 0 ? 0u : 1u);
-}
-
-/// The field at a place of the map: bilinear among texels of one chart, and beyond its border among their
-/// neighbours on the surface.
-/// \param border  of each texel its place among the links, or KILN_VISIBILITY_NO_LINK
-static inline float3 visibility_at(global const float* field, global const uint* field_triangle,
-                                   global const uint* chart, global const uint* border,
-                                   global const uint* links, uint own, float x, float y, int width,
-                                   int height) {
-#pragma OPENCL FP_CONTRACT OFF
-  const int left = (int)floor(x);
-  const int top = (int)floor(y);
-  const float part_x = x - floor(x);
-  const float part_y = y - floor(y);
-  float weight[4];
-  uint texel[4];
-  int nearest = -1;
-  for (int k = 0; k < 4; ++k) {
-    const int column = left + (k & 1);
-    const int row = top + (k >> 1);
-    weight[k] = ((k & 1) != 0 ? part_x : 1.0f - part_x) * ((k >> 1) != 0 ? part_y : 1.0f - part_y);
-    texel[k] = KILN_VISIBILITY_NO_LINK;
-    if (column < 0 || row < 0 || column >= width || row >= height) continue;
-    const uint pixel = (uint)row * (uint)width + (uint)column;
-    const uint triangle = field_triangle[pixel];
-    if (triangle == KILN_NO_TRIANGLE || chart[triangle] != own) continue;
-    texel[k] = pixel;
-    if (nearest < 0 || weight[k] > weight[nearest]) nearest = k;
-  }
-  if (nearest < 0) return (float3)(0.0f);
-  float4 sum = (float4)(0.0f);
-  for (int k = 0; k < 4; ++k) {
-    if (!(weight[k] > 0.0f)) continue;
-    uint other = texel[k];
-    if (other == KILN_VISIBILITY_NO_LINK) {
-      const uint at = border[texel[nearest]];
-      other = at == KILN_VISIBILITY_NO_LINK
-                  ? at
-                  : links[9 * (size_t)at +
-                          visibility_slot((k & 1) - (nearest & 1), (k >> 1) - (nearest >> 1))];
-    }
-    if (other == KILN_VISIBILITY_NO_LINK) continue;
-    sum += vload4(other, field) * weight[k];
-  }
-  return sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
-}
-
-/// The mean of the directions that see a sample's place: from corners, or from the field of texels.
-/// \param index  of its texel within the band
-static inline float3 visibility_mean(const kiln_visibility_band* params, uint index, uint i, uint own,
-                                     global const uint* sample_slot,
-                                     global const float* barycentric, global const float* field,
-                                     global const uint* field_triangle, global const uint* chart,
-                                     global const uint* border, global const uint* links) {
-#pragma OPENCL FP_CONTRACT OFF
-  const size_t plane = params->capacity;
-  float3 mean;
-  if (params->field_width == 0) {
-    const float v1 = barycentric[i];
-    const float v2 = barycentric[i + plane];
-    const float4 sum = (vload4((size_t)3 * own, field) * ((1.0f - v1) - v2) +
-                        vload4((size_t)3 * own + 1, field) * v1) +
-                       vload4((size_t)3 * own + 2, field) * v2;
-    mean = sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
-  } else {
-    const float step = 1.0f / (float)params->samples;
-    const uint slot = sample_slot[i];
-    const float x =
-        (float)(index % params->width) + ((float)(slot % params->samples) + 0.5f) * step;
-    const float y = (float)(params->first_row + index / params->width) +
-                    ((float)(slot / params->samples) + 0.5f) * step;
-    const float place_x = x * ((float)params->field_width / (float)params->width) - 0.5f;
-    const float place_y = y * ((float)params->field_height / (float)params->height) - 0.5f;
-    mean = visibility_at(field, field_triangle, chart, border, links, chart[own], place_x,
-                         place_y, (int)params->field_width, (int)params->field_height);
-  }
-  return mean;
 }
 
 /// Writes a band's samples with new directions: where they are seen from, or, of the hybrid, between that

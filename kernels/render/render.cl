@@ -23,6 +23,7 @@
 
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
+#include "render/light.clh"
 #include "shared/detail.h"
 #include "shared/render.h"
 
@@ -297,67 +298,6 @@ kernel void kiln_render_ambient_add(const kiln_render_params params,
   if (i >= params.sample_count) return;
   const uint before = pass == 0u ? 0u : (uint)open[i];
   open[i] = (uchar)(before + (hit[i] == 0 ? 1u : 0u));
-}
-
-/// x^(5/12), x in [0, 1]: the power in sRGB's encoding, by a fourth and a sixth root.
-static float render_power_5_12(float x) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float root = sqrt(x);
-  // Cube root by Newton's method, from a guess that divides the exponent by 3.
-  float y = as_float(as_uint(root) / 3u + 709921077u);
-  y = (2.0f * y + root / (y * y)) / 3.0f;
-  y = (2.0f * y + root / (y * y)) / 3.0f;
-  y = (2.0f * y + root / (y * y)) / 3.0f;
-  return sqrt(root) * y;
-}
-
-/// Linear light to sRGB (IEC 61966-2-1).
-static float render_encode(float x) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float c = min(max(x, 0.0f), 1.0f);
-  return c <= 0.0031308f ? 12.92f * c : 1.055f * render_power_5_12(c) - 0.055f;
-}
-
-/// Light that a surface of some albedo receives where `open` of the sky is unoccluded, with what the
-/// occluders of the same albedo send back (Jimenez et al. 2016, equation 16).
-static float3 render_bounced(float open, float3 albedo) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float3 a = 2.0404f * albedo - 0.3324f;
-  const float3 b = -4.7951f * albedo + 0.6417f;
-  const float3 c = 2.7552f * albedo + 0.6903f;
-  return max((float3)(open), ((open * a + b) * open + c) * open);
-}
-
-/// Wrapped diffuse light: reaches past the horizon by `wrap`, softly.
-static float render_wrapped(float3 n, float3 light, float wrap) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float x = max(0.0f, (dot3(n, light) + wrap) / (1.0f + wrap));
-  return x * (0.35f + 0.65f * x);
-}
-
-/// Radiance of the material. \param n  unit normal seen from the camera: right, up, towards the viewer
-static float3 render_shaded(float3 n, float open, float3 key, float3 half_way) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float3 albedo = (float3)(0.60f, 0.505f, 0.425f);
-  const float3 fill = (float3)(0.8321f, 0.0f, 0.5547f);
-  const float3 rim = (float3)(0.4243f, 0.5657f, -0.7071f);
-
-  const float3 sky = (float3)(0.43f, 0.47f, 0.53f);
-  const float3 ground = (float3)(0.30f, 0.25f, 0.21f);
-  const float height = n.y * 0.5f + 0.5f;
-  const float3 ambient = (ground + (sky - ground) * height) * render_bounced(open, albedo);
-  // Hollows see less of the large soft lights, too.
-  const float hollow = 0.35f + 0.65f * open;
-  const float3 lights = (float3)(1.02f, 0.98f, 0.92f) * render_wrapped(n, key, 0.15f) +
-                        (float3)(0.17f, 0.20f, 0.25f) * render_wrapped(n, fill, 0.3f);
-  const float grazing = max(0.0f, 1.0f - max(0.0f, n.z));
-  const float edge = grazing * grazing * max(0.0f, dot3(n, rim));
-  float gloss = max(0.0f, dot3(n, half_way));
-  gloss *= gloss;
-  gloss *= gloss;
-  gloss *= gloss;
-  gloss *= gloss;  // to the 16th
-  return albedo * (ambient + lights * hollow) + (0.09f * gloss + 0.9f * edge) * hollow;
 }
 
 /// Colours the part's pixels. With show_normals: the normal in world space as n/2 + 1/2, averaged over
