@@ -119,7 +119,7 @@ class Kernel {
 /// others somewhere between; what a thread waits for includes what others had enqueued before. Arrays and
 /// buffers are not guarded: a thread that writes one keeps it to itself, or holds a lock until it has
 /// enqueued the last command that needs what was written.
-class Context {
+class KILN_HIDDEN Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
   /// On what somebody else made, with references of its own. \param queue  in order
