@@ -107,7 +107,7 @@ class Resolver {
 BakedAttribute bake_attribute(const Match& match, const Source& source,
                               std::span<const float> values, std::uint32_t channels,
                               const AttributeOptions& options) {
-  const Source::Impl& high = source.impl();
+  const Source::Impl& high = impl_of(source);
   check(high, match, values.size(), channels);
   BakedAttribute result;
   result.image.width = match.width / match.samples;
@@ -150,8 +150,9 @@ std::uint64_t fill_padding(const Device& device, Image& image, std::span<std::ui
                 "padding-range");
   }
   std::vector<std::uint8_t> states(coverage.begin(), coverage.end());
-  const std::uint64_t filled = fill_gutter(
-      device.context(), image, states, {options.texels, options.fill_missed, options.unit_vectors});
+  const std::uint64_t filled =
+      fill_gutter(context_of(device), image, states,
+                  {options.texels, options.fill_missed, options.unit_vectors});
   std::copy(states.begin(), states.end(), coverage.begin());
   return filled;
 }

@@ -66,7 +66,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
   Alive alive(options.progress);
   const BakeProgress progress(alive.progress());
   return unless_cancelled<BakeResult>(
-      [&] { return bake_clusters(source.impl(), low, options, progress); },
+      [&] { return bake_clusters(impl_of(source), low, options, progress); },
       [](BakeResult& none) { none.cancelled = true; });
 }
 

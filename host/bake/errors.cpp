@@ -92,7 +92,7 @@ class Finer {
   Finer(const BakedScene& scene, const BakeOptions& options)
       : scene_(scene),
         options_(options),
-        context_(scene.high.device.context()),
+        context_(context_of(scene.high.device)),
         layers_(scene.high, scene.surface, options_, false),
         sampler_(context_, scene.surface,
                  {options.width, options.height, options.samples, kBandSamples}) {}

@@ -42,7 +42,7 @@ MatchResult match(const Source& source, const Mesh& low, const BakeOptions& opti
   Alive alive(options.progress);
   const BakeProgress progress(alive.progress());
   return unless_cancelled<MatchResult>(
-      [&] { return match_alone(source.impl(), low, options, progress); },
+      [&] { return match_alone(impl_of(source), low, options, progress); },
       [](MatchResult& none) { none.cancelled = true; });
 }
 

@@ -79,7 +79,7 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                    const LowSurface& surface) {
   if (options.match != nullptr || !match_row(options.method).info.along_low) return {};
   const Length width = options.ray.edge_width.value_or(Length::share(0.01));
-  return {source.device.context(), surface, options.ray.direction, to_frame(width, source.frame)};
+  return {context_of(source.device), surface, options.ray.direction, to_frame(width, source.frame)};
 }
 
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
@@ -141,7 +141,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   MatchNotes notes;
   std::unique_ptr<Matcher> matcher;
   if (options.match != nullptr) {
-    matcher = saved_matcher(source.device.context(), *options.match, unit);
+    matcher = saved_matcher(context_of(source.device), *options.match, unit);
   } else {
     const MatchRow& row = match_row(options.method);
     if (!row.info.looks_far && options.fallback.empty()) report.max_distance = 0;
@@ -152,7 +152,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     for (const MatchMethod next : options.fallback) {
       rest.push_back(matcher_of(match_row(next), request, options.parts, notes));
     }
-    matcher = with_fallbacks(source.device.context(), std::move(matcher), std::move(rest));
+    matcher = with_fallbacks(context_of(source.device), std::move(matcher), std::move(rest));
   }
   take_notes(std::move(notes), report);
   warn_about_duplicates(source, options, report);

@@ -20,7 +20,7 @@ constexpr double kAtBlend = 0.97, kAtMips = 0.97, kAtGutter = 0.98;
 
 Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
     : scene_(scene),
-      context_(scene.high.device.context()),
+      context_(context_of(scene.high.device)),
       bands_stay_(bands),
       progress_(std::move(progress)),
       unit_(1 / scene.high.frame.scale),

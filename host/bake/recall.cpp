@@ -147,7 +147,7 @@ Recall::Recall(const MatchRequest& request, Places places)
 }
 
 void Recall::find_near(const MatchRequest& request) {
-  cl::Context& context = request.source.device.context();
+  cl::Context& context = context_of(request.source.device);
   const LowFaces low(request.surface, double{1} * request.width * request.samples,
                      double{1} * request.height * request.samples);
   const auto count = static_cast<std::uint32_t>(places_.size());
@@ -168,7 +168,7 @@ void Recall::find_near(const MatchRequest& request) {
 }
 
 void Recall::find_seen(const MatchRequest& request) {
-  cl::Context& context = request.source.device.context();
+  cl::Context& context = context_of(request.source.device);
   const std::vector<Vec3> directions = spread_views(kDirections);
   std::vector<Place> rays;
   std::vector<std::uint32_t> of;

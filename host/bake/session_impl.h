@@ -67,6 +67,7 @@ class SessionTexels {
   };
 
   void index();
+  void warm_up();
   void find_padding(const BakeOptions& options);
   Rectangle box() const;
   void read_band(std::size_t number, std::span<const std::uint32_t> texels);

@@ -32,6 +32,21 @@ void SessionTexels::forget() { texels_of_ = {}; }
 void SessionTexels::prepare(const BakeOptions& options, bool copied) {
   if (texels_of_.first.empty()) index();
   if (copied) find_padding(options);
+  warm_up();
+}
+
+/// Reads some texels anew, as they are: drivers compile kernels at their first launch, PoCL once for grids below
+/// 2^16 and once for others, and the first change should not wait for that.
+void SessionTexels::warm_up() {
+  if (pipeline_.layers().read_around()) return;
+  for (const std::size_t some : {std::size_t{1}, std::size_t{1} << 16}) {
+    if (some > count_) continue;
+    chosen_.clear();
+    for (std::size_t t = 0; t < some; ++t) chosen_.add(static_cast<std::uint32_t>(t));
+    read();
+  }
+  chosen_.clear();
+  places_.clear();
 }
 
 /// It stays as long as the same texels are baked.

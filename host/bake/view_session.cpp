@@ -26,8 +26,8 @@ struct KILN_HIDDEN ViewSession::Impl {
       : source(dense),
         low(low_mesh),
         options(match_alone(wanted)),
-        pipeline({source.impl(), low, options}, Bands::stay) {
-    const Source::Impl& high = source.impl();
+        pipeline({impl_of(source), low, options}, Bands::stay) {
+    const Source::Impl& high = impl_of(source);
     query = view_query(match_request(options, high, pipeline.surface()));
     Rasterizer& raster = high.raster();
     query.area = view_area(pipeline.surface(), query.max_distance, raster.radius());
@@ -64,7 +64,7 @@ ViewSession& ViewSession::operator=(ViewSession&&) noexcept = default;
 ViewSession::Step ViewSession::add(const Vec3& toward) {
   Impl& impl = *impl_;
   cl::Context& context = impl.pipeline.context();
-  const DepthViews view(context, impl.source.impl().raster(), {unit_direction(toward)}, impl.size,
+  const DepthViews view(context, impl_of(impl.source).raster(), {unit_direction(toward)}, impl.size,
                         impl.query.two_sided, impl.query.area);
   Step step;
   step.samples = impl.samples;

@@ -34,6 +34,8 @@ bool Heartbeat::tell(double done, std::string_view stage) {
   return go_on;
 }
 
+bool Heartbeat::here() { return of_thread != nullptr; }
+
 void Heartbeat::beat() {
   Heartbeat* const heart = of_thread;
   if (heart == nullptr || heart->calling_) return;

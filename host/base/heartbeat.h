@@ -2,8 +2,10 @@
 #pragma once
 
 #include <chrono>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 
 #include "kiln/types.h"
 
@@ -29,6 +31,9 @@ class Heartbeat {
   /// than 50 ms ago. Costs the reading of a clock. \throws Cancelled where it says stop
   static void beat();
 
+  /// Whether the calling thread has one.
+  static bool here();
+
  private:
   Progress callback_;
   Heartbeat* outer_ = nullptr;
@@ -37,5 +42,17 @@ class Heartbeat {
   std::chrono::steady_clock::time_point last_;
   bool calling_ = false;  // what the callback itself asks of Kiln is not told
 };
+
+/// Locks; where another thread holds the mutex, the wait gives signs of life. \throws as Heartbeat::beat()
+template <typename Mutex>
+std::unique_lock<Mutex> lock_alive(Mutex& mutex) {
+  std::unique_lock lock(mutex, std::try_to_lock);
+  if (!lock && !Heartbeat::here()) lock.lock();
+  while (!lock && !lock.try_lock()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    Heartbeat::beat();
+  }
+  return lock;
+}
 
 }  // namespace kiln

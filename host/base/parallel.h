@@ -57,4 +57,15 @@ void parallel_for(std::size_t count, std::size_t grain, const Body& body, int th
   if (error) std::rethrow_exception(error);
 }
 
+/// Calls body(i) for [0, count) in order, on the calling thread, with signs of life. For long loops alone.
+template <typename Body>
+void for_each_alive(std::size_t count, const Body& body) {
+  parallel_for(
+      count, std::size_t{1} << 17,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) body(i);
+      },
+      1);
+}
+
 }  // namespace kiln

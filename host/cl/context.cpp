@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "cl/driver.h"
-#include "cl/embedded.h"
+#include "cl/program.h"
 #include "kiln/memory.h"
 
 namespace kiln::ocl {
@@ -37,22 +37,18 @@ constexpr StatusName kStatusNames[] = {
     {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
 };
 
+std::string megabytes(std::size_t bytes) {
+  return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
+}
+
+}  // namespace
+
 std::string status_name(cl_int status) {
   for (const StatusName& entry : kStatusNames) {
     if (entry.status == status) return entry.name;
   }
   return "OpenCL status " + std::to_string(status);
 }
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-std::string megabytes(std::size_t bytes) {
-  return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
-}
-
-}  // namespace
 
 void check(cl_int status, std::string_view what) {
   if (status == CL_SUCCESS) return;
@@ -94,17 +90,6 @@ Buffer::~Buffer() {
   context_->account(-static_cast<std::int64_t>(bytes_));
 }
 
-struct Context::Program {
-  cl_program program = nullptr;
-  std::map<std::string, cl_kernel> kernels;
-  ~Program() {
-    for (auto& [name, kernel] : kernels) {
-      if (kernel != nullptr) release([&, k = kernel] { clReleaseKernel(k); });
-    }
-    if (program != nullptr) release([&] { clReleaseProgram(program); });
-  }
-};
-
 Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
     : info_(std::move(info)), device_(device) {
   const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
@@ -140,6 +125,10 @@ Context::Context(cl_context context, cl_device_id device, cl_command_queue queue
 }
 
 Context::~Context() {
+  // Nobody may wait for a program any more, but its compiler works with this context.
+  for (const auto& [key, build] : programs_) {
+    if (build->thread.joinable()) build->thread.join();
+  }
   release([&] { clFinish(queue_); });
   programs_.clear();
   release([&] { clReleaseCommandQueue(queue_); });
@@ -158,94 +147,6 @@ void Context::account(std::int64_t bytes) {
   std::uint64_t peak = peak_device_bytes_;
   while (bytes > 0 && now > peak && !peak_device_bytes_.compare_exchange_weak(peak, now)) {
   }
-}
-
-double Context::build_seconds() const {
-  const std::lock_guard lock(programs_mutex_);
-  return build_seconds_;
-}
-
-std::unique_ptr<Context::Program> Context::build(std::string_view source, const std::string& builds,
-                                                 const std::string& defines, ErrorCode code) {
-  auto built = std::make_unique<Program>();
-  const char* text = source.data();
-  const std::size_t length = source.size();
-  cl_int status = CL_SUCCESS;
-  check(driver([&] {
-          built->program = clCreateProgramWithSource(context_, 1, &text, &length, &status);
-          return status;
-        }),
-        "clCreateProgramWithSource for " + builds);
-  std::string options = "-cl-std=CL1.2";
-  if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
-  if (info_.is_gpu) options += " -DKILN_GPU=1";
-  if (!defines.empty()) options += " " + defines;
-  status = driver([&] {
-    return clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
-  });
-  if (status == CL_SUCCESS) return built;
-  const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
-    driver([&] {
-      return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);
-    });
-  };
-  std::size_t size = 0;
-  build_log(0, nullptr, &size);
-  std::string log(size, '\0');
-  build_log(size, log.data(), nullptr);
-  throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
-                        status_name(status) + ". " + cache_hint(info_) + "The build log:\n" + log);
-}
-
-Kernel Context::kernel_of(Program& program, const std::string& name) {
-  auto made = program.kernels.find(name);
-  if (made == program.kernels.end()) made = program.kernels.emplace(name, nullptr).first;
-  cl_kernel& kernel = made->second;
-  if (kernel == nullptr) {
-    cl_int status = CL_SUCCESS;
-    check(driver([&] {
-            kernel = clCreateKernel(program.program, name.c_str(), &status);
-            return status;
-          }),
-          "clCreateKernel for " + name);
-  }
-  return {kernel, name};
-}
-
-template <typename Build>
-Kernel Context::kernel_by(const std::string& key, const std::string& name, const Build& build) {
-  const std::lock_guard lock(programs_mutex_);
-  auto slot = programs_.find(key);
-  if (slot == programs_.end()) {
-    const auto start = std::chrono::steady_clock::now();
-    slot = programs_.emplace(key, build()).first;
-    build_seconds_ += seconds_since(start);
-  }
-  return kernel_of(*slot->second, name);
-}
-
-Kernel Context::kernel(const std::string& family, const std::string& name,
-                       const std::string& defines) {
-  return kernel_by(family + " " + defines, name, [&] {
-    const std::string_view source = embedded_source(family);
-    if (source.empty()) {
-      throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
-    }
-    return build(source, "kernels/" + family + ".cl", defines, ErrorCode::device);
-  });
-}
-
-Kernel Context::kernel_with(const std::string& family, const std::string& name,
-                            const std::string& more, const std::string& more_name) {
-  return kernel_by(family + "\n" + more_name + "\n" + more, name, [&] {
-    std::string file = more_name;
-    for (char& c : file) {
-      if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
-    }
-    const std::string source =
-        std::string(embedded_source(family)) + "\n#line 1 \"" + file + "\"\n" + more + "\n";
-    return build(source, "'" + more_name + "'", {}, ErrorCode::input);
-  });
 }
 
 void Context::set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {
@@ -315,22 +216,44 @@ void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t va
         "clEnqueueFillBuffer");
 }
 
+namespace {
+
+/// Calls copy(offset, bytes) for all, in pieces where somebody wants to know meanwhile.
+template <typename Copy>
+void in_pieces(std::size_t bytes, const Copy& copy) {
+  constexpr std::size_t kPiece = std::size_t{1} << 26;
+  for (std::size_t at = 0; at < bytes;) {
+    const std::size_t piece = while_waiting == nullptr ? bytes : std::min(kPiece, bytes - at);
+    copy(at, piece);
+    at += piece;
+    if (while_waiting != nullptr) while_waiting();
+  }
+}
+
+}  // namespace
+
+// A blocking copy waits for all that was enqueued before it, which may be the driver's compiler, too.
 void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* data,
                           std::size_t bytes) {
-  check(driver([&] {
-          return clEnqueueWriteBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0,
-                                      nullptr, nullptr);
-        }),
-        "clEnqueueWriteBuffer");
+  wait();
+  in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
+    check(driver([&] {
+            return clEnqueueWriteBuffer(queue_, buffer.get(), CL_TRUE, offset + at, piece,
+                                        static_cast<const char*>(data) + at, 0, nullptr, nullptr);
+          }),
+          "clEnqueueWriteBuffer");
+  });
 }
 
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
   wait();
-  check(driver([&] {
-          return clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset, bytes, data, 0, nullptr,
-                                     nullptr);
-        }),
-        "clEnqueueReadBuffer");
+  in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
+    check(driver([&] {
+            return clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset + at, piece,
+                                       static_cast<char*>(data) + at, 0, nullptr, nullptr);
+          }),
+          "clEnqueueReadBuffer");
+  });
 }
 
 }  // namespace kiln::ocl

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -29,8 +30,6 @@ namespace cl = ocl;
 }  // namespace kiln
 
 namespace kiln::ocl {
-
-class Context;
 
 /// What this thread calls every few milliseconds while it waits for a device; null: nothing. May throw: the
 /// wait then ends, and what was enqueued goes on.
@@ -120,7 +119,7 @@ class Kernel {
 /// others somewhere between; what a thread waits for includes what others had enqueued before. Arrays and
 /// buffers are not guarded: a thread that writes one keeps it to itself, or holds a lock until it has
 /// enqueued the last command that needs what was written.
-class Context {
+class KILN_HIDDEN Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
   /// On what somebody else made, with references of its own. \param queue  in order
@@ -178,12 +177,17 @@ class Context {
 
  private:
   struct Program;
+  /// A program that is built, or that some thread is building.
+  struct Build;
   /// What a source came to. \param builds  its name in messages  \param code  of an error of the compiler's
-  std::unique_ptr<Program> build(std::string_view source, const std::string& builds,
+  std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
-  /// Of a program that is built where there is none of its key yet.
-  template <typename Build>
-  Kernel kernel_by(const std::string& key, const std::string& name, const Build& build);
+  /// Of a program that is built where there is none of its key yet. Whoever waits gives signs of life; where
+  /// those end the wait the build goes on, for the next who needs it.
+  Kernel kernel_by(const std::string& key, const std::string& name,
+                   std::function<std::shared_ptr<Program>()> build);
+  std::shared_ptr<Build> build_by(const std::string& key,
+                                  std::function<std::shared_ptr<Program>()>&& build);
   Kernel kernel_of(Program& program, const std::string& name);
 
   friend class Buffer;
@@ -218,7 +222,7 @@ class Context {
   void account(std::int64_t bytes);
 
   mutable std::mutex programs_mutex_;
-  std::map<std::string, std::unique_ptr<Program>> programs_;
+  std::map<std::string, std::shared_ptr<Build>> programs_;
   double build_seconds_ = 0;
   std::mutex launch_mutex_;  ///< From the first argument of a launch to its place in the queue
   std::atomic<std::uint64_t> device_bytes_{0};
@@ -239,3 +243,16 @@ void Array<T>::read(Context& context, std::span<T> data, std::size_t offset) con
 }
 
 }  // namespace kiln::ocl
+
+namespace kiln {
+
+/// What Device hides from its users.
+struct KILN_HIDDEN DeviceAccess {
+  static Device make(std::shared_ptr<ocl::Context> context) { return Device(std::move(context)); }
+  static ocl::Context& context(const Device& device) { return *device.context_; }
+};
+
+/// Where the library's own parts get at OpenCL.
+inline ocl::Context& context_of(const Device& device) { return DeviceAccess::context(device); }
+
+}  // namespace kiln

@@ -172,7 +172,8 @@ Device Device::open(std::string_view selector) {
     }
     throw Error(ErrorCode::device, message);
   }
-  return Device(std::make_shared<cl::Context>(chosen->platform, chosen->device, chosen->info));
+  return DeviceAccess::make(
+      std::make_shared<cl::Context>(chosen->platform, chosen->device, chosen->info));
 }
 
 Device::Device(std::shared_ptr<cl::Context> context) : context_(std::move(context)) {}

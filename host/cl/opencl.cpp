@@ -129,18 +129,18 @@ Device opencl_device(const OpenClHandles& handles) {
       CL_FALSE) {
     throw Error(ErrorCode::device, "The device has no compiler, so it cannot run Kiln's kernels.");
   }
-  return Device(std::make_shared<cl::Context>(handles.context, handles.device, handles.queue,
-                                              describe_device(platform, handles.device)));
+  return DeviceAccess::make(std::make_shared<cl::Context>(
+      handles.context, handles.device, handles.queue, describe_device(platform, handles.device)));
 }
 
 OpenClHandles opencl_handles(const Device& device) {
-  const cl::Context& context = device.context();
+  const cl::Context& context = context_of(device);
   return {context.get(), context.device(), context.queue()};
 }
 
 void write_pixels(const Device& device, const Image& image, PixelFormat format,
                   const OpenClTarget& target, const ConvertOptions& options) {
-  cl::Context& context = device.context();
+  cl::Context& context = context_of(device);
   const Rectangle part = part_of(image, target, options);
   if (ask<cl_context>(clGetMemObjectInfo, target.memory, CL_MEM_CONTEXT, "memory") !=
       context.get()) {

@@ -10,7 +10,7 @@ constexpr std::size_t kLocal = 64;
 class BentNormal : public MapMaker {
  public:
   explicit BentNormal(const MapRequest& request)
-      : context_(request.source.device.context()),
+      : context_(context_of(request.source.device)),
         source_(request.source),
         reads_(request.reads()),
         miss_(request.options.miss),

@@ -121,7 +121,7 @@ std::vector<float> turn_table() {
 }  // namespace
 
 Hemispheres::Hemispheres(const MapRequest& request)
-    : context_(request.source.device.context()),
+    : context_(context_of(request.source.device)),
       source_(request.source),
       surface_(request.surface),
       reads_(request.reads()),

@@ -125,7 +125,7 @@ namespace {
 class NormalReader : public MapMaker {
  public:
   explicit NormalReader(const MapRequest& request)
-      : context_(request.source.device.context()),
+      : context_(context_of(request.source.device)),
         detail_(context_, request.surface, request.source.attributes, request.options) {}
 
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {

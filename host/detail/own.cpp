@@ -24,7 +24,7 @@ constexpr std::uint32_t kSamplesPerLaunch = 1U << 16;
 class Own : public MapMaker {
  public:
   Own(const MapRequest& request, const OwnMap& map, std::string_view name)
-      : context_(request.source.device.context()),
+      : context_(context_of(request.source.device)),
         source_(request.source),
         reads_(request.reads()),
         name_(name),

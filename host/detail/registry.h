@@ -33,7 +33,7 @@ struct MapRequest {
 
   /// What they read of the device.
   std::shared_ptr<BandReads> reads() const {
-    return shared.of<BandReads>(std::ref(source.device.context()));
+    return shared.of<BandReads>(std::ref(context_of(source.device)));
   }
 };
 

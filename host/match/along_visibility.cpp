@@ -9,7 +9,7 @@ namespace {
 class VisibilityMatcher : public Matcher {
  public:
   VisibilityMatcher(const MatchRequest& request, bool hybrid, VisibilityReport& report)
-      : context_(request.source.device.context()),
+      : context_(context_of(request.source.device)),
         rays_(request.source.rays()),
         query_(ray_query(request, false)),
         samples_(request.samples),

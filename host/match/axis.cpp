@@ -8,7 +8,7 @@ namespace {
 class AxisMatcher : public Matcher {
  public:
   AxisMatcher(const MatchRequest& request, const Vec3d& axis)
-      : context_(request.source.device.context()),
+      : context_(context_of(request.source.device)),
         rays_(request.source.rays()),
         query_(ray_query(request, false)),
         axis_(to_float(axis)) {}

@@ -16,7 +16,7 @@ constexpr std::size_t kLocal = 64;
 class FarRays : public Matcher {
  public:
   FarRays(std::unique_ptr<Matcher> near, const MatchRequest& request)
-      : context_(request.source.device.context()),
+      : context_(context_of(request.source.device)),
         rays_(request.source.rays()),
         near_(std::move(near)),
         query_(ray_query(request, false)) {

@@ -70,7 +70,7 @@ class LowRays {
 class OutermostMatcher : public Matcher {
  public:
   explicit OutermostMatcher(const MatchRequest& request)
-      : context_(request.source.device.context()),
+      : context_(context_of(request.source.device)),
         rays_(request.source.rays()),
         surface_(request.surface),
         nearest_(ray_query(request, false)),

@@ -38,7 +38,7 @@ class PartMatcher : public Matcher {
  public:
   PartMatcher(const MatchRow& row, const MatchRequest& request, const Parts& parts,
               MatchNotes& notes)
-      : context_(request.source.device.context()),
+      : context_(context_of(request.source.device)),
         part_of_low_(parts.low),
         parts_(parts.count),
         samples_(parts.count) {

@@ -45,7 +45,7 @@ std::string triangles(std::uint64_t count) {
 
 UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
                    std::uint32_t samples, UvPath path)
-    : context_(source.device.context()),
+    : context_(context_of(source.device)),
       // A run of rows takes millions of steps: Mesa's llvmpipe breaks a work-item's loops off after 65,535.
       runs_(path == UvPath::automatic
                 ? choose_traversal(context_, Traversal::automatic) == Traversal::cpu

@@ -160,7 +160,7 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
                     std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,
                     double least_gain, std::uint32_t limit) {
-  cl::Context& context = source.device.context();
+  cl::Context& context = context_of(source.device);
   std::vector<Vec3d> candidates = given;
   const std::vector<Vec3d> spread = spread_directions(kCandidates);
   candidates.insert(candidates.end(), spread.begin(), spread.end());

@@ -19,7 +19,7 @@ constexpr std::uint32_t kProbeMap = 192;
 class ViewMatcher : public Matcher {
  public:
   ViewMatcher(const MatchRequest& request, ViewReport& report)
-      : source_(request.source), context_(request.source.device.context()) {
+      : source_(request.source), context_(context_of(request.source.device)) {
     const Source::Impl& source = source_;
     const LowSurface& surface = request.surface;
     query_ = view_query(request);

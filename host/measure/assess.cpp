@@ -126,7 +126,7 @@ MatchAssessment assess(const Source& source, const Mesh& low, const Match& match
                                       ": it must be 12 to 4096.");
   }
   const auto start = std::chrono::steady_clock::now();
-  const Source::Impl& high = source.impl();
+  const Source::Impl& high = impl_of(source);
   const double unit = 1 / high.frame.scale;
   MatchAssessment result;
   result.diagonal = high.frame.diagonal;

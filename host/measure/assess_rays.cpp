@@ -75,7 +75,7 @@ class RayBench {
  public:
   RayBench(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
            std::vector<std::size_t> found)
-      : context_(source.device.context()),
+      : context_(context_of(source.device)),
         found_(std::move(found)),
         low_rays_(context_, source.frame.to_frame(low), low.triangles, source.traversal),
         dense_rays_(source.rays()),

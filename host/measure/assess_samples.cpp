@@ -62,7 +62,7 @@ AssessedSamples assessed_samples(const Source::Impl& source, const Mesh& low, co
   check_meshes(match, match.source_hash != 0 ? hash_source(source.positions, source.triangles) : 0,
                hash_low(low));
 
-  cl::Context& context = source.device.context();
+  cl::Context& context = context_of(source.device);
   const LowSurface surface = LowSurface::of(low, source.frame);
   const LowFaces faces = low_faces(surface);
   const double texel = 1 / (static_cast<double>(match.width) * match.height);

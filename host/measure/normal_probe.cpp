@@ -131,7 +131,7 @@ Hits by_rays(cl::Context& context, const RayCaster& rays, const std::vector<Pict
 /// \param needed  which pictures; the others stay empty
 Hits by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
                const std::vector<bool>& needed) {
-  cl::Context& context = source.device.context();
+  cl::Context& context = context_of(source.device);
   const std::uint32_t pixels = pictures[0].pixels;
   const auto keys_each = static_cast<std::uint32_t>(DepthKeys::count(pixels, pixels));
   std::vector<kiln_view> views;
@@ -236,11 +236,12 @@ Vec3d texel_at(const Image& map, double u, double v) {
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
                          const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster)
     : source_(source),
-      reads_(source.device.context()),
-      light_(source.device.context(), source.frame.to_frame(low), low.triangles, source.traversal),
+      reads_(context_of(source.device)),
+      light_(context_of(source.device), source.frame.to_frame(low), low.triangles,
+             source.traversal),
       surface_(LowSurface::of(low, source.frame, cage)),
       shading_(low_shading(surface_)) {
-  cl::Context& context = source.device.context();
+  cl::Context& context = context_of(source.device);
   const Mesh box = box_of(source);
   const CameraTarget target = CameraTarget::of(box);
   std::vector<Picture> pictures;
@@ -340,7 +341,7 @@ TexelBand NormalProbe::band_of(const std::vector<Place>& places) const {
   band.row_count = 1;
   band.texel_count = band.sample_count = band.capacity = static_cast<std::uint32_t>(count);
   if (count == 0) return band;
-  cl::Context& context = source_.device.context();
+  cl::Context& context = context_of(source_.device);
   band.texel_index =
       cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index).first(count));
   band.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index));
@@ -435,8 +436,8 @@ void NormalProbe::match_places(const BakeOptions& options,
     return;
   }
   TexelBand turned = band_of(places_);
-  turn.apply(source_.device.context(), turned);
-  sheets.apply(source_.device.context(), turned);
+  turn.apply(context_of(source_.device), turned);
+  sheets.apply(context_of(source_.device), turned);
   matcher->run(turned, match);
 }
 
@@ -463,7 +464,7 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
     status[i] = KILN_STATUS_MISS;
     missed = true;
   }
-  cl::Context& context = source_.device.context();
+  cl::Context& context = context_of(source_.device);
   context.fill(match.distance, 0.0F);
   if (missed && !options.fallback.empty()) {
     BakeOptions rest = options;
@@ -491,7 +492,7 @@ NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
                                       std::shared_ptr<const VisibilityField>& field) const {
   Limit result;
   if (places() == 0) return result;
-  cl::Context& context = source_.device.context();
+  cl::Context& context = context_of(source_.device);
   BakeOptions in_space = options;
   in_space.space = NormalMapSpace::object;
   in_space.flip_y = in_space.two_component = false;
@@ -550,7 +551,7 @@ double NormalProbe::least_share(const Limit& limit) const {
     const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
     for (std::size_t c = 0; c < 6; ++c) points[c * count + i] = values[c];
   }
-  cl::Context& context = source_.device.context();
+  cl::Context& context = context_of(source_.device);
   const cl::Array<float> device_points(context, std::span<const float>(points));
   Correspondence match(context, count);
   RayQuery query;

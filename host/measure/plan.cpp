@@ -87,7 +87,7 @@ class Planner {
   Planner(const Source& source, const Mesh& low, const PlanOptions& options)
       : source_(source), low_(low), options_(options), methods_(methods()) {
     const bool cage = options.bake.cage || options.bake.cage_mesh != nullptr;
-    try_uv_ = !cage && !source.impl().uvs.empty();
+    try_uv_ = !cage && !impl_of(source).uvs.empty();
   }
 
   PlannedBake run() {
@@ -178,7 +178,7 @@ class Planner {
       for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {
         views.push_back(view_angles(toward));
       }
-      probe_.emplace(source_.impl(), low_, options_.bake.cage_mesh, views, kPlanPixels, raster);
+      probe_.emplace(impl_of(source_), low_, options_.bake.cage_mesh, views, kPlanPixels, raster);
     }
     planned_.without_map = probe_->without_map();
     planned_.seconds_measure += watch.total();
@@ -275,7 +275,7 @@ class Planner {
 
   std::vector<MatchMethod> methods() const {
     if (options_.bake.cage || options_.bake.cage_mesh != nullptr) return {MatchMethod::ray};
-    if (source_.impl().triangles.size() > kMany) {
+    if (impl_of(source_).triangles.size() > kMany) {
       return {MatchMethod::views, MatchMethod::ray, MatchMethod::hybrid, MatchMethod::visibility,
               MatchMethod::closest};
     }
@@ -334,7 +334,7 @@ class Planner {
     const Stopwatch watch;
     try {
       const bool plain = !options.raw && !options.two_component;
-      baked.result = bake_drawn(source_.impl(), low_, options, plain ? nullptr : &baked.drawn);
+      baked.result = bake_drawn(impl_of(source_), low_, options, plain ? nullptr : &baked.drawn);
     } catch (const Error& error) {
       if (method == MatchMethod::uv && error.code() == ErrorCode::input) throw Unfit();
       throw;

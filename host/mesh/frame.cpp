@@ -13,11 +13,12 @@ Bounds Bounds::of(const Mesh& mesh) {
   validate(mesh);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Bounds bounds{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-  for (const Triangle& triangle : mesh.triangles) {
+  for_each_alive(mesh.triangles.size(), [&](std::size_t i) {
+    const Triangle& triangle = mesh.triangles[i];
     const Vec3& a = mesh.positions[triangle[0]];
     const Vec3& b = mesh.positions[triangle[1]];
     const Vec3& c = mesh.positions[triangle[2]];
-    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) continue;
+    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return;
     for (const Vec3* corner : {&a, &b, &c}) {
       const double xyz[3] = {corner->x, corner->y, corner->z};
       for (std::size_t k = 0; k < 3; ++k) {
@@ -25,7 +26,7 @@ Bounds Bounds::of(const Mesh& mesh) {
         bounds.high[k] = std::max(bounds.high[k], xyz[k]);
       }
     }
-  }
+  });
   if (!(bounds.high[0] >= bounds.low[0])) {
     throw Error(
         ErrorCode::input,

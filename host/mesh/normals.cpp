@@ -93,9 +93,9 @@ std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
 /// Gives corners with a zero normal their face's own.
 void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           CornerNormals& corners) {
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
+  for_each_alive(triangles.size(), [&](std::size_t i) {
     const auto is_zero = [&](std::uint32_t index) { return corners.normals[index] == Vec3{}; };
-    if (std::none_of(corners.triangles[i].begin(), corners.triangles[i].end(), is_zero)) continue;
+    if (std::none_of(corners.triangles[i].begin(), corners.triangles[i].end(), is_zero)) return;
     const Vec3d face = corner_weights(positions, triangles[i]).normal;
     const auto added = static_cast<std::uint32_t>(corners.normals.size());
     // A triangle without area is never hit: any unit vector will do.
@@ -103,7 +103,7 @@ void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Trian
     for (std::uint32_t& index : corners.triangles[i]) {
       if (is_zero(index)) index = added;
     }
-  }
+  });
 }
 
 }  // namespace
@@ -118,12 +118,12 @@ std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const std::uint32_t> polygons) {
   std::vector<Vec3> result = summed_normals(positions, triangles, polygons, triangles);
   // Where all cancels out, the first face's; without faces, up.
-  for (const Triangle& triangle : triangles) {
-    for (const std::uint32_t vertex : triangle) {
+  for_each_alive(triangles.size(), [&](std::size_t i) {
+    for (const std::uint32_t vertex : triangles[i]) {
       if (result[vertex] != Vec3{}) continue;
-      result[vertex] = to_float(corner_weights(positions, triangle).normal);
+      result[vertex] = to_float(corner_weights(positions, triangles[i]).normal);
     }
-  }
+  });
   for (Vec3& normal : result) {
     if (normal == Vec3{}) normal = {0, 0, 1};
   }
@@ -142,7 +142,7 @@ std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions) {
   constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
   std::vector<std::uint32_t> table(mask + 1, kEmpty);
   std::vector<std::uint32_t> first(positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i) {
+  for_each_alive(positions.size(), [&](std::size_t i) {
     const auto key = bits(i);
     std::uint64_t hash = key[0] * 0x9E3779B97F4A7C15ULL;
     hash = (hash ^ (hash >> 29) ^ key[1]) * 0xBF58476D1CE4E5B9ULL;
@@ -151,7 +151,7 @@ std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions) {
     while (table[slot] != kEmpty && bits(table[slot]) != key) slot = (slot + 1) & mask;
     if (table[slot] == kEmpty) table[slot] = static_cast<std::uint32_t>(i);
     first[i] = table[slot];
-  }
+  });
   return first;
 }
 
@@ -160,9 +160,9 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
   if (mesh.normal_triangles.empty()) {
     const std::vector<std::uint32_t> first = weld_positions(frame_positions);
     result.triangles = mesh.triangles;
-    for (Triangle& triangle : result.triangles) {
-      for (std::uint32_t& index : triangle) index = first[index];
-    }
+    for_each_alive(result.triangles.size(), [&](std::size_t i) {
+      for (std::uint32_t& index : result.triangles[i]) index = first[index];
+    });
     result.normals =
         summed_normals(frame_positions, mesh.triangles, mesh.polygons, result.triangles);
     use_faces_where_zero(frame_positions, mesh.triangles, result);
@@ -171,10 +171,11 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
   result.normals = mesh.normals;
   result.triangles = mesh.normal_triangles;
   std::vector<Vec3> computed;  // only where some normal cannot be used
-  for (Vec3& n : result.normals) {
+  for_each_alive(result.normals.size(), [&](std::size_t i) {
+    Vec3& n = result.normals[i];
     if (is_usable_normal(n)) n = to_float(Vec3d(n) * (1 / length(Vec3d(n))));
-  }
-  for (std::size_t i = 0; i < result.triangles.size(); ++i) {
+  });
+  for_each_alive(result.triangles.size(), [&](std::size_t i) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (is_usable_normal(result.normals[result.triangles[i][k]])) continue;
       if (computed.empty()) {
@@ -183,7 +184,7 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
       result.triangles[i][k] = static_cast<std::uint32_t>(result.normals.size());
       result.normals.push_back(computed[mesh.triangles[i][k]]);
     }
-  }
+  });
   return result;
 }
 

@@ -68,7 +68,7 @@ class FramePainter {
  public:
   FramePainter(const Scene::Impl& scene, const RenderOptions& options)
       : scene_(scene),
-        context_(scene.device.context()),
+        context_(context_of(scene.device)),
         with_map_(scene.has_map && !options.ignore_map && !options.flat),
         raster_(context_, vectors(scene.positions.download(context_)),
                 triples(scene.position_indices.download(context_))) {
@@ -145,7 +145,7 @@ CameraTarget framed(const Scene::Impl& scene, const RenderOptions& options) {
 
 /// See FrameCost::vertices.
 std::uint64_t count_vertices(const Scene::Impl& scene, bool with_map) {
-  cl::Context& context = scene.device.context();
+  cl::Context& context = context_of(scene.device);
   const std::vector<std::uint32_t> position = scene.position_indices.download(context);
   const std::vector<std::uint32_t> normal = scene.normal_indices.download(context);
   std::vector<float> uv;

@@ -147,7 +147,7 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
                     "faces and not points alone.");
   }
   target = CameraTarget::of(mesh);
-  cl::Context& context = device.context();
+  cl::Context& context = context_of(device);
   const std::vector<Vec3> frame_positions = target.frame.to_frame(mesh);
   rays = std::make_unique<RayCaster>(context, frame_positions, mesh.triangles);
   const std::uint64_t skipped = rays->stats().skipped;
@@ -186,7 +186,7 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
                     "' has no texture coordinates, so a normal map cannot be applied to it. Unwrap "
                     "it first, or leave the map out.");
   }
-  cl::Context& context = device.context();
+  cl::Context& context = context_of(device);
   const LowSurface surface = LowSurface::of(mesh, target.frame);
   shading =
       cl::Array<kiln_low_shading>(context, std::span<const kiln_low_shading>(low_shading(surface)));
@@ -283,7 +283,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   const std::uint32_t tiles_per_part = std::min(tiles, kMaxSamplesPerPart / samples_per_tile);
   params.capacity = tiles_per_part * samples_per_tile;
 
-  cl::Context& context = device.context();
+  cl::Context& context = context_of(device);
   Part part(context, params.capacity, tiles_per_part * kTilePixels);
   const std::vector<float> disc =
       vogel_disc(std::max(1U, params.ambient_passes) * std::size_t{per_pixel});

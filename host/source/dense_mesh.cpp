@@ -27,6 +27,13 @@ Pointer& made(Pointer& slot, Source::Stats& stats, const Make& make) {
 // Numbers that kernels read beyond the last one.
 constexpr std::size_t kPadding = 1;
 
+/// Before it is copied.
+template <typename T>
+const T& alive(const T& large) {
+  Heartbeat::beat();
+  return large;
+}
+
 }  // namespace
 
 SourceAttributes::SourceAttributes(cl::Context& context, const CornerNormals& corners)
@@ -48,14 +55,14 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
       frame(bounds ? Frame::of(high, *bounds) : Frame::of(high)),
       traversal(wanted),
       positions(frame.to_frame(high)),
-      triangles(high.triangles),
-      uvs(high.uvs),
-      uv_triangles(high.uv_triangles),
-      colors(high.colors),
+      triangles(alive(high.triangles)),
+      uvs(alive(high.uvs)),
+      uv_triangles(alive(high.uv_triangles)),
+      colors(alive(high.colors)),
       materials{high.materials, high.material_names},
       groups{high.groups, high.group_names},
       objects{high.objects, high.object_names} {
-  cl::Context& context = device.context();
+  cl::Context& context = context_of(device);
   const std::int64_t before = cl::Context::bytes_of_thread();
   attributes = SourceAttributes(context, corner_normals(high, positions));
   stats_.triangles = triangles.size();
@@ -99,7 +106,7 @@ Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
 
 const std::shared_ptr<Tree>& Source::Impl::tree() const {
   return made(tree_, stats_, [&] {
-    return std::make_shared<Tree>(device.context(), positions, triangles, will_move);
+    return std::make_shared<Tree>(context_of(device), positions, triangles, will_move);
   });
 }
 
@@ -118,41 +125,41 @@ void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
   raster_.reset();
   if (tree_ == nullptr) return;
   if (count_usable() == before) {
-    tree_->refit(device.context(), positions, triangles);
+    tree_->refit(context_of(device), positions, triangles);
   } else {
     // Other triangles count now: in place, since those who walk it hold it.
-    *tree_ = Tree(device.context(), positions, triangles, will_move);
+    *tree_ = Tree(context_of(device), positions, triangles, will_move);
   }
 }
 
 RayCaster& Source::Impl::rays() const {
-  const std::lock_guard lock(mutex_);
-  if (rays_ == nullptr) rays_ = std::make_unique<RayCaster>(device.context(), tree(), traversal);
+  const auto lock = lock_alive(mutex_);
+  if (rays_ == nullptr) rays_ = std::make_unique<RayCaster>(context_of(device), tree(), traversal);
   return *rays_;
 }
 
 ClosestFinder& Source::Impl::closest() const {
-  const std::lock_guard lock(mutex_);
+  const auto lock = lock_alive(mutex_);
   if (closest_ == nullptr) {
-    closest_ = std::make_unique<ClosestFinder>(device.context(), tree(), traversal);
+    closest_ = std::make_unique<ClosestFinder>(context_of(device), tree(), traversal);
   }
   return *closest_;
 }
 
 Rasterizer& Source::Impl::raster() const {
-  const std::lock_guard lock(mutex_);
+  const auto lock = lock_alive(mutex_);
   return *made(raster_, stats_, [&] {
-    return std::make_unique<Rasterizer>(device.context(), positions, triangles);
+    return std::make_unique<Rasterizer>(context_of(device), positions, triangles);
   });
 }
 
 Source::Stats Source::Impl::stats() const {
-  const std::lock_guard lock(mutex_);
+  const auto lock = lock_alive(mutex_);
   return stats_;
 }
 
 std::uint64_t Source::Impl::duplicates() const {
-  const std::lock_guard lock(mutex_);
+  const auto lock = lock_alive(mutex_);
   return tree_ == nullptr ? 0 : tree_->stats.duplicates;
 }
 

@@ -80,4 +80,11 @@ struct KILN_HIDDEN Source::Impl {
   mutable Stats stats_;
 };
 
+/// What Source hides from its users.
+struct KILN_HIDDEN SourceAccess {
+  static const Source::Impl& impl(const Source& source) { return *source.impl_; }
+};
+
+inline const Source::Impl& impl_of(const Source& source) { return SourceAccess::impl(source); }
+
 }  // namespace kiln

@@ -48,7 +48,7 @@ Mesh contour(const Device& device, const Volume& volume, const ContourOptions& o
   ContourReport local;
   ContourReport& out = report != nullptr ? *report : local;
   out = {};
-  const FineSurface surface = fine_surface(device.context(), volume, options, false, out);
+  const FineSurface surface = fine_surface(context_of(device), volume, options, false, out);
   Mesh mesh;
   mesh.name = volume.name;
   mesh.origin = volume.origin;

@@ -215,13 +215,13 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
   const auto start = std::chrono::steady_clock::now();
   ContourReport contour;
   const FineSurface surface =
-      fine_surface(device.context(), volume, options.contour, true, contour);
+      fine_surface(context_of(device), volume, options.contour, true, contour);
   const auto contoured = std::chrono::steady_clock::now();
   const VertexTree tree(surface, volume.size, options.contour.border == VolumeBorder::open);
   const auto seconds = [](auto from, auto to) {
     return std::chrono::duration<double>(to - from).count();
   };
-  ExtractResult result = extract_from(device.context(), volume, surface, tree, options, contour,
+  ExtractResult result = extract_from(context_of(device), volume, surface, tree, options, contour,
                                       seconds(contoured, std::chrono::steady_clock::now()));
   result.report.seconds_total += seconds(start, contoured);
   return result;

@@ -18,12 +18,12 @@ constexpr std::uint32_t kNone = VertexTree::kNone;
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
 /// Connected parts of the fine surface.
-struct Parts {
+struct Pieces {
   std::vector<std::uint32_t> of;     ///< The root above each node
   std::vector<std::uint32_t> sizes;  ///< Fine vertices, of roots
   std::uint32_t largest = 0;
 
-  explicit Parts(const VertexTree& tree) : of(tree.count()), sizes(tree.count()) {
+  explicit Pieces(const VertexTree& tree) : of(tree.count()), sizes(tree.count()) {
     for (std::uint32_t node = tree.count(); node-- > 0;) {
       of[node] = tree.parent(node) == kNone ? node : of[tree.parent(node)];
       if (node < tree.leaves()) ++sizes[of[node]];
@@ -35,7 +35,7 @@ struct Parts {
 /// 1 for fine vertices of parts that are left out; empty where none is.
 std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
                                       LightSurface& light) {
-  const Parts parts(tree);
+  const Pieces parts(tree);
   for (const std::uint32_t size : parts.sizes) {
     if (size == 0) continue;
     ++light.parts;
@@ -196,7 +196,7 @@ std::uint64_t quads_left(const FineSurface& surface, const std::vector<std::uint
 }  // namespace
 
 std::uint64_t count_small_parts(const VertexTree& tree, double share) {
-  const Parts parts(tree);
+  const Pieces parts(tree);
   return static_cast<std::uint64_t>(
       std::count_if(parts.sizes.begin(), parts.sizes.end(),
                     [&](std::uint32_t size) { return size != 0 && size < share * parts.largest; }));

@@ -41,7 +41,7 @@ struct KILN_HIDDEN VolumeSession::Impl {
       : device(on),
         volume(std::move(given)),
         options(contour),
-        fine(device.context(), options, true, true, kSlabBytes) {
+        fine(context_of(device), options, true, true, kSlabBytes) {
     follow({0, volume.size[2]});
   }
 
@@ -88,7 +88,7 @@ ExtractResult VolumeSession::extract(const ExtractOptions& options) const {
                 "The session contoured its volume with other options: give extract() the same, or "
                 "make a session of its own for these.");
   }
-  return extract_from(impl_->device.context(), impl_->volume, impl_->fine.surface(), *impl_->tree,
+  return extract_from(context_of(impl_->device), impl_->volume, impl_->fine.surface(), *impl_->tree,
                       options, impl_->report, 0);
 }
 

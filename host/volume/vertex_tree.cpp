@@ -293,9 +293,9 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         Cluster& cluster = clusters_[first - leaves_ + i];
         cluster = {};
         std::uint32_t leaf = children[begins[i]];
-        const auto plane = leaf < leaves_ ? unpack_place(surface.keys[leaf])[2]
-                                          : clusters_[leaf - leaves_].node[2];
-        const std::uint32_t low_plane = plane >> level << level;
+        const auto own_plane = leaf < leaves_ ? unpack_place(surface.keys[leaf])[2]
+                                              : clusters_[leaf - leaves_].node[2];
+        const std::uint32_t low_plane = own_plane >> level << level;
         const Planes& changed = earlier.kept.planes;
         const bool unchanged =
             low_plane >= changed.last || low_plane + (1U << level) <= changed.first;

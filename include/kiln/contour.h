@@ -241,7 +241,7 @@ class VolumeSession {
   const Volume& volume() const;  ///< As it is now
 
  private:
-  struct Impl;
+  struct KILN_OPAQUE Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -12,8 +12,9 @@
 namespace KILN_PUBLIC kiln {
 
 namespace ocl {
-class Context;
+class KILN_OPAQUE Context;
 }
+struct KILN_OPAQUE DeviceAccess;
 
 /// What an OpenCL device says of itself, as far as it matters to a bake.
 struct DeviceInfo {
@@ -52,6 +53,8 @@ bool in_driver() noexcept;
 /// its one queue, so what they ask of the device is done one after the other, in the order of asking; work
 /// on the host goes on beside it. Devices that are opened apart share nothing of Kiln's; on PoCL they
 /// share its worker threads and its compiler, of which a process has one each.
+/// The last copy waits, when it goes, for kernels that are being compiled for work that was cancelled: drivers
+/// cannot be stopped there (PoCL: up to about a second a program).
 class Device {
  public:
   /// Opens a device.
@@ -66,12 +69,9 @@ class Device {
   /// Seconds spent building kernels so far (little where the driver has them cached).
   double compile_seconds() const;
 
-  /// \cond Used by the library's own parts and by kiln/opencl.h.
-  explicit Device(std::shared_ptr<ocl::Context> context);
-  ocl::Context& context() const { return *context_; }
-  /// \endcond
-
  private:
+  friend DeviceAccess;  // the library's own parts
+  explicit Device(std::shared_ptr<ocl::Context> context);
   std::shared_ptr<ocl::Context> context_;
 };
 

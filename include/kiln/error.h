@@ -28,6 +28,9 @@ class Error : public std::runtime_error {
   /// \param id       as id() returns it: a string that lives as long as the program; null: the kind's
   Error(ErrorCode code, const std::string& message, const char* id = nullptr)
       : std::runtime_error(message), code_(code), id_(id != nullptr ? id : name_of(code)) {}
+  Error(const Error&) = default;             ///< Does not throw
+  Error& operator=(const Error&) = default;  ///< Does not throw
+  ~Error() override;                         ///< In the library, and with it what catching asks for
   /// The kind of failure.
   ErrorCode code() const noexcept { return code_; }
   /// What is wrong, in words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws

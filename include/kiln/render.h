@@ -122,7 +122,9 @@ class Scene {
   /// Triangles that rays pass through, since they have no area or are not finite.
   const std::vector<Warning>& warnings() const;
 
-  struct Impl;
+  /// \cond The library's own.
+  struct KILN_OPAQUE Impl;
+  /// \endcond
 
  private:
   std::shared_ptr<const Impl> impl_;

@@ -90,7 +90,7 @@ class BakeSession {
   const Bounds& bounds() const;  ///< SessionOptions::bounds, or what was taken
 
  private:
-  struct Impl;
+  struct KILN_OPAQUE Impl;
   std::unique_ptr<Impl> impl_;
 };
 
@@ -121,7 +121,7 @@ class ViewSession {
   Match match() const;
 
  private:
-  struct Impl;
+  struct KILN_OPAQUE Impl;
   std::unique_ptr<Impl> impl_;
 };
 

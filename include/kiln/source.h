@@ -13,6 +13,8 @@
 
 namespace KILN_PUBLIC kiln {
 
+struct KILN_OPAQUE SourceAccess;
+
 /// Which ray kernels run: explicit vectors for CPU devices, one ray a work-item for GPUs, or by the
 /// device's type.
 enum class RayTraversal { automatic, cpu, gpu };
@@ -63,12 +65,12 @@ class Source {
   /// What was imperfect in the mesh and handled.
   const std::vector<Warning>& warnings() const;
 
-  /// \cond For the library's own parts.
-  struct Impl;
-  const Impl& impl() const { return *impl_; }
+  /// \cond The library's own.
+  struct KILN_OPAQUE Impl;
   /// \endcond
 
  private:
+  friend SourceAccess;  // the library's own parts
   std::shared_ptr<const Impl> impl_;
 };
 

@@ -39,8 +39,9 @@ struct Length {
 
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 ///
-/// Comes at least ten times a second, on the thread that called Kiln, and never two at once. It may take
-/// its time (the work waits), and it may call anything of Kiln that does not use the same Device. What it
+/// Comes at least ten times a second, on the thread that called Kiln, and never two at once; also while the
+/// driver compiles kernels. Stopped then, Kiln returns at once, and the compiler goes on in a thread of the
+/// Device's, for whoever needs the kernels next. It may take its time (the work waits), and it may call anything of Kiln that does not use the same Device. What it
 /// throws leaves the function that was called; nothing is left behind.
 using Progress = std::function<bool(double done, std::string_view stage)>;
 

@@ -23,11 +23,11 @@ using Point = std::array<double, 3>;
 constexpr double kU = 0x1p-24;  // half a unit in the last place of 1
 
 std::shared_ptr<const Tree> tree_of(const Scene& scene) {
-  return std::make_shared<const Tree>(device()->context(), scene.positions, scene.triangles);
+  return std::make_shared<const Tree>(context_of(*device()), scene.positions, scene.triangles);
 }
 
 ClosestFinder finder_of(const Scene& scene, Traversal traversal) {
-  return ClosestFinder(device()->context(), tree_of(scene), traversal);
+  return ClosestFinder(context_of(*device()), tree_of(scene), traversal);
 }
 
 Cast find(const ClosestFinder& finder, const std::vector<Ray>& samples, const ClosestQuery& query) {
@@ -209,8 +209,8 @@ TEST(ClosestKernel, VariantsAgreeToTheBit) {
                                      bumpy_sphere(8, 8, 0.0f), sliver_soup(300, 2)};
   for (const Scene& scene : scenes) {
     const auto tree = tree_of(scene);
-    const ClosestFinder cpu(device()->context(), tree, Traversal::cpu);
-    const ClosestFinder gpu(device()->context(), tree, Traversal::gpu);
+    const ClosestFinder cpu(context_of(*device()), tree, Traversal::cpu);
+    const ClosestFinder gpu(context_of(*device()), tree, Traversal::gpu);
     EXPECT_NE(cpu.traversal(), Traversal::gpu);
     EXPECT_EQ(gpu.traversal(), Traversal::gpu);
     for (const auto& samples :

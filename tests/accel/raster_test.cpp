@@ -17,7 +17,7 @@
 namespace kiln::test {
 namespace {
 
-cl::Context& context() { return device()->context(); }
+cl::Context& context() { return context_of(*device()); }
 
 std::vector<std::uint64_t> draw(const kiln_view& view, const std::vector<Vec3>& positions,
                                 const std::vector<Triangle>& triangles,

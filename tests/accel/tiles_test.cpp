@@ -24,7 +24,7 @@ namespace {
 using Keys = std::vector<std::uint64_t>;
 constexpr std::uint64_t kCanary = 0x3F00000000000000ULL;  // nearer than anything: triangle 0
 
-cl::Context& context() { return device()->context(); }
+cl::Context& context() { return context_of(*device()); }
 
 struct Drawn {
   std::vector<Vec3> positions;

@@ -144,7 +144,7 @@ constexpr double kTolerance = 2e-5;
 
 TEST_P(DetailTest, AgreesWithTheDoublePrecisionInverse) {
   KILN_REQUIRE_DEVICE();
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   for (const std::uint32_t texels : {1U, 63U, 64U, 65U, 1000U}) {
     DetailScene scene(context, texels, 1);
     BakeOptions options;
@@ -191,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(Spaces, DetailTest,
 
 TEST(Detail, BothPathsGiveTheSameBytes) {
   KILN_REQUIRE_DEVICE();
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   int options_tried = 0;
   for (const std::uint32_t texels : {1U, 7U, 8U, 9U, 130U}) {
     for (const std::uint32_t samples : {1U, 3U}) {
@@ -233,7 +233,7 @@ class ResolveTest : public testing::TestWithParam<MissPolicy> {};
 
 TEST_P(ResolveTest, AveragesTheSamplesThatCount) {
   KILN_REQUIRE_DEVICE();
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   constexpr std::uint32_t kTexels = 130;
   constexpr std::uint32_t kSamples = 4;
   DetailScene scene(context, kTexels, kSamples);

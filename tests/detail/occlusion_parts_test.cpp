@@ -22,7 +22,7 @@ const std::vector<MapKind> kAll = {MapKind{"ao"}, MapKind{"bent_normal"}, MapKin
 
 /// Correspondences along +Z, at heights from `low` to `high` over the low poly.
 Correspondence look(const Source::Impl& source, const TexelBand& band, float low, float high) {
-  Correspondence match(source.device.context(), band.capacity);
+  Correspondence match(context_of(source.device), band.capacity);
   RayQuery query;
   query.t_min = low * static_cast<float>(source.frame.scale);
   query.t_max = high * static_cast<float>(source.frame.scale);
@@ -35,7 +35,7 @@ std::vector<std::vector<float>> in_bands(const Source::Impl& source, const Mesh&
                                          const BakeOptions& options, std::uint32_t samples,
                                          std::uint32_t* bands = nullptr) {
   const LowSurface surface = LowSurface::of(low, source.frame);
-  TexelSampler sampler(source.device.context(), surface,
+  TexelSampler sampler(context_of(source.device), surface,
                        {options.width, options.height, options.samples, samples});
   Layers layers(source, surface, options);
   if (bands != nullptr) *bands = sampler.band_count();
@@ -59,8 +59,8 @@ TEST(OcclusionParts, BandsAndPiecesChangeNoByte) {
   options.occlusion.rays = 75;  // odd, and more than one launch of a piece holds
   std::uint32_t one = 0, several = 0;
   // 37,636 samples: three pieces of one band, or bands of one piece each, the last lanes of which are padded.
-  const auto whole = in_bands(source.impl(), ground(1), options, 1 << 20, &one);
-  const auto parts = in_bands(source.impl(), ground(1), options, 3000, &several);
+  const auto whole = in_bands(impl_of(source), ground(1), options, 1 << 20, &one);
+  const auto parts = in_bands(impl_of(source), ground(1), options, 3000, &several);
   EXPECT_EQ(one, 1U);
   EXPECT_GT(several, 4U);
   ASSERT_EQ(whole.size(), 3U);
@@ -160,8 +160,8 @@ TEST(OcclusionParts, BlendsMixValues) {
   test::add_rectangle(high, {-1, -1, 0.1F}, {1, 0, 0}, {0, 2, 0});
   test::add_rectangle(high, {-1, -1, -0.1F}, {2, 0, 0}, {0, 2, 0});
   const Source opened(*test::device(), high);
-  const Source::Impl& source = opened.impl();
-  cl::Context& context = source.device.context();
+  const Source::Impl& source = impl_of(opened);
+  cl::Context& context = context_of(source.device);
   BakeOptions options = asking(kAll, 24);
   options.space = NormalMapSpace::object;
   options.occlusion.distance = Length::absolute(0.5);

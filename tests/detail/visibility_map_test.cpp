@@ -49,7 +49,7 @@ TEST(VisibilityMaps, HoldWhatBruteForceFinds) {
   ASSERT_EQ(v.channels, 3U);
   ASSERT_EQ(s.channels, 1U);
 
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   const Frame frame = Frame::of(high);
   const LowSurface surface = LowSurface::of(low, frame);
   const std::vector<Vec3> positions = frame.to_frame(low);

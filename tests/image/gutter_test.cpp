@@ -41,7 +41,7 @@ void scatter(Scene& scene, double share, Coverage what, unsigned seed) {
 }
 
 std::uint64_t fill(Scene& scene, const GutterOptions& options) {
-  return fill_gutter(test::device()->context(), scene.image, scene.coverage, options);
+  return fill_gutter(context_of(*test::device()), scene.image, scene.coverage, options);
 }
 
 // Compares a filled scene with the oracle, texel by texel, exactly.

@@ -483,7 +483,7 @@ struct Bunny {
 
 /// The chart of every texel of a map with one sample a texel.
 ChartMap charts_of(const Mesh& low, std::uint32_t size) {
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   TexelSampler sampler(context, LowSurface::of(low, Frame()), {size, size});
   ChartMap charts(std::size_t{size} * size, 1);
   const std::vector<std::uint32_t> chart_of_triangle = uv_charts(low);

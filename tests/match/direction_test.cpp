@@ -68,7 +68,7 @@ TEST(Direction, StandsOnFlatFaces) {
     SCOPED_TRACE(name);
     const sample::HardScene scene = sample::hard_scene(name);
     const Source source(*test::device(), scene.high);
-    const Frame& frame = source.impl().frame;
+    const Frame& frame = impl_of(source).frame;
     const HardEdges hard = HardEdges::of(LowSurface::of(scene.low, frame));
     const double width = kWidth * frame.diagonal * frame.scale;
     const test::HardBake turned(source, scene.low, options_of(RayDirection::automatic));
@@ -87,7 +87,7 @@ TEST(Direction, GivesThePerpendicularsNormals) {
     SCOPED_TRACE(name);
     const sample::HardScene scene = sample::hard_scene(name);
     const Source source(*test::device(), scene.high);
-    const Source::Impl& impl = source.impl();
+    const Source::Impl& impl = impl_of(source);
     const HardEdges hard = HardEdges::of(LowSurface::of(scene.low, impl.frame));
     const double unit = impl.frame.diagonal * impl.frame.scale;
     const test::HardBake bake(source, scene.low, options_of(RayDirection::automatic));
@@ -119,7 +119,7 @@ TEST(Direction, GivesThePerpendicularsNormals) {
 /// Directions of one band, after they turned.
 std::vector<float> directions_of(const LowSurface& surface, RayDirection direction, double width,
                                  std::uint32_t size) {
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   TexelSampler sampler(context, surface, {size, size});
   TexelBand band = sampler.sample(0);
   EdgeTurn(context, surface, direction, width).apply(context, band);

@@ -57,7 +57,7 @@ TEST(Hybrid, FollowsTheFormulaOnTheBunny) {
     const Vec3 toward = to_float(d.toward);
     directions.push_back({{toward.x, toward.y, toward.z}, d.weight});
   }
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   TexelSampler sampler(context, surface, {kSize, kSize, 1, 1U << 22});
   const TexelBand band = sampler.sample(0);
   const std::vector<float> points = band.points.download(context);

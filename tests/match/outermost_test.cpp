@@ -54,7 +54,7 @@ bool had_a_choice(const Source::Impl& high, const test::HardBake& bake, std::siz
 Seen seen(const Source& source, const sample::HardScene& scene, RayRule rule) {
   const test::HardBake bake(source, scene.low, sized(64, rule));
   // The default reach, 2% of the diagonal, in the frame.
-  const auto& frame = source.impl().frame;
+  const auto& frame = impl_of(source).frame;
   const auto reach = static_cast<float>(0.02 * frame.diagonal * frame.scale);
   const test::Shown shown(source, scene.high, scene.low, bake, reach);
   Seen result;
@@ -66,7 +66,7 @@ Seen seen(const Source& source, const sample::HardScene& scene, RayRule rule) {
     result.shown += share;
     if (share >= kNextToNone) continue;
     result.unseen += 1;
-    if (!had_a_choice(source.impl(), bake, i, shown, double{reach})) continue;
+    if (!had_a_choice(impl_of(source), bake, i, shown, double{reach})) continue;
     result.wrong += 1;
     const Vec3& p = bake.samples.position[i];
     const double unit = 1 / frame.scale;

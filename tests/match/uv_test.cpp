@@ -191,10 +191,10 @@ struct Raster {
 Raster rasterise(const Mesh& dense, const Mesh& low, std::uint32_t size, std::uint32_t samples,
                  std::uint32_t band_samples, UvPath path) {
   const Source source(*test::device(), dense);
-  cl::Context& context = test::device()->context();
-  const LowSurface surface = LowSurface::of(low, source.impl().frame);
+  cl::Context& context = context_of(*test::device());
+  const LowSurface surface = LowSurface::of(low, impl_of(source).frame);
   TexelSampler sampler(context, surface, {size, size, samples, band_samples});
-  UvRaster raster(source.impl(), size, size, samples, path);
+  UvRaster raster(impl_of(source), size, size, samples, path);
   Raster result;
   for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
     const TexelBand band = sampler.sample(b);
@@ -220,7 +220,7 @@ Raster rasterise(const Mesh& dense, const Mesh& low, std::uint32_t size, std::ui
 
 TEST(Uv, BothPathsGiveTheSameBytes) {
   KILN_REQUIRE_DEVICE();
-  if (choose_traversal(test::device()->context(), Traversal::automatic) != Traversal::cpu) {
+  if (choose_traversal(context_of(*test::device()), Traversal::automatic) != Traversal::cpu) {
     GTEST_SKIP() << "not a device for runs of rows";
   }
   EXPECT_TRUE(rc::check("random layouts", [] {
@@ -429,7 +429,7 @@ TEST(UvPoints, AreThoseOfTheLowestTriangleThatCoversTheUv) {
   std::vector<Vec2> uvs(3000);
   for (Vec2& uv : uvs) uv = {uniform(random), uniform(random)};
   uvs[0].x = std::numeric_limits<float>::quiet_NaN();
-  const UvPoints found = find_uv_points(source.impl(), uvs);
+  const UvPoints found = find_uv_points(impl_of(source), uvs);
   std::size_t covered = 0, beside = 0;
   for (std::size_t i = 0; i < uvs.size(); ++i) {
     std::uint32_t expected = KILN_NO_TRIANGLE;

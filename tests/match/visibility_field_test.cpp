@@ -36,7 +36,7 @@ struct Field {
   Field(const Mesh& mesh, std::uint32_t map_width, std::uint32_t map_height,
         const VisibilityOptions& options)
       : width(map_width), height(map_height) {
-    cl::Context& context = test::device()->context();
+    cl::Context& context = context_of(*test::device());
     const LowSurface surface = LowSurface::of(mesh, Frame::of(mesh));
     const VisibilityField field(context, surface, width, height, options, Traversal::automatic,
                                 report);
@@ -307,7 +307,7 @@ struct Directed {
   Directed(const Mesh& mesh, const VisibilityOptions& options, bool hybrid, std::uint32_t width,
            std::uint32_t height, std::uint32_t samples)
       : surface(LowSurface::of(mesh, Frame::of(mesh))) {
-    cl::Context& context = test::device()->context();
+    cl::Context& context = context_of(*test::device());
     VisibilityReport report;
     const VisibilityField all(context, surface, width, height, options, Traversal::automatic,
                               report);
@@ -462,9 +462,9 @@ TEST(VisibilityBake, FindsWhatTheOracleFinds) {
     const Vec3 toward = to_float(d.toward);
     directions.push_back({{toward.x, toward.y, toward.z}, d.weight});
   }
-  TexelSampler sampler(test::device()->context(), surface, {256, 128, 1, 1U << 22});
+  TexelSampler sampler(context_of(*test::device()), surface, {256, 128, 1, 1U << 22});
   const TexelBand band = sampler.sample(0);
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   const std::vector<float> points = band.points.download(context);
   const std::vector<std::uint32_t> triangle = band.triangle.download(context);
   const std::vector<std::uint32_t> index = band.texel_index.download(context);

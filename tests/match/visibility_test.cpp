@@ -90,7 +90,7 @@ struct Scene {
 
   VisibilityProbe probe(Traversal traversal = Traversal::automatic,
                         std::uint32_t view_size = 256) const {
-    return {test::device()->context(), surface, directions, view_size, traversal};
+    return {context_of(*test::device()), surface, directions, view_size, traversal};
   }
   Vec3 in_frame(const Vec3d& p) const {
     return to_float(Vec3d{p.x - frame.center[0], p.y - frame.center[1], p.z - frame.center[2]} *
@@ -113,7 +113,7 @@ std::vector<Seen> see(VisibilityProbe& probe, const std::vector<Vec3>& positions
   } else {
     probe.add_by_views(places);
   }
-  const std::vector<float> sums = places.sums.download(test::device()->context());
+  const std::vector<float> sums = places.sums.download(context_of(*test::device()));
   const std::size_t plane = places.capacity;
   std::vector<Seen> result;
   for (std::size_t i = 0; i < positions.size(); ++i) {

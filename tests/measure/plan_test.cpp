@@ -157,8 +157,8 @@ TEST(Plan, MeasuresTheSameWithoutAHierarchy) {
   const Pair pair;
   const Source source(*test::device(), pair.high);
   const BakeResult baked = bake(source, pair.low, plan_options(0, 256).bake);
-  const NormalProbe rays(source.impl(), pair.low, nullptr, Pictures::views(), kPlanPixels, false);
-  const NormalProbe drawn(source.impl(), pair.low, nullptr, Pictures::views(), kPlanPixels, true);
+  const NormalProbe rays(impl_of(source), pair.low, nullptr, Pictures::views(), kPlanPixels, false);
+  const NormalProbe drawn(impl_of(source), pair.low, nullptr, Pictures::views(), kPlanPixels, true);
   const Image& map = baked.maps[0].image;
   const NormalError a = rays.with_map(map, NormalMapSpace::tangent, false);
   const NormalError b = drawn.with_map(map, NormalMapSpace::tangent, false);
@@ -177,8 +177,8 @@ TEST(Plan, MeasuresAnOpenMeshTheSameWithoutAHierarchy) {
   const Source source(*test::device(), high);
   const Mesh low = test::plane(2, 2);
   const Image map = bake(source, low, plan_options(0, 512).bake).maps[0].image;
-  const NormalProbe rays(source.impl(), low, nullptr, Pictures::views(), kPlanPixels, false);
-  const NormalProbe drawn(source.impl(), low, nullptr, Pictures::views(), kPlanPixels, true);
+  const NormalProbe rays(impl_of(source), low, nullptr, Pictures::views(), kPlanPixels, false);
+  const NormalProbe drawn(impl_of(source), low, nullptr, Pictures::views(), kPlanPixels, true);
   const NormalError a = rays.with_map(map, NormalMapSpace::tangent, false);
   const NormalError b = drawn.with_map(map, NormalMapSpace::tangent, false);
   EXPECT_NEAR(static_cast<double>(b.pixels), 0.5 * static_cast<double>(a.pixels), 0.05 * a.pixels);
@@ -194,7 +194,7 @@ TEST(Plan, KnowsWhatNoMapCanShow) {
     high.normal_triangles.clear();
     for (Vec3& p : high.positions) p.z = static_cast<float>(height * std::sin(60 * p.x));
     const Source source(*test::device(), high);
-    const NormalProbe probe(source.impl(), test::plane(2, 2), nullptr, Pictures::views(),
+    const NormalProbe probe(impl_of(source), test::plane(2, 2), nullptr, Pictures::views(),
                             kPlanPixels, false);
     EXPECT_GT(probe.places(), 1000U);
     // As a share of another error the least is the same, but for what grazing directions, of which it takes
@@ -415,7 +415,7 @@ TEST(Plan, KnowsWhatAFallbackAddsToUvs) {
     if (uv.x > 0.5F) uv.x = NAN;
   }
   const Source source(*test::device(), pair.high);
-  const NormalProbe probe(source.impl(), pair.low, nullptr, Pictures::views(), kPlanPixels, true);
+  const NormalProbe probe(impl_of(source), pair.low, nullptr, Pictures::views(), kPlanPixels, true);
   std::shared_ptr<const VisibilityField> field;
   BakeOptions options = plan_options(0).bake;
   const double by_rays = probe.limit(options, field).error.mean_degrees;

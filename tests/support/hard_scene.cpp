@@ -52,15 +52,15 @@ std::vector<std::uint32_t> parts_of(const Mesh& mesh) {
 HardBake::HardBake(const Source& source, const Mesh& low, BakeOptions options) {
   options.keep_match = true;
   baked = bake(source, low, options);
-  samples = assessed_samples(source.impl(), low, *baked.match);
+  samples = assessed_samples(impl_of(source), low, *baked.match);
 }
 
 Shown::Shown(const Source& source, const Mesh& high, const Mesh& low, const HardBake& bake,
              float reach)
     : parts_(parts_of(high)), sum_(bake.samples.size()), by_part_(bake.samples.size()) {
-  cl::Context& context = device()->context();
+  cl::Context& context = context_of(*device());
   const AssessedSamples& samples = bake.samples;
-  const RayCaster light(context, source.impl().frame.to_frame(low), low.triangles);
+  const RayCaster light(context, impl_of(source).frame.to_frame(low), low.triangles);
   const auto count = static_cast<std::uint32_t>(samples.size());
   Correspondence shown(context, count);
   cl::Array<std::uint8_t> hidden(context, count);
@@ -68,7 +68,7 @@ Shown::Shown(const Source& source, const Mesh& high, const Mesh& low, const Hard
     const cl::Array<float> points = towards(context, samples, w);
     light.occluded(points, count, count, {.t_min = kOwn, .t_max = kFar, .two_sided = true}, hidden);
     RayQuery from_outside{.t_min = 0, .t_max = kFar + reach, .offset = kFar, .inward = true};
-    source.impl().rays().intersect(points, count, count, from_outside, shown);
+    impl_of(source).rays().intersect(points, count, count, from_outside, shown);
     std::vector<std::uint8_t> blocked(count);
     std::vector<std::uint32_t> triangle(count);
     std::vector<float> distance(count);

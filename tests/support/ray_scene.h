@@ -152,7 +152,7 @@ inline std::vector<RayCase> all_queries() {
 }
 
 inline RayCaster caster_of(const Scene& scene, Traversal traversal = Traversal::cpu) {
-  return RayCaster(device()->context(), scene.positions, scene.triangles, traversal);
+  return RayCaster(context_of(*device()), scene.positions, scene.triangles, traversal);
 }
 
 /// What a cast wrote, on the host.
@@ -180,7 +180,7 @@ inline std::vector<float> planes_of(const std::vector<Ray>& rays, std::size_t ca
 /// What `match(points, count, capacity, result)` writes for the rays, with canaries around it.
 template <typename Run>
 Cast match_of(const std::vector<Ray>& rays, const Run& match) {
-  cl::Context& context = device()->context();
+  cl::Context& context = context_of(*device());
   const auto count = static_cast<std::uint32_t>(rays.size());
   const std::uint32_t capacity = count + 5;
   const std::vector<float> planes = planes_of(rays, capacity);
@@ -223,7 +223,7 @@ inline Cast cast(const RayCaster& caster, const std::vector<Ray>& rays, const Ra
 
 inline std::vector<std::uint8_t> occluded(const RayCaster& caster, const std::vector<Ray>& rays,
                                           const RayQuery& query) {
-  cl::Context& context = device()->context();
+  cl::Context& context = context_of(*device());
   const auto count = static_cast<std::uint32_t>(rays.size());
   const std::vector<float> planes = planes_of(rays, count);
   const cl::Array<float> points(context, std::span<const float>(planes));

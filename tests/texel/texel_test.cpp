@@ -58,7 +58,7 @@ struct Map {
 };
 
 void put_band(const TexelBand& band, Map& map) {
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   const std::vector<std::uint32_t> index = band.texel_index.download(context);
   const std::vector<std::uint32_t> first = band.texel_first.download(context);
   const std::vector<std::uint32_t> slot = band.sample_slot.download(context);
@@ -95,7 +95,7 @@ void put_band(const TexelBand& band, Map& map) {
 }
 
 Map sample_all(const LowSurface& surface, const TexelOptions& options) {
-  TexelSampler sampler(test::device()->context(), surface, options);
+  TexelSampler sampler(context_of(*test::device()), surface, options);
   Map map(options);
   std::uint32_t next_row = 0;
   TexelBand band;
@@ -296,11 +296,11 @@ TEST(Texel, SmallBandsGiveTheSameMap) {
 TEST(Texel, NeighboursAreCloseInMemory) {
   KILN_REQUIRE_DEVICE();
   std::mt19937 random(6);
-  TexelSampler sampler(test::device()->context(), surface_of(tiling(4, random)),
+  TexelSampler sampler(context_of(*test::device()), surface_of(tiling(4, random)),
                        {128, 128, 1, 1U << 22});
   const TexelBand band = sampler.sample(0);
   ASSERT_EQ(band.sample_count, 128U * 128U);
-  const std::vector<std::uint32_t> index = band.texel_index.download(test::device()->context());
+  const std::vector<std::uint32_t> index = band.texel_index.download(context_of(*test::device()));
   for (std::size_t run : {8U, 64U}) {
     for (std::size_t i = 0; i + run <= band.texel_count; i += run) {
       std::uint32_t low_x = 1000, high_x = 0, low_y = 1000, high_y = 0;
@@ -318,7 +318,7 @@ TEST(Texel, NeighboursAreCloseInMemory) {
 
 TEST(Texel, NothingBeyondTheCountIsWritten) {
   KILN_REQUIRE_DEVICE();
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   std::mt19937 random(8);
   std::vector<ReferenceTriangle> triangles;
   for (int i = 0; i < 20; ++i) triangles.push_back(random_triangle(random, 0.1F));
@@ -464,7 +464,8 @@ TEST(Texel, WithoutADirectionTheFaceNormalIsUsed) {
 TEST(Texel, BandsInAnyOrderCountOnce) {
   KILN_REQUIRE_DEVICE();
   std::mt19937 random(11);
-  TexelSampler sampler(test::device()->context(), surface_of(tiling(3, random)), {64, 64, 1, 600});
+  TexelSampler sampler(context_of(*test::device()), surface_of(tiling(3, random)),
+                       {64, 64, 1, 600});
   ASSERT_GT(sampler.band_count(), 4U);
   for (std::uint32_t b = sampler.band_count(); b-- > 0;) sampler.sample(b);
   sampler.sample(2);
@@ -477,7 +478,7 @@ TEST(Texel, SizesAreChecked) {
   for (const TexelOptions& bad : {TexelOptions{0, 4, 1, 1}, TexelOptions{4, 16385, 1, 1},
                                   TexelOptions{4, 4, 0, 1}, TexelOptions{4, 4, 17, 1}}) {
     try {
-      TexelSampler sampler(test::device()->context(), surface, bad);
+      TexelSampler sampler(context_of(*test::device()), surface, bad);
       FAIL() << "accepted";
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::usage);

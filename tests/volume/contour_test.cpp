@@ -171,7 +171,7 @@ Simplified simplified(const Volume& volume, std::uint32_t faces, double error,
   options.iso = iso;
   options.border = open ? VolumeBorder::open : VolumeBorder::closed;
   Simplified result;
-  result.fine = fine_surface(test::device()->context(), volume, options, true, report);
+  result.fine = fine_surface(context_of(*test::device()), volume, options, true, report);
   const VertexTree tree(result.fine, volume.size, open);
   result.before = topology(to_mesh(choose_light_surface(result.fine, tree, volume, {.error = -1})));
   result.light = choose_light_surface(

@@ -95,7 +95,7 @@ TEST(Contour, VerticesStayInTheirCells) {
   const Volume volume = make_float_volume(
       {20, 20, 20}, [&](double, double, double) { return static_cast<int>(random() % 7) - 3; });
   ContourReport report;
-  const FineSurface surface = fine_surface(test::device()->context(), volume, {}, true, report);
+  const FineSurface surface = fine_surface(context_of(*test::device()), volume, {}, true, report);
   for (std::size_t i = 0; i < surface.keys.size(); ++i) {
     const CellPlace cell = unpack_place(surface.keys[i]);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -234,7 +234,7 @@ TEST(Contour, SlabsGiveTheSameBytes) {
     const double fold = std::fmod(z + 0.37 * x + 0.21 * y, 7.3) - 3.65;
     return 1.4 - std::abs(fold) + 0.02 * std::sin(0.9 * x) * std::sin(0.8 * y + 0.7 * z);
   });
-  auto& context = test::device()->context();
+  auto& context = context_of(*test::device());
   for (const Volume* volume : {&smooth, &folded}) {
     ContourReport report;
     const FineSurface whole = fine_surface(context, *volume, {}, true, report);

@@ -40,20 +40,20 @@ class ClosestBench {
         only_(std::move(only)),
         size_(size),
         percent_(percent),
-        tree_(std::make_shared<const Tree>(device_.context(), positions_, high.triangles)),
-        finder_(device_.context(), tree_),
-        scalar_(device_.context(), tree_, Traversal::gpu),
+        tree_(std::make_shared<const Tree>(context_of(device_), positions_, high.triangles)),
+        finder_(context_of(device_), tree_),
+        scalar_(context_of(device_), tree_, Traversal::gpu),
         embree_(positions_, high.triangles, false) {
     const LowSurface surface = LowSurface::of(low, frame_);
     TexelOptions options;
     options.width = options.height = size;
-    TexelSampler sampler(device_.context(), surface, options);
+    TexelSampler sampler(context_of(device_), surface, options);
     for (std::uint32_t i = 0; i < sampler.band_count(); ++i) {
       Band band;
       band.device = sampler.sample(i);
       if (band.device.sample_count == 0) continue;
-      band.host = band.device.points.download(device_.context());
-      band.match = Correspondence(device_.context(), band.device.capacity);
+      band.host = band.device.points.download(context_of(device_));
+      band.match = Correspondence(context_of(device_), band.device.capacity);
       samples_ += band.device.sample_count;
       bands_.push_back(std::move(band));
     }
@@ -97,7 +97,7 @@ class ClosestBench {
       finder.find(band.device.points, band.device.sample_count, band.device.capacity, query,
                   band.match);
     }
-    device_.context().finish();
+    context_of(device_).finish();
   }
 
   void find_embree(const ClosestQuery& query, bool seeded) {
@@ -116,8 +116,8 @@ class ClosestBench {
     find(finder_, query);
     find_embree(query, true);
     for (Band& band : bands_) {
-      const std::vector<std::uint32_t> triangle = band.match.triangle.download(device_.context());
-      const std::vector<float> distance = band.match.distance.download(device_.context());
+      const std::vector<std::uint32_t> triangle = band.match.triangle.download(context_of(device_));
+      const std::vector<float> distance = band.match.distance.download(context_of(device_));
       for (std::size_t i = 0; i < band.device.sample_count; ++i) {
         const bool ours = triangle[i] != KILN_NO_TRIANGLE;
         const bool theirs = band.peer.triangle[i] != KILN_NO_TRIANGLE;

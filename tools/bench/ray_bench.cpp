@@ -46,21 +46,21 @@ class RayBench {
         high_(high),
         only_(std::move(only)),
         size_(size),
-        caster_(device_.context(), positions_, high.triangles),
-        scalar_(device_.context(), positions_, high.triangles, Traversal::gpu),
+        caster_(context_of(device_), positions_, high.triangles),
+        scalar_(context_of(device_), positions_, high.triangles, Traversal::gpu),
         embree_(positions_, high.triangles, false),
         robust_(positions_, high.triangles, true) {
     if (size == 0) return;
     const LowSurface surface = LowSurface::of(low, frame_);
     TexelOptions options;
     options.width = options.height = size;
-    TexelSampler sampler(device_.context(), surface, options);
+    TexelSampler sampler(context_of(device_), surface, options);
     for (std::uint32_t i = 0; i < sampler.band_count(); ++i) {
       Band band;
       band.device = sampler.sample(i);
       if (band.device.sample_count == 0) continue;
-      band.host = band.device.points.download(device_.context());
-      band.match = Correspondence(device_.context(), band.device.capacity);
+      band.host = band.device.points.download(context_of(device_));
+      band.match = Correspondence(context_of(device_), band.device.capacity);
       rays_ += band.device.sample_count;
       bands_.push_back(std::move(band));
     }
@@ -144,7 +144,7 @@ class RayBench {
         host[(3 + axis) * count + i] = d[axis] / size;
       }
     }
-    cl::Context& context = device_.context();
+    cl::Context& context = context_of(device_);
     const cl::Array<float> points(context, std::span<const float>(host));
     const cl::Array<std::uint8_t> ours(context, count);
     const auto rays = static_cast<std::uint32_t>(count);
@@ -206,7 +206,7 @@ class RayBench {
       caster.intersect(band.device.points, band.device.sample_count, band.device.capacity, query,
                        band.match);
     }
-    device_.context().finish();
+    context_of(device_).finish();
   }
 
   /// Ours against rtcIntersect1, hit by hit.
@@ -215,8 +215,8 @@ class RayBench {
     Agreement sum;
     for (Band& band : bands_) {
       embree_.intersect(planes(band, query), EmbreeMode::one, band.peer);
-      const std::vector<std::uint32_t> triangle = band.match.triangle.download(device_.context());
-      const std::vector<float> distance = band.match.distance.download(device_.context());
+      const std::vector<std::uint32_t> triangle = band.match.triangle.download(context_of(device_));
+      const std::vector<float> distance = band.match.distance.download(context_of(device_));
       for (std::size_t i = 0; i < band.device.sample_count; ++i) {
         const bool ours = triangle[i] != KILN_NO_TRIANGLE;
         const bool theirs = band.peer.triangle[i] != KILN_NO_TRIANGLE;

@@ -68,9 +68,9 @@ BakeOptions options_of(std::uint32_t size, MatchMethod method) {
 
 /// The kernels of a bake.
 void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) {
-  cl::Context& context = device.context();
+  cl::Context& context = context_of(device);
   const Source source(device, dense);
-  const Source::Impl& high = source.impl();
+  const Source::Impl& high = impl_of(source);
   const BakeOptions options = options_of(size, MatchMethod::uv);
   const LowSurface surface = LowSurface::of(light(), high.frame);
   TexelSampler sampler(context, surface, {size, size, 1, 1U << 20});

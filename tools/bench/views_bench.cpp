@@ -36,7 +36,7 @@ void compare(cl::Context& context, GlPeer& peer, const DepthViews& views) {
 
 void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::uint32_t size,
                  std::uint32_t depth_size) {
-  cl::Context& context = device.context();
+  cl::Context& context = context_of(device);
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> positions = frame.to_frame(high);
   const LowSurface surface = LowSurface::of(low, frame);

@@ -52,7 +52,7 @@ class VisibilityBench {
   /// Times a field, and compares it; returns it.
   std::vector<float> measure(const VisibilityOptions& options, const char* name, int rounds,
                              const std::vector<float>& exact) {
-    cl::Context& context = device_.context();
+    cl::Context& context = context_of(device_);
     VisibilityReport report;
     std::vector<float> values;
     std::vector<double> seconds;

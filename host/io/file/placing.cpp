@@ -160,7 +160,14 @@ class Placement {
     for (const HeldFile& file : files) folders_.push_back(file.target.parent_path());
     std::sort(folders_.begin(), folders_.end());
     folders_.erase(std::unique(folders_.begin(), folders_.end()), folders_.end());
+    // What keeps track of a file is there before the file is: memory may run out between any two steps.
+    journals_.reserve(folders_.size());
+    new_.reserve(files.size());
   }
+  /// Where anything threw: links to old files and journals go, and nothing was renamed, or all was put back.
+  ~Placement() { undo(); }
+  Placement(const Placement&) = delete;
+  Placement& operator=(const Placement&) = delete;
 
   void run() {
     for (const HeldFile& file : files_) file.sync();
@@ -197,6 +204,7 @@ class Placement {
       text += files_[i].target.filename().string() + '\0';
       text += backups_[i].path().filename().string() + '\0';
     }
+    TemporaryName journal(folder, kJournal.data() + 1);
     TemporaryName draft(folder);
     const int file = open(draft.path().c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600);
     bool good = file >= 0;
@@ -205,11 +213,9 @@ class Placement {
              fsync(file) == 0;
       close(file);
     }
-    TemporaryName journal(folder, kJournal.data() + 1);
     if (!good || std::rename(draft.path().c_str(), journal.path().c_str()) != 0) {
       const int number = errno;
       unlink(draft.path().c_str());
-      undo();
       fail_to_write(files_.front().destination, "", number);
     }
     journals_.push_back(std::move(journal));
@@ -221,7 +227,6 @@ class Placement {
       const int number = errno;
       for (std::size_t k = i; k-- > 0;) put_back(k);
       placing = false;
-      undo();
       fail_to_write(files_[i].destination, "", number);
     }
   }
@@ -241,7 +246,7 @@ class Placement {
     undo();
   }
 
-  void undo() {
+  void undo() noexcept {
     for (std::vector<TemporaryName>* names : {&journals_, &backups_}) {
       for (TemporaryName& name : *names) {
         if (!name.empty()) unlink(name.path().c_str());

@@ -1,0 +1,7 @@
+#include "kiln/error.h"
+
+namespace kiln {
+
+Error::~Error() = default;
+
+}  // namespace kiln

@@ -1,0 +1,144 @@
+// Programs: built once, on a thread of their own where somebody wants signs of life meanwhile.
+#include "cl/program.h"
+
+#include <chrono>
+#include <system_error>
+#include <utility>
+
+#include "cl/embedded.h"
+
+namespace kiln::ocl {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+double Context::build_seconds() const {
+  const std::lock_guard lock(programs_mutex_);
+  return build_seconds_;
+}
+
+std::shared_ptr<Context::Program> Context::build(std::string_view source, const std::string& builds,
+                                                 const std::string& defines, ErrorCode code) {
+  auto built = std::make_shared<Program>();
+  const char* text = source.data();
+  const std::size_t length = source.size();
+  cl_int status = CL_SUCCESS;
+  check(driver([&] {
+          built->program = clCreateProgramWithSource(context_, 1, &text, &length, &status);
+          return status;
+        }),
+        "clCreateProgramWithSource for " + builds);
+  std::string options = "-cl-std=CL1.2";
+  if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+  if (info_.is_gpu) options += " -DKILN_GPU=1";
+  if (!defines.empty()) options += " " + defines;
+  status = driver([&] {
+    return clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
+  });
+  if (status == CL_SUCCESS) return built;
+  const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
+    driver([&] {
+      return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);
+    });
+  };
+  std::size_t size = 0;
+  build_log(0, nullptr, &size);
+  std::string log(size, '\0');
+  build_log(size, log.data(), nullptr);
+  throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
+                        status_name(status) + ". " + cache_hint(info_) + "The build log:\n" + log);
+}
+
+Kernel Context::kernel_of(Program& program, const std::string& name) {
+  auto made = program.kernels.find(name);
+  if (made == program.kernels.end()) made = program.kernels.emplace(name, nullptr).first;
+  cl_kernel& kernel = made->second;
+  if (kernel == nullptr) {
+    cl_int status = CL_SUCCESS;
+    check(driver([&] {
+            kernel = clCreateKernel(program.program, name.c_str(), &status);
+            return status;
+          }),
+          "clCreateKernel for " + name);
+  }
+  return {kernel, name};
+}
+
+std::shared_ptr<Context::Build> Context::build_by(
+    const std::string& key, std::function<std::shared_ptr<Program>()>&& build) {
+  std::unique_lock lock(programs_mutex_);
+  const auto there = programs_.find(key);
+  if (there != programs_.end()) return there->second;
+  const auto task = std::make_shared<std::packaged_task<std::shared_ptr<Program>()>>(
+      [this, build = std::move(build)] {
+        const auto start = std::chrono::steady_clock::now();
+        std::shared_ptr<Program> program = build();
+        const std::lock_guard guard(programs_mutex_);
+        build_seconds_ += seconds_since(start);
+        return program;
+      });
+  const auto made = std::make_shared<Build>();
+  made->program = task->get_future().share();
+  programs_.emplace(key, made);
+  if (while_waiting != nullptr) {
+    try {
+      made->thread = std::jthread([task] { (*task)(); });
+      return made;
+    } catch (const std::system_error&) {  // no more threads: then without signs of life
+    }
+  }
+  lock.unlock();
+  (*task)();
+  return made;
+}
+
+Kernel Context::kernel_by(const std::string& key, const std::string& name,
+                          std::function<std::shared_ptr<Program>()> build) {
+  const std::shared_ptr<Build> made = build_by(key, std::move(build));
+  if (while_waiting == nullptr) made->program.wait();
+  while (made->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
+    while_waiting();
+  }
+  const std::lock_guard lock(programs_mutex_);
+  if (made->thread.joinable()) made->thread.join();
+  const auto program = [&] {
+    try {
+      return made->program.get();
+    } catch (...) {  // the next who needs it tries again
+      const auto there = programs_.find(key);
+      if (there != programs_.end() && there->second == made) programs_.erase(there);
+      throw;
+    }
+  }();
+  return kernel_of(*program, name);
+}
+
+Kernel Context::kernel(const std::string& family, const std::string& name,
+                       const std::string& defines) {
+  return kernel_by(family + " " + defines, name, [this, family, defines] {
+    const std::string_view source = embedded_source(family);
+    if (source.empty()) {
+      throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
+    }
+    return build(source, "kernels/" + family + ".cl", defines, ErrorCode::device);
+  });
+}
+
+Kernel Context::kernel_with(const std::string& family, const std::string& name,
+                            const std::string& more, const std::string& more_name) {
+  return kernel_by(family + "\n" + more_name + "\n" + more, name, [=, this] {
+    std::string file = more_name;
+    for (char& c : file) {
+      if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
+    }
+    const std::string source =
+        std::string(embedded_source(family)) + "\n#line 1 \"" + file + "\"\n" + more + "\n";
+    return build(source, "'" + more_name + "'", {}, ErrorCode::input);
+  });
+}
+
+}  // namespace kiln::ocl

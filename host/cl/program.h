@@ -1,0 +1,34 @@
+// What a context keeps of the programs that it builds. For cl/context.cpp and cl/program.cpp alone.
+#pragma once
+
+#include <future>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "cl/context.h"
+#include "cl/driver.h"
+
+namespace kiln::ocl {
+
+/// The symbol of an OpenCL status.
+std::string status_name(cl_int status);
+
+struct Context::Program {
+  cl_program program = nullptr;
+  std::map<std::string, cl_kernel> kernels;
+  ~Program() {
+    for (auto& [name, kernel] : kernels) {
+      if (kernel != nullptr) release([&, k = kernel] { clReleaseKernel(k); });
+    }
+    if (program != nullptr) release([&] { clReleaseProgram(program); });
+  }
+};
+
+struct Context::Build {
+  std::shared_future<std::shared_ptr<Program>> program;
+  std::jthread thread;  ///< Where somebody gives signs of life while it builds
+};
+
+}  // namespace kiln::ocl

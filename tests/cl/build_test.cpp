@@ -1,0 +1,97 @@
+// Programs that take the driver long to build: waits that give signs of life, and waits that end early.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+#include <string>
+
+#include "base/heartbeat.h"
+#include "cl/context.h"
+#include "support/environment.h"
+
+namespace kiln {
+namespace {
+
+/// Kernels that no cache of the driver knows, and that take a compiler a while. \param last  of the last line
+std::string long_source(int kernels, const std::string& last = "") {
+  std::string text;
+  const std::string unique = std::to_string(std::random_device()());
+  for (int i = 0; i < kernels; ++i) {
+    text += "__kernel void k" + std::to_string(i) + "(__global float* a) {\n";
+    for (int line = 0; line < 20; ++line) {
+      text += "a[" + std::to_string(line) + "] = sin(a[" + std::to_string(line + 1) + "]) + " +
+              unique + ".0f;\n";
+    }
+    text += "}\n";
+  }
+  return text + last;
+}
+
+/// While it lives, waits of this thread count up to a number and then throw.
+struct Counting {
+  static thread_local int calls;
+  static thread_local int most;
+  explicit Counting(int wanted) {
+    calls = 0;
+    most = wanted;
+    cl::while_waiting = [] {
+      if (++calls > most) throw Cancelled();
+    };
+  }
+  ~Counting() { cl::while_waiting = nullptr; }
+};
+thread_local int Counting::calls = 0;
+thread_local int Counting::most = 0;
+
+TEST(Build, WaitsForTheCompilerGiveSignsOfLife) {
+  KILN_REQUIRE_DEVICE();
+  cl::Context& context = context_of(*test::device());
+  const Counting counting(1 << 30);
+  const cl::Kernel kernel = context.kernel_with("image", "k3", long_source(60), "mine");
+  EXPECT_NE(kernel.get(), nullptr);
+  EXPECT_GT(Counting::calls, 4);
+}
+
+TEST(Build, GoesOnWhereAWaitEndsAndServesTheNext) {
+  KILN_REQUIRE_DEVICE();
+  cl::Context& context = context_of(*test::device());
+  const std::string source = long_source(60);
+  {
+    const Counting counting(2);
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_THROW(context.kernel_with("image", "k3", source, "mine"), Cancelled);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(300));
+  }
+  const double before = context.build_seconds();
+  EXPECT_NE(context.kernel_with("image", "k3", source, "mine").get(), nullptr);
+  const double built = context.build_seconds();
+  EXPECT_GT(built, before);
+  EXPECT_NE(context.kernel_with("image", "k4", source, "mine").get(), nullptr);
+  EXPECT_EQ(context.build_seconds(), built);  // once for all
+}
+
+TEST(Build, MayBeLeftBehindWithTheDevice) {
+  KILN_REQUIRE_DEVICE();
+  const Device device = Device::open(test::device()->info().name);
+  const Counting counting(2);
+  EXPECT_THROW(context_of(device).kernel_with("image", "k3", long_source(60), "mine"), Cancelled);
+}
+
+TEST(Build, FailsAgainWhereItIsAskedForAgain) {
+  KILN_REQUIRE_DEVICE();
+  cl::Context& context = context_of(*test::device());
+  const std::string source = long_source(1, "no such type;\n");
+  for (int i = 0; i < 2; ++i) {
+    const Counting counting(1 << 30);
+    try {
+      context.kernel_with("image", "k0", source, "mine.cl");
+      FAIL() << "built";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input);
+      EXPECT_NE(std::string(error.what()).find("mine.cl"), std::string::npos);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kiln
