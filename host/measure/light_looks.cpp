@@ -77,7 +77,7 @@ LightModel::Node LightLooks::look(std::size_t level) {
   return node;
 }
 
-LightModel::Node LightLooks::look_with(const NormalProbe& probe) {
+LightModel::Node LightLooks::look_with(const NormalProbe& probe) const {
   std::shared_ptr<const VisibilityField> field;
   return {probe.without_map().mean_degrees,
           probe.limit(limit_options(bake_.method), field).error.mean_degrees};

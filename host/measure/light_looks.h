@@ -25,6 +25,9 @@ class LightLooks {
   /// The first of the ways that gets nearest, on one mesh.
   void choose_match(std::size_t level);
 
+  /// What a light mesh of any layout can do.
+  LightModel::Node look_with(const NormalProbe& probe) const;
+
   const DenseShown& shown() const { return shown_; }
   const SimplifyLevels& levels() const { return *levels_; }
   LightModel& model() const { return *model_; }
@@ -32,7 +35,6 @@ class LightLooks {
  private:
   void say(double done, const char* doing) const;
   LightModel::Node look(std::size_t level);
-  LightModel::Node look_with(const NormalProbe& probe);
   BakeOptions limit_options(MatchMethod method) const;
 
   const Source& source_;

@@ -107,20 +107,22 @@ double LightModel::expected(std::size_t level, std::uint32_t size) {
   return node.limit + 1 / (1 / range + sharpness(level, size));
 }
 
-std::optional<std::size_t> LightModel::fewest(const std::function<bool(std::size_t)>& holds) {
+std::optional<std::size_t> LightModel::fewest(const std::function<bool(std::size_t)>& holds,
+                                              std::size_t finest) {
   // From the middle outwards, since looking at fine levels takes long and coarse ones tell little.
   std::size_t level = 0;
   while (level + kStep < count() && faces_[level] > kFirst) level += kStep;
-  std::size_t good = 0, bad = count();
+  level = std::max(level, finest);
+  std::size_t good = level, bad = count();
   if (holds(level)) {
-    good = level;
     while (good + kStep < count() && holds(good + kStep)) good += kStep;
     bad = std::min(good + kStep, count());
   } else {
-    bad = level;
-    while (bad > 0 && !holds(bad - std::min(kStep, bad))) bad -= std::min(kStep, bad);
-    if (bad == 0) return std::nullopt;
-    good = bad - std::min(kStep, bad);
+    do {
+      if (good == finest) return std::nullopt;
+      bad = good;
+      good = std::max(finest, good - std::min(kStep, good));
+    } while (!holds(good));
   }
   while (bad - good > 1) {
     const std::size_t middle = (good + bad) / 2;

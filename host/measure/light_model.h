@@ -26,6 +26,8 @@ class LightModel {
   Node at(std::size_t level);
   /// Looks at the very level.
   Node exactly(std::size_t level);
+  /// What was found of a level in another way.
+  void know(std::size_t level, const Node& node) { nodes_[level] = node; }
   const std::map<std::size_t, Node>& known() const { return nodes_; }
 
   /// Another way to match: limits are no longer known.
@@ -38,7 +40,9 @@ class LightModel {
   double expected(std::size_t level, std::uint32_t size);
 
   /// The level of fewest faces for which something holds, as long as it holds for all finer ones, too.
-  std::optional<std::size_t> fewest(const std::function<bool(std::size_t)>& holds);
+  /// \param finest  levels before it are not looked at
+  std::optional<std::size_t> fewest(const std::function<bool(std::size_t)>& holds,
+                                    std::size_t finest = 0);
 
  private:
   /// 1 / what texels of a size add to the limit, where the mesh without a map is endlessly bad.

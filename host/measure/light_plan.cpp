@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "bake/pipeline.h"
 #include "kiln/plan.h"
+#include "measure/light_check.h"
 #include "measure/light_looks.h"
 
 namespace kiln {
@@ -15,12 +17,16 @@ namespace {
 
 /// Faces of the finest level, to begin with, and at most, where the error asks for more.
 constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
-constexpr std::uint32_t kSmallestMap = 16;
-constexpr std::size_t kMostTrials = 5;
+constexpr std::size_t kMostTrials = 7;
 /// And as long as none reaches the error.
 constexpr std::size_t kMostTrialsToReach = 10;
 /// Share of the error that is left as room for scatter after each miss.
 constexpr double kCare = 0.01;
+/// Times the lightest: what weighs more is not looked at.
+constexpr double kFarMore = 2;
+/// Another size that is expected to weigh at most so many times as much is tried, in case it does better: with this
+/// share of the bytes, unless a map of it was made with faces within this factor.
+constexpr double kNearlyAsLight = 1.25, kLighter = 0.95, kOtherFaces = 1.5;
 /// Fewer bytes than this share must be expected for another trial.
 constexpr double kWorthwhile = 0.97;
 /// The error that the first map of all is looked for with, as a share of the one wanted.
@@ -78,7 +84,6 @@ class LightPlanner {
   LightBake planned() {
     looks_.take_pictures(options_.screen);
     looks_.make_levels(kMostFaces);
-    if (!may_reach() && high_.triangles.size() > 2 * kMostFaces) looks_.make_levels(kManyFaces);
     first_map();
     while (plan_.trials.size() < (best_reached() ? kMostTrials : kMostTrialsToReach)) {
       std::optional<LightTrial> next = best_expected();
@@ -86,31 +91,55 @@ class LightPlanner {
       while (next && !best_reached() && was_made(*next) && next_level_ > 0) {
         next = trial_of(--next_level_, next->size);
       }
-      if (!next || !worth_trying(*next)) break;
-      if (next->size == 0) {
-        measure_without_map(next_level_);
-      } else {
-        try_map(next_level_, next->size);
+      if (next && worth_trying(*next)) {
+        next->size == 0 ? measure_without_map(next_level_) : try_map(next_level_, next->size);
+      } else if (!best_reached() || !try_another_size()) {
+        break;
       }
     }
     fill_trade();
     return finished();
   }
 
-  void say(double done, const char* doing) { BakeProgress(bake_.progress).at(done, doing); }
+  /// Errors of maps of one size were known from other meshes alone: whether it was less than expected.
+  /// \returns false where there is no such size
+  bool try_another_size() {
+    const auto best = static_cast<double>(best_->trial.bytes.total());
+    for (const auto& [expected, size] : pairs()) {
+      if (size == 0 || size == best_->trial.size) continue;
+      if (static_cast<double>(bytes(expected, size).total()) > kNearlyAsLight * best) continue;
+      std::size_t level = expected;
+      while (level + 1 < looks_.levels().count() &&
+             static_cast<double>(bytes(level, size).total()) > kLighter * best) {
+        ++level;
+      }
+      const auto faces = static_cast<double>(looks_.levels().faces(level));
+      const bool known = std::any_of(
+          plan_.trials.begin(), plan_.trials.end(), [&, size = size](const LightTrial& trial) {
+            const double ratio = static_cast<double>(trial.faces) / faces;
+            return trial.size == size && ratio < kOtherFaces && ratio > 1 / kOtherFaces;
+          });
+      if (known) continue;
+      try_map(level, size);
+      return true;
+    }
+    return false;
+  }
 
-  /// Whether the most faces may do, as far as the mesh's shape goes.
-  bool may_reach() { return looks_.model().at(0).limit < options_.max_error; }
+  void say(double done, const char* doing) { BakeProgress(bake_.progress).at(done, doing); }
 
   /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
   /// as many bytes of texels as of vertices.
   void first_map() {
-    const double wanted = options_.max_error;
-    const std::size_t level = looks_.model()
-                                  .fewest([&](std::size_t i) {
-                                    return looks_.model().at(i).limit <= kFirstLimit * wanted;
-                                  })
-                                  .value_or(0);
+    const auto leaves_room = [&](std::size_t i) {
+      return looks_.model().at(i).limit <= kFirstLimit * options_.max_error;
+    };
+    std::optional<std::size_t> found = looks_.model().fewest(leaves_room);
+    if (!found && high_.triangles.size() > 2 * kMostFaces) {
+      looks_.make_levels(kManyFaces);
+      found = looks_.model().fewest(leaves_room);
+    }
+    const std::size_t level = found.value_or(0);
     if (options_.choose_match) looks_.choose_match(level);
     std::uint32_t size = sizes_.front();
     while (2 * size <= largest_ && bytes(level, 2 * size).texels < bytes(level, 0).total()) {
@@ -159,16 +188,31 @@ class LightPlanner {
   }
 
   /// For each size the fewest faces that are expected to do.
+  /// Those that weigh far more than others are left out, since looking at fine meshes takes long.
   std::vector<std::pair<std::size_t, std::uint32_t>> pairs() {
     std::vector<std::pair<std::size_t, std::uint32_t>> result;
     std::vector<std::uint32_t> sizes = sizes_;
     if (options_.may_leave_map_out) sizes.insert(sizes.begin(), 0);
+    // What was tried last is about right, and tells what is far more.
+    const auto first = std::find(sizes.begin(), sizes.end(), plan_.trials.back().size);
+    std::rotate(sizes.begin(), first, sizes.end());
+    double least = std::numeric_limits<double>::infinity();
     for (const std::uint32_t size : sizes) {
+      std::size_t finest = 0;
+      const std::size_t last = looks_.levels().count() - 1;
+      const auto weight = [&](std::size_t i) {
+        return static_cast<double>(bytes(i, size).total());
+      };
+      while (finest < last && weight(finest) > kFarMore * least) ++finest;
       const double aim = aim_at(size);
       const auto level = looks_.model().fewest(
-          [&](std::size_t i) { return looks_.model().expected(i, size) <= aim; });
-      if (level) result.emplace_back(*level, size);
+          [&](std::size_t i) { return looks_.model().expected(i, size) <= aim; }, finest);
+      if (!level) continue;
+      result.emplace_back(*level, size);
+      least = std::min(least, weight(*level));
     }
+    std::sort(result.begin(), result.end(),
+              [](const auto& a, const auto& b) { return a.second < b.second; });
     return result;
   }
 
@@ -256,6 +300,9 @@ class LightPlanner {
     const auto error = [&](const Image& map) {
       return probe.with_map(rounded(map, bits_), plain.space, plain.flip_y).mean_degrees;
     };
+    if (!looks_.model().known().contains(level)) {
+      looks_.model().know(level, looks_.look_with(probe));
+    }
     if (learn) {
       for (const Image& map : result.maps.front().mips) {
         if (map.width < kSmallestMap) break;
@@ -329,40 +376,10 @@ class LightPlanner {
   LightLooks looks_;
 };
 
-void check(const LightPlanOptions& options) {
-  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
-  const BakeOptions& bake = options.bake;
-  if (!std::isfinite(options.max_error) || !(options.max_error > 0)) {
-    fail("bake_light: max_error is " + std::to_string(options.max_error) +
-         " degrees; it must be finite and above 0");
-  }
-  if (options.screen != 0 && (options.screen < 16 || options.screen > 16384)) {
-    fail("bake_light: screen is " + std::to_string(options.screen) +
-         " pixels; it must be 16 to 16384, or 0");
-  }
-  if (options.bits != 0 && options.bits != 8 && options.bits != 16) {
-    fail("bake_light: bits is " + std::to_string(options.bits) + "; it must be 8, 16 or 0");
-  }
-  if (std::min(bake.width, bake.height) < kSmallestMap) {
-    fail("bake_light: the largest map is " + std::to_string(bake.width) + " x " +
-         std::to_string(bake.height) + "; it must be 16 x 16 at least");
-  }
-  if (std::find(bake.maps.begin(), bake.maps.end(), MapKind::normal) == bake.maps.end()) {
-    fail("bake_light: it measures normal maps, but none is among the maps: add it");
-  }
-  if (bake.cage_mesh != nullptr || bake.parts != nullptr || bake.match != nullptr) {
-    fail("bake_light: a cage mesh, parts and a saved match belong to a given light mesh");
-  }
-  if (bake.method == MatchMethod::uv || bake.method == MatchMethod::axis) {
-    fail("bake_light: matching by " + std::string(bake.method.name) +
-         " is for a light mesh of your own");
-  }
-}
-
 }  // namespace
 
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options) {
-  check(options);
+  check_light_plan(options);
   return LightPlanner(source, high, options).run();
 }
 

@@ -106,7 +106,7 @@ std::uint64_t split_vertices(const Mesh& mesh);
 /// size. A map of s texels a side then has the error e = f + 1 / (1 / (p - f) + h(s)). One bake with its mip-maps
 /// tells h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
 /// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,
-/// at most six times. What is returned is always measured on the very map.
+/// at most seven times, or ten as long as none does. What is returned is always measured on the very map.
 /// \throws as simplify(), unwrap() and bake(); Error(usage) for options out of range
 /// Deterministic: the same on every run and number of threads.
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options);
