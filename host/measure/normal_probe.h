@@ -10,9 +10,16 @@
 #include "detail/band_reads.h"
 #include "kiln/image.h"
 #include "kiln/measure.h"
+#include "measure/probe_pictures.h"
 #include "source/dense_mesh.h"
 
 namespace kiln {
+
+/// What the dense mesh shows in pictures: found once for any number of light meshes.
+struct DenseShown {
+  std::vector<Picture> pictures;
+  PictureHits hits;
+};
 
 /// Places that pictures from many sides show on both meshes: points of the light mesh with their texture
 /// coordinates, and the dense mesh's normal in the same pixel. What a picture of the light mesh would show
@@ -30,6 +37,10 @@ class NormalProbe {
   /// \throws Error(input) as LowSurface::of
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
               const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster);
+
+  /// In pictures of which the dense mesh's side is known. Where a pixel has several points, normals are
+  /// compared by their means over each pixel that both meshes cover whole.
+  NormalProbe(const Source::Impl& source, const Mesh& low, const DenseShown& dense);
 
   /// Of the light mesh's own normals.
   NormalError without_map() const;
@@ -64,12 +75,19 @@ class NormalProbe {
     float u = 0, v = 0;  ///< Weights of corners 1 and 2
     bool back = false;   ///< Seen from behind: its normal is turned round
   };
+  NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage);
+  bool from_behind(std::uint32_t triangle, const Picture& picture) const;
+  std::vector<std::uint32_t> points_on_both(const PictureHits& shown, const PictureHits& dense);
+  void take_places(const std::vector<Picture>& pictures, const PictureHits& shown,
+                   const PictureHits& dense);
   TexelBand band_of(const std::vector<Place>& places) const;
   void match_places(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
                     Correspondence& match) const;
   void match_by_uv(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
                    Correspondence& match) const;
   NormalError compare(const Image& shown) const;
+  /// The mean normal of each run of points.
+  static Image pixel_means(const Image& points, std::uint32_t each);
 
   const Source::Impl& source_;
   mutable BandReads reads_;  ///< Of the dense mesh's normals
@@ -79,6 +97,7 @@ class NormalProbe {
   LowSurface surface_;
   std::vector<kiln_low_shading> shading_;
   std::vector<Place> places_;
+  std::uint32_t points_a_pixel_ = 1;
   Image reference_;  ///< The dense mesh's normals, one row
   std::uint64_t one_sided_ = 0;
   TexelBand band_;  ///< The places as samples of a map of one row

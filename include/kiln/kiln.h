@@ -18,6 +18,7 @@
 #include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/layers.h"
+#include "kiln/light_plan.h"
 #include "kiln/lowpoly.h"
 #include "kiln/map.h"
 #include "kiln/match.h"

@@ -49,12 +49,25 @@ std::string criterion_name(ViewCriterion criterion) {
   return name_of(criterion_values(), criterion);
 }
 
+namespace {
+constexpr std::string_view kOfNormals = "normal=";
+}  // namespace
+
+bool bounds_normals(const BakeArguments& a) { return a.max_error.starts_with(kOfNormals); }
+
 std::string angle_bound(const BakeArguments& a) {
+  if (bounds_normals(a)) return a.max_error.substr(kOfNormals.size());
   return a.max_angle.empty() && a.match == kAutomatic ? a.max_error : a.max_angle;
 }
 
 std::string deviation_bound(const BakeArguments& a) {
+  if (bounds_normals(a)) return "";
   return a.max_angle.empty() && a.match == kAutomatic ? "" : a.max_error;
+}
+
+bool plans_light(const BakeArguments& a) {
+  const bool own = a.low.empty() && a.faces == 0 && !is_height_field(a.high);
+  return own && a.load_match.empty() && !angle_bound(a).empty();
 }
 
 bool onto_plane(const BakeArguments& a) {

@@ -74,6 +74,7 @@ struct BakeArguments {
   std::uint32_t faces = 0;
   std::string max_error;
   std::string max_angle;
+  std::string screen;
   bool unwrap = false;        // whether --unwrap was given
   std::string unwrap_method;  // charts, pairs; empty: charts
   std::string save_match, load_match;
@@ -109,6 +110,11 @@ bool by_visibility(const BakeArguments& arguments);
 /// nothing is said. --max-error is the second one, but beside --match auto alone the first one's older name.
 std::string angle_bound(const BakeArguments& arguments);
 std::string deviation_bound(const BakeArguments& arguments);
+
+/// Whether --max-error is "normal=DEGREES", an angle between rendered normals.
+bool bounds_normals(const BakeArguments& arguments);
+/// Whether faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
+bool plans_light(const BakeArguments& arguments);
 
 /// Whether the light mesh is a plane of Kiln's, under a height field.
 bool onto_plane(const BakeArguments& arguments);

@@ -4,6 +4,7 @@
 #include "arguments/bake_values.h"
 #include "arguments/option_table.h"
 #include "arguments/packs.h"
+#include "arguments/parse.h"
 
 namespace kiln::cli {
 namespace {
@@ -33,12 +34,45 @@ void check_fallback(const BakeArguments& a) {
   }
 }
 
+/// Flags of a plan of light mesh, map and match together.
+void check_light_plan(const BakeArguments& a) {
+  const bool plans = plans_light(a);
+  if (!a.screen.empty()) {
+    parse_pixels("--screen", a.screen);
+    if (!plans) {
+      fail(
+          "--screen is for a light mesh that Kiln plans: give --max-error normal=DEGREES, and "
+          "neither LOW nor --faces.");
+    }
+  }
+  if (!plans) {
+    if (a.match != kAutomatic && bounds_normals(a)) {
+      fail("--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
+    }
+    return;
+  }
+  if (!a.max_angle.empty() && !a.max_error.empty()) {
+    fail("--max-angle and --max-error both say what is to be reached: leave one of them out.");
+  }
+  parse_degrees(a.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
+  if (!a.cage_mesh.empty() || a.match_by == "name") {
+    fail("--cage-mesh and --match-by name need a LOW of yours: Kiln plans its own here.");
+  }
+  if (a.match == "uv" || a.match == "axis") {
+    fail("--match " + a.match + " is for a LOW of yours: leave it out, or give LOW or --faces.");
+  }
+  if (std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {
+    fail("--max-error normal=DEGREES measures normal maps: add normal to --maps.");
+  }
+}
+
 /// Flags that make a low poly, or belong to a given one.
 void check_low(const BakeArguments& a) {
   const bool automatic = a.match == kAutomatic;
   if (!automatic && !a.max_angle.empty()) {
     fail("--max-angle is for --match auto: leave it out, or --max-error bounds the light mesh.");
   }
+  check_light_plan(a);
   const bool bounded = !deviation_bound(a).empty();
   if (a.faces != 0 && bounded) {
     fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");

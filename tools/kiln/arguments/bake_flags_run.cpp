@@ -30,9 +30,15 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
       ->group(group_low);
   command
       .add_option("--max-error", a.max_error,
-                  "Without LOW and --faces: few triangles that stay within this share of the "
-                  "diagonal (default 0.2%). With --match auto and without --max-angle: the older "
-                  "name of that")
+                  "Without LOW and --faces: normal=DEGREES, the fewest bytes of light mesh and "
+                  "maps whose rendered normals are this near on average; or P%, few triangles that "
+                  "stay within this share of the diagonal (default 0.2%). With --match auto and "
+                  "without --max-angle: the older name of that")
+      ->group(group_low);
+  command
+      .add_option("--screen", a.screen,
+                  "With --max-error normal=DEGREES: the largest size at which the mesh will be "
+                  "seen, such as 600px; finer detail than a pixel then does not count")
       ->group(group_low);
   command
       .add_flag(

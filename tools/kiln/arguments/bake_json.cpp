@@ -78,6 +78,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"faces", a.faces == 0 ? Json() : Json(a.faces)},
           {"max_error", or_null(a.max_error)},
           {"max_angle", or_null(a.max_angle)},
+          {"screen", or_null(a.screen)},
           {"max_missed_percent", a.max_missed_percent},
           {"unwrap", a.unwrap},
           {"unwrap_method", or_null(a.unwrap_method)},

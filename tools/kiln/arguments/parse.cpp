@@ -90,11 +90,20 @@ double parse_degrees(const char* flag, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180) {
-    throw Error(ErrorCode::usage,
-                std::string(flag) + " is '" + text +
-                    "': with --match auto give degrees above 0, up to 180, such as 1.5.");
+    throw Error(ErrorCode::usage, std::string(flag) + " is '" + text +
+                                      "': give degrees above 0, up to 180, such as 1.5.");
   }
   return value;
+}
+
+std::uint32_t parse_pixels(const char* flag, const std::string& text) {
+  const std::string digits = text.ends_with("px") ? text.substr(0, text.size() - 2) : text;
+  std::int32_t value = 0;
+  if (!parse_whole(digits, value) || value < 16 || value > 16384) {
+    throw Error(ErrorCode::usage,
+                std::string(flag) + " is '" + text + "': give pixels, 16 to 16384, such as 600px.");
+  }
+  return static_cast<std::uint32_t>(value);
 }
 
 std::int32_t parse_gutter(const std::string& text) {

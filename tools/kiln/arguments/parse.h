@@ -30,6 +30,9 @@ double parse_error_bound(const std::string& text);
 /// Degrees above 0. \throws Error(usage)
 double parse_degrees(const char* flag, const std::string& text);
 
+/// "600px" or "600", 16 to 16384. \throws Error(usage)
+std::uint32_t parse_pixels(const char* flag, const std::string& text);
+
 /// "16" or "inf" (-1). \throws Error(usage)
 std::int32_t parse_gutter(const std::string& text);
 

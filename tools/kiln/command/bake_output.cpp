@@ -6,6 +6,7 @@
 #include "arguments/paths.h"
 #include "arguments/transfers.h"
 #include "command/bake_run.h"
+#include "lab/plot.h"
 
 namespace kiln::cli {
 namespace {
@@ -182,6 +183,9 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
                                   arguments.load_match};
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     inputs.emplace_back(transfer.file);
+  }
+  if (plans_light(arguments)) {
+    for (const std::string& file : plot_files(stem + "_plan")) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
   if (arguments.low.empty() || arguments.unwrap) {

@@ -1,4 +1,5 @@
 // The report of a bake, as JSON.
+#include "arguments/parse.h"
 #include "command/bake_run.h"
 
 namespace kiln::cli {
@@ -83,6 +84,10 @@ void add_parts(const BakeRun& run, Json& json) {
   if (!run.ranges.empty()) json["ranges"] = run.ranges;
   if (run.options.mips) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
+  if (run.light) {
+    const std::string& screen = run.arguments.screen;
+    json["plan"] = light_json(*run.light, screen.empty() ? 0 : parse_pixels("--screen", screen));
+  }
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
   if (!report.errors.empty()) {
     json["errors"] = errors_json(report.errors);

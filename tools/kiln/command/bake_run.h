@@ -49,6 +49,7 @@ struct BakeRun {
   std::optional<Parts> parts;
   std::optional<Match> match;  // that was loaded
   std::optional<PlannedBake> planned;
+  std::optional<LightBake> light;  // its mesh and maps are `low` and `result`
   BakeResult result;
   std::vector<std::string> outputs;
   Json mips, ranges = Json::object();
@@ -63,6 +64,19 @@ const std::string& low_source(const BakeArguments& arguments);
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
 LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
                     std::vector<Warning>& warnings);
+
+/// Says so where a light mesh has more than half of the dense one's vertices.
+void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings);
+
+// ---- bake_light.cpp ----
+
+/// Plans the light mesh, its map and the match together, and makes them. \returns false where it was cancelled
+bool make_light(BakeRun& run, const Source& source);
+/// The trade that the plan made, as lines of a table.
+std::vector<std::string> trade_table(const LightBake& light);
+Json light_json(const LightBake& light, std::uint32_t screen);
+/// Draws what was expected of all sizes and faces. \returns false where it was cancelled
+bool save_light_plot(BakeRun& run);
 
 // ---- bake_output.cpp ----
 

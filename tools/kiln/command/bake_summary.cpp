@@ -165,6 +165,9 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
                   run.low.simplified->error * 100);
     console.line(text);
   }
+  if (run.light) {
+    for (const std::string& line : trade_table(*run.light)) console.line(line);
+  }
   if (run.planned) console.line(summary(*run.planned));
   if (report.views) console.line(summary(*report.views, source.diagonal));
   if (report.uv) console.line(summary(*report.uv, source.diagonal));
@@ -176,8 +179,9 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
     console.line(summary(*report.visibility, run.options.visibility.clusters));
   }
   const std::uint64_t map_texels =
-      run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
-                  : std::uint64_t{run.options.width} * run.options.height;
+      run.light     ? std::uint64_t{run.light->chosen.size} * run.light->chosen.size
+      : run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
+                    : std::uint64_t{run.options.width} * run.options.height;
   print_totals(console, report, map_texels, source, run.stages, total);
   for (const MapError& error : report.errors) {
     char text[256];

@@ -109,8 +109,16 @@ bool read_inputs(BakeRun& run) {
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
   warn_about_weights(arguments, run.options.visibility, run.warnings);
-  run.low = prepare_low(arguments, run.dense, run.console, run.warnings);
   const bool made = arguments.low.empty();
+  if (plans_light(arguments)) {
+    run.low.stem = low_stem(arguments);
+    run.low.made = true;
+  } else {
+    run.low = prepare_low(arguments, run.dense, run.console, run.warnings);
+    if (made && !onto_plane(arguments)) {
+      warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
+    }
+  }
   run.low_path = made ? (std::filesystem::path(arguments.out) / (run.low.stem + ".obj")).string()
                       : arguments.low;
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
@@ -137,7 +145,11 @@ bool make_maps(BakeRun& run, const Source& source) {
   run.options.progress = [&](double done, std::string_view stage) {
     return run.console.progress(kAtBake + (kAtSave - kAtBake) * done, stage);
   };
-  if (run.arguments.match == kAutomatic) {
+  if (plans_light(run.arguments)) {
+    if (!make_light(run, source)) return false;
+    warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
+    if (run.light->chosen.size == 0) return true;
+  } else if (run.arguments.match == kAutomatic) {
     PlanOptions plan_options;
     plan_options.bake = run.options;
     if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
@@ -170,15 +182,16 @@ void collect_warnings(BakeRun& run, const Source& source) {
 /// \returns the exit code of a bake that was done
 int verdict(const BakeRun& run) {
   const BakeReport& report = run.result.report;
-  const double missed =
-      100.0 * static_cast<double>(report.missed) / static_cast<double>(report.samples);
+  const double missed = 100.0 * static_cast<double>(report.missed) /
+                        static_cast<double>(std::max<std::uint64_t>(1, report.samples));
   if (missed > run.arguments.max_missed_percent) {
     std::fprintf(
         stderr, "kiln: %s\n",
         too_many_missed(run.arguments, run.result, run.low.mesh, run.low_path, missed).c_str());
     return 1;
   }
-  if (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty()) {
+  if ((run.light && !run.light->reached) ||
+      (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty())) {
     std::fprintf(stderr, "kiln: the error asked for was not reached.\n");
     return 1;
   }
@@ -189,6 +202,9 @@ int run_bake(const BakeArguments& given) {
   BakeRun run(given);
   BakeArguments& arguments = run.arguments;
   if (is_height_field(given.high) && !given.given.contains("--match")) arguments.match = "uv";
+  if (bounds_normals(arguments) && !arguments.given.contains("--match")) {
+    arguments.match = kAutomatic;
+  }
   part_maps(arguments);
   check(arguments);
   run.options = bake_options(arguments);
@@ -206,6 +222,7 @@ int run_bake(const BakeArguments& given) {
   if (!make_maps(run, source)) return kExitCancelled;
   run.watch.lap();
   if (!save_outputs(run)) return kExitCancelled;
+  if (run.light && !save_light_plot(run)) return kExitCancelled;
   run.stages.save = run.watch.lap();
 
   collect_warnings(run, source);

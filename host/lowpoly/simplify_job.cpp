@@ -1,0 +1,240 @@
+#include "lowpoly/simplify_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "lowpoly/head_start.h"
+#include "mesh/charts.h"
+#include "mesh/fans.h"
+#include "mesh/normals.h"
+
+namespace kiln {
+namespace {
+
+/// Denser meshes are first brought down to this many faces, or to a few times the goal if that is
+/// more.
+constexpr std::size_t direct_limit = 100'000;
+constexpr std::size_t head_start_share = 4;
+/// Samples of the dense mesh that the deviation is measured at, at most.
+constexpr std::uint64_t most_samples = 1 << 18;
+/// And while looking for the light mesh that meets a bound.
+constexpr std::uint64_t guiding_samples = 1 << 14;
+/// How often flaws are looked for and mended.
+constexpr int mending_rounds = 4;
+
+void warn_of_flaws(SimplifyReport& report) {
+  const auto warn = [&](const char* code, std::uint64_t count, const char* what) {
+    if (count == 0) return;
+    report.warnings.push_back(
+        {code,
+         std::to_string(count) + what + "; ask for more faces, or repair the dense mesh there",
+         count});
+  };
+  warn("folded-triangles", report.folded,
+       " triangles of the light mesh face away from the dense surface and could not be mended");
+  warn("flat-triangles", report.without_area,
+       " triangles of the light mesh have no area and could not be mended");
+  warn("new-holes", report.holes, " holes of the light mesh are not in the dense one");
+}
+
+}  // namespace
+
+SimplifyResult SimplifyJob::to_count(const Work& work) const {
+  Shrinking shrinking(work.points, work.triangles, layout(), options_.height_field, scale_);
+  shrinking.collapser().run(options_.faces);
+  SimplifyResult result;
+  shrinking.extract(result);
+  return result;
+}
+
+/// The last step of ever longer collapses that the samples stay within `bound` of; no triangles where
+/// there is none.
+SimplifyResult SimplifyJob::within(double bound, const Work& work) const {
+  // A few samples guide the search. All of them then decide, and narrow the guide's bound if need be.
+  double guide = 0.9 * bound;
+  for (int attempt = 0; attempt < 4; ++attempt) {
+    Shrinking shrinking(work.points, work.triangles, layout(), options_.height_field, scale_);
+    SimplifyResult best;
+    std::size_t faces = std::numeric_limits<std::size_t>::max();
+    for (double distance = 0.05 * bound; distance < 8 * bound; distance *= 1.2) {
+      shrinking.collapser().run(0, distance);
+      if (shrinking.faces() == faces) continue;
+      faces = shrinking.faces();
+      SimplifyResult next;
+      shrinking.extract(next);
+      if (measure(next, guiding_samples).largest > guide) break;
+      best = std::move(next);
+    }
+    if (best.triangles.empty()) return best;
+    best.deviation = measure(best, most_samples);
+    if (best.deviation.largest <= bound) return best;
+    guide *= 0.95 * bound / best.deviation.largest;
+  }
+  return {};
+}
+
+/// Mends what it can; returns how many triangles were mended.
+std::size_t SimplifyJob::mend(SimplifyResult& result) {
+  Flaws flaws = check_.find(result.points, result.triangles);
+  const std::size_t found = flaws.count();
+  for (int round = 0; round < mending_rounds && !flaws.none(); ++round) {
+    Shrinking shrinking(result.points, result.triangles,
+                        options_.keep_uvs ? &result.layout : nullptr, options_.height_field,
+                        scale_);
+    const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
+    bool any = false;
+    for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
+      for (const std::uint32_t t : *list) any = shrinking.collapser().mend(t, bad) || any;
+    }
+    if (!any) break;
+    shrinking.extract(result);
+    flaws = check_.find(result.points, result.triangles);
+  }
+  return found - std::min(found, flaws.count());
+}
+
+/// Counts what is left: folds, triangles without area, and holes that the dense mesh does not have.
+bool SimplifyJob::is_good(const SimplifyResult& result) {
+  const Flaws flaws = check_.find(result.points, result.triangles);
+  report_.folded = flaws.folded.size() + flaws.facing_down.size();
+  report_.without_area = flaws.flat.size();
+  const std::uint64_t rims = count_rims(result.triangles, result.points.size());
+  const std::uint64_t before = rims == 0 ? 0 : count_rims(dense_.triangles, dense_.points.size());
+  report_.holes = rims > before ? rims - before : 0;
+  return flaws.none() && report_.holes == 0;
+}
+
+/// The dense mesh, or what a head start leaves of it on the way to a number of faces.
+Work SimplifyJob::start(std::size_t faces) const {
+  const std::size_t near_goal = std::max(direct_limit, head_start_share * faces);
+  Work work = dense_;
+  if (work.triangles.size() > near_goal && !options_.keep_uvs) {
+    head_start(work, near_goal, options_.faces == 0 ? 0.1 * options_.max_error : 1.0,
+               options_.height_field);
+  }
+  return work;
+}
+
+std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> faces) const {
+  std::vector<SimplifyResult> results;
+  const Work work = start(faces.empty() ? 0 : faces.front());
+  Shrinking shrinking(work.points, work.triangles, layout(), options_.height_field, scale_);
+  for (const std::uint32_t goal : faces) {
+    const std::size_t before = shrinking.faces();
+    shrinking.collapser().run(goal);
+    if (!results.empty() && shrinking.faces() == before) break;
+    shrinking.extract(results.emplace_back());
+  }
+  return results;
+}
+
+Mesh SimplifyJob::run(SimplifyResult mended, bool with_deviation) {
+  report_.mended = mend(mended);
+  if (!is_good(mended) && dense_.triangles.size() > direct_limit) return run(with_deviation);
+  if (with_deviation) mended.deviation = measure(mended, most_samples);
+  return finish(mended);
+}
+
+/// The light mesh, mended; from the dense mesh itself where a head start left what cannot be mended.
+SimplifyResult SimplifyJob::solve() {
+  const bool by_error = options_.faces == 0;
+  const Work work = start(options_.faces);
+  const bool started = work.triangles.size() < dense_.triangles.size();
+  for (const Work* from : {&work, &std::as_const(dense_)}) {
+    SimplifyResult result = by_error ? within(options_.max_error, *from) : to_count(*from);
+    if (result.triangles.empty() && from == &work && started) continue;
+    if (result.triangles.empty()) return unchanged();
+    SimplifyResult mended = result;
+    report_.mended = mend(mended);
+    if (by_error && report_.mended > 0) mended.deviation = measure(mended, most_samples);
+    if (by_error && mended.deviation.largest > options_.max_error) {
+      report_.mended = 0;  // The bound comes first.
+    } else {
+      result = std::move(mended);
+    }
+    if (is_good(result) || from == &dense_ || !started) return result;
+  }
+  return unchanged();
+}
+
+void SimplifyJob::warn_of_count(const SimplifyResult& result) {
+  const std::size_t left = result.triangles.size();
+  if (options_.faces == 0 || left <= options_.faces) return;
+  const std::uint64_t parts = count_components(result.triangles, result.points.size());
+  report_.warnings.push_back(
+      {"faces-not-reached",
+       std::to_string(options_.faces) + " faces were asked for, but " + std::to_string(left) +
+           " are needed to keep the shape" + (options_.keep_uvs ? " and the UVs of " : " of ") +
+           std::to_string(parts) + (parts == 1 ? " connected part" : " connected parts") +
+           ", none of which may vanish or turn over",
+       left});
+}
+
+Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
+  Mesh mesh;
+  mesh.name = high_.name;
+  mesh.origin = high_.origin;
+  mesh.triangles = result.triangles;
+  mesh.positions.reserve(result.points.size());
+  for (const Vec3d& p : result.points) mesh.positions.push_back(scale_.to_mesh(p));
+  mesh.normals = vertex_normals(to_floats(result.points), result.triangles);
+  mesh.normal_triangles = mesh.triangles;
+  if (!options_.keep_uvs) return mesh;
+  mesh.groups = result.layout.groups;
+  mesh.group_names = high_.group_names;
+  std::vector<std::uint32_t> number(result.layout.uvs.size(), no_vertex);
+  for (const Triangle& t : result.layout.corners) {
+    Triangle& corners = mesh.uv_triangles.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (number[t[k]] == no_vertex) {
+        number[t[k]] = static_cast<std::uint32_t>(mesh.uvs.size());
+        mesh.uvs.push_back(result.layout.uvs[t[k]]);
+      }
+      corners[k] = number[t[k]];
+    }
+  }
+  return mesh;
+}
+
+/// The mesh of what was found, and the report.
+Mesh SimplifyJob::finish(const SimplifyResult& result) {
+  warn_of_count(result);
+  warn_of_flaws(report_);
+  report_.faces = result.triangles.size();
+  report_.error = result.deviation.largest;
+  report_.mean_error = result.deviation.mean;
+  Mesh mesh = assemble(result);
+  if (options_.keep_uvs) {
+    std::vector<std::uint32_t> charts = uv_charts(mesh);
+    report_.charts = *std::max_element(charts.begin(), charts.end()) + 1;
+    for (const Triangle& t : mesh.uv_triangles) {
+      const Vec2 &a = mesh.uvs[t[0]], &b = mesh.uvs[t[1]], &c = mesh.uvs[t[2]];
+      const double area = std::abs((double{b.x} - a.x) * (double{c.y} - a.y) -
+                                   (double{b.y} - a.y) * (double{c.x} - a.x));
+      if (std::isfinite(area)) report_.coverage += area / 2;
+    }
+  }
+  return mesh;
+}
+
+Mesh SimplifyJob::run(bool with_deviation) {
+  const std::size_t count = dense_.triangles.size();
+  if (options_.faces == 0 || options_.faces < count) {
+    SimplifyResult result = solve();
+    if (options_.faces != 0 && with_deviation) result.deviation = measure(result, most_samples);
+    return finish(result);
+  }
+  if (options_.faces > count) {
+    report_.warnings.push_back({"faces-above-input",
+                                std::to_string(options_.faces) +
+                                    " faces were asked for, but the mesh has " +
+                                    std::to_string(count) + " usable ones; all were kept",
+                                count});
+  }
+  return finish(unchanged());
+}
+
+}  // namespace kiln

@@ -1,0 +1,117 @@
+// simplify() at work: the dense mesh, ways down from it, what is mended and checked.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kiln/lowpoly.h"
+#include "lowpoly/collapse.h"
+#include "lowpoly/height_rule.h"
+#include "lowpoly/layout_rule.h"
+#include "lowpoly/simplify_check.h"
+#include "lowpoly/simplify_input.h"
+#include "mesh/surface_distance.h"
+
+namespace kiln {
+
+/// A light mesh at about unit size.
+struct SimplifyResult {
+  std::vector<Vec3d> points;
+  std::vector<Triangle> triangles;
+  Layout layout;  ///< Empty where none is kept.
+  DistanceReport deviation;
+};
+
+/// A mesh under simplification, with what must be kept of it.
+class Shrinking {
+ public:
+  Shrinking(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
+            const Layout* layout, bool height_field, const Scale& scale)
+      : mesh_(points, triangles),
+        layout_(layout == nullptr ? nullptr : std::make_unique<LayoutRule>(mesh_, *layout)),
+        height_(height_field ? std::make_unique<HeightRule>(mesh_) : nullptr),
+        collapser_(mesh_, rule(), [scale](const Vec3d& p) { return scale.snap(p); }) {}
+
+  EdgeCollapser& collapser() { return collapser_; }
+  std::size_t faces() const { return mesh_.faces; }
+
+  void extract(SimplifyResult& result) const {
+    std::vector<std::uint32_t> sources;
+    mesh_.extract(result.points, result.triangles, sources);
+    result.layout = {};
+    if (!layout_) return;
+    const Layout& from = layout_->layout();
+    result.layout.uvs = from.uvs;
+    for (const std::uint32_t t : sources) {
+      result.layout.corners.push_back(from.corners[t]);
+      result.layout.charts.push_back(from.charts[t]);
+      if (!from.groups.empty()) result.layout.groups.push_back(from.groups[t]);
+    }
+  }
+
+ private:
+  CollapseRule* rule() const {
+    if (layout_) return layout_.get();
+    return height_.get();
+  }
+  CollapseMesh mesh_;
+  std::unique_ptr<LayoutRule> layout_;
+  std::unique_ptr<HeightRule> height_;
+  EdgeCollapser collapser_;
+};
+
+/// What simplify() knows while it works.
+class SimplifyJob {
+ public:
+  SimplifyJob(const Mesh& high, const SimplifyOptions& options, SimplifyReport& report)
+      : high_(high),
+        options_(options),
+        report_(report),
+        cleaned_(clean(high, sources_, report.warnings)),
+        scale_(high, cleaned_),
+        dense_(compact(high, std::move(cleaned_), std::move(sources_), scale_)),
+        dense_positions_(to_floats(dense_.points)),
+        check_(dense_positions_, dense_.triangles, options.height_field) {
+    if (options.keep_uvs) layout_ = layout_of(high, dense_);
+  }
+
+  Mesh run(bool with_deviation);
+
+  /// One mesh a number of faces, not yet mended, as long as each has fewer than the one before.
+  std::vector<SimplifyResult> levels(std::span<const std::uint32_t> faces) const;
+  /// One of them, as run() would have made it.
+  Mesh run(SimplifyResult mended, bool with_deviation);
+
+ private:
+  DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const {
+    const SurfaceDistance light(to_floats(result.points), result.triangles);
+    return one_sided_distance(dense_positions_, dense_.triangles, light, samples);
+  }
+  const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
+  SimplifyResult unchanged() const { return {dense_.points, dense_.triangles, layout_, {}}; }
+  SimplifyResult to_count(const Work& work) const;
+  SimplifyResult within(double bound, const Work& work) const;
+  Work start(std::size_t faces) const;
+  SimplifyResult solve();
+  Mesh finish(const SimplifyResult& result);
+  std::size_t mend(SimplifyResult& result);
+  bool is_good(const SimplifyResult& result);
+  void warn_of_count(const SimplifyResult& result);
+  Mesh assemble(const SimplifyResult& result) const;
+
+  const Mesh& high_;
+  const SimplifyOptions& options_;
+  SimplifyReport& report_;
+  std::vector<SourceTriangle> sources_;
+  std::vector<Triangle> cleaned_;
+  Scale scale_;
+  Work dense_;
+  std::vector<Vec3> dense_positions_;
+  SimplifyCheck check_;
+  Layout layout_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,43 @@
+// Many light meshes of one dense mesh, from one run of collapses.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kiln/lowpoly.h"
+
+namespace kiln {
+
+/// The meshes that simplify() passes on its way down. Each is the very mesh that simplify() makes of that
+/// number of faces, as long as none has more than 25,000 faces or the dense mesh has at most 100,000;
+/// else the smaller ones may differ a little, since finer meshes need a finer head start.
+class SimplifyLevels {
+ public:
+  /// \param high   must outlive this
+  /// \param faces  falling
+  /// \param keep_uvs  as SimplifyOptions::keep_uvs
+  /// \throws as simplify()
+  SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces, bool keep_uvs = false);
+  ~SimplifyLevels();
+  SimplifyLevels(const SimplifyLevels&) = delete;
+  SimplifyLevels& operator=(const SimplifyLevels&) = delete;
+
+  /// Levels that differ: those below the fewest faces that keep the shape are left out.
+  std::size_t count() const;
+  std::uint32_t asked(std::size_t level) const;  ///< Faces that were asked for
+  std::size_t faces(std::size_t level) const;    ///< Triangles, before any is mended
+  std::size_t vertices(std::size_t level) const;
+
+  /// A level's mesh, mended as simplify() does.
+  /// \param report  where to write what was done; may be null (which saves measuring)
+  Mesh mesh(std::size_t level, SimplifyReport* report = nullptr) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,39 @@
+#include "measure/light_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace kiln {
+
+void check_light_plan(const LightPlanOptions& options) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  const BakeOptions& bake = options.bake;
+  if (!std::isfinite(options.max_error) || !(options.max_error > 0)) {
+    fail("bake_light: max_error is " + std::to_string(options.max_error) +
+         " degrees; it must be finite and above 0");
+  }
+  if (options.screen != 0 && (options.screen < 16 || options.screen > 16384)) {
+    fail("bake_light: screen is " + std::to_string(options.screen) +
+         " pixels; it must be 16 to 16384, or 0");
+  }
+  if (options.bits != 0 && options.bits != 8 && options.bits != 16) {
+    fail("bake_light: bits is " + std::to_string(options.bits) + "; it must be 8, 16 or 0");
+  }
+  if (std::min(bake.width, bake.height) < kSmallestMap) {
+    fail("bake_light: the largest map is " + std::to_string(bake.width) + " x " +
+         std::to_string(bake.height) + "; it must be 16 x 16 at least");
+  }
+  if (std::find(bake.maps.begin(), bake.maps.end(), MapKind::normal) == bake.maps.end()) {
+    fail("bake_light: it measures normal maps, but none is among the maps: add it");
+  }
+  if (bake.cage_mesh != nullptr || bake.parts != nullptr || bake.match != nullptr) {
+    fail("bake_light: a cage mesh, parts and a saved match belong to a given light mesh");
+  }
+  if (bake.method == MatchMethod::uv || bake.method == MatchMethod::axis) {
+    fail("bake_light: matching by " + std::string(bake.method.name) +
+         " is for a light mesh of your own");
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,117 @@
+#include "measure/light_looks.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "bake/progress.h"
+#include "base/stopwatch.h"
+#include "kiln/plan.h"
+
+namespace kiln {
+namespace {
+
+/// Each level has this share of the faces of the one before, down to so few.
+constexpr double kShare = 0.96;
+constexpr std::uint32_t kFewestFaces = 12;
+/// Of pictures: their pixels, without a size on screen.
+constexpr std::uint32_t kPixels = 48;
+/// Another way to match must get nearer by this.
+constexpr double kGain = 0.97;
+constexpr std::uint32_t kLimitDirections = 128;
+
+/// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
+Mesh with_any_uvs(Mesh mesh) {
+  mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  mesh.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 1, 2});
+  return mesh;
+}
+
+}  // namespace
+
+void LightLooks::say(double done, const char* doing) const {
+  BakeProgress(bake_.progress).at(done, doing);
+}
+
+void LightLooks::take_pictures(std::uint32_t screen) {
+  say(0, "looking at the dense mesh");
+  std::vector<ViewAngles> views;
+  for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {
+    views.push_back(view_angles(toward));
+  }
+  const PictureGrid grid{screen == 0 ? kPixels : kScreenPixels, screen};
+  const Stopwatch watch;
+  shown_.pictures = pictures_of(impl_of(source_), views, grid);
+  shown_.hits = context_of(hits_by_rays(impl_of(source_).device), impl_of(source_).rays(),
+                             shown_.pictures, kDenseStart);
+  plan_.seconds_measure += watch.total();
+}
+
+void LightLooks::make_levels(std::uint32_t most) {
+  say(0.05, "simplifying");
+  const Stopwatch watch;
+  std::vector<std::uint32_t> faces;
+  double goal = std::min<double>(most, 0.5 * static_cast<double>(high_.triangles.size()));
+  for (; goal >= kFewestFaces; goal *= kShare) {
+    const auto whole = static_cast<std::uint32_t>(goal);
+    if (faces.empty() || whole < faces.back()) faces.push_back(whole);
+  }
+  if (faces.empty()) faces.push_back(kFewestFaces);
+  levels_ = std::make_unique<SimplifyLevels>(high_, faces);
+  plan_.seconds_simplify += watch.total();
+  std::vector<double> counts;
+  for (std::size_t i = 0; i < levels_->count(); ++i) {
+    counts.push_back(static_cast<double>(levels_->faces(i)));
+  }
+  model_ = std::make_unique<LightModel>(counts, [this](std::size_t level) { return look(level); });
+}
+
+LightModel::Node LightLooks::look(std::size_t level) {
+  say(0.2, "looking at light meshes");
+  const Stopwatch simplifying;
+  const Mesh mesh = levels_->mesh(level);
+  plan_.seconds_simplify += simplifying.total();
+  const Stopwatch watch;
+  const NormalProbe probe(impl_of(source_), with_any_uvs(mesh), shown_);
+  const LightModel::Node node = look_with(probe);
+  plan_.seconds_measure += watch.total();
+  return node;
+}
+
+LightModel::Node LightLooks::look_with(const NormalProbe& probe) const {
+  std::shared_ptr<const VisibilityField> field;
+  return {probe.without_map().mean_degrees,
+          probe.limit(limit_options(bake_.method), field).error.mean_degrees};
+}
+
+BakeOptions LightLooks::limit_options(MatchMethod method) const {
+  BakeOptions options = bake_;
+  options.method = method;
+  std::erase(options.fallback, method);
+  options.visibility.at = VisibilityAt::vertex;
+  options.visibility.directions = std::min(options.visibility.directions, kLimitDirections);
+  options.progress = {};
+  return options;
+}
+
+void LightLooks::choose_match(std::size_t level) {
+  const Stopwatch watch;
+  const NormalProbe probe(impl_of(source_), with_any_uvs(levels_->mesh(level)), shown_);
+  std::shared_ptr<const VisibilityField> field;
+  std::vector<MatchMethod> ways = {MatchMethod::ray};
+  const bool cage = bake_.cage.has_value();
+  if (!cage) ways.insert(ways.end(), {MatchMethod::hybrid, MatchMethod::closest});
+  double least = 0;
+  for (const MatchMethod way : ways) {
+    say(0.3, "looking at ways to match");
+    const double limit = probe.limit(limit_options(way), field).error.mean_degrees;
+    if (least > 0 && limit >= kGain * least) continue;
+    least = limit;
+    if (way == bake_.method) continue;
+    bake_.method = way;
+    model_->forget();
+  }
+  std::erase(bake_.fallback, bake_.method);
+  plan_.seconds_measure += watch.total();
+}
+
+}  // namespace kiln

@@ -1,0 +1,49 @@
+// Looking at light meshes of one dense mesh: how near each gets without a map and with an endless one.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "kiln/light_plan.h"
+#include "lowpoly/simplify_levels.h"
+#include "measure/light_model.h"
+#include "measure/normal_probe.h"
+
+namespace kiln {
+
+/// Pictures of the dense mesh, light meshes of all numbers of faces, and what is known of them.
+class LightLooks {
+ public:
+  /// \param bake  how to match; may be changed by choose_match(). All outlive this
+  /// \param plan  where seconds are added to
+  LightLooks(const Source& source, const Mesh& high, BakeOptions& bake, LightBake& plan)
+      : source_(source), high_(high), bake_(bake), plan_(plan) {}
+
+  void take_pictures(std::uint32_t screen);
+  /// \param most  faces of the finest level
+  void make_levels(std::uint32_t most);
+  /// The first of the ways that gets nearest, on one mesh.
+  void choose_match(std::size_t level);
+
+  /// What a light mesh of any layout can do.
+  LightModel::Node look_with(const NormalProbe& probe) const;
+
+  const DenseShown& shown() const { return shown_; }
+  const SimplifyLevels& levels() const { return *levels_; }
+  LightModel& model() const { return *model_; }
+
+ private:
+  void say(double done, const char* doing) const;
+  LightModel::Node look(std::size_t level);
+  BakeOptions limit_options(MatchMethod method) const;
+
+  const Source& source_;
+  const Mesh& high_;
+  BakeOptions& bake_;
+  LightBake& plan_;
+  DenseShown shown_;
+  std::unique_ptr<SimplifyLevels> levels_;
+  std::unique_ptr<LightModel> model_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,134 @@
+#include "measure/light_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+namespace kiln {
+namespace {
+
+/// Levels looked at are this far apart: about half as many faces each.
+constexpr std::size_t kStep = 17;
+/// Where a search begins, faces.
+constexpr double kFirst = 1000;
+/// An error is at least this share of the limit above it.
+constexpr double kLeastAbove = 0.01;
+constexpr double kTiny = 1e-9;
+/// Of sharpness against faces, both as logarithms: bounds, and the spread of faces that halves a slope.
+constexpr double kLeastSlope = -1, kMostSlope = 1, kScatter = 0.08;
+
+double between(double a, double b, double share) {
+  if (!(a > 0) || !(b > 0)) return a + (b - a) * share;
+  return std::exp(std::log(a) + (std::log(b) - std::log(a)) * share);
+}
+
+}  // namespace
+
+LightModel::LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look)
+    : faces_(std::move(faces)), look_(std::move(look)) {}
+
+LightModel::Node LightModel::exactly(std::size_t level) {
+  const auto known = nodes_.find(level);
+  if (known != nodes_.end()) return known->second;
+  return nodes_[level] = look_(level);
+}
+
+LightModel::Node LightModel::at(std::size_t level) {
+  const std::size_t first = level / kStep * kStep;
+  exactly(first);
+  exactly(std::min(first + kStep, count() - 1));
+  const auto after = nodes_.lower_bound(level);
+  if (after->first == level) return after->second;
+  const auto before = std::prev(after);
+  const double share = std::log(faces_[level] / faces_[before->first]) /
+                       std::log(faces_[after->first] / faces_[before->first]);
+  return {between(before->second.plain, after->second.plain, share),
+          between(before->second.limit, after->second.limit, share)};
+}
+
+void LightModel::forget() { nodes_.clear(); }
+
+void LightModel::measured(std::size_t level, std::uint32_t size, double error, bool mip) {
+  const Node node = exactly(level);
+  const double above = std::max({error - node.limit, kLeastAbove * node.limit, kTiny});
+  const double range = std::max(node.plain - node.limit, kTiny);
+  Known& known = sharpness_[size];
+  if (known.mip) known.maps.clear();
+  known.mip = mip;
+  // A map that is no better than none still tells that larger ones are needed.
+  known.maps.push_back({level, std::max(1 / above - 1 / range, 0.01 / range)});
+}
+
+/// From the map whose level is nearest, along the slope of all. Errors scatter, so maps of about as many faces
+/// tell little of it.
+double LightModel::at_level(const Known& known, std::size_t level) const {
+  Sharpness nearest = known.maps.front();
+  double mean_x = 0, mean_y = 0;
+  const auto apart = [&](const Sharpness& map) {
+    return map.level > level ? map.level - level : level - map.level;
+  };
+  for (const Sharpness& map : known.maps) {
+    if (apart(map) <= apart(nearest)) nearest = map;
+    mean_x += std::log(faces_[map.level]);
+    mean_y += std::log(map.value);
+  }
+  mean_x /= static_cast<double>(known.maps.size());
+  mean_y /= static_cast<double>(known.maps.size());
+  double products = 0, squares = kScatter;
+  for (const Sharpness& map : known.maps) {
+    const double x = std::log(faces_[map.level]) - mean_x;
+    products += x * (std::log(map.value) - mean_y);
+    squares += x * x;
+  }
+  const double slope = std::clamp(products / squares, kLeastSlope, kMostSlope);
+  return nearest.value * std::pow(faces_[level] / faces_[nearest.level], slope);
+}
+
+double LightModel::sharpness(std::size_t level, std::uint32_t size) const {
+  if (sharpness_.empty()) return 0;  // nothing is known of any map
+  const auto after = sharpness_.lower_bound(size);
+  const auto scaled = [&](const auto& known) {
+    const double ratio = static_cast<double>(size) / known->first;
+    return at_level(known->second, level) * ratio * ratio;
+  };
+  if (after == sharpness_.end()) return scaled(std::prev(after));
+  if (after->first == size || after == sharpness_.begin()) return scaled(after);
+  const auto before = std::prev(after);
+  const double share =
+      std::log(1.0 * size / before->first) / std::log(1.0 * after->first / before->first);
+  return between(at_level(before->second, level), at_level(after->second, level), share);
+}
+
+double LightModel::expected(std::size_t level, std::uint32_t size) {
+  const Node node = at(level);
+  if (size == 0) return node.plain;
+  const double range = std::max(node.plain - node.limit, kTiny);
+  return node.limit + 1 / (1 / range + sharpness(level, size));
+}
+
+std::optional<std::size_t> LightModel::fewest(const std::function<bool(std::size_t)>& holds,
+                                              std::size_t finest) {
+  // From the middle outwards, since looking at fine levels takes long and coarse ones tell little.
+  std::size_t level = 0;
+  while (level + kStep < count() && faces_[level] > kFirst) level += kStep;
+  level = std::max(level, finest);
+  std::size_t good = level, bad = count();
+  if (holds(level)) {
+    while (good + kStep < count() && holds(good + kStep)) good += kStep;
+    bad = std::min(good + kStep, count());
+  } else {
+    do {
+      if (good == finest) return std::nullopt;
+      bad = good;
+      good = std::max(finest, good - std::min(kStep, good));
+    } while (!holds(good));
+  }
+  while (bad - good > 1) {
+    const std::size_t middle = (good + bad) / 2;
+    (holds(middle) ? good : bad) = middle;
+  }
+  return good;
+}
+
+}  // namespace kiln

@@ -1,0 +1,67 @@
+// How the error of rendered normals depends on a light mesh's faces and its map's size.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <vector>
+
+namespace kiln {
+
+/// A model of e(level, size). Levels are light meshes by falling number of faces.
+class LightModel {
+ public:
+  struct Node {
+    double plain = 0;  ///< Without a map
+    double limit = 0;  ///< With a map of endless size
+  };
+  /// \param faces  of each level
+  /// \param look   finds out about one; called once each at most
+  LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look);
+
+  std::size_t count() const { return faces_.size(); }
+  /// Between levels that were looked at: the logarithm is linear in that of the number of faces.
+  Node at(std::size_t level);
+  /// Looks at the very level.
+  Node exactly(std::size_t level);
+  /// What was found of a level in another way.
+  void know(std::size_t level, const Node& node) { nodes_[level] = node; }
+  const std::map<std::size_t, Node>& known() const { return nodes_; }
+
+  /// Another way to match: limits are no longer known.
+  void forget();
+
+  /// What a map turned out to reach.
+  /// \param mip  of a larger map's mip-map: counts until a map of that size is measured
+  void measured(std::size_t level, std::uint32_t size, double error, bool mip = false);
+  /// size = 0: without a map.
+  double expected(std::size_t level, std::uint32_t size);
+
+  /// The level of fewest faces for which something holds, as long as it holds for all finer ones, too.
+  /// \param finest  levels before it are not looked at
+  std::optional<std::size_t> fewest(const std::function<bool(std::size_t)>& holds,
+                                    std::size_t finest = 0);
+
+ private:
+  /// 1 / what texels of a size add to the limit, where the mesh without a map is endlessly bad.
+  double sharpness(std::size_t level, std::uint32_t size) const;
+  struct Sharpness {
+    std::size_t level = 0;
+    double value = 0;
+  };
+  /// Maps of one size: more faces have more charts, so fewer texels are used.
+  struct Known {
+    bool mip = false;
+    std::vector<Sharpness> maps;
+  };
+  double at_level(const Known& known, std::size_t level) const;
+
+  std::vector<double> faces_;
+  std::function<Node(std::size_t)> look_;
+  std::map<std::size_t, Node> nodes_;
+  std::map<std::uint32_t, Known> sharpness_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,386 @@
+#include "kiln/light_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "bake/pipeline.h"
+#include "kiln/plan.h"
+#include "measure/light_check.h"
+#include "measure/light_looks.h"
+
+namespace kiln {
+namespace {
+
+/// Faces of the finest level, to begin with, and at most, where the error asks for more.
+constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
+constexpr std::size_t kMostTrials = 7;
+/// And as long as none reaches the error.
+constexpr std::size_t kMostTrialsToReach = 10;
+/// Share of the error that is left as room for scatter after each miss.
+constexpr double kCare = 0.01;
+/// Times the lightest: what weighs more is not looked at.
+constexpr double kFarMore = 2;
+/// Another size that is expected to weigh at most so many times as much is tried, in case it does better: with this
+/// share of the bytes, unless a map of it was made with faces within this factor.
+constexpr double kNearlyAsLight = 1.25, kLighter = 0.95, kOtherFaces = 1.5;
+/// Fewer bytes than this share must be expected for another trial.
+constexpr double kWorthwhile = 0.97;
+/// The error that the first map of all is looked for with, as a share of the one wanted.
+constexpr double kFirstLimit = 0.75;
+/// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) costs too much of it.
+constexpr double kEightBits = 0.5;
+/// Samples a texel side by side: fewer for larger maps, whose texels show less.
+constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
+/// Where nothing reaches the error, bytes decide among what comes this near to the least.
+constexpr double kNearLeast = 1.05;
+
+Image rounded(Image map, std::uint32_t bits) {
+  const float steps = static_cast<float>((1U << bits) - 1);
+  for (float& value : map.pixels) {
+    value = std::floor(std::clamp(value, 0.0F, 1.0F) * steps + 0.5F) / steps;
+  }
+  return map;
+}
+
+class LightPlanner {
+ public:
+  LightPlanner(const Source& source, const Mesh& high, const LightPlanOptions& options)
+      : source_(source),
+        high_(high),
+        options_(options),
+        bake_(options.bake),
+        looks_(source, high, bake_, plan_) {
+    plan_.wanted = options.max_error;
+    bits_ = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
+    for (const MapInfo& info : maps()) {
+      const auto asked = std::count(bake_.maps.begin(), bake_.maps.end(), info.kind);
+      channels_.insert(channels_.end(), static_cast<std::size_t>(asked), info.channels);
+    }
+    channels_.insert(channels_.end(), bake_.transfers.size() + bake_.own_maps.size(), 4);
+    largest_ = std::min(bake_.width, bake_.height);
+    for (std::uint32_t size = kSmallestMap; size <= largest_; size *= 2) sizes_.push_back(size);
+  }
+
+  LightBake run() {
+    return unless_cancelled<LightBake>([this] { return planned(); },
+                                       [](LightBake& none) { none.cancelled = true; });
+  }
+
+ private:
+  /// A mesh laid out for a size, with its map.
+  struct Made {
+    std::size_t level = 0;
+    Mesh low;
+    SimplifyReport simplified;
+    UnwrapReport unwrapped;
+    BakeOptions bake;
+    LightTrial trial;
+  };
+
+  LightBake planned() {
+    looks_.take_pictures(options_.screen);
+    looks_.make_levels(kMostFaces);
+    first_map();
+    while (plan_.trials.size() < (best_reached() ? kMostTrials : kMostTrialsToReach)) {
+      std::optional<LightTrial> next = best_expected();
+      // What was expected to do and did not: a little more of it.
+      while (next && !best_reached() && was_made(*next) && next_level_ > 0) {
+        next = trial_of(--next_level_, next->size);
+      }
+      if (next && worth_trying(*next)) {
+        next->size == 0 ? measure_without_map(next_level_) : try_map(next_level_, next->size);
+      } else if (!best_reached() || !try_another_size()) {
+        break;
+      }
+    }
+    fill_trade();
+    return finished();
+  }
+
+  /// Errors of maps of one size were known from other meshes alone: whether it was less than expected.
+  /// \returns false where there is no such size
+  bool try_another_size() {
+    const auto best = static_cast<double>(best_->trial.bytes.total());
+    for (const auto& [expected, size] : pairs()) {
+      if (size == 0 || size == best_->trial.size) continue;
+      if (static_cast<double>(bytes(expected, size).total()) > kNearlyAsLight * best) continue;
+      std::size_t level = expected;
+      while (level + 1 < looks_.levels().count() &&
+             static_cast<double>(bytes(level, size).total()) > kLighter * best) {
+        ++level;
+      }
+      const auto faces = static_cast<double>(looks_.levels().faces(level));
+      const bool known = std::any_of(
+          plan_.trials.begin(), plan_.trials.end(), [&, size = size](const LightTrial& trial) {
+            const double ratio = static_cast<double>(trial.faces) / faces;
+            return trial.size == size && ratio < kOtherFaces && ratio > 1 / kOtherFaces;
+          });
+      if (known) continue;
+      try_map(level, size);
+      return true;
+    }
+    return false;
+  }
+
+  void say(double done, const char* doing) { BakeProgress(bake_.progress).at(done, doing); }
+
+  /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
+  /// as many bytes of texels as of vertices.
+  void first_map() {
+    const auto leaves_room = [&](std::size_t i) {
+      return looks_.model().at(i).limit <= kFirstLimit * options_.max_error;
+    };
+    std::optional<std::size_t> found = looks_.model().fewest(leaves_room);
+    if (!found && high_.triangles.size() > 2 * kMostFaces) {
+      looks_.make_levels(kManyFaces);
+      found = looks_.model().fewest(leaves_room);
+    }
+    const std::size_t level = found.value_or(0);
+    if (options_.choose_match) looks_.choose_match(level);
+    std::uint32_t size = sizes_.front();
+    while (2 * size <= largest_ && bytes(level, 2 * size).texels < bytes(level, 0).total()) {
+      size *= 2;
+    }
+    try_map(level, std::min(2 * size, sizes_.back()), /*learn=*/true);
+  }
+
+  std::uint32_t samples_for(std::uint32_t size) const {
+    if (!options_.choose_samples) return bake_.samples;
+    return std::clamp(kSampleBudget / size, 1U, kMostSamples);
+  }
+
+  /// Seams split vertices along lines, so about as many as the square root.
+  std::uint64_t expected_vertices(std::size_t level, std::uint32_t size) const {
+    const auto positions = static_cast<double>(looks_.levels().vertices(level));
+    return static_cast<std::uint64_t>(positions + (size == 0 ? 0 : seams_ * std::sqrt(positions)));
+  }
+
+  LightBytes bytes(std::size_t level, std::uint32_t size) const {
+    return light_bytes(expected_vertices(level, size), looks_.levels().faces(level), size,
+                       channels_, bits_);
+  }
+
+  LightTrial trial_of(std::size_t level, std::uint32_t size) {
+    LightTrial trial;
+    trial.faces = looks_.levels().faces(level);
+    trial.positions = looks_.levels().vertices(level);
+    trial.vertices = expected_vertices(level, size);
+    trial.size = size;
+    trial.samples = samples_for(size == 0 ? 1 : size);
+    trial.bits = bits_;
+    trial.method = bake_.method;
+    trial.bytes = bytes(level, size);
+    trial.expected = looks_.model().expected(level, size);
+    return trial;
+  }
+
+  /// Each miss at a size makes the next a little more careful.
+  double aim_at(std::uint32_t size) const {
+    const auto misses =
+        std::count_if(plan_.trials.begin(), plan_.trials.end(), [&](const LightTrial& trial) {
+          return trial.size == size && trial.measured > options_.max_error;
+        });
+    return options_.max_error * (1 - kCare * static_cast<double>(misses));
+  }
+
+  /// For each size the fewest faces that are expected to do.
+  /// Those that weigh far more than others are left out, since looking at fine meshes takes long.
+  std::vector<std::pair<std::size_t, std::uint32_t>> pairs() {
+    std::vector<std::pair<std::size_t, std::uint32_t>> result;
+    std::vector<std::uint32_t> sizes = sizes_;
+    if (options_.may_leave_map_out) sizes.insert(sizes.begin(), 0);
+    // What was tried last is about right, and tells what is far more.
+    const auto first = std::find(sizes.begin(), sizes.end(), plan_.trials.back().size);
+    std::rotate(sizes.begin(), first, sizes.end());
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t size : sizes) {
+      std::size_t finest = 0;
+      const std::size_t last = looks_.levels().count() - 1;
+      const auto weight = [&](std::size_t i) {
+        return static_cast<double>(bytes(i, size).total());
+      };
+      while (finest < last && weight(finest) > kFarMore * least) ++finest;
+      const double aim = aim_at(size);
+      const auto level = looks_.model().fewest(
+          [&](std::size_t i) { return looks_.model().expected(i, size) <= aim; }, finest);
+      if (!level) continue;
+      result.emplace_back(*level, size);
+      least = std::min(least, weight(*level));
+    }
+    std::sort(result.begin(), result.end(),
+              [](const auto& a, const auto& b) { return a.second < b.second; });
+    return result;
+  }
+
+  /// Sets next_level_. Where nothing is expected to reach the error: what gets near the least with few bytes.
+  std::optional<LightTrial> best_expected() {
+    std::vector<std::pair<std::size_t, std::uint32_t>> candidates = pairs();
+    if (candidates.empty()) {
+      double least = looks_.model().expected(0, sizes_.back());
+      for (const std::uint32_t size : sizes_) {
+        const auto level = looks_.model().fewest(
+            [&](std::size_t i) { return looks_.model().expected(i, size) <= kNearLeast * least; });
+        if (level) candidates.emplace_back(*level, size);
+      }
+    }
+    std::optional<LightTrial> best;
+    for (const auto& [level, size] : candidates) {
+      LightTrial trial = trial_of(level, size);
+      if (best && trial.bytes.total() >= best->bytes.total()) continue;
+      best = trial;
+      next_level_ = level;
+    }
+    return best;
+  }
+
+  /// Not what was made before, nor what is hardly lighter than the lightest that does.
+  bool worth_trying(const LightTrial& next) const {
+    if (was_made(next)) return false;
+    return !best_reached() || static_cast<double>(next.bytes.total()) <
+                                  kWorthwhile * static_cast<double>(best_->trial.bytes.total());
+  }
+
+  bool was_made(const LightTrial& next) const {
+    return std::any_of(plan_.trials.begin(), plan_.trials.end(), [&](const LightTrial& trial) {
+      return trial.faces == next.faces && trial.size == next.size;
+    });
+  }
+
+  bool best_reached() const { return best_->trial.measured <= options_.max_error; }
+
+  void measure_without_map(std::size_t level) {
+    Made made;
+    made.level = level;
+    made.low = looks_.levels().mesh(level, &made.simplified);
+    made.trial = trial_of(level, 0);
+    made.trial.measured = looks_.model().exactly(level).plain;
+    keep(std::move(made));
+  }
+
+  BakeOptions bake_options(std::uint32_t size) const {
+    BakeOptions options = bake_;
+    options.width = options.height = size;
+    options.samples = samples_for(size);
+    if (bake_.progress) {
+      options.progress = [this, size](double, std::string_view) {
+        const std::string doing = "trying " + std::to_string(size) + " x " + std::to_string(size);
+        return bake_.progress(0.5, doing);
+      };
+    }
+    return options;
+  }
+
+  /// \param learn  from the map's mip-maps, too
+  void try_map(std::size_t level, std::uint32_t size, bool learn = false) {
+    Made made;
+    made.level = level;
+    made.trial = trial_of(level, size);
+    Stopwatch watch;
+    made.low = looks_.levels().mesh(level, &made.simplified);
+    plan_.seconds_simplify += watch.lap();
+    say(0.4, "laying out charts");
+    UnwrapOptions layout{options_.unwrap, size, std::max(2U, size / 256)};
+    made.low = unwrap(made.low, layout, &made.unwrapped);
+    plan_.seconds_unwrap += watch.lap();
+    made.bake = bake_options(size);
+    BakeOptions plain = made.bake;
+    plain.maps = {MapKind::normal};
+    plain.transfers.clear();
+    plain.own_maps.clear();
+    plain.raw = plain.two_component = plain.report_errors = plain.keep_match = false;
+    plain.recall = 0;
+    plain.mips = learn;
+    const BakeResult result = bake_drawn(impl_of(source_), made.low, plain, nullptr);
+    const Stopwatch measuring;
+    const NormalProbe probe(impl_of(source_), made.low, looks_.shown());
+    const auto error = [&](const Image& map) {
+      return probe.with_map(rounded(map, bits_), plain.space, plain.flip_y).mean_degrees;
+    };
+    if (!looks_.model().known().contains(level)) {
+      looks_.model().know(level, looks_.look_with(probe));
+    }
+    if (learn) {
+      for (const Image& map : result.maps.front().mips) {
+        if (map.width < kSmallestMap) break;
+        looks_.model().measured(level, map.width, error(map), /*mip=*/true);
+      }
+      made.trial.expected = looks_.model().expected(level, size);
+    }
+    made.trial.measured = error(result.maps.front().image);
+    looks_.model().measured(level, size, made.trial.measured);
+    made.trial.vertices = split_vertices(made.low);
+    made.trial.charts = made.unwrapped.charts;
+    seams_ = static_cast<double>(made.trial.vertices - made.trial.positions) /
+             std::sqrt(static_cast<double>(made.trial.positions));
+    made.trial.bytes = light_bytes(made.trial.vertices, made.trial.faces, size, channels_, bits_);
+    plan_.seconds_measure += measuring.total();
+    keep(std::move(made));
+  }
+
+  /// The lightest that reaches the error; of none, the nearest.
+  void keep(Made made) {
+    plan_.trials.push_back(made.trial);
+    const double wanted = options_.max_error;
+    const bool reaches = made.trial.measured <= wanted;
+    const bool better =
+        !best_ ||
+        (reaches ? !best_reached() || made.trial.bytes.total() < best_->trial.bytes.total()
+                 : !best_reached() && made.trial.measured < best_->trial.measured);
+    if (better) best_ = std::move(made);
+  }
+
+  void fill_trade() {
+    for (const auto& [level, size] : pairs()) plan_.trade.push_back(trial_of(level, size));
+    for (const auto& [level, node] : looks_.model().known()) {
+      if (options_.may_leave_map_out) plan_.outlook.push_back(trial_of(level, 0));
+      for (const std::uint32_t size : sizes_) plan_.outlook.push_back(trial_of(level, size));
+      plan_.levels.push_back(
+          {looks_.levels().faces(level), looks_.levels().vertices(level), node.plain, node.limit});
+    }
+    std::reverse(plan_.levels.begin(), plan_.levels.end());
+  }
+
+  /// Bakes all maps, as asked for.
+  LightBake finished() {
+    plan_.low = std::move(best_->low);
+    plan_.simplified = std::move(best_->simplified);
+    plan_.chosen = best_->trial;
+    if (plan_.chosen.size != 0) {
+      plan_.unwrapped = std::move(best_->unwrapped);
+      plan_.bake = std::move(best_->bake);
+      plan_.bake.progress = bake_.progress;
+      plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
+      plan_.drawn = rounded(std::move(plan_.drawn), bits_);
+      const NormalProbe probe(impl_of(source_), plan_.low, looks_.shown());
+      plan_.chosen.measured =
+          probe.with_map(plan_.drawn, plan_.bake.space, plan_.bake.flip_y).mean_degrees;
+    }
+    plan_.reached = plan_.chosen.measured <= options_.max_error;
+    return std::move(plan_);
+  }
+
+  const Source& source_;
+  const Mesh& high_;
+  const LightPlanOptions& options_;
+  BakeOptions bake_;
+  std::uint32_t bits_ = 8, largest_ = 0;
+  std::vector<std::uint32_t> channels_, sizes_;
+  double seams_ = 10;  // vertices that seams add, over the square root of positions
+  std::size_t next_level_ = 0;
+  std::optional<Made> best_;
+  LightBake plan_;
+  LightLooks looks_;
+};
+
+}  // namespace
+
+LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options) {
+  check_light_plan(options);
+  return LightPlanner(source, high, options).run();
+}
+
+}  // namespace kiln

@@ -1,0 +1,115 @@
+// What no map can get below.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "measure/normal_probe.h"
+#include "measure/probe_parts.h"
+
+namespace kiln {
+
+double NormalProbe::least_share(const Limit& limit) const {
+  constexpr std::size_t kPlaces = 2048;
+  constexpr double kLeastCosine = 0.05;
+  if (places() == 0) return 1;
+  const std::size_t step = (places_.size() + kPlaces - 1) / kPlaces;
+  struct Look {
+    std::size_t place = 0;
+    double cosine = 0;
+    Vec3d toward, at;
+    double distance = 0;  // from where the ray starts to the place
+  };
+  std::vector<Look> looks;
+  for (const Vec3d& toward : toward_) {
+    for (std::size_t i = 0; i < places_.size(); i += step) {
+      const Place& place = places_[i];
+      const auto& [a, b, c] = surface_.triangles[place.triangle];
+      const Vec3d normal = vector_at(shading_[place.triangle].face_normal);
+      const double cosine = dot(normal, toward) * (place.back ? -1 : 1);
+      if (cosine < kLeastCosine) continue;
+      const Vec3d at = blend(a.position, b.position, c.position, place.u, place.v);
+      looks.push_back({i / step, cosine, toward, at, start_ - dot(at, toward)});
+    }
+  }
+  const auto count = static_cast<std::uint32_t>(looks.size());
+  if (count == 0) return 1;
+  std::vector<float> points(std::size_t{7} * count, 0.0F);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 p = to_float(looks[i].at + looks[i].toward * looks[i].distance);
+    const Vec3 d = to_float(looks[i].toward * -1.0);
+    const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
+    for (std::size_t c = 0; c < 6; ++c) points[c * count + i] = values[c];
+  }
+  cl::Context& context = context_of(source_.device);
+  const cl::Array<float> device_points(context, std::span<const float>(points));
+  Correspondence match(context, count);
+  RayQuery query;
+  query.t_max = static_cast<float>(2 * start_);
+  query.two_sided = true;
+  light_.intersect(device_points, count, count, query, match);
+  std::vector<float> distance(count);
+  match.distance.read(context, distance);
+  source_.rays().intersect(device_points, count, count, query, match);
+  const std::vector<std::uint32_t> triangle = match.triangle.download(context);
+  const std::vector<float> barycentric = match.barycentric.download(context);
+  const std::vector<std::uint32_t>& normal_indices =
+      reads_.read_source(source_.attributes.normal_indices);
+  const std::vector<float>& normals = reads_.read_source(source_.attributes.normals);
+
+  std::vector<std::vector<std::pair<Vec3d, double>>> seen(kPlaces);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Look& look = looks[i];
+    // Hidden by another part of the light mesh?
+    if (distance[i] < look.distance - 1e-4 * start_ || triangle[i] == KILN_NO_TRIANGLE) continue;
+    const std::size_t t = triangle[i];
+    std::array<Vec3d, 3> corner, shading;
+    for (std::size_t k = 0; k < 3; ++k) {
+      corner[k] = Vec3d(source_.positions[source_.triangles[t][k]]);
+      const float* n = &normals[3 * std::size_t{normal_indices[3 * t + k]}];
+      shading[k] = Vec3d(n[0], n[1], n[2]);
+    }
+    const Vec3d face = cross(corner[1] - corner[0], corner[2] - corner[0]);
+    const float u = barycentric[i], v = barycentric[i + count];
+    const Vec3d sum = shading[0] * (1.0 - u - v) + shading[1] * u + shading[2] * v;
+    const double size = length(sum);
+    if (!(size > 0)) continue;
+    const double side = dot(face, look.toward) < 0 ? -1 : 1;
+    seen[look.place].emplace_back(sum * (side / size), look.cosine);
+  }
+  const auto mean_angle = [](const Vec3d& normal, const auto& directions) {
+    double sum = 0, weights = 0;
+    for (const auto& [n, weight] : directions) {
+      sum += weight * std::atan2(length(cross(normal, n)), dot(normal, n));
+      weights += weight;
+    }
+    return sum / weights;
+  };
+  double least = 0, found = 0;
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const auto& directions = seen[i];
+    if (directions.empty()) continue;
+    const std::size_t place = i * step;
+    const float* own = &limit.normals[3 * place];
+    const double own_error =
+        mean_angle(Vec3d(own[0], own[1], own[2]) * (places_[place].back ? -1.0 : 1.0), directions);
+    // The direction of least mean angle: that of least squares, then by Weiszfeld's iteration.
+    Vec3d best;
+    for (const auto& [n, weight] : directions) best += n * weight;
+    double error = own_error;
+    for (int round = 0; round < 8 && length(best) > 0; ++round) {
+      best = best * (1 / length(best));
+      error = std::min(error, mean_angle(best, directions));
+      Vec3d next;
+      for (const auto& [n, weight] : directions) {
+        const double angle = std::atan2(length(cross(best, n)), dot(best, n));
+        next += n * (weight / std::max(angle, 1e-4));
+      }
+      best = next;
+    }
+    least += error;
+    found += own_error;
+  }
+  return found > 0 ? least / found : 1;
+}
+
+}  // namespace kiln

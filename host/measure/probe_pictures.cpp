@@ -1,0 +1,196 @@
+#include "measure/probe_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "base/parallel.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kTile = PictureGrid::kPictureTile;
+constexpr std::size_t kGrain = 1 << 12;
+
+/// A box around the dense mesh: frames the same pictures for both meshes.
+Mesh box_of(const Source::Impl& source) {
+  Vec3d low{1e300, 1e300, 1e300};
+  Vec3d high{-1e300, -1e300, -1e300};
+  for (const Triangle& triangle : source.triangles) {
+    for (const std::uint32_t i : triangle) {
+      const Vec3& p = source.positions[i];
+      if (!is_finite(p)) continue;
+      low = {std::min(low.x, double{p.x}), std::min(low.y, double{p.y}),
+             std::min(low.z, double{p.z})};
+      high = {std::max(high.x, double{p.x}), std::max(high.y, double{p.y}),
+              std::max(high.z, double{p.z})};
+    }
+  }
+  Mesh box;
+  box.name = "box";
+  box.origin = source.frame.center;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3d corner = {(i & 1) != 0 ? high.x : low.x, (i & 2) != 0 ? high.y : low.y,
+                          (i & 4) != 0 ? high.z : low.z};
+    box.positions.push_back(to_float(corner * (1 / source.frame.scale)));
+  }
+  // Corners are what counts.
+  box.triangles = {{0, 1, 2}, {3, 4, 5}, {5, 6, 7}};
+  return box;
+}
+
+}  // namespace
+
+Picture::Picture(const Camera& camera, const Frame& frame, std::uint32_t size)
+    : right(camera.right),
+      up(camera.up),
+      toward(camera.toward),
+      middle(Vec3d(camera.center[0] - frame.center[0], camera.center[1] - frame.center[1],
+                   camera.center[2] - frame.center[2]) *
+             frame.scale),
+      half_side(camera.half_side * frame.scale),
+      pixels(size) {}
+
+Vec3d Picture::point(std::uint32_t index) const {
+  const std::uint32_t each = subpixels * subpixels;
+  const std::uint32_t pixel = index / each, sub = index % each;
+  const std::uint32_t tile = pixel / (kTile * kTile), within = pixel % (kTile * kTile);
+  const std::uint32_t x = tile % (pixels / kTile) * kTile + within % kTile;
+  const std::uint32_t y = tile / (pixels / kTile) * kTile + within / kTile;
+  const double step = 2 * half_side / pixels;
+  const double right_by = ((sub % subpixels + 0.5) / subpixels - 0.5) * footprint;
+  const double down_by = ((sub / subpixels + 0.5) / subpixels - 0.5) * footprint;
+  return middle + right * ((x + 0.5) * step - half_side + right_by) +
+         up * (half_side - (y + 0.5) * step - down_by);
+}
+
+kiln_view Picture::view(std::uint32_t first) const {
+  kiln_view to{};
+  const auto store = [](const Vec3d& from, kiln_float(&vector)[3]) {
+    const Vec3 v = to_float(from);
+    vector[0] = v.x;
+    vector[1] = v.y;
+    vector[2] = v.z;
+  };
+  store(right, to.right);
+  store(up, to.up);
+  store(toward, to.toward);
+  const double scale = pixels / (2 * half_side);
+  to.scale = static_cast<float>(scale);
+  to.left = static_cast<float>(pixels / 2.0 - dot(middle, right) * scale);
+  to.top = static_cast<float>(pixels / 2.0 + dot(middle, up) * scale);
+  to.width = to.height = pixels;
+  to.first = first;
+  return to;
+}
+
+std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<ViewAngles>& views,
+                                 const PictureGrid& grid) {
+  const Mesh box = box_of(source);
+  const CameraTarget target = CameraTarget::of(box);
+  std::vector<Picture> pictures;
+  for (const ViewAngles& view : views) {
+    RenderOptions options;
+    options.azimuth_degrees = view.azimuth_degrees;
+    options.elevation_degrees = view.elevation_degrees;
+    Picture& picture =
+        pictures.emplace_back(Camera::fit(target, options), source.frame, grid.pixels);
+    if (grid.screen == 0) continue;
+    picture.subpixels = kScreenSubpixels;
+    picture.footprint = 2 * picture.half_side / grid.screen;
+  }
+  return pictures;
+}
+
+/// The nearest of a mesh's triangles in every pixel.
+PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
+                         const std::vector<Picture>& pictures, double start) {
+  const std::uint32_t each = pictures[0].points();
+  const auto count = static_cast<std::uint32_t>(each * pictures.size());
+  std::vector<float> points(std::size_t{7} * count, 0.0F);
+  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Picture& picture = pictures[i / each];
+      const Vec3d at = picture.point(static_cast<std::uint32_t>(i % each));
+      const Vec3 p = to_float(at + picture.toward * (start - dot(at, picture.toward)));
+      const Vec3 d = to_float(picture.toward * -1.0);
+      const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
+      for (std::size_t c = 0; c < 6; ++c) points[c * count + i] = values[c];
+    }
+  });
+  const cl::Array<float> device_points(context, std::span<const float>(points));
+  Correspondence match(context, count);
+  RayQuery query;
+  query.t_max = static_cast<float>(2 * start);
+  query.two_sided = true;
+  rays.intersect(device_points, count, count, query, match);
+  PictureHits hits{std::vector<std::uint32_t>(count), std::vector<float>(std::size_t{2} * count)};
+  match.triangle.read(context, hits.triangle);
+  match.barycentric.read(context, hits.barycentric);
+  return hits;
+}
+
+/// The same of the dense mesh, drawn. No weights: they follow from the pixel.
+/// \param needed  which pictures; the others stay empty
+PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
+                           const std::vector<bool>& needed) {
+  cl::Context& context = context_of(source.device);
+  const std::uint32_t pixels = pictures[0].pixels;
+  const auto keys_each = static_cast<std::uint32_t>(DepthKeys::count(pixels, pixels));
+  std::vector<kiln_view> views;
+  std::vector<std::size_t> picture_of_view;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (!needed[i]) continue;
+    views.push_back(pictures[i].view(static_cast<std::uint32_t>(views.size()) * keys_each));
+    picture_of_view.push_back(i);
+  }
+  PictureHits hits;
+  const std::size_t each = std::size_t{pixels} * pixels;
+  hits.triangle.assign(each * pictures.size(), KILN_NO_TRIANGLE);
+  if (views.empty()) return hits;
+  const DepthKeys keys(context, std::uint64_t{keys_each} * views.size());
+  source.raster().draw(views, keys);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const std::vector<std::uint64_t> rows = keys.picture(context, views[v]);
+    for (std::uint32_t i = 0; i < each; ++i) {
+      const std::uint32_t tile = i / (kTile * kTile), within = i % (kTile * kTile);
+      const std::uint32_t x = tile % (pixels / kTile) * kTile + within % kTile;
+      const std::uint32_t y = tile / (pixels / kTile) * kTile + within / kTile;
+      const std::uint64_t key = rows[std::size_t{y} * pixels + x];
+      if (key == KILN_RASTER_EMPTY) continue;
+      hits.triangle[each * picture_of_view[v] + i] = static_cast<std::uint32_t>(key);
+    }
+  }
+  return hits;
+}
+
+/// The dense mesh's shading normal where a pixel's ray meets a triangle, turned to the viewer.
+Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
+                   const std::vector<float>& normals, const Picture& picture, const Vec3d& pixel,
+                   std::uint32_t triangle) {
+  std::array<Vec3d, 3> corners;
+  std::array<std::array<double, 2>, 3> flat;
+  for (std::size_t k = 0; k < 3; ++k) {
+    corners[k] = Vec3d(source.positions[source.triangles[triangle][k]]) - pixel;
+    flat[k] = {dot(corners[k], picture.right), dot(corners[k], picture.up)};
+  }
+  const auto area = [&](std::size_t a, std::size_t b) {
+    return flat[a][0] * flat[b][1] - flat[b][0] * flat[a][1];
+  };
+  const double weights[3] = {area(1, 2), area(2, 0), area(0, 1)};
+  const double whole = weights[0] + weights[1] + weights[2];
+  const Vec3d face = cross(corners[1] - corners[0], corners[2] - corners[0]);
+  Vec3d sum;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float* n = &normals[3 * std::size_t{normal_indices[3 * std::size_t{triangle} + k]}];
+    sum += Vec3d(n[0], n[1], n[2]) * (weights[k] / whole);
+  }
+  double size = length(sum);
+  if (!(size > 0)) {
+    sum = face;
+    size = length(face);
+  }
+  return sum * ((dot(face, picture.toward) < 0 ? -1 : 1) / size);
+}
+
+}  // namespace kiln

@@ -1,0 +1,182 @@
+// Which places pictures show on both meshes.
+#include <algorithm>
+#include <numeric>
+#include <span>
+
+#include "base/parallel.h"
+#include "measure/normal_probe.h"
+#include "measure/probe_parts.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kGrain = 1 << 12;
+/// Of the light mesh, where it is seen from behind and the dense one was drawn.
+constexpr std::uint32_t kUnseenTriangle = KILN_NO_TRIANGLE - 1;
+
+}  // namespace
+
+NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage)
+    : source_(source),
+      context_of(reads_(source.device)),
+      context_of(light_(source.device), source.frame.to_frame(low), low.triangles, source.traversal),
+      surface_(LowSurface::of(low, source.frame, cage)),
+      shading_(low_shading(surface_)) {
+  double radius = 1;
+  for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
+    if (surface_.usable[t] == 0) continue;
+    for (const LowSurface::Corner& corner : surface_.triangles[t]) {
+      radius = std::max(radius, length(Vec3d(corner.position)));
+    }
+  }
+  start_ = 1.5 * radius;
+}
+
+NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
+                         const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster)
+    : NormalProbe(source, low, cage) {
+  cl::Context& context = context_of(source.device);
+  const std::vector<Picture> pictures = pictures_of(source, views, {.pixels = pixels});
+  PictureHits shown = hits_by_rays(context, light_, pictures, start_);
+  if (!raster) {
+    take_places(pictures, shown, hits_by_rays(context, source.rays(), pictures, start_));
+    return;
+  }
+  // Drawing shows no backs. Of an open mesh from below it would show what little faces down.
+  std::vector<bool> needed(pictures.size());
+  const std::uint32_t each = pictures[0].points();
+  for (std::size_t i = 0; i < shown.triangle.size(); ++i) {
+    if (shown.triangle[i] == KILN_NO_TRIANGLE) continue;
+    const Picture& picture = pictures[i / each];
+    if (from_behind(shown.triangle[i], picture)) {
+      shown.triangle[i] = kUnseenTriangle;
+    } else {
+      needed[i / each] = true;
+    }
+  }
+  take_places(pictures, shown, hits_by_raster(source, pictures, needed));
+}
+
+NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const DenseShown& dense)
+    : NormalProbe(source, low, nullptr) {
+  take_places(dense.pictures, context_of(hits_by_rays(source.device), light_, dense.pictures, start_),
+              dense.hits);
+}
+
+bool NormalProbe::from_behind(std::uint32_t triangle, const Picture& picture) const {
+  const auto& [a, b, c] = surface_.triangles[triangle];
+  const Vec3d origin(a.position);
+  return dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin), picture.toward) < 0;
+}
+
+/// Points of pixels that both meshes cover whole.
+std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
+                                                       const PictureHits& dense) {
+  std::vector<std::uint32_t> both;
+  for (std::size_t first = 0; first < shown.triangle.size(); first += points_a_pixel_) {
+    std::uint32_t of_both = 0, of_one = 0;
+    for (std::size_t i = first; i < first + points_a_pixel_; ++i) {
+      if (shown.triangle[i] == kUnseenTriangle) continue;
+      const bool light_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
+      const bool dense_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
+      if (light_hit != dense_hit) ++of_one;
+      if (light_hit && dense_hit) ++of_both;
+    }
+    if (of_one > 0) ++one_sided_;
+    if (of_both < points_a_pixel_) continue;
+    for (std::size_t i = first; i < first + points_a_pixel_; ++i) {
+      both.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return both;
+}
+
+void NormalProbe::take_places(const std::vector<Picture>& pictures, const PictureHits& shown,
+                              const PictureHits& dense) {
+  for (const Picture& picture : pictures) toward_.push_back(picture.toward);
+  points_a_pixel_ = pictures[0].subpixels * pictures[0].subpixels;
+  const std::size_t count = shown.triangle.size();
+  const std::uint32_t each = pictures[0].points();
+  const std::vector<std::uint32_t>& normal_indices =
+      reads_.read_source(source_.attributes.normal_indices);
+  const std::vector<float>& normals = reads_.read_source(source_.attributes.normals);
+  const std::vector<std::uint32_t> both = points_on_both(shown, dense);
+  places_.resize(both.size());
+  reference_ = {static_cast<std::uint32_t>(both.size()), 1, 3,
+                std::vector<float>(std::size_t{3} * both.size())};
+  parallel_for(both.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t at = both[i];
+      const Picture& picture = pictures[at / each];
+      encode(dense_normal(source_, normal_indices, normals, picture, picture.point(at % each),
+                          dense.triangle[at]),
+             &reference_.pixels[3 * i]);
+      Place& place = places_[i];
+      place.triangle = shown.triangle[at];
+      place.u = shown.barycentric[at];
+      place.v = shown.barycentric[at + count];
+      place.back = from_behind(place.triangle, picture);
+    }
+  });
+  if (points_a_pixel_ > 1) reference_ = pixel_means(reference_, points_a_pixel_);
+  band_ = band_of(places_);
+}
+
+TexelBand NormalProbe::band_of(const std::vector<Place>& places) const {
+  const std::size_t count = places.size();
+  std::vector<std::uint32_t> index(count + 1), triangle(count);
+  std::iota(index.begin(), index.end(), 0U);
+  std::vector<float> barycentric(2 * count), points(7 * count);
+  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Place& place = places[i];
+      const auto& [a, b, c] = surface_.triangles[place.triangle];
+      triangle[i] = place.triangle;
+      barycentric[i] = place.u;
+      barycentric[i + count] = place.v;
+      const Vec3 p = to_float(blend(a.position, b.position, c.position, place.u, place.v));
+      Vec3d direction = blend(a.direction, b.direction, c.direction, place.u, place.v);
+      double reach = length(direction);
+      if (reach < 1e-15) {
+        reach = 0;
+        direction = vector_at(shading_[place.triangle].face_normal);
+      } else {
+        direction = direction * (1 / reach);
+      }
+      const Vec3 d = to_float(direction);
+      const float values[7] = {p.x, p.y, p.z, d.x, d.y, d.z, static_cast<float>(reach)};
+      for (std::size_t k = 0; k < 7; ++k) points[k * count + i] = values[k];
+    }
+  });
+  TexelBand band;
+  band.row_count = 1;
+  band.texel_count = band.sample_count = band.capacity = static_cast<std::uint32_t>(count);
+  if (count == 0) return band;
+  cl::Context& context = context_of(source_.device);
+  band.texel_index =
+      cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index).first(count));
+  band.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index));
+  const std::vector<std::uint32_t> zeros(count, 0);
+  band.sample_slot = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(zeros));
+  band.triangle = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(triangle));
+  band.barycentric = cl::Array<float>(context, std::span<const float>(barycentric));
+  band.points = cl::Array<float>(context, std::span<const float>(points));
+  return band;
+}
+
+Image NormalProbe::pixel_means(const Image& points, std::uint32_t each) {
+  Image means{points.width / each, 1, 3, std::vector<float>(points.pixels.size() / each)};
+  parallel_for(means.width, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Vec3d sum;
+      for (std::size_t k = i * each; k < (i + 1) * each; ++k) {
+        const float* p = &points.pixels[3 * k];
+        sum += Vec3d(p[0], p[1], p[2]) + Vec3d(-0.5, -0.5, -0.5);
+      }
+      encode(sum, &means.pixels[3 * i]);
+    }
+  });
+  return means;
+}
+
+}  // namespace kiln

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "kiln/bake.h"
+#include "kiln/export.h"
+#include "kiln/lowpoly.h"
+#include "kiln/mesh.h"
+#include "kiln/source.h"
+
+namespace KILN_PUBLIC kiln {
+
+/// What a light mesh and its maps come to in a renderer's memory.
+///
+/// A vertex takes 24 bytes: position 12, normal 4, tangent 4, UV 4; without a map 16. A vertex at a seam counts
+/// once a side. An index takes 2 bytes, 4 beyond 65,536 vertices. Maps have mip-maps, which add a third. A texel
+/// takes 1 byte where blocks of 8 bits a channel hold it (BC5, BC7), half of that with one channel (BC4), and 2
+/// bytes a channel where 16 bits do.
+struct LightBytes {
+  std::uint64_t vertices = 0;  ///< Bytes of vertices and indices
+  std::uint64_t texels = 0;    ///< Bytes of all maps
+  /// Bytes of both.
+  std::uint64_t total() const { return vertices + texels; }
+};
+
+/// The error to reach, how large the mesh will be seen, and what to bake.
+struct LightPlanOptions {
+  /// The mean angle, degrees, between rendered normals of the light mesh with its map and those of the dense
+  /// one. Above 0.
+  double max_error = 0;
+  /// Pixels that the mesh's pictures are wide, at the largest size at which it will be seen, 16 to 16384. Then
+  /// what is finer than a pixel does not count: mean normals of pixels are compared. 0: endlessly many pixels.
+  std::uint32_t screen = 0;
+  /// Choose how to match; else BakeOptions::method does.
+  bool choose_match = true;
+  /// The light mesh's own normals may do, without a map.
+  bool may_leave_map_out = true;
+  /// Choose BakeOptions::samples; else they stay.
+  bool choose_samples = true;
+  /// Bits a channel that maps are saved with: 8 or 16; 0: choose.
+  std::uint32_t bits = 0;
+  /// What to bake. Its size is the largest that maps may have; they are square, 16 texels a side at least. With
+  /// the map MapKind::normal. No cage mesh, no parts, no saved match.
+  BakeOptions bake = {};
+  UnwrapMethod unwrap = UnwrapMethod::charts;  ///< How the light mesh is laid out
+};
+
+/// A light mesh with a map of a size: expected, or made and measured.
+struct LightTrial {
+  std::uint64_t faces = 0;                ///< Triangles
+  std::uint64_t positions = 0;            ///< Vertices before seams split them
+  std::uint64_t vertices = 0;             ///< Vertices after that; expected where nothing was made
+  std::uint64_t charts = 0;               ///< Of its layout; 0 where nothing was laid out
+  std::uint32_t size = 0;                 ///< Texels a side; 0: no map
+  std::uint32_t samples = 1;              ///< BakeOptions::samples
+  std::uint32_t bits = 8;                 ///< A channel
+  MatchMethod method = MatchMethod::ray;  ///< How points of the dense mesh are found
+  LightBytes bytes;                       ///< In memory
+  double expected = 0;                    ///< Mean angle, degrees, by the model
+  double measured = -1;  ///< Mean angle, degrees, of the map itself; below 0: not made
+};
+
+/// What a number of faces can do.
+struct LightLevel {
+  std::uint64_t faces = 0;      ///< Triangles
+  std::uint64_t positions = 0;  ///< Vertices
+  double without_map = 0;       ///< Mean angle of its own normals, degrees
+  double limit = 0;             ///< With a map of endless size, degrees
+};
+
+/// The lightest mesh and maps that reach an error, and what they were chosen from.
+struct LightBake {
+  Mesh low;                               ///< With UVs where there is a map
+  SimplifyReport simplified;              ///< How the mesh was made
+  std::optional<UnwrapReport> unwrapped;  ///< None without a map
+  std::optional<BakeResult> result;       ///< The maps; none where no map is needed
+  BakeOptions bake;                       ///< That `result` is baked with
+  Image drawn;  ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
+  LightTrial chosen;                ///< What `low` and `result` are
+  std::vector<LightTrial> trials;   ///< That were made and measured, in order
+  std::vector<LightTrial> trade;    ///< By rising size: the fewest faces expected to do with each
+  std::vector<LightTrial> outlook;  ///< Expected, of `levels` with each size
+  std::vector<LightLevel> levels;   ///< That were looked at, by rising faces
+  double wanted = 0;                ///< LightPlanOptions::max_error
+  bool reached = false;             ///< `chosen` was measured within `wanted`
+  bool cancelled = false;           ///< By BakeOptions::progress
+  double seconds_simplify = 0, seconds_unwrap = 0, seconds_measure = 0;  ///< Where time went
+};
+
+/// Bytes of a light mesh with square maps.
+/// \param vertices  after splitting at seams
+/// \param size      texels a side; 0: no maps
+/// \param channels  of each map
+LightBytes light_bytes(std::uint64_t vertices, std::uint64_t faces, std::uint32_t size,
+                       const std::vector<std::uint32_t>& channels, std::uint32_t bits);
+
+/// Vertices of a mesh as a renderer holds them: a position has one for every UV that its corners have.
+std::uint64_t split_vertices(const Mesh& mesh);
+
+/// Chooses faces, map size, samples, match and bits together: the fewest bytes that reach an error.
+///
+/// One run of simplify() gives light meshes of all numbers of faces. Of a few, pictures from kPlanViews directions
+/// are compared with the dense mesh's: p, the error of the mesh's own normals, and f, that of a map of endless
+/// size. A map of s texels a side then has the error e = f + 1 / (1 / (p - f) + h(s)). One bake with its mip-maps
+/// tells h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
+/// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,
+/// at most seven times, or ten as long as none does. What is returned is always measured on the very map.
+/// \throws as simplify(), unwrap() and bake(); Error(usage) for options out of range
+/// Deterministic: the same on every run and number of threads.
+LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options);
+
+}  // namespace kiln

@@ -1,0 +1,131 @@
+// A light mesh, its map and the match, planned together at the command line.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProcessResult;
+using test::run_kiln;
+
+nlohmann::json read_json(const fs::path& path) {
+  std::ifstream in(path);
+  return nlohmann::json::parse(in);
+}
+
+/// A bumpy sphere as a file.
+struct Dense {
+  fs::path folder = test::scratch_folder();
+  fs::path high = folder / "high.ply";
+  Mesh mesh = test::BumpySphere::dense(6000, true);
+  Dense() { save_obj(mesh, high.replace_extension(".obj")); }
+
+  ProcessResult bake(const std::string& out, std::vector<std::string> more) const {
+    std::vector<std::string> words = {"bake",   high, "--out",  folder / out,
+                                      "--size", "64", "--json", folder / (out + ".json")};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_kiln(words);
+  }
+  nlohmann::json report(const std::string& out) const {
+    return read_json(folder / (out + ".json"));
+  }
+};
+
+TEST(LightCommand, PlansFacesAndTexelsTogether) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const ProcessResult done = dense.bake("near", {"--max-error", "normal=3"});
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  EXPECT_NE(done.output.find("<- chosen"), std::string::npos) << done.output;
+  EXPECT_NE(done.output.find("expected"), std::string::npos) << done.output;
+  const nlohmann::json report = dense.report("near");
+  const nlohmann::json& plan = report["plan"];
+  EXPECT_TRUE(plan["reached"].get<bool>());
+  EXPECT_EQ(plan["wanted_degrees"], 3);
+  EXPECT_LE(plan["chosen"]["measured_degrees"].get<double>(), 3);
+  EXPECT_FALSE(plan["trials"].empty());
+  EXPECT_FALSE(plan["trade"].empty());
+  const Mesh low = load_mesh(dense.folder / "near" / "high_low.obj");
+  EXPECT_EQ(low.triangles.size(), plan["chosen"]["faces"].get<std::size_t>());
+  const Image map = load_image(dense.folder / "near" / "high_low_normal.png");
+  EXPECT_EQ(map.width, plan["chosen"]["size"].get<std::uint32_t>());
+  EXPECT_TRUE(fs::exists(dense.folder / "near" / "high_low_plan_plot.json"));
+  EXPECT_EQ(report["inputs"]["low"]["triangles"], plan["chosen"]["faces"]);
+
+  // The older words ask for the same, and the same comes out.
+  const ProcessResult older = dense.bake("older", {"--match", "auto", "--max-error", "3"});
+  ASSERT_EQ(older.exit_code, 0) << older.errors;
+  EXPECT_EQ(dense.report("older")["plan"]["chosen"], plan["chosen"]);
+}
+
+TEST(LightCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  ASSERT_EQ(dense.bake("near", {"--max-error", "normal=3", "--quiet"}).exit_code, 0);
+  ASSERT_EQ(dense.bake("far", {"--max-error", "normal=3", "--screen", "16px"}).exit_code, 0);
+  EXPECT_EQ(dense.report("far")["plan"]["screen"], 16);
+  const auto bytes = [&](const char* out) {
+    return dense.report(out)["plan"]["chosen"]["bytes"]["total"].get<int>();
+  };
+  EXPECT_LT(bytes("far"), bytes("near"));
+
+  const ProcessResult none = dense.bake("none", {"--max-error", "normal=60"});
+  ASSERT_EQ(none.exit_code, 0) << none.errors;
+  EXPECT_EQ(dense.report("none")["plan"]["chosen"]["size"], 0);
+  EXPECT_TRUE(fs::exists(dense.folder / "none" / "high_low.obj"));
+  EXPECT_FALSE(fs::exists(dense.folder / "none" / "high_low_normal.png"));
+}
+
+TEST(LightCommand, WarnsOfHeavyLightMeshes) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const ProcessResult heavy = dense.bake("heavy", {"--faces", "4500", "--unwrap=pairs"});
+  ASSERT_EQ(heavy.exit_code, 0) << heavy.errors;
+  EXPECT_NE(heavy.errors.find("more than half"), std::string::npos) << heavy.errors;
+  const ProcessResult light = dense.bake("light", {"--faces", "500"});
+  ASSERT_EQ(light.exit_code, 0) << light.errors;
+  EXPECT_EQ(light.errors.find("more than half"), std::string::npos) << light.errors;
+}
+
+TEST(LightCommand, RefusesWhatContradictsThePlan) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const auto refuses = [&](const std::vector<std::string>& more, const std::string& word) {
+    const ProcessResult done = dense.bake("bad", more);
+    EXPECT_EQ(done.exit_code, 2) << done.errors;
+    EXPECT_NE(done.errors.find(word), std::string::npos) << done.errors;
+    EXPECT_FALSE(fs::exists(dense.folder / "bad"));
+  };
+  refuses({"--max-error", "normal=0"}, "--max-error");
+  refuses({"--max-error", "normal=few"}, "--max-error");
+  refuses({"--screen", "600px"}, "normal=DEGREES");
+  refuses({"--max-error", "normal=6", "--screen", "8px"}, "--screen");
+  refuses({"--max-error", "normal=6", "--screen", "600em"}, "600px");
+  refuses({"--max-error", "normal=6", "--match", "uv"}, "--match uv");
+  refuses({"--max-error", "normal=6", "--maps", "mask"}, "normal");
+  refuses({"--max-error", "normal=6", "--faces", "100", "--match", "ray"}, "--match auto");
+}
+
+TEST(LightCommand, ExitsWith1WhereTheErrorIsOutOfReach) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const ProcessResult done =
+      dense.bake("bad", {"--max-error", "normal=0.01", "--match", "closest"});
+  EXPECT_EQ(done.exit_code, 1);
+  EXPECT_NE(done.errors.find("not reached"), std::string::npos) << done.errors;
+  EXPECT_EQ(dense.report("bad")["plan"]["chosen"]["match"], "closest");
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,209 @@
+// A bake whose light mesh, map and match are planned together.
+#include <algorithm>
+#include <cstdio>
+
+#include "arguments/bake_values.h"
+#include "arguments/parse.h"
+#include "arguments/unwrap_option.h"
+#include "command/bake_run.h"
+#include "lab/plot.h"
+
+namespace kiln::cli {
+namespace {
+
+LightPlanOptions light_options(const BakeRun& run) {
+  const BakeArguments& a = run.arguments;
+  LightPlanOptions options;
+  const char* flag = a.max_angle.empty() ? "--max-error" : "--max-angle";
+  options.max_error = parse_degrees(flag, angle_bound(a));
+  if (!a.screen.empty()) options.screen = parse_pixels("--screen", a.screen);
+  options.choose_match = a.match == kAutomatic;
+  options.choose_samples = !a.given.contains("--samples");
+  if (a.given.contains("--format")) options.bits = a.format == "png8" ? 8 : 16;
+  options.bake = run.options;
+  options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
+  const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
+                             options.bake.own_maps.empty();
+  options.may_leave_map_out = normals_alone && a.packs.empty() && !a.layers && a.save_match.empty();
+  return options;
+}
+
+std::string size_text(std::uint32_t size) {
+  return size == 0 ? "none" : std::to_string(size) + " x " + std::to_string(size);
+}
+
+std::string kib(std::uint64_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", static_cast<double>(bytes) / 1024);
+  return text;
+}
+
+bool same(const LightTrial& a, const LightTrial& b) {
+  return a.faces == b.faces && a.size == b.size;
+}
+
+Json trial_json(const LightTrial& trial) {
+  return {{"faces", trial.faces},
+          {"positions", trial.positions},
+          {"vertices", trial.vertices},
+          {"charts", trial.charts},
+          {"size", trial.size},
+          {"samples", trial.samples},
+          {"bits", trial.bits},
+          {"match", match_name(trial.method)},
+          {"bytes",
+           {{"vertices", trial.bytes.vertices},
+            {"texels", trial.bytes.texels},
+            {"total", trial.bytes.total()}}},
+          {"expected_degrees", trial.expected},
+          {"measured_degrees", trial.measured < 0 ? Json() : Json(trial.measured)}};
+}
+
+Json trials_json(const std::vector<LightTrial>& trials) {
+  Json json = Json::array();
+  for (const LightTrial& trial : trials) json.push_back(trial_json(trial));
+  return json;
+}
+
+Warning not_reached(const LightBake& light) {
+  char text[320];
+  std::snprintf(
+      text, sizeof text,
+      "No light mesh with maps up to the given --size is expected to reach a mean error "
+      "of %.3g degrees; what is written reaches %.3g. Allow a larger map, or accept more.",
+      light.wanted, light.chosen.measured);
+  return {"error-not-reached", text, 1};
+}
+
+}  // namespace
+
+void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings) {
+  const std::uint64_t light = split_vertices(low), dense = high.positions.size();
+  if (2 * light <= dense) return;
+  warnings.push_back({"low-heavy",
+                      "The light mesh has " + with_commas(light) +
+                          " vertices, more than half of the dense one's " + with_commas(dense) +
+                          ": ask for fewer faces, or accept more error.",
+                      light});
+}
+
+bool make_light(BakeRun& run, const Source& source) {
+  run.light = bake_light(source, run.dense.mesh, light_options(run));
+  LightBake& light = *run.light;
+  if (light.cancelled) return false;
+  run.low.mesh = light.low;
+  run.low.mesh.name = run.low.stem;
+  run.low.simplified = light.simplified;
+  run.low.unwrapped = light.unwrapped;
+  if (!run.arguments.given.contains("--format")) {
+    run.arguments.format = light.chosen.bits == 8 ? "png8" : "png16";
+    run.save_options = image_options(run.arguments);
+  }
+  if (!light.reached) run.warnings.push_back(not_reached(light));
+  if (light.result) run.result = std::move(*light.result);
+  light.result.reset();
+  return true;
+}
+
+std::vector<std::string> trade_table(const LightBake& light) {
+  char text[256];
+  std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10s %10s", "faces", "vertices", "map", "KiB",
+                "expected", "measured");
+  std::vector<std::string> lines = {text};
+  std::vector<LightTrial> rows = light.trade;
+  const auto chosen = std::find_if(rows.begin(), rows.end(), [&](const LightTrial& row) {
+    return row.size == light.chosen.size;
+  });
+  if (chosen != rows.end()) {
+    *chosen = light.chosen;
+  } else {
+    rows.push_back(light.chosen);
+  }
+  for (const LightTrial& row : rows) {
+    std::string measured = "-";
+    for (const LightTrial& trial : light.trials) {
+      if (!same(trial, row)) continue;
+      std::snprintf(text, sizeof text, "%.3g", trial.measured);
+      measured = text;
+    }
+    std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10.3g %10s%s",
+                  with_commas(row.faces).c_str(), with_commas(row.vertices).c_str(),
+                  size_text(row.size).c_str(), kib(row.bytes.total()).c_str(), row.expected,
+                  measured.c_str(), same(row, light.chosen) ? "  <- chosen" : "");
+    lines.emplace_back(text);
+  }
+  return lines;
+}
+
+Json light_json(const LightBake& light, std::uint32_t screen) {
+  Json levels = Json::array();
+  for (const LightLevel& level : light.levels) {
+    levels.push_back({{"faces", level.faces},
+                      {"positions", level.positions},
+                      {"without_map_degrees", level.without_map},
+                      {"limit_degrees", level.limit}});
+  }
+  return {{"wanted_degrees", light.wanted},
+          {"reached", light.reached},
+          {"screen", screen == 0 ? Json() : Json(screen)},
+          {"views", kPlanViews},
+          {"chosen", trial_json(light.chosen)},
+          {"trials", trials_json(light.trials)},
+          {"trade", trials_json(light.trade)},
+          {"levels", levels},
+          {"seconds",
+           {{"simplify", light.seconds_simplify},
+            {"unwrap", light.seconds_unwrap},
+            {"measure", light.seconds_measure}}}};
+}
+
+bool save_light_plot(BakeRun& run) {
+  const LightBake& light = *run.light;
+  Json panel = {{"y_title", "Mean angle between rendered normals, degrees"},
+                {"curves", Json::array()},
+                {"levels", Json::array()}};
+  char text[96];
+  std::snprintf(text, sizeof text, "wanted: %.3g degrees", light.wanted);
+  panel["levels"].push_back({{"title", text}, {"look", "none"}, {"y", light.wanted}});
+  std::vector<std::uint32_t> sizes;
+  double least = 1e300, most = 0;
+  for (const LightTrial& trial : light.outlook) sizes.push_back(trial.size);
+  std::sort(sizes.begin(), sizes.end());
+  sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(sizes.size());
+    Json curve = {{"title", sizes[i] == 0 ? "no map" : std::to_string(sizes[i]) + "² texels"},
+                  {"look", share},
+                  {"x", Json::array()},
+                  {"y", Json::array()}};
+    for (const LightTrial& trial : light.outlook) {
+      if (trial.size != sizes[i]) continue;
+      const double size = static_cast<double>(trial.bytes.total()) / 1024;
+      curve["x"].push_back(size);
+      curve["y"].push_back(trial.expected);
+      least = std::min(least, size);
+      most = std::max(most, size);
+    }
+    panel["curves"].push_back(std::move(curve));
+  }
+  std::snprintf(text, sizeof text, "chosen: %s faces, map: %s",
+                with_commas(light.chosen.faces).c_str(), size_text(light.chosen.size).c_str());
+  panel["rings"] = {{"title", text},
+                    {"x", {static_cast<double>(light.chosen.bytes.total()) / 1024}},
+                    {"y", {light.chosen.measured}}};
+  // Powers of four around all of it.
+  Json ticks = Json::array();
+  double tick = 1.0 / 256;
+  while (4 * tick <= least) tick *= 4;
+  for (; ticks.size() < 2 || ticks.back().get<double>() < most; tick *= 4) ticks.push_back(tick);
+  Plot plot;
+  plot.name = run.low.stem + "_plan";
+  plot.data = {{"kind", "study"},
+               {"title", "Faces against texels: " + run.low.stem},
+               {"x_title", "KiB of light mesh and maps"},
+               {"x_ticks", std::move(ticks)},
+               {"panels", Json::array({panel})}};
+  return save_plots(run.arguments.out, {plot}, run.outputs, run.warnings);
+}
+
+}  // namespace kiln::cli
