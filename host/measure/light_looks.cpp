@@ -41,7 +41,7 @@ void LightLooks::take_pictures(std::uint32_t screen) {
   const PictureGrid grid{screen == 0 ? kPixels : kScreenPixels, screen};
   const Stopwatch watch;
   shown_.pictures = pictures_of(impl_of(source_), views, grid);
-  shown_.hits = context_of(hits_by_rays(impl_of(source_).device), impl_of(source_).rays(),
+  shown_.hits = hits_by_rays(context_of(impl_of(source_).device), impl_of(source_).rays(),
                              shown_.pictures, kDenseStart);
   plan_.seconds_measure += watch.total();
 }

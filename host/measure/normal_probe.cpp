@@ -128,8 +128,8 @@ void NormalProbe::match_places(const BakeOptions& options,
     return;
   }
   TexelBand turned = band_of(places_);
-  context_of(turn.apply(source_.device), turned);
-  context_of(sheets.apply(source_.device), turned);
+  turn.apply(context_of(source_.device), turned);
+  sheets.apply(context_of(source_.device), turned);
   matcher->run(turned, match);
 }
 

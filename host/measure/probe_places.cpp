@@ -18,8 +18,9 @@ constexpr std::uint32_t kUnseenTriangle = KILN_NO_TRIANGLE - 1;
 
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage)
     : source_(source),
-      context_of(reads_(source.device)),
-      context_of(light_(source.device), source.frame.to_frame(low), low.triangles, source.traversal),
+      reads_(context_of(source.device)),
+      light_(context_of(source.device), source.frame.to_frame(low), low.triangles,
+             source.traversal),
       surface_(LowSurface::of(low, source.frame, cage)),
       shading_(low_shading(surface_)) {
   double radius = 1;
@@ -59,8 +60,8 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
 
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const DenseShown& dense)
     : NormalProbe(source, low, nullptr) {
-  take_places(dense.pictures, context_of(hits_by_rays(source.device), light_, dense.pictures, start_),
-              dense.hits);
+  take_places(dense.pictures,
+              hits_by_rays(context_of(source.device), light_, dense.pictures, start_), dense.hits);
 }
 
 bool NormalProbe::from_behind(std::uint32_t triangle, const Picture& picture) const {
