@@ -113,6 +113,9 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage)
         corner.position = positions[vertex];
         corner.normal = normals.normals[normals.triangles[t][k]];
         corner.uv = low.uvs[low.uv_triangles[t][k]];
+        if (!low.colors.empty()) {
+          corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
+        }
         if (cage != nullptr) {
           corner.direction =
               to_float(Vec3d(cage_positions[cage->triangles[t][k]]) - Vec3d(corner.position));

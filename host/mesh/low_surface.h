@@ -20,6 +20,7 @@ struct LowSurface {
     Vec3 tangent;    ///< Unit, MikkTSpace
     float sign = 1;  ///< Bitangent = sign * cross(normal, tangent)
     Vec2 uv;
+    float straight = 0;  ///< Of the vertex's colour: 1 where red is full (RayDirection::painted)
   };
   std::vector<std::array<Corner, 3>> triangles;
   std::vector<std::uint8_t> usable;  ///< 0 for triangles with a non-finite or degenerate position.

@@ -119,6 +119,7 @@ struct BakeReport {
   std::uint64_t blended_texels = 0;            ///< Of the method, that took some of the fallback's
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   std::optional<UvReport> uv;                  ///< Where matched by UVs
+  std::optional<EdgeReport> edges;             ///< Where rays turn at hard edges
   std::optional<RecallReport> recall;          ///< Where it was asked for and can be told
   double seconds_recall = 0;                   ///< Telling it
   double seconds_build = 0;                    ///< Structures of the source, made for this bake

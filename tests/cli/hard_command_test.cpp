@@ -1,6 +1,7 @@
 // Hard surfaces at the command line: the defaults, parts by name, recall, boxes that do not fit.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -99,6 +100,45 @@ TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   EXPECT_NEAR(lost["lost"].get<double>(), 0.5, 0.04);
   EXPECT_NEAR(lost["largest"]["where"][0].get<double>(), 0.5, 0.1);
   EXPECT_NEAR(lost["largest"]["where"][2].get<double>(), 0.011, 1e-5);
+}
+
+/// Edges of a cube without bevels are sharp: rays turn over the least width, 0.05% of the diagonal.
+TEST(HardCommand, FindsEdgeWidthsAndTakesPaint) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh low = test::cube(1);
+  save_obj(low, folder / "high.obj");
+  save_obj(low, folder / "low.obj");
+  const auto bake = [&](const std::string& name, std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "high.obj",
+                                     folder / "low.obj",
+                                     "--out",
+                                     folder / name,
+                                     "--size",
+                                     "32",
+                                     "--json",
+                                     folder / (name + ".json")};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln({line.begin(), line.end()});
+  };
+  const ProcessResult found = bake("found", {});
+  ASSERT_EQ(found.exit_code, 0) << found.errors;
+  EXPECT_NE(found.output.find("by HIGH's bevels at 12 of 12"), std::string::npos) << found.output;
+  const nlohmann::json edges = read_json(folder / "found.json")["hard_edges"];
+  EXPECT_EQ(edges["found"], 12);
+  EXPECT_NEAR(edges["width"]["most"].get<double>(), 0.0005 * std::sqrt(3.0), 1e-6);
+  ASSERT_EQ(bake("given", {"--edge-width", "0.1"}).exit_code, 0);
+  const nlohmann::json given = read_json(folder / "given.json")["hard_edges"];
+  EXPECT_EQ(given["found"], 0);
+  EXPECT_NEAR(given["width"]["median"].get<double>(), 0.1, 1e-6);
+
+  const ProcessResult bare = bake("bare", {"--direction", "painted"});
+  EXPECT_EQ(bare.exit_code, 3);
+  EXPECT_NE(bare.errors.find("no vertex colours"), std::string::npos) << bare.errors;
+  low.colors.assign(low.positions.size(), {255, 0, 0, 255});
+  save_obj(low, folder / "low.obj");
+  EXPECT_EQ(bake("painted", {"--direction", "painted"}).exit_code, 0);
 }
 
 TEST(HardCommand, SaysThatBoxesFitWithAxesSwapped) {

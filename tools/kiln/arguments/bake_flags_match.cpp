@@ -87,15 +87,19 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_match);
   command
-      .add_option("--direction", a.direction,
-                  "Where rays leave to: auto, LOW's own normal, turned to the averaged one at hard "
-                  "edges; averaged; or face, LOW's own normal alone, which leaves gaps at edges")
+      .add_option(
+          "--direction", a.direction,
+          "Where rays leave to: auto, LOW's own normal, turned to the averaged one at hard "
+          "edges; averaged; face, LOW's own normal alone, which leaves gaps at edges; or painted, "
+          "as LOW's vertex colours say: red along its own normal, black averaged")
       ->check(one_of(ray_direction_values()))
       ->capture_default_str()
       ->group(group_match);
   command
-      .add_option("--edge-width", a.edge_width,
-                  "--direction auto: how near to a hard edge rays turn, D or P% (default 1%)")
+      .add_option(
+          "--edge-width", a.edge_width,
+          "--direction auto: how near to a hard edge rays turn, D or P% (default: for each edge "
+          "half the width of HIGH's bevel there)")
       ->group(group_match);
   command
       .add_option("--match-by", a.match_by,

@@ -32,7 +32,8 @@ const std::map<std::string, RayRule>& ray_rule_values() {
 const std::map<std::string, RayDirection>& ray_direction_values() {
   static const std::map<std::string, RayDirection> values = {{"auto", RayDirection::automatic},
                                                              {"averaged", RayDirection::averaged},
-                                                             {"face", RayDirection::face}};
+                                                             {"face", RayDirection::face},
+                                                             {"painted", RayDirection::painted}};
   return values;
 }
 

@@ -91,6 +91,7 @@ void add_parts(const BakeRun& run, Json& json) {
   if (report.uv) json["uv"] = describe(*report.uv);
   if (report.views) json["views"] = describe(*report.views);
   if (run.parts) json["parts"] = run.parts->names;
+  if (report.edges) json["hard_edges"] = describe(*report.edges);
   if (report.recall) json["recall"] = describe(*report.recall);
   if (report.switches) json["switches"] = describe(*report.switches);
   if (report.switches_blended) {

@@ -113,6 +113,17 @@ std::string summary(const UvReport& uv, double diagonal) {
   return text;
 }
 
+/// One line about where rays turn.
+std::string summary(const EdgeReport& edges, double diagonal) {
+  char text[240];
+  std::snprintf(
+      text, sizeof text, "hard edges: rays turn within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
+      100 * edges.median / diagonal, 100 * edges.least / diagonal, 100 * edges.most / diagonal);
+  if (edges.found == 0) return text;
+  return text +
+         (", by HIGH's bevels at " + with_commas(edges.found) + " of " + with_commas(edges.edges));
+}
+
 /// One line about what is on no texel.
 std::string summary(const RecallReport& recall) {
   char text[200];
@@ -171,6 +182,7 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (run.parts) {
     console.line(std::to_string(run.parts->count) + " parts, each matched with its own alone");
   }
+  if (report.edges) console.line(summary(*report.edges, source.diagonal));
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {
     console.line(summary(*report.visibility, run.options.visibility.clusters));
