@@ -24,13 +24,18 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       bands_stay_(bands),
       progress_(std::move(progress)),
       unit_(1 / scene.high.frame.scale),
-      surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.cage_mesh)),
+      surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.cage_mesh,
+                              scene.options.uv_copies)),
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
       turn_(find_turn()),
       sheets_(sheet_reach(scene.options, surface_)),
       layers_(scene.high, surface_, scene.options) {
   const BakeOptions& options = scene_.options;
+  result_.report.uv_copies =
+      surface_.copy_of.size() -
+      static_cast<std::size_t>(
+          std::count(surface_.copy_of.begin(), surface_.copy_of.end(), LowSurface::kNoCopy));
   result_.report.seconds_texels = watch_.lap() - result_.report.seconds_build;
   if (options.mips) {
     chart_of_triangle_ = uv_charts(scene_.low);

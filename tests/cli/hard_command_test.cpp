@@ -69,6 +69,68 @@ TEST(HardCommand, MatchesPartsByName) {
   EXPECT_EQ(lone.exit_code, 2);
 }
 
+TEST(HardCommand, MatchesPartsByAList) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(crossing("_a", 0, 0.01F), folder / "high.obj");
+  save_obj(crossing("_b", 0.005F, 0.005F), folder / "low.obj");
+  std::ofstream(folder / "parts.txt") << "# pairs\nX_b = X_a\n\nY_b = nothing, Y_*\n";
+  std::ofstream(folder / "bad.txt") << "X_b = X_a\nY_b\n";
+  const auto bake = [&](std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "high.obj",
+                                     folder / "low.obj",
+                                     "--out",
+                                     folder / "listed",
+                                     "--size",
+                                     "32",
+                                     "--json",
+                                     folder / "listed.json"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult listed = bake({"--match-by", "list", "--match-list", folder / "parts.txt"});
+  ASSERT_EQ(listed.exit_code, 0) << listed.errors;
+  EXPECT_EQ(read_json(folder / "listed.json")["parts"], (nlohmann::json{"X_b", "Y_b"}));
+  const ProcessResult bad = bake({"--match-by", "list", "--match-list", folder / "bad.txt"});
+  EXPECT_EQ(bad.exit_code, 3);
+  EXPECT_NE(bad.errors.find("line 2, is 'Y_b'"), std::string::npos) << bad.errors;
+  EXPECT_EQ(bake({"--match-by", "list"}).exit_code, 2);
+  EXPECT_EQ(bake({"--match-list", folder / "parts.txt"}).exit_code, 2);
+  EXPECT_EQ(bake({"--match-by", "group"}).exit_code, 3);
+}
+
+TEST(HardCommand, SaysWhyTexelsAreMissed) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh high = test::plane(1, 1);
+  for (Vec3& p : high.positions) p.z = 0.2F + 0.1F * p.x;
+  save_obj(high, folder / "high.obj");
+  save_obj(test::plane(1, 1), folder / "low.obj");
+  const auto bake = [&](std::vector<std::string> flags) {
+    std::vector<std::string> line = {
+        "bake",   folder / "high.obj", folder / "low.obj", "--out", folder / "out", "--size", "16",
+        "--json", folder / "out.json", "--reasons"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult result = bake({"--max-distance", "0.2"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.output.find("far: "), std::string::npos) << result.output;
+  const nlohmann::json reasons = read_json(folder / "out.json")["reasons"];
+  ASSERT_EQ(reasons.size(), 2U);
+  EXPECT_EQ(reasons[1]["reason"], "far");
+  EXPECT_EQ(reasons[0]["samples"].get<int>() + reasons[1]["samples"].get<int>(), 256);
+  const Image picture = load_image(folder / "out" / "low_reasons.png");
+  const std::size_t texel =
+      reasons[1]["texel"][1].get<std::size_t>() * 16 + reasons[1]["texel"][0].get<std::size_t>();
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(picture.pixels[3 * texel + k] * 255, reasons[1]["color"][k].get<double>(), 0.5);
+  }
+  EXPECT_EQ(bake({"--fallback", "closest"}).exit_code, 2);
+  EXPECT_EQ(bake({"--match", "closest"}).exit_code, 2);
+}
+
 TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();

@@ -97,6 +97,21 @@ const std::map<std::string, IdBy>& id_by_values() {
   return values;
 }
 
+const std::map<std::string, PartsBy>& parts_by_values() {
+  static const std::map<std::string, PartsBy> values = {{"name", PartsBy::name},
+                                                        {"group", PartsBy::group},
+                                                        {"object", PartsBy::object},
+                                                        {"material", PartsBy::material},
+                                                        {"list", PartsBy::list}};
+  return values;
+}
+
+const std::map<std::string, UvCopies>& uv_copies_values() {
+  static const std::map<std::string, UvCopies> values = {
+      {"plain", UvCopies::plain}, {"mirrored", UvCopies::mirrored}, {"first", UvCopies::first}};
+  return values;
+}
+
 MissPolicy miss_policy(const BakeArguments& a) {
   const auto said = fallback_miss_values().find(a.fallback.back());
   return said != fallback_miss_values().end() && said->second != MissPolicy::keep

@@ -133,6 +133,20 @@ std::string summary(const RecallReport& recall) {
   return text;
 }
 
+/// A line for each reason but that all is well.
+void print_reasons(Console& console, const Reasons& reasons, std::uint64_t samples) {
+  const auto infos = reason_infos();
+  for (const ReasonCount& count : reasons.counts) {
+    if (count.reason == Reason::found) continue;
+    const ReasonInfo& info = infos[static_cast<std::size_t>(count.reason)];
+    char text[256];
+    std::snprintf(text, sizeof text, ", such as at texel column %u, row %u (%.4g, %.4g, %.4g)",
+                  count.column, count.row, count.position[0], count.position[1], count.position[2]);
+    console.line(std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
+                 percent(count.samples, samples) + ") " + std::string(info.words) + text);
+  }
+}
+
 void print_totals(Console& console, const BakeReport& report, std::uint64_t map_texels,
                   const Source::Stats& source, const Stages& stages, double total) {
   char text[512];
@@ -182,7 +196,12 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (run.parts) {
     console.line(std::to_string(run.parts->count) + " parts, each matched with its own alone");
   }
+  if (report.uv_copies > 0) {
+    console.line("mirrored and repeated UVs: " + with_commas(report.uv_copies) +
+                 " faces of LOW share texels with faces that are baked");
+  }
   if (report.edges) console.line(summary(*report.edges, source.diagonal));
+  if (run.reasons) print_reasons(console, *run.reasons, report.samples);
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {
     console.line(summary(*report.visibility, run.options.visibility.clusters));
