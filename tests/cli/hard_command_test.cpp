@@ -131,6 +131,37 @@ TEST(HardCommand, SaysWhyTexelsAreMissed) {
   EXPECT_EQ(bake({"--match", "closest"}).exit_code, 2);
 }
 
+TEST(HardCommand, SaysThatGreenPointsTheOtherWay) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh high = test::plane(32, 32);
+  for (Vec3& p : high.positions) p.z = 0.05F * std::sin(12 * p.y);
+  high.normals.clear();
+  high.normal_triangles.clear();
+  save_obj(high, folder / "high.obj");
+  save_obj(test::plane(1, 1), folder / "low.obj");
+  ASSERT_EQ(run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "out",
+                      "--size", "64", "--max-distance", "0.1", "--flip-y"})
+                .exit_code,
+            0);
+  const auto render = [&](std::vector<std::string> flags) {
+    std::vector<std::string> line = {"render",      folder / "low.obj",
+                                     "--normal",    folder / "out" / "low_normal.png",
+                                     "--reference", folder / "high.obj",
+                                     "--out",       folder / "out.png",
+                                     "--size",      "64",
+                                     "--json",      folder / "out.json"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult wrong = render({}), right = render({"--flip-y"});
+  ASSERT_EQ(wrong.exit_code, 0) << wrong.errors;
+  EXPECT_NE(wrong.errors.find("green down (DirectX)"), std::string::npos) << wrong.errors;
+  EXPECT_NE(wrong.errors.find("Add --flip-y"), std::string::npos) << wrong.errors;
+  EXPECT_EQ(read_json(folder / "out.json")["warnings"].size(), 0U);
+  EXPECT_EQ(right.errors.find("green"), std::string::npos) << right.errors;
+}
+
 TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();
