@@ -13,6 +13,7 @@
 #include "lowpoly/collapse.h"
 #include "lowpoly/head_start.h"
 #include "lowpoly/height_rule.h"
+#include "lowpoly/keep_names.h"
 #include "lowpoly/simplify_check.h"
 #include "lowpoly/simplify_input.h"
 #include "mesh/charts.h"
@@ -335,6 +336,7 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
   out = {};
   out.input_faces = high.triangles.size();
   Mesh mesh = Job(high, options, out).run(report != nullptr);
+  keep_names(high, mesh);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return mesh;
 }
