@@ -39,7 +39,8 @@ void check_enums(const BakeOptions& options) {
   check_enum("visibility.test", options.visibility.test, VisibilityTest::rays);
   check_enum("visibility.likelihood", options.visibility.likelihood, ViewLikelihood::list);
   check_enum("ray.rule", options.ray.rule, RayRule::nearest);
-  check_enum("ray.direction", options.ray.direction, RayDirection::face);
+  check_enum("uv_copies", options.uv_copies, UvCopies::first);
+  check_enum("ray.direction", options.ray.direction, RayDirection::painted);
   check_enum("space", options.space, NormalMapSpace::face);
   check_enum("miss", options.miss, MissPolicy::mark);
 }

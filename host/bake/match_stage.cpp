@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "match/bevel.h"
 #include "match/fallback.h"
 #include "match/part_matcher.h"
 #include "match/saved.h"
@@ -50,6 +51,13 @@ void warn_about_length(const char* name, const std::optional<Length>& length, co
   warnings.push_back({"far-rays", text, 1});
 }
 
+EdgeReport edge_report(const Bevels& bevels, double unit) {
+  std::vector<float> widths = bevels.widths;
+  std::sort(widths.begin(), widths.end());
+  return {widths.size(), bevels.found, double{widths.front()} * unit,
+          double{widths[widths.size() / 2]} * unit, double{widths.back()} * unit};
+}
+
 /// Of all of the mesh, or part by part.
 std::unique_ptr<Matcher> matcher_of(const MatchRow& row, const MatchRequest& request,
                                     const Parts* parts, MatchNotes& notes) {
@@ -76,10 +84,33 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
 }
 
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
-                   const LowSurface& surface) {
-  if (options.match != nullptr || !match_row(options.method).info.along_low) return {};
-  const Length width = options.ray.edge_width.value_or(Length::share(0.01));
-  return {context_of(source.device), surface, options.ray.direction, to_frame(width, source.frame)};
+                   const LowSurface& surface, std::optional<EdgeReport>* report) {
+  const RayDirection direction = options.ray.direction;
+  if (options.match != nullptr || !match_row(options.method).info.along_low ||
+      direction == RayDirection::averaged || surface.has_cage_mesh) {
+    return {};
+  }
+  cl::Context& context = context_of(source.device);
+  if (direction == RayDirection::painted) return {context, surface};
+  const HardEdges hard = HardEdges::of(surface);
+  if (hard.edges.empty()) return {};
+  if (direction == RayDirection::face) return {context, surface, hard, {}};
+  Bevels bevels;
+  if (options.ray.edge_width) {
+    const double width = to_frame(*options.ray.edge_width, source.frame);
+    bevels.widths.assign(hard.edges.size(), static_cast<float>(width));
+    bevels.median = bevels.widths.front();
+  } else {
+    bevels = find_bevels(source, surface, hard, match_distance(options, surface, source.frame),
+                         options.parts);
+  }
+  if (report != nullptr) *report = edge_report(bevels, 1 / source.frame.scale);
+  return {context, surface, hard, bevels.widths};
+}
+
+bool turns_by_source(const BakeOptions& options) {
+  return match_row(options.method).info.along_low && !options.ray.edge_width &&
+         options.ray.direction == RayDirection::automatic;
 }
 
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
@@ -115,7 +146,8 @@ void warn_about_duplicates(const Source::Impl& source, const BakeOptions& option
 
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
-                                      Clusters& clusters, const BakeProgress& progress) {
+                                      Clusters& clusters, const BakeProgress& progress,
+                                      bool turned) {
   const double unit = 1 / source.frame.scale;
   MatchRequest request = match_request(options, source, surface);
   request.cluster = clusters.cluster;
@@ -145,7 +177,9 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   } else {
     const MatchRow& row = match_row(options.method);
     if (!row.info.looks_far && options.fallback.empty()) report.max_distance = 0;
+    request.turned = turned && options.ray.direction == RayDirection::automatic;
     matcher = matcher_of(row, request, options.parts, notes);
+    request.turned = false;
   }
   if (!options.fallback.empty()) {
     std::vector<std::unique_ptr<Matcher>> rest;
@@ -156,7 +190,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   }
   take_notes(std::move(notes), report);
   warn_about_duplicates(source, options, report);
-  report.seconds_build = source.stats().build_seconds - built;
+  report.seconds_build += source.stats().build_seconds - built;
   return matcher;
 }
 

@@ -29,8 +29,11 @@ struct Clusters {
 };
 
 /// How the directions of samples turn, for matches that look along them; see RayOptions.
+/// \param report  out: where they turn at hard edges, how far off; may be null
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
-                   const LowSurface& surface);
+                   const LowSurface& surface, std::optional<EdgeReport>* report = nullptr);
+/// Whether they turn as the dense mesh says, and so change with it.
+bool turns_by_source(const BakeOptions& options);
 
 /// How far samples on open sheets look where nothing is near: only where nobody says how far.
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface);
@@ -40,9 +43,11 @@ void take_notes(MatchNotes notes, BakeReport& report);
 
 /// The matcher that the options ask for, with what it needs of the source built. Adds to the report what
 /// is known before the first band.
+/// \param turned  samples' directions turn at hard edges: where they miss, averaged ones may hit
 /// \throws Error(usage) for an option out of its range, Cancelled where the progress callback says stop
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
-                                      Clusters& clusters, const BakeProgress& progress);
+                                      Clusters& clusters, const BakeProgress& progress,
+                                      bool turned = false);
 
 }  // namespace kiln

@@ -24,20 +24,41 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       bands_stay_(bands),
       progress_(std::move(progress)),
       unit_(1 / scene.high.frame.scale),
-      surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.cage_mesh)),
+      surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.cage_mesh,
+                              scene.options.uv_copies)),
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
-      turn_(edge_turn(scene.options, scene.high, surface_)),
+      turn_(find_turn()),
       sheets_(sheet_reach(scene.options, surface_)),
       layers_(scene.high, surface_, scene.options) {
   const BakeOptions& options = scene_.options;
-  result_.report.seconds_texels = watch_.lap();
+  result_.report.uv_copies =
+      surface_.copy_of.size() -
+      static_cast<std::size_t>(
+          std::count(surface_.copy_of.begin(), surface_.copy_of.end(), LowSurface::kNoCopy));
+  result_.report.seconds_texels = watch_.lap() - result_.report.seconds_build;
   if (options.mips) {
     chart_of_triangle_ = uv_charts(scene_.low);
     charts_ = ChartMap(std::size_t{options.width} * options.height, options.samples);
   }
   bands_.resize(bands_stay_ == Bands::stay ? sampler_.band_count() : 1);
   result_.report.seconds_mips = watch_.lap();
+}
+
+/// How directions turn; it may build the hierarchy.
+EdgeTurn Pipeline::find_turn() {
+  const BakeOptions& options = scene_.options;
+  if (options.match == nullptr && options.ray.direction == RayDirection::painted &&
+      match_row(options.method).info.along_low && scene_.low.colors.empty()) {
+    throw Error(ErrorCode::input,
+                "'" + scene_.low.name +
+                    "' has no vertex colours, which are to say where rays follow its own normals: "
+                    "paint them in a modelling tool, or choose another direction.");
+  }
+  const double built = scene_.high.stats().build_seconds;
+  EdgeTurn turn = edge_turn(options, scene_.high, surface_, &result_.report.edges);
+  result_.report.seconds_build += scene_.high.stats().build_seconds - built;
+  return turn;
 }
 
 void Pipeline::start_watch() {
@@ -88,19 +109,25 @@ bool Pipeline::keeps_matcher() const {
 void Pipeline::prepare_match(Clusters& clusters) {
   if (matcher_ != nullptr && keeps_matcher()) return;
   BakeReport& report = result_.report;
+  const double built = report.seconds_build;
   cluster_ = clusters.cluster;
   report.views.reset();
   report.warnings.clear();
   matcher_ = nullptr;  // its memory goes first
-  matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_);
+  matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_,
+                          turn_.turns());
   made_warnings_ = std::exchange(report.warnings, {});
   context_.finish();
-  report.seconds_match += watch_.lap() - report.seconds_build;
+  report.seconds_match += watch_.lap() - (report.seconds_build - built);
 }
 
 void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   source_hash_.reset();
   if (points_stay()) matcher_->move(first, positions);
+  if (!turn_.turns() || !turns_by_source(scene_.options)) return;
+  turn_ = find_turn();
+  if (!std::exchange(sampled_, false)) return;
+  sample();
 }
 
 /// What is collected beside the maps as bands pass.

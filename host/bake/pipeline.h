@@ -86,6 +86,7 @@ class Pipeline {
   PipelineBand& take(std::uint32_t number);
   void find(PipelineBand& band, const Pass& pass);
   void note(const PipelineBand& band, const Pass& pass);
+  EdgeTurn find_turn();
   Match empty_match();
   void make_collectors();
   void tell_recall();
@@ -99,6 +100,7 @@ class Pipeline {
   BakeProgress progress_;
   double unit_;  // world length of a frame unit
   Stopwatch watch_;
+  BakeResult result_;
   LowSurface surface_;
   TexelSampler sampler_;
   EdgeTurn turn_;
@@ -116,7 +118,6 @@ class Pipeline {
   double distance_sum_ = 0;
   std::uint32_t cluster_ = 0;
   std::optional<std::uint64_t> source_hash_, low_hash_;
-  BakeResult result_;
 };
 
 /// bake() of one cluster, whose normals are rendered next. \throws Cancelled

@@ -72,7 +72,8 @@ struct LowFaces {
       // The surface's way a step in u and in v.
       const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
       const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
-      step.push_back(std::isfinite(mean) ? mean : 0);
+      // What is baked from elsewhere has no samples of its own.
+      step.push_back(std::isfinite(mean) && !surface.is_copy(t) ? mean : 0);
     }
   }
 };

@@ -7,6 +7,7 @@
 
 #include "kiln/lowpoly.h"
 #include "kiln/validate.h"
+#include "lowpoly/keep_names.h"
 #include "lowpoly/simplify_job.h"
 #include "lowpoly/simplify_levels.h"
 
@@ -43,6 +44,7 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
   out = {};
   out.input_faces = high.triangles.size();
   Mesh mesh = SimplifyJob(high, options, out).run(report != nullptr);
+  keep_names(high, mesh);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return mesh;
 }
@@ -85,6 +87,7 @@ Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
   const std::vector<Warning> warnings = impl_->report.warnings;  // of the dense mesh
   impl_->options.faces = impl_->asked.at(level);
   Mesh mesh = impl_->job->run(impl_->results.at(level), report != nullptr);
+  keep_names(impl_->high, mesh);
   if (report != nullptr) {
     *report = impl_->report;
     report->input_faces = impl_->high.triangles.size();

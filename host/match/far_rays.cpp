@@ -38,6 +38,8 @@ class FarRays : public Matcher {
     if (!missed.empty()) look_farther(band, missed, reach, match);
   }
 
+  bool needs_band() const override { return near_->needs_band(); }
+
  private:
   void look_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                     const std::vector<float>& reach, Correspondence& match) {

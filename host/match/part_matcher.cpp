@@ -68,9 +68,12 @@ class PartMatcher : public Matcher {
       samples_[part_of_low_[triangle[i]]].push_back(i);
     }
     HostMatch all(band.sample_count);
+    std::vector<float> barycentric(2 * std::size_t{band.capacity});
+    band.barycentric.read(context_, barycentric);
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       if (parts_[p].matcher != nullptr && !samples_[p].empty()) {
-        run(band, parts_[p], samples_[p], all);
+        TexelBand some = chosen(band, samples_[p], triangle, barycentric);
+        run(some, parts_[p], samples_[p], all);
       }
     }
     all.write(context_, match);
@@ -85,9 +88,10 @@ class PartMatcher : public Matcher {
   }
 
  private:
-  /// One part's samples.
-  void run(const TexelBand& band, Part& part, const std::vector<std::uint32_t>& samples,
-           HostMatch& all) {
+  /// Some samples of a band, close together.
+  TexelBand chosen(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                   const std::vector<std::uint32_t>& triangle,
+                   const std::vector<float>& barycentric) const {
     const auto count = static_cast<std::uint32_t>(samples.size());
     TexelBand some;
     some.sample_count = some.capacity = count;
@@ -95,6 +99,23 @@ class PartMatcher : public Matcher {
     const cl::Array<std::uint32_t> indices(context_, std::span(samples));
     context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
                     band.capacity, count, indices, band.points, some.points);
+    std::vector<std::uint32_t> faces(count);
+    std::vector<float> weights(2 * std::size_t{count});
+    for (std::uint32_t k = 0; k < count; ++k) {
+      faces[k] = triangle[samples[k]];
+      weights[k] = barycentric[samples[k]];
+      weights[k + std::size_t{count}] = barycentric[samples[k] + std::size_t{band.capacity}];
+    }
+    some.triangle = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(faces));
+    some.barycentric = cl::Array<float>(context_, std::span<const float>(weights));
+    context_.finish();  // `indices` go
+    return some;
+  }
+
+  /// One part's samples.
+  void run(const TexelBand& some, Part& part, const std::vector<std::uint32_t>& samples,
+           HostMatch& all) {
+    const std::uint32_t count = some.sample_count;
     Correspondence result(context_, count);
     part.matcher->run(some, result);
     const HostMatch found(context_, result, count);

@@ -5,6 +5,7 @@
 
 #include "match/far_rays.h"
 #include "match/outermost.h"
+#include "match/second_look.h"
 
 namespace kiln {
 namespace {
@@ -53,6 +54,7 @@ MatchRow ray_match() {
         !cage && request.ray.rule == RayRule::outermost
             ? outermost_matcher(request)
             : std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
+    if (request.turned) rays = second_look(std::move(rays), request);
     return request.sheet_reach > 0 ? far_rays(std::move(rays), request) : std::move(rays);
   };
   return row;

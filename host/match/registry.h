@@ -35,6 +35,7 @@ struct MatchRequest {
     request.visibility = visibility;
     request.uv = uv;
     request.ray = ray;
+    request.turned = turned;
     return request;
   }
 
@@ -50,6 +51,8 @@ struct MatchRequest {
   VisibilityOptions visibility = {};
   UvOptions uv = {};
   RayOptions ray = {};
+  bool turned =
+      false;  ///< Samples' directions turned at hard edges: they may look along averaged ones, too
   std::uint32_t cluster = 0;  ///< Of several clusters of directions of visibility, which one
   /// Their field: made where it is null, for the clusters after this one.
   std::shared_ptr<const VisibilityField>* field = nullptr;

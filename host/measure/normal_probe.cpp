@@ -118,10 +118,10 @@ void NormalProbe::match_places(const BakeOptions& options,
                                Correspondence& match) const {
   BakeReport report;
   Clusters clusters{0, field};
-  const std::unique_ptr<Matcher> matcher =
-      make_matcher(source_, surface_, options, report, clusters, BakeProgress(options.progress));
-  field = clusters.field;
   const EdgeTurn turn = edge_turn(options, source_, surface_);
+  const std::unique_ptr<Matcher> matcher = make_matcher(
+      source_, surface_, options, report, clusters, BakeProgress(options.progress), turn.turns());
+  field = clusters.field;
   const SheetReach sheets = sheet_reach(options, surface_);
   if (!turn.turns() && !(sheets.farthest() > 0)) {
     matcher->run(band_, match);

@@ -97,18 +97,20 @@ HardEdges HardEdges::of(const LowSurface& surface) {
     const Vec3 from = corner(one, one.at_a).position;
     const Vec3 along = to_float(Vec3d(corner(one, one.at_b).position) - Vec3d(from));
     // A float's square must not vanish.
-    if (hard && length(Vec3d(along)) > 1e-15) result.edges.push_back({from, along});
+    if (hard && length(Vec3d(along)) > 1e-15) {
+      result.edges.push_back({from, along, {one.triangle, sides[first + 1].triangle}});
+    }
   }
   return result;
 }
 
-HardEdges::Near HardEdges::near(const LowSurface& surface, float width) const {
+HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float> widths) const {
   std::vector<Box> boxes(edges.size());
   std::vector<std::uint32_t> order(edges.size());
   std::iota(order.begin(), order.end(), 0U);
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Vec3 to = to_float(Vec3d(edges[e].from) + Vec3d(edges[e].along));
-    boxes[e] = box_of(std::array{edges[e].from, to}, width);
+    boxes[e] = box_of(std::array{edges[e].from, to}, widths[e]);
   }
   // Along one axis: only edges whose box begins before the triangle ends, and not an edge's length before it.
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {

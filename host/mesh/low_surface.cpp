@@ -7,6 +7,7 @@
 #include "kiln/validate.h"
 #include "mesh/normals.h"
 #include "mesh/tangent.h"
+#include "mesh/uv_copies.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -83,7 +84,7 @@ bool has_uv_area(const std::array<LowSurface::Corner, 3>& corners) {
 
 }  // namespace
 
-LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage) {
+LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage, UvCopies copies) {
   check_mesh(low);
   const std::vector<Vec3> positions = frame.to_frame(low);
   const CornerNormals normals = corner_normals(low, positions);
@@ -113,6 +114,9 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage)
         corner.position = positions[vertex];
         corner.normal = normals.normals[normals.triangles[t][k]];
         corner.uv = low.uvs[low.uv_triangles[t][k]];
+        if (!low.colors.empty()) {
+          corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
+        }
         if (cage != nullptr) {
           corner.direction =
               to_float(Vec3d(cage_positions[cage->triangles[t][k]]) - Vec3d(corner.position));
@@ -165,6 +169,7 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage)
       }
     }
   });
+  find_uv_copies(low, copies, surface);
   return surface;
 }
 

@@ -37,9 +37,24 @@ std::optional<std::string> first_star(std::string_view text, std::string_view pa
   return std::nullopt;
 }
 
+enum class Side { low, high };
+
 /// The name of the part that a group is of.
-std::string part_name(const std::string& group, const std::vector<std::string>& patterns) {
-  for (const std::string& pattern : patterns) {
+std::string part_name(const std::string& group, const PartNames& names, Side side) {
+  if (names.by == PartsBy::list) {
+    for (const PartPair& pair : names.list) {
+      const bool is =
+          side == Side::low
+              ? fits(group, pair.low)
+              : std::any_of(pair.high.begin(), pair.high.end(),
+                            [&](const std::string& pattern) { return fits(group, pattern); });
+      if (is) return pair.low;
+    }
+    // No name of the other side: a list is all there is.
+    return (side == Side::low ? "low " : "high ") + group;
+  }
+  if (names.by != PartsBy::name) return group;
+  for (const std::string& pattern : side == Side::low ? names.low : names.high) {
     if (const auto name = first_star(group, pattern)) return *name;
   }
   return group;
@@ -65,44 +80,71 @@ std::string nearest_name(const std::string& name, const std::vector<std::string>
       [&](const std::string& a, const std::string& b) { return edits(name, a) < edits(name, b); });
 }
 
-/// A mesh's groups, by the parts that they are of.
-struct Groups {
-  std::vector<std::string> used;     ///< Names of groups that have triangles
-  std::vector<std::string> part_of;  ///< Of each group
+/// What names of triangles are called, and how an OBJ has them.
+struct Kind {
+  const char* one;
+  const char* many;
+  const char* advice;
+};
 
-  Groups(const Mesh& mesh, const std::vector<std::string>& patterns, const char* which) {
-    if (mesh.groups.size() != mesh.triangles.size()) {
-      throw Error(ErrorCode::input, std::string(which) + " '" + mesh.name +
-                                        "' has no groups or objects to pair by name: use an OBJ "
-                                        "whose parts have names (lines `o NAME` or `g NAME`).");
+Kind kind_of(PartsBy by) {
+  if (by == PartsBy::object) {
+    return {"object", "objects", "use an OBJ whose objects have names (lines `o NAME`)"};
+  }
+  if (by == PartsBy::material) {
+    return {"material", "materials", "use an OBJ with materials (lines `usemtl NAME`)"};
+  }
+  return {"group", "groups or objects",
+          "use an OBJ whose parts have names (lines `o NAME` or `g NAME`)"};
+}
+
+/// A mesh's groups, objects or materials, by the parts that they are of.
+struct Groups {
+  const std::vector<std::uint32_t>* of;  ///< Of each triangle
+  std::vector<std::string> used;         ///< Names of groups that have triangles
+  std::vector<std::string> part_of;      ///< Of each group
+
+  Groups(const Mesh& mesh, const PartNames& names, Side side) {
+    const bool objects = names.by == PartsBy::object, materials = names.by == PartsBy::material;
+    of = objects ? &mesh.objects : materials ? &mesh.materials : &mesh.groups;
+    const std::vector<std::string>& all = objects     ? mesh.object_names
+                                          : materials ? mesh.material_names
+                                                      : mesh.group_names;
+    const Kind kind = kind_of(names.by);
+    if (of->size() != mesh.triangles.size()) {
+      throw Error(ErrorCode::input, std::string(side == Side::low ? "The light" : "The dense") +
+                                        " mesh '" + mesh.name + "' has no " + kind.many +
+                                        " to pair: " + kind.advice + ".");
     }
-    std::vector<bool> has(mesh.group_names.size());
-    for (const std::uint32_t group : mesh.groups) has.at(group) = true;
-    for (std::size_t g = 0; g < mesh.group_names.size(); ++g) {
-      part_of.push_back(part_name(mesh.group_names[g], patterns));
-      if (has[g]) used.push_back(mesh.group_names[g]);
+    std::vector<bool> has(all.size());
+    for (const std::uint32_t group : *of) has.at(group) = true;
+    for (std::size_t g = 0; g < all.size(); ++g) {
+      part_of.push_back(part_name(all[g], names, side));
+      if (has[g]) used.push_back(all[g]);
     }
   }
 };
 
 /// Adds a warning that names groups without a pair.
-void warn(const char* which, const Groups& groups, const std::vector<std::string>& patterns,
-          const Groups& others, const std::map<std::string, std::uint32_t>& pairs,
-          std::vector<Warning>& warnings) {
-  std::string names;
+void warn(Side side, const Groups& groups, const PartNames& names, const Groups& others,
+          const std::map<std::string, std::uint32_t>& pairs, std::vector<Warning>& warnings) {
+  std::string list;
   std::size_t count = 0;
   for (const std::string& name : groups.used) {
-    if (pairs.contains(part_name(name, patterns))) continue;
+    if (pairs.contains(part_name(name, names, side))) continue;
     if (++count > kMostNamed) continue;
-    names += (count == 1 ? "'" : ", '") + name + "' (nearest: '" + nearest_name(name, others.used) +
-             "')";
+    list += (count == 1 ? "'" : ", '") + name + "' (nearest: '" + nearest_name(name, others.used) +
+            "')";
   }
   if (count == 0) return;
-  if (count > kMostNamed) names += " and " + std::to_string(count - kMostNamed) + " more";
+  if (count > kMostNamed) list += " and " + std::to_string(count - kMostNamed) + " more";
+  std::string kind = kind_of(names.by).one;
+  kind[0] = static_cast<char>(kind[0] - 'a' + 'A');
   warnings.push_back({"unmatched-parts",
-                      "Groups of the " + std::string(which) +
-                          " mesh without a pair of their name: " + names +
-                          ". All that has no pair is matched together.",
+                      kind + "s of the " + (side == Side::low ? "light" : "dense") +
+                          " mesh without a pair" +
+                          (names.by == PartsBy::list ? " in the list: " : " of their name: ") +
+                          list + ". All that has no pair is matched together.",
                       count});
 }
 
@@ -118,34 +160,44 @@ void check_patterns(const std::vector<std::string>& patterns) {
 }  // namespace
 
 Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
-  check_patterns(names.low);
-  check_patterns(names.high);
-  const Groups of_high(high, names.high, "The dense mesh");
-  const Groups of_low(low, names.low, "The light mesh");
+  if (names.by == PartsBy::name) {
+    check_patterns(names.low);
+    check_patterns(names.high);
+  }
+  if (names.by == PartsBy::list && names.list.empty()) {
+    throw Error(ErrorCode::usage, "The list of parts is empty.");
+  }
+  const Groups of_high(high, names, Side::high);
+  const Groups of_low(low, names, Side::low);
   std::map<std::string, std::uint32_t> pairs;
   for (const std::string& name : of_low.used) {
-    const std::string part = part_name(name, names.low);
+    const std::string part = part_name(name, names, Side::low);
     const bool has = std::any_of(of_high.used.begin(), of_high.used.end(), [&](const auto& other) {
-      return part_name(other, names.high) == part;
+      return part_name(other, names, Side::high) == part;
     });
     if (has) pairs.emplace(part, 0);
   }
   Parts parts;
   if (pairs.empty()) {
-    throw Error(ErrorCode::input, "No group of the light mesh has its name in the dense one: '" +
-                                      of_low.used.front() + "' is nearest to '" +
-                                      nearest_name(of_low.used.front(), of_high.used) +
-                                      "'. The patterns of part names say which belong together.");
+    throw Error(
+        ErrorCode::input,
+        "No " + std::string(kind_of(names.by).one) +
+            (names.by == PartsBy::list ? " of the light mesh has a pair in the list: '"
+                                       : " of the light mesh has its name in the dense one: '") +
+            of_low.used.front() + "' is nearest to '" +
+            nearest_name(of_low.used.front(), of_high.used) +
+            (names.by == PartsBy::name ? "'. The patterns of part names say which belong together."
+                                       : "'."));
   }
   for (auto& [name, part] : pairs) {
     part = parts.count++;
     parts.names.push_back(name);
   }
   bool rest = false;
-  const auto number = [&](const Mesh& mesh, const Groups& groups) {
+  const auto number = [&](const Groups& groups) {
     std::vector<std::uint32_t> result;
-    result.reserve(mesh.groups.size());
-    for (const std::uint32_t group : mesh.groups) {
+    result.reserve(groups.of->size());
+    for (const std::uint32_t group : *groups.of) {
       const auto pair = pairs.find(groups.part_of[group]);
       rest = rest || pair == pairs.end();
       result.push_back(pair == pairs.end() ? static_cast<std::uint32_t>(pairs.size())
@@ -153,14 +205,14 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     }
     return result;
   };
-  parts.low = number(low, of_low);
-  parts.high = number(high, of_high);
+  parts.low = number(of_low);
+  parts.high = number(of_high);
   if (rest) {
     ++parts.count;
     parts.names.emplace_back();
   }
-  warn("light", of_low, names.low, of_high, pairs, parts.warnings);
-  warn("dense", of_high, names.high, of_low, pairs, parts.warnings);
+  warn(Side::low, of_low, names, of_high, pairs, parts.warnings);
+  warn(Side::high, of_high, names, of_low, pairs, parts.warnings);
   return parts;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "base/parallel.h"
 #include "mesh/vector.h"
@@ -77,6 +78,7 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
   for (const std::uint32_t t : order) {
     for (const std::uint32_t vertex : triangles[t]) corners_.push_back(positions[vertex]);
   }
+  order_ = std::move(order);
 }
 
 void SurfaceDistance::build(std::vector<std::uint32_t>& order, const std::vector<Vec3>& centers,
@@ -121,6 +123,17 @@ void SurfaceDistance::build(std::vector<std::uint32_t>& order, const std::vector
 }
 
 double SurfaceDistance::squared(const Vec3& point) const {
+  std::uint32_t place = 0;
+  return search(point, place);
+}
+
+std::uint32_t SurfaceDistance::nearest(const Vec3& point) const {
+  std::uint32_t place = 0;
+  search(point, place);
+  return order_.empty() ? 0 : order_[place];
+}
+
+double SurfaceDistance::search(const Vec3& point, std::uint32_t& place) const {
   double best = std::numeric_limits<double>::infinity();
   if (boxes_.empty()) return best;
   struct Entry {
@@ -136,7 +149,10 @@ double SurfaceDistance::squared(const Vec3& point) const {
     const Box& box = boxes_[entry.box];
     if (box.count != 0) {
       for (std::uint32_t i = box.first; i < box.first + box.count; ++i) {
-        best = std::min(best, squared_to_triangle(point, &corners_[std::size_t{3} * i]));
+        const double distance = squared_to_triangle(point, &corners_[std::size_t{3} * i]);
+        if (!(distance < best)) continue;
+        best = distance;
+        place = i;
       }
       continue;
     }

@@ -21,6 +21,9 @@ class SurfaceDistance {
 
   /// Squared distance, in the units of the positions, squared. Infinite where there is no triangle.
   double squared(const Vec3& point) const;
+  /// The triangle that is nearest, as numbered when it was given; 0 where there is none. Of several it is
+  /// always the same one.
+  std::uint32_t nearest(const Vec3& point) const;
 
   /// Calls `body` with the three corners of each triangle that a ball touches, in an order that depends
   /// on the triangles alone.
@@ -37,7 +40,11 @@ class SurfaceDistance {
              std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
   std::vector<Box> boxes_;
-  std::vector<Vec3> corners_;  ///< Three a triangle, in the order of the leaves.
+  /// \returns the squared distance. \param place  out: in the order of the leaves
+  double search(const Vec3& point, std::uint32_t& place) const;
+
+  std::vector<Vec3> corners_;         ///< Three a triangle, in the order of the leaves.
+  std::vector<std::uint32_t> order_;  ///< Of the leaves' triangles, their numbers.
 };
 
 /// One-sided distance statistics.

@@ -1,8 +1,6 @@
 #include "texel/edge_turn.h"
 
-#include <algorithm>
-
-#include "mesh/hard_edges.h"
+#include <vector>
 
 namespace kiln {
 namespace {
@@ -13,41 +11,60 @@ void add(const Vec3& v, std::vector<float>& values) {
   values.insert(values.end(), {v.x, v.y, v.z});
 }
 
+/// Edges near each triangle, as the kernel reads them.
+std::vector<float> packed(const HardEdges& hard, const HardEdges::Near& near,
+                          std::span<const float> widths) {
+  std::vector<float> edges;
+  edges.reserve(7 * near.edge.size());
+  for (const std::uint32_t e : near.edge) {
+    add(hard.edges[e].from, edges);
+    add(hard.edges[e].along, edges);
+    edges.push_back(widths[e]);
+  }
+  return edges;
+}
+
 }  // namespace
 
-EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, RayDirection direction,
-                   double width) {
-  if (direction == RayDirection::averaged || surface.has_cage_mesh) return;
-  const HardEdges hard = HardEdges::of(surface);
-  if (hard.edges.empty()) return;
-  width_ = static_cast<float>(width);
-  const std::size_t count = surface.triangles.size();
-  std::vector<float> normals;
-  normals.reserve(9 * count);
+EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const std::vector<float>& edges,
+                   const std::vector<std::uint32_t>& first, bool painted)
+    : turns_(true), painted_(painted) {
+  std::vector<float> normals, weights;
+  normals.reserve(9 * surface.triangles.size());
   for (const auto& corners : surface.triangles) {
-    for (const LowSurface::Corner& corner : corners) add(corner.normal, normals);
-  }
-  std::vector<float> edges;
-  std::vector<std::uint32_t> first(count + 1, 0);
-  if (direction == RayDirection::automatic) {
-    const HardEdges::Near near = hard.near(surface, width_);
-    for (const std::uint32_t e : near.edge) {
-      add(hard.edges[e].from, edges);
-      add(hard.edges[e].along, edges);
+    for (const LowSurface::Corner& corner : corners) {
+      add(corner.normal, normals);
+      if (painted) weights.push_back(corner.straight);
     }
-    first = near.first;
   }
-  if (edges.empty()) edges.resize(6);  // arrays have elements
+  // Arrays have elements.
+  const std::vector<float> none(7);
   normals_ = cl::Array<float>(context, std::span<const float>(normals));
-  edges_ = cl::Array<float>(context, std::span<const float>(edges));
+  weights_ = cl::Array<float>(context, std::span<const float>(painted ? weights : none));
+  edges_ = cl::Array<float>(context, std::span<const float>(edges.empty() ? none : edges));
   first_edges_ = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(first));
+}
+
+EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface)
+    : EdgeTurn(context, surface, {}, std::vector<std::uint32_t>(surface.triangles.size() + 1, 0),
+               true) {}
+
+EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEdges& hard,
+                   std::span<const float> widths) {
+  if (widths.empty()) {
+    *this = EdgeTurn(context, surface, {},
+                     std::vector<std::uint32_t>(surface.triangles.size() + 1, 0), false);
+    return;
+  }
+  const HardEdges::Near near = hard.near(surface, widths);
+  *this = EdgeTurn(context, surface, packed(hard, near, widths), near.first, false);
 }
 
 void EdgeTurn::apply(cl::Context& context, TexelBand& band) const {
   if (!turns() || band.sample_count == 0) return;
   context.launch(context.kernel("turn", "kiln_texel_turn"), band.sample_count, kLocal,
-                 band.sample_count, band.capacity, width_, normals_, first_edges_, edges_,
-                 band.triangle, band.barycentric, band.points);
+                 band.sample_count, band.capacity, painted_ ? 1U : 0U, normals_, weights_,
+                 first_edges_, edges_, band.triangle, band.barycentric, band.points);
 }
 
 }  // namespace kiln

@@ -1,28 +1,36 @@
 // Turns the directions of texel samples: along the light mesh's own normals, and at its hard edges averaged.
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "cl/context.h"
-#include "kiln/match.h"
+#include "mesh/hard_edges.h"
 #include "mesh/low_surface.h"
 #include "texel/texels.h"
 
 namespace kiln {
 
-/// Does nothing for RayDirection::averaged, for meshes without hard edges, and with a cage mesh. See
-/// kernels/texel/turn.cl for the field.
+/// As made by default it does nothing. See kernels/texel/turn.cl for the field.
 class EdgeTurn {
  public:
   EdgeTurn() = default;
-  /// \param width  frame units, above 0
-  EdgeTurn(cl::Context& context, const LowSurface& surface, RayDirection direction, double width);
+  /// \param widths  of each hard edge, frame units, above 0; none: directions are the mesh's own normals
+  EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEdges& hard,
+           std::span<const float> widths);
+  /// As the mesh's colours say: LowSurface::Corner::straight.
+  EdgeTurn(cl::Context& context, const LowSurface& surface);
 
-  bool turns() const { return width_ > 0; }
+  bool turns() const { return turns_; }
   /// Of a band that was just sampled, once.
   void apply(cl::Context& context, TexelBand& band) const;
 
  private:
-  float width_ = 0;  ///< 0: nothing turns
-  cl::Array<float> normals_, edges_;
+  EdgeTurn(cl::Context& context, const LowSurface& surface, const std::vector<float>& edges,
+           const std::vector<std::uint32_t>& first, bool painted);
+
+  bool turns_ = false, painted_ = false;
+  cl::Array<float> normals_, weights_, edges_;
   cl::Array<std::uint32_t> first_edges_;
 };
 

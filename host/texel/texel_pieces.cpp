@@ -39,6 +39,7 @@ struct Builder {
       degenerate_low.add(t);
       return;
     }
+    if (surface.is_copy(t)) return;  // another triangle is baked for it
     const auto& triangle = surface.triangles[t];
     for (const LowSurface::Corner& corner : triangle) {
       if (std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y)) continue;

@@ -50,6 +50,7 @@ struct BakeOptions {
   /// Samples find points of their own part alone. Lists as long as the meshes have triangles. For matches
   /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude.
   const Parts* parts = nullptr;
+  UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles of the same UVs is baked
   bool two_sided = false;  ///< Also hit back faces of the source; normals that point away
                            ///< from the light surface are turned to it
 
@@ -109,6 +110,7 @@ struct BakeReport {
   std::uint64_t by_uv = 0;    ///< Samples that took the point with their own UV
   /// Samples whose ray outwards passed over a nearer face (RayRule::outermost)
   std::uint64_t passed_over = 0;
+  std::uint64_t uv_copies = 0;           ///< Triangles of the light mesh that share others' texels
   std::uint64_t missed = 0;              ///< Samples without a point
   std::uint64_t gutter_texels = 0;       ///< Texels that padding filled
   double max_distance = 0;               ///< As used, world units
@@ -119,6 +121,7 @@ struct BakeReport {
   std::uint64_t blended_texels = 0;            ///< Of the method, that took some of the fallback's
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   std::optional<UvReport> uv;                  ///< Where matched by UVs
+  std::optional<EdgeReport> edges;             ///< Where rays turn at hard edges
   std::optional<RecallReport> recall;          ///< Where it was asked for and can be told
   double seconds_recall = 0;                   ///< Telling it
   double seconds_build = 0;                    ///< Structures of the source, made for this bake

@@ -32,6 +32,7 @@
 #include "kiln/pixels.h"
 #include "kiln/plan.h"
 #include "kiln/ray.h"
+#include "kiln/reasons.h"
 #include "kiln/recall.h"
 #include "kiln/render.h"
 #include "kiln/session.h"

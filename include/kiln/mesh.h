@@ -62,6 +62,15 @@ struct Mesh {
   std::vector<std::uint32_t> polygons;
 };
 
+/// Which triangles are baked where several have the same UVs, on purpose: mirrored halves, repeated parts. UVs
+/// that are whole numbers apart are the same. Among several of the same kind, those in the unit square are baked
+/// before others, then the first chart. The others share the texels, and are no overlap.
+enum class UvCopies {
+  plain,     ///< Those whose UVs are not mirrored, where there are any
+  mirrored,  ///< Those whose UVs are mirrored, where there are any
+  first,     ///< Neither is preferred
+};
+
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary) or OFF (ascii),
 /// chosen by extension in any case.
 ///

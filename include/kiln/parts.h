@@ -10,11 +10,28 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Which groups of two meshes are parts of one thing, by their names. A pattern is text with `*` for any
+/// By which names of a mesh's triangles parts are told apart.
+enum class PartsBy {
+  name,      ///< Groups (Mesh::groups), by patterns of their names
+  group,     ///< Groups of the same name
+  object,    ///< Objects (Mesh::objects) of the same name
+  material,  ///< Materials of the same name
+  list,      ///< Groups, as a list of pairs says
+};
+
+/// A pair of a list. Names are patterns, in which `*` is any text.
+struct PartPair {
+  std::string low;                ///< Of the light mesh's groups
+  std::vector<std::string> high;  ///< Of the dense mesh's groups: any of these
+};
+
+/// Which parts of two meshes belong together, by their names. A pattern is text with `*` for any
 /// text, also none; its first `*` is the part's name.
 struct PartNames {
-  std::vector<std::string> low = {"*_low"};                ///< Of the light mesh's groups
-  std::vector<std::string> high = {"*_high", "*_high_*"};  ///< Of the dense mesh's groups
+  std::vector<std::string> low = {"*_low"};                ///< For PartsBy::name: the light mesh's
+  std::vector<std::string> high = {"*_high", "*_high_*"};  ///< For PartsBy::name: the dense mesh's
+  PartsBy by = PartsBy::name;                              ///< Which names
+  std::vector<PartPair> list = {};  ///< For PartsBy::list: the first that fits counts
 };
 
 /// Pairs of parts: samples on a part of the light mesh find points of its part of the dense mesh alone.
@@ -26,11 +43,11 @@ struct Parts {
   std::vector<Warning> warnings;  ///< unmatched-parts: groups without a pair, and the nearest name
 };
 
-/// Pairs the groups (Mesh::groups) of two meshes. The light `X_low` takes the dense `X_high` and `X_high_...`,
+/// Pairs the parts of two meshes. By PartsBy::name the light `X_low` takes the dense `X_high` and `X_high_...`,
 /// whatever patterns say; a name that fits no pattern is a part's name itself, so `X` takes `X`, too. All that
 /// has no pair is one part of its own.
-/// \throws Error(input) where a mesh has no groups, or none of them has a pair
-/// \throws Error(usage) for a pattern without `*`
+/// \throws Error(input) where a mesh has no such names, or none of them has a pair
+/// \throws Error(usage) for a pattern without `*`, or an empty list
 Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names = {});
 
 }  // namespace kiln

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "kiln/export.h"
@@ -23,6 +24,9 @@ enum class RayDirection {
   automatic,
   averaged,  ///< Along the average of all normals at a vertex, interpolated
   face,      ///< Along its own normal everywhere: the two sides of a hard edge part
+  /// As the light mesh's vertices are coloured (Mesh::colors): where red is 255 along its own normal, where
+  /// it is 0 averaged, between them blended. Without colours: Error(input).
+  painted,
 };
 
 /// Which face a ray takes, and where rays leave the light mesh to.
@@ -30,8 +34,19 @@ struct RayOptions {
   RayRule rule = RayRule::outermost;  ///< Without a cage; from a cage the first face counts
   RayDirection direction = RayDirection::automatic;  ///< With a cage, too; not with a cage mesh
   /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
-  /// None given: 1% of the diagonal.
+  /// None given: for each edge by what the dense mesh has there. Two fifths of its bevel's width, or twice the
+  /// way that the dense mesh lies farther out beside it, where that is more; 0.05% to 4% of the diagonal. Edges that
+  /// do not tell take the median of those that do, or 1% of the diagonal where none does.
   std::optional<Length> edge_width = {};
+};
+
+/// How far off the light mesh's hard edges rays turn. Lengths in world units.
+struct EdgeReport {
+  std::uint64_t edges = 0;  ///< Hard edges
+  std::uint64_t found = 0;  ///< Whose width was found on the dense mesh; 0 where it was given
+  double least = 0;         ///< The narrowest
+  double median = 0;        ///< The one in the middle
+  double most = 0;          ///< The widest
 };
 
 }  // namespace kiln

@@ -3,11 +3,12 @@
 // Purpose: rays along averaged normals lean over whole faces of a box, and details on it come out skewed;
 // rays along the faces' own normals leave gaps at edges. Between them: with s the distance to the nearest
 // hard edge over the width, c = 1 - 3 s^2 + 2 s^3 (0 for s > 1) of the averaged direction, 1 - c of the
-// mesh's own normal. Distances are taken in space, so the field is continuous wherever both normals are;
-// and at hard edges, where its own normal is not, it is the averaged one from both sides.
+// mesh's own normal. Each edge has a width of its own, and the least s counts. Distances are taken in space,
+// so the field is continuous wherever both normals are; and at hard edges, where its own normal is not, it is
+// the averaged one from both sides. Painted meshes say c themselves: 1 less their weight.
 //
 // | kernel           | one work-item | traffic                                     |
-// | kiln_texel_turn  | sample        | 32 B + 36 B a triangle + 24 B an edge near it |
+// | kiln_texel_turn  | sample        | 32 B + 36 B a triangle + 28 B an edge near it |
 //
 // Local size 64. No defines. Limits: edges near a triangle are gone through one by one.
 #include "shared/common.h"
@@ -15,10 +16,11 @@
 /// Turns the samples' directions, planes 3 to 5 of `points`.
 kernel void kiln_texel_turn(const uint count,
                             const uint capacity,
-                            const float width,
+                            const uint painted,                      // 0 or 1
                             global const float* restrict normals,    // 9 a triangle
+                            global const float* restrict weights,    // 3 a triangle, where painted
                             global const uint* restrict first_edges, // per triangle, and the end
-                            global const float* restrict edges,      // 6 each: a corner, the way to the other
+                            global const float* restrict edges,      // 7 each: a corner, the way to the other, the width
                             global const uint* restrict triangle,
                             global const float* restrict barycentric,
                             global float* restrict points) {
@@ -40,9 +42,9 @@ kernel void kiln_texel_turn(const uint count,
   }
   if (!(squared > 1e-12f)) return;
 
-  float nearest = width * width;
+  float s = 1.0f;
   for (uint e = first_edges[t]; e < first_edges[t + 1]; ++e) {
-    global const float* edge = edges + 6 * (size_t)e;
+    global const float* edge = edges + 7 * (size_t)e;
     float along = 0.0f;
     float size = 0.0f;
     for (int axis = 0; axis < 3; ++axis) {
@@ -55,10 +57,12 @@ kernel void kiln_texel_turn(const uint count,
       const float off = p[axis] - fma(at, edge[3 + axis], edge[axis]);
       distance = fma(off, off, distance);
     }
-    nearest = min(nearest, distance);
+    s = min(s, sqrt(distance) / edge[6]);
   }
-  const float s = sqrt(nearest) / width;
-  const float averaged = max(0.0f, 1.0f - s * s * (3.0f - 2.0f * s));
+  float averaged = max(0.0f, 1.0f - s * s * (3.0f - 2.0f * s));
+  if (painted != 0) {
+    averaged = 1.0f - fma(v, weights[3 * t + 2], fma(u, weights[3 * t + 1], w * weights[3 * t]));
+  }
   const float scale = (1.0f - averaged) / sqrt(squared);
   float d[3];
   float length = 0.0f;

@@ -1,6 +1,7 @@
 // Hard surfaces at the command line: the defaults, parts by name, recall, boxes that do not fit.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -68,6 +69,99 @@ TEST(HardCommand, MatchesPartsByName) {
   EXPECT_EQ(lone.exit_code, 2);
 }
 
+TEST(HardCommand, MatchesPartsByAList) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(crossing("_a", 0, 0.01F), folder / "high.obj");
+  save_obj(crossing("_b", 0.005F, 0.005F), folder / "low.obj");
+  std::ofstream(folder / "parts.txt") << "# pairs\nX_b = X_a\n\nY_b = nothing, Y_*\n";
+  std::ofstream(folder / "bad.txt") << "X_b = X_a\nY_b\n";
+  const auto bake = [&](std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "high.obj",
+                                     folder / "low.obj",
+                                     "--out",
+                                     folder / "listed",
+                                     "--size",
+                                     "32",
+                                     "--json",
+                                     folder / "listed.json"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult listed = bake({"--match-by", "list", "--match-list", folder / "parts.txt"});
+  ASSERT_EQ(listed.exit_code, 0) << listed.errors;
+  EXPECT_EQ(read_json(folder / "listed.json")["parts"], (nlohmann::json{"X_b", "Y_b"}));
+  const ProcessResult bad = bake({"--match-by", "list", "--match-list", folder / "bad.txt"});
+  EXPECT_EQ(bad.exit_code, 3);
+  EXPECT_NE(bad.errors.find("line 2, is 'Y_b'"), std::string::npos) << bad.errors;
+  EXPECT_EQ(bake({"--match-by", "list"}).exit_code, 2);
+  EXPECT_EQ(bake({"--match-list", folder / "parts.txt"}).exit_code, 2);
+  EXPECT_EQ(bake({"--match-by", "group"}).exit_code, 3);
+}
+
+TEST(HardCommand, SaysWhyTexelsAreMissed) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh high = test::plane(1, 1);
+  for (Vec3& p : high.positions) p.z = 0.2F + 0.1F * p.x;
+  save_obj(high, folder / "high.obj");
+  save_obj(test::plane(1, 1), folder / "low.obj");
+  const auto bake = [&](std::vector<std::string> flags) {
+    std::vector<std::string> line = {
+        "bake",   folder / "high.obj", folder / "low.obj", "--out", folder / "out", "--size", "16",
+        "--json", folder / "out.json", "--reasons"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult result = bake({"--max-distance", "0.2"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.output.find("far: "), std::string::npos) << result.output;
+  const nlohmann::json reasons = read_json(folder / "out.json")["reasons"];
+  ASSERT_EQ(reasons.size(), 2U);
+  EXPECT_EQ(reasons[1]["reason"], "far");
+  EXPECT_EQ(reasons[0]["samples"].get<int>() + reasons[1]["samples"].get<int>(), 256);
+  const Image picture = load_image(folder / "out" / "low_reasons.png");
+  const std::size_t texel =
+      reasons[1]["texel"][1].get<std::size_t>() * 16 + reasons[1]["texel"][0].get<std::size_t>();
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(picture.pixels[3 * texel + k] * 255, reasons[1]["color"][k].get<double>(), 0.5);
+  }
+  EXPECT_EQ(bake({"--fallback", "closest"}).exit_code, 2);
+  EXPECT_EQ(bake({"--match", "closest"}).exit_code, 2);
+}
+
+TEST(HardCommand, SaysThatGreenPointsTheOtherWay) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh high = test::plane(32, 32);
+  for (Vec3& p : high.positions) p.z = 0.05F * std::sin(12 * p.y);
+  high.normals.clear();
+  high.normal_triangles.clear();
+  save_obj(high, folder / "high.obj");
+  save_obj(test::plane(1, 1), folder / "low.obj");
+  ASSERT_EQ(run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "out",
+                      "--size", "64", "--max-distance", "0.1", "--flip-y"})
+                .exit_code,
+            0);
+  const auto render = [&](std::vector<std::string> flags) {
+    std::vector<std::string> line = {"render",      folder / "low.obj",
+                                     "--normal",    folder / "out" / "low_normal.png",
+                                     "--reference", folder / "high.obj",
+                                     "--out",       folder / "out.png",
+                                     "--size",      "64",
+                                     "--json",      folder / "out.json"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult wrong = render({}), right = render({"--flip-y"});
+  ASSERT_EQ(wrong.exit_code, 0) << wrong.errors;
+  EXPECT_NE(wrong.errors.find("green down (DirectX)"), std::string::npos) << wrong.errors;
+  EXPECT_NE(wrong.errors.find("Add --flip-y"), std::string::npos) << wrong.errors;
+  EXPECT_EQ(read_json(folder / "out.json")["warnings"].size(), 0U);
+  EXPECT_EQ(right.errors.find("green"), std::string::npos) << right.errors;
+}
+
 TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();
@@ -99,6 +193,45 @@ TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   EXPECT_NEAR(lost["lost"].get<double>(), 0.5, 0.04);
   EXPECT_NEAR(lost["largest"]["where"][0].get<double>(), 0.5, 0.1);
   EXPECT_NEAR(lost["largest"]["where"][2].get<double>(), 0.011, 1e-5);
+}
+
+/// Edges of a cube without bevels are sharp: rays turn over the least width, 0.05% of the diagonal.
+TEST(HardCommand, FindsEdgeWidthsAndTakesPaint) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh low = test::cube(1);
+  save_obj(low, folder / "high.obj");
+  save_obj(low, folder / "low.obj");
+  const auto bake = [&](const std::string& name, std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "high.obj",
+                                     folder / "low.obj",
+                                     "--out",
+                                     folder / name,
+                                     "--size",
+                                     "32",
+                                     "--json",
+                                     folder / (name + ".json")};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln({line.begin(), line.end()});
+  };
+  const ProcessResult found = bake("found", {});
+  ASSERT_EQ(found.exit_code, 0) << found.errors;
+  EXPECT_NE(found.output.find("by HIGH's bevels at 12 of 12"), std::string::npos) << found.output;
+  const nlohmann::json edges = read_json(folder / "found.json")["hard_edges"];
+  EXPECT_EQ(edges["found"], 12);
+  EXPECT_NEAR(edges["width"]["most"].get<double>(), 0.0005 * std::sqrt(3.0), 1e-6);
+  ASSERT_EQ(bake("given", {"--edge-width", "0.1"}).exit_code, 0);
+  const nlohmann::json given = read_json(folder / "given.json")["hard_edges"];
+  EXPECT_EQ(given["found"], 0);
+  EXPECT_NEAR(given["width"]["median"].get<double>(), 0.1, 1e-6);
+
+  const ProcessResult bare = bake("bare", {"--direction", "painted"});
+  EXPECT_EQ(bare.exit_code, 3);
+  EXPECT_NE(bare.errors.find("no vertex colours"), std::string::npos) << bare.errors;
+  low.colors.assign(low.positions.size(), {255, 0, 0, 255});
+  save_obj(low, folder / "low.obj");
+  EXPECT_EQ(bake("painted", {"--direction", "painted"}).exit_code, 0);
 }
 
 TEST(HardCommand, SaysThatBoxesFitWithAxesSwapped) {

@@ -36,6 +36,43 @@ TEST(PairParts, TakesOtherPatterns) {
   EXPECT_THROW(pair_parts(named({"a"}), named({"a"}), {{"low"}, {"*_high"}}), Error);
 }
 
+TEST(PairParts, TakesGroupsObjectsAndMaterialsOfTheSameName) {
+  PartNames names;
+  names.by = PartsBy::group;
+  const Mesh high = named({"a_high", "b"}), low = named({"b", "a_high"});
+  EXPECT_EQ(pair_parts(high, low, names).names, (std::vector<std::string>{"a_high", "b"}));
+  EXPECT_EQ(pair_parts(high, low, names).low, (std::vector<std::uint32_t>{1, 1, 0, 0}));
+  for (const PartsBy by : {PartsBy::object, PartsBy::material}) {
+    names.by = by;
+    Mesh painted_high = named({"x", "y"}), painted_low = named({"y", "x"});
+    // The groups must not be looked at.
+    EXPECT_THROW(pair_parts(painted_high, painted_low, names), Error);
+    for (Mesh* mesh : {&painted_high, &painted_low}) {
+      (by == PartsBy::object ? mesh->objects : mesh->materials) = {1, 1, 0, 0};
+      (by == PartsBy::object ? mesh->object_names : mesh->material_names) = {"steel", "wood"};
+    }
+    const Parts parts = pair_parts(painted_high, painted_low, names);
+    EXPECT_EQ(parts.names, (std::vector<std::string>{"steel", "wood"}));
+    EXPECT_EQ(parts.low, (std::vector<std::uint32_t>{1, 1, 0, 0}));
+  }
+}
+
+TEST(PairParts, TakesAList) {
+  PartNames names;
+  names.by = PartsBy::list;
+  EXPECT_THROW(pair_parts(named({"a"}), named({"a"}), names), Error);
+  names.list = {{"frame*", {"hull", "bolt_?*", "bolt_*"}}, {"lamp", {"glass"}}};
+  const Parts parts = pair_parts(named({"hull", "bolt_1", "glass", "lamp"}),
+                                 named({"lamp", "frame_2", "other"}), names);
+  EXPECT_EQ(parts.names, (std::vector<std::string>{"frame*", "lamp", ""}));
+  EXPECT_EQ(parts.high, (std::vector<std::uint32_t>{0, 0, 0, 0, 1, 1, 2, 2}));
+  EXPECT_EQ(parts.low, (std::vector<std::uint32_t>{1, 1, 0, 0, 2, 2}));
+  ASSERT_EQ(parts.warnings.size(), 2U);
+  EXPECT_NE(parts.warnings[0].message.find("without a pair in the list: 'other'"),
+            std::string::npos)
+      << parts.warnings[0].message;
+}
+
 TEST(PairParts, NamesWhatHasNoPairAndTheNearest) {
   const Parts parts = pair_parts(named({"bolt_high", "nutt_high"}), named({"bolt_low", "nut_low"}));
   EXPECT_EQ(parts.count, 2U);

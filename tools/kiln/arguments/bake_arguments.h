@@ -42,7 +42,9 @@ struct BakeArguments {
   std::string direction = "auto";
   std::string edge_width;
   std::uint32_t recall = 8192;
-  std::string match_by = "all";
+  bool reasons = false;
+  std::string match_by = "all", match_list;
+  std::string uv_copies = "plain";
   std::vector<std::string> low_names = PartNames().low, high_names = PartNames().high;
   bool two_sided = false;
   bool force_uv = false;
@@ -102,6 +104,9 @@ std::vector<std::string> match_names();
 /// As --fallback takes it.
 std::string chain_name(const std::vector<MatchMethod>& fallback);
 std::string criterion_name(ViewCriterion criterion);
+
+/// Which parts are to be paired, the list's file read. \throws Error(input) for a list that cannot be read
+PartNames part_names(const BakeArguments& arguments);
 
 /// Whether directions of visibility are asked for.
 bool by_visibility(const BakeArguments& arguments);

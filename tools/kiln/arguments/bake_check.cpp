@@ -111,8 +111,14 @@ void check_rays(const BakeArguments& a) {
 }
 
 void check_parts(const BakeArguments& a) {
-  if (a.match_by == "name" && (a.low.empty() || a.unwrap)) {
-    fail("--match-by name needs a LOW with named parts and UVs of its own.");
+  if (a.reasons && !fallback_methods(a).empty()) {
+    fail("--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
+  }
+  if (a.match_by != "all" && (a.low.empty() || a.unwrap)) {
+    fail("--match-by " + a.match_by + " needs a LOW with named parts and UVs of its own.");
+  }
+  if ((a.match_by == "list") != a.given.contains("--match-list")) {
+    fail("--match-by list and --match-list FILE belong together.");
   }
   if (a.match_by != "name" &&
       (a.given.contains("--low-names") || a.given.contains("--high-names"))) {

@@ -87,21 +87,27 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_match);
   command
-      .add_option("--direction", a.direction,
-                  "Where rays leave to: auto, LOW's own normal, turned to the averaged one at hard "
-                  "edges; averaged; or face, LOW's own normal alone, which leaves gaps at edges")
+      .add_option(
+          "--direction", a.direction,
+          "Where rays leave to: auto, LOW's own normal, turned to the averaged one at hard "
+          "edges; averaged; face, LOW's own normal alone, which leaves gaps at edges; or painted, "
+          "as LOW's vertex colours say: red along its own normal, black averaged")
       ->check(one_of(ray_direction_values()))
       ->capture_default_str()
       ->group(group_match);
   command
-      .add_option("--edge-width", a.edge_width,
-                  "--direction auto: how near to a hard edge rays turn, D or P% (default 1%)")
+      .add_option(
+          "--edge-width", a.edge_width,
+          "--direction auto: how near to a hard edge rays turn, D or P% (default: for each edge "
+          "half the width of HIGH's bevel there)")
       ->group(group_match);
   command
       .add_option("--match-by", a.match_by,
-                  "Which of HIGH a texel may find: all; or name, its own part alone: the group or "
-                  "object X_low of LOW takes X_high and X_high_* of HIGH")
-      ->check(CLI::IsMember({"all", "name"}, CLI::ignore_case))
+                  "Which of HIGH a texel may find: all, or its own part alone. name: the group or "
+                  "object X_low of LOW takes X_high and X_high_* of HIGH; group, object, material: "
+                  "that of the same name; list: as --match-list says")
+      ->check(
+          CLI::IsMember({"all", "name", "group", "object", "material", "list"}, CLI::ignore_case))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -117,10 +123,29 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_match);
   command
+      .add_option("--match-list", a.match_list,
+                  "--match-by list: a file of lines LOW = HIGH, HIGH with names of groups or "
+                  "objects; * is any text")
+      ->group(group_match);
+  command
+      .add_option(
+          "--uv-copies", a.uv_copies,
+          "Of parts of LOW that have the same UVs, which is baked: plain (those that are not "
+          "mirrored), mirrored, or first (by the order of triangles)")
+      ->check(one_of(uv_copies_values()))
+      ->capture_default_str()
+      ->group(group_match);
+  command
       .add_option("--recall", a.recall,
                   "At how many places of HIGH to look whether a texel stands for them; 0: none")
       ->check(CLI::Range(0U, 1U << 20))
       ->capture_default_str()
+      ->group(group_match);
+  command
+      .add_flag(
+          "--reasons", a.reasons,
+          "Also writes NAME_reasons.png: why each texel found its point or none, and says how "
+          "many and where")
       ->group(group_match);
   command
       .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")

@@ -57,6 +57,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.ray.rule = ray_rule_values().at(a.ray);
   options.ray.direction = ray_direction_values().at(a.direction);
   options.ray.edge_width = optional_length("--edge-width", a.edge_width);
+  options.uv_copies = uv_copies_values().at(a.uv_copies);
   options.recall = a.recall;
   options.space = space_values().at(a.space);
   options.flip_y = a.flip_y;
@@ -74,7 +75,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.miss = miss_policy(a);
   options.gutter = parse_gutter(a.gutter);
   options.mips = a.mips;
-  options.keep_match = !a.save_match.empty();
+  options.keep_match = !a.save_match.empty() || a.reasons;
   return options;
 }
 

@@ -32,7 +32,8 @@ const std::map<std::string, RayRule>& ray_rule_values() {
 const std::map<std::string, RayDirection>& ray_direction_values() {
   static const std::map<std::string, RayDirection> values = {{"auto", RayDirection::automatic},
                                                              {"averaged", RayDirection::averaged},
-                                                             {"face", RayDirection::face}};
+                                                             {"face", RayDirection::face},
+                                                             {"painted", RayDirection::painted}};
   return values;
 }
 
@@ -93,6 +94,21 @@ const std::map<std::string, IdBy>& id_by_values() {
                                                      {"material", IdBy::material},
                                                      {"group", IdBy::group},
                                                      {"object", IdBy::object}};
+  return values;
+}
+
+const std::map<std::string, PartsBy>& parts_by_values() {
+  static const std::map<std::string, PartsBy> values = {{"name", PartsBy::name},
+                                                        {"group", PartsBy::group},
+                                                        {"object", PartsBy::object},
+                                                        {"material", PartsBy::material},
+                                                        {"list", PartsBy::list}};
+  return values;
+}
+
+const std::map<std::string, UvCopies>& uv_copies_values() {
+  static const std::map<std::string, UvCopies> values = {
+      {"plain", UvCopies::plain}, {"mirrored", UvCopies::mirrored}, {"first", UvCopies::first}};
   return values;
 }
 

@@ -43,6 +43,8 @@ std::string name_of(const std::map<std::string, T>& values, T wanted) {
 
 const std::map<std::string, TextureKind>& texture_kind_values();
 const std::map<std::string, IdBy>& id_by_values();
+const std::map<std::string, PartsBy>& parts_by_values();
+const std::map<std::string, UvCopies>& uv_copies_values();
 
 /// What the chain of fallbacks says of misses at its end, or else --miss.
 MissPolicy miss_policy(const BakeArguments& arguments);

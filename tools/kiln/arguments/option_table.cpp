@@ -61,6 +61,8 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--match-by", .match = by_points, .in_fallback = false},
     OptionRow{.flag = "--low-names", .match = by_points, .in_fallback = false},
     OptionRow{.flag = "--high-names", .match = by_points, .in_fallback = false},
+    OptionRow{.flag = "--match-list", .match = by_points, .in_fallback = false},
+    OptionRow{.flag = "--reasons", .match = along_low, .in_fallback = false},
     OptionRow{.flag = "--recall", .match = searches_bvh, .in_fallback = false, .beside_auto = true},
     OptionRow{.flag = "--force-uv", .match = by_uv, .in_fallback = false},
     OptionRow{.flag = "--views", .match = by_views},

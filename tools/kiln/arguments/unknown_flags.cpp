@@ -21,8 +21,9 @@ constexpr std::string_view kOneTile =
     "and "
     "bake each.";
 constexpr std::string_view kSkew =
-    "Kiln has no skew map: by default details on flat faces stand straight. Add edges to LOW where "
-    "detail slides all the same.";
+    "By default details on flat faces stand straight, without a skew map. --direction painted "
+    "takes "
+    "weights from LOW's vertex colours instead. Add edges to LOW where detail slides all the same.";
 constexpr std::string_view kExplode =
     "Parts need not be moved apart: --match-by name gives each part of LOW its own part of HIGH.";
 constexpr std::string_view kBevel =

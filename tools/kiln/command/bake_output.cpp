@@ -13,6 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kReasons = "_reasons.png";
 constexpr const char* kClusters = "_clusters.exr";
 constexpr const char* kLayers = "_layers.exr";
 
@@ -178,9 +179,10 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
     }
   }
   if (arguments.visibility_clusters > 1) outputs.push_back(folder / (stem + kClusters));
+  if (arguments.reasons) outputs.push_back(folder / (stem + kReasons));
   if (arguments.low.empty() || arguments.unwrap) outputs.push_back(folder / (stem + ".obj"));
   std::vector<fs::path> inputs = {arguments.high, arguments.low, arguments.cage_mesh,
-                                  arguments.load_match};
+                                  arguments.match_list, arguments.load_match};
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     inputs.emplace_back(transfer.file);
   }
@@ -194,6 +196,26 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   if (!arguments.force) check_low_record(folder, stem, low_source(arguments));
 }
 
+namespace {
+
+/// A texel's reason as its colour.
+Image picture_of(const Reasons& reasons) {
+  const auto infos = reason_infos();
+  Image image;
+  image.width = reasons.width;
+  image.height = reasons.height;
+  image.channels = 3;
+  image.pixels.reserve(3 * reasons.texels.size());
+  for (const Reason reason : reasons.texels) {
+    for (const std::uint8_t channel : infos[static_cast<std::size_t>(reason)].color) {
+      image.pixels.push_back(static_cast<float>(channel) / 255.0F);
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
 bool save_outputs(BakeRun& run) {
   const fs::path folder = run.arguments.out;
   if (run.low.made) {
@@ -206,6 +228,11 @@ bool save_outputs(BakeRun& run) {
     const fs::path path = folder / (run.low.stem + kClusters);
     if (!announce(run, path)) return false;
     save_clusters(*run.result.clusters, path);
+  }
+  if (run.reasons) {
+    const fs::path path = folder / (run.low.stem + kReasons);
+    if (!announce(run, path)) return false;
+    save_image(picture_of(*run.reasons), path, {ImageFormat::png8});
   }
   if (!run.arguments.save_match.empty()) {
     if (!announce(run, run.arguments.save_match)) return false;

@@ -53,6 +53,24 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
           {"total", total}};
 }
 
+/// How many samples have which reason, with an example each; the colour is that of NAME_reasons.png.
+Json reasons_json(const Reasons& reasons) {
+  const auto infos = reason_infos();
+  Json list = Json::array();
+  for (const ReasonCount& count : reasons.counts) {
+    const ReasonInfo& info = infos[static_cast<std::size_t>(count.reason)];
+    Json entry = {{"reason", info.name},
+                  {"words", info.words},
+                  {"color", info.color},
+                  {"samples", count.samples},
+                  {"texel", {count.column, count.row}},
+                  {"position", count.position}};
+    if (count.reason == Reason::far) entry["distance"] = count.distance;
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
 Json ids_json(const std::vector<IdEntry>& ids) {
   Json json = Json::array();
   for (const IdEntry& id : ids) {
@@ -96,6 +114,9 @@ void add_parts(const BakeRun& run, Json& json) {
   if (report.uv) json["uv"] = describe(*report.uv);
   if (report.views) json["views"] = describe(*report.views);
   if (run.parts) json["parts"] = run.parts->names;
+  if (report.uv_copies > 0) json["uv_copies"] = report.uv_copies;
+  if (run.reasons) json["reasons"] = reasons_json(*run.reasons);
+  if (report.edges) json["hard_edges"] = describe(*report.edges);
   if (report.recall) json["recall"] = describe(*report.recall);
   if (report.switches) json["switches"] = describe(*report.switches);
   if (report.switches_blended) {

@@ -48,6 +48,7 @@ struct BakeRun {
   std::optional<Mesh> cage_mesh;
   std::optional<Parts> parts;
   std::optional<Match> match;  // that was loaded
+  std::optional<Reasons> reasons;
   std::optional<PlannedBake> planned;
   std::optional<LightBake> light;  // its mesh and maps are `low` and `result`
   BakeResult result;

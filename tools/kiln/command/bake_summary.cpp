@@ -113,6 +113,17 @@ std::string summary(const UvReport& uv, double diagonal) {
   return text;
 }
 
+/// One line about where rays turn.
+std::string summary(const EdgeReport& edges, double diagonal) {
+  char text[240];
+  std::snprintf(
+      text, sizeof text, "hard edges: rays turn within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
+      100 * edges.median / diagonal, 100 * edges.least / diagonal, 100 * edges.most / diagonal);
+  if (edges.found == 0) return text;
+  return text +
+         (", by HIGH's bevels at " + with_commas(edges.found) + " of " + with_commas(edges.edges));
+}
+
 /// One line about what is on no texel.
 std::string summary(const RecallReport& recall) {
   char text[200];
@@ -120,6 +131,20 @@ std::string summary(const RecallReport& recall) {
                 "recall: %.2f%% of what views show of HIGH near LOW is on texels",
                 100 * (1 - recall.lost));
   return text;
+}
+
+/// A line for each reason but that all is well.
+void print_reasons(Console& console, const Reasons& reasons, std::uint64_t samples) {
+  const auto infos = reason_infos();
+  for (const ReasonCount& count : reasons.counts) {
+    if (count.reason == Reason::found) continue;
+    const ReasonInfo& info = infos[static_cast<std::size_t>(count.reason)];
+    char text[256];
+    std::snprintf(text, sizeof text, ", such as at texel column %u, row %u (%.4g, %.4g, %.4g)",
+                  count.column, count.row, count.position[0], count.position[1], count.position[2]);
+    console.line(std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
+                 percent(count.samples, samples) + ") " + std::string(info.words) + text);
+  }
 }
 
 void print_totals(Console& console, const BakeReport& report, std::uint64_t map_texels,
@@ -174,6 +199,12 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (run.parts) {
     console.line(std::to_string(run.parts->count) + " parts, each matched with its own alone");
   }
+  if (report.uv_copies > 0) {
+    console.line("mirrored and repeated UVs: " + with_commas(report.uv_copies) +
+                 " faces of LOW share texels with faces that are baked");
+  }
+  if (report.edges) console.line(summary(*report.edges, source.diagonal));
+  if (run.reasons) print_reasons(console, *run.reasons, report.samples);
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {
     console.line(summary(*report.visibility, run.options.visibility.clusters));

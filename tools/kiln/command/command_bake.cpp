@@ -126,9 +126,8 @@ bool read_inputs(BakeRun& run) {
     run.cage_mesh = load_mesh(arguments.cage_mesh, &run.warnings);
     run.options.cage_mesh = &*run.cage_mesh;
   }
-  if (arguments.match_by == "name") {
-    run.parts =
-        pair_parts(run.dense.mesh, run.low.mesh, {arguments.low_names, arguments.high_names});
+  if (arguments.match_by != "all") {
+    run.parts = pair_parts(run.dense.mesh, run.low.mesh, part_names(arguments));
     run.options.parts = &*run.parts;
     run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
   }
@@ -165,6 +164,9 @@ bool make_maps(BakeRun& run, const Source& source) {
   }
   if (run.result.cancelled) return false;
   check_result(run.result.report, run.dense.mesh, run.low.mesh);
+  if (run.arguments.reasons) {
+    run.reasons = explain(*run.result.match, source, run.low.mesh, run.options);
+  }
   name_place_of_misses(run.result, run.dense.mesh, run.low.mesh, run.low_path);
   return true;
 }

@@ -10,6 +10,7 @@
 #include "kiln/kiln.h"
 #include "picture/angles.h"
 #include "picture/dressed.h"
+#include "picture/green.h"
 #include "picture/view_arguments.h"
 #include "report/console.h"
 #include "report/map_file.h"
@@ -304,9 +305,10 @@ int run_render(const RenderArguments& arguments) {
   save_image(picture, arguments.out, {ImageFormat::png8});
   const double seconds_save = watch.lap();
 
-  for (const Warning& warning : warnings) console.warning(warning.message);
   Json rendered;
   if (high) rendered = measure(console, *high, low, *reference, options, has_map);
+  if (high) check_green(device, mesh, map, *high, *reference, options.z_up, warnings);
+  for (const Warning& warning : warnings) console.warning(warning.message);
   const double seconds_measure = watch.lap();
   if (!arguments.json.empty()) {
     const Json frames = time_frames(arguments, console, original, low, has_map, options);

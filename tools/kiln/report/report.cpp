@@ -77,6 +77,12 @@ Json describe(const VisibilityReport& visibility) {
           {"clustered", visibility.clustered},   {"seconds", visibility.seconds}};
 }
 
+Json describe(const EdgeReport& edges) {
+  return {{"edges", edges.edges},
+          {"found", edges.found},
+          {"width", {{"least", edges.least}, {"median", edges.median}, {"most", edges.most}}}};
+}
+
 Json describe(const RecallReport& recall) {
   return {{"places", recall.places},
           {"lost", recall.lost},

@@ -1,0 +1,186 @@
+#include "kiln/reasons.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "bake/match_stage.h"
+#include "match/host_match.h"
+#include "match/match_array.h"
+#include "match/ray.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr float kFar = 4;  // beyond any mesh, frame units
+
+class Explainer {
+ public:
+  Explainer(const Match& match, const Source::Impl& high, const Mesh& low,
+            const BakeOptions& options)
+      : match_(match),
+        high_(high),
+        options_(options),
+        context_(context_of(high.device)),
+        surface_(LowSurface::of(low, high.frame, options.cage_mesh, options.uv_copies)),
+        turn_(edge_turn(options, high, surface_)),
+        query_(ray_query(match_request(options, high, surface_), true)) {
+    result_.width = options.width;
+    result_.height = options.height;
+    result_.texels.assign(std::size_t{options.width} * options.height, Reason::empty);
+    for (const ReasonInfo& info : reason_infos()) counts_[index(info.reason)].reason = info.reason;
+  }
+
+  Reasons run() {
+    TexelSampler sampler(context_, surface_,
+                         {options_.width, options_.height, options_.samples, 1U << 20});
+    for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
+      TexelBand band = sampler.sample(b);
+      if (band.sample_count == 0) continue;
+      turn_.apply(context_, band);
+      explain(band);
+    }
+    for (const ReasonCount& count : counts_) {
+      if (count.samples > 0 && count.reason != Reason::empty) result_.counts.push_back(count);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  static std::size_t index(Reason reason) { return static_cast<std::size_t>(reason); }
+
+  void explain(const TexelBand& band) {
+    const std::vector<std::size_t> elements = sample_elements(context_, band, match_);
+    std::vector<float> points(std::size_t{7} * band.capacity);
+    band.points.read(context_, points);
+    std::vector<std::uint32_t> triangle(band.sample_count), missed;
+    band.triangle.read(context_, triangle);
+    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      const SampleStatus status = match_.status_of(elements[i]);
+      if (status == SampleStatus::missed) {
+        missed.push_back(i);
+      } else {
+        note(status == SampleStatus::outermost ? Reason::passed_over : Reason::found, elements[i],
+             points, band.capacity, i, 0);
+      }
+    }
+    if (missed.empty()) return;
+    const auto count = static_cast<std::uint32_t>(missed.size());
+    const cl::Array<float> rays(context_, std::size_t{7} * count);
+    const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(missed));
+    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
+                    band.capacity, count, indices, band.points, rays);
+    RayQuery two_sided = query_, far = query_;
+    two_sided.two_sided = true;
+    far.t_max = kFar;
+    if (!far.inward) far.t_min = -kFar;
+    const HostMatch same = cast(rays, count, query_), back = cast(rays, count, two_sided),
+                    farther = cast(rays, count, far);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t i = missed[k];
+      Reason reason = Reason::nothing;
+      if (is_folded(triangle[i], points, band.capacity, i)) {
+        reason = Reason::folded;
+      } else if (same.triangle[k] != KILN_NO_TRIANGLE) {
+        reason = Reason::other_part;
+      } else if (back.triangle[k] != KILN_NO_TRIANGLE) {
+        reason = Reason::back_face;
+      } else if (farther.triangle[k] != KILN_NO_TRIANGLE) {
+        reason = Reason::far;
+      }
+      note(reason, elements[i], points, band.capacity, i,
+           reason == Reason::far ? std::abs(double{farther.distance[k]}) : 0);
+    }
+  }
+
+  HostMatch cast(const cl::Array<float>& rays, std::uint32_t count, const RayQuery& query) const {
+    Correspondence found(context_, count);
+    high_.rays().intersect(rays, count, count, query, found);
+    return HostMatch(context_, found, count);
+  }
+
+  bool is_folded(std::uint32_t triangle, const std::vector<float>& points, std::size_t plane,
+                 std::size_t i) const {
+    const auto& [a, b, c] = surface_.triangles[triangle];
+    const Vec3d normal =
+        cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+    const Vec3d direction{points[3 * plane + i], points[4 * plane + i], points[5 * plane + i]};
+    return dot(normal, direction) <= 0;
+  }
+
+  void note(Reason reason, std::size_t element, const std::vector<float>& points, std::size_t plane,
+            std::size_t i, double distance) {
+    const auto column = static_cast<std::uint32_t>(element % match_.width / match_.samples);
+    const auto row = static_cast<std::uint32_t>(element / match_.width / match_.samples);
+    Reason& texel = result_.texels[std::size_t{row} * options_.width + column];
+    texel = std::max(texel, reason);
+    ReasonCount& count = counts_[index(reason)];
+    const bool nearer = count.samples == 0 || distance / high_.frame.scale < count.distance;
+    ++count.samples;
+    if (!nearer) return;
+    count.column = column;
+    count.row = row;
+    count.distance = distance / high_.frame.scale;
+    for (std::size_t k = 0; k < 3; ++k) {
+      count.position[k] = double{points[k * plane + i]} / high_.frame.scale + high_.frame.center[k];
+    }
+  }
+
+  const Match& match_;
+  const Source::Impl& high_;
+  const BakeOptions& options_;
+  cl::Context& context_;
+  LowSurface surface_;
+  EdgeTurn turn_;
+  RayQuery query_;
+  Reasons result_;
+  std::array<ReasonCount, 8> counts_;
+};
+
+}  // namespace
+
+std::array<ReasonInfo, 8> reason_infos() {
+  return {{
+      {Reason::empty, "empty", "no texel of LOW", {0, 0, 0}},
+      {Reason::found, "found", "a point was found", {60, 140, 60}},
+      {Reason::passed_over, "passed_over", "a point was found, past a nearer face", {170, 220, 60}},
+      {Reason::other_part,
+       "other_part",
+       "missed: only another part lies there; check which parts are paired",
+       {60, 120, 230}},
+      {Reason::back_face,
+       "back_face",
+       "missed: what lies there looks away; flip the faces of HIGH, or take two_sided",
+       {230, 140, 30}},
+      {Reason::far,
+       "far",
+       "missed: what lies there is too far; raise max_distance",
+       {250, 230, 60}},
+      {Reason::folded,
+       "folded",
+       "missed: rays leave LOW's face on its back; mend the fold, or its normals",
+       {150, 60, 200}},
+      {Reason::nothing,
+       "nothing",
+       "missed: the ray meets nothing; HIGH has a hole there, or ends",
+       {230, 40, 60}},
+  }};
+}
+
+Reasons explain(const Match& match, const Source& source, const Mesh& low,
+                const BakeOptions& options) {
+  if (options.method != MatchMethod::ray || !options.fallback.empty() || options.match != nullptr) {
+    throw Error(ErrorCode::usage,
+                "Reasons are those of rays: choose the match 'ray', without a fallback and without "
+                "a saved match.");
+  }
+  const Source::Impl& high = impl_of(source);
+  check_match(match, options, high.triangles.size());
+  check_meshes(match, match.source_hash != 0 ? hash_source(high.positions, high.triangles) : 0,
+               hash_low(low));
+  return Explainer(match, high, low, options).run();
+}
+
+}  // namespace kiln

@@ -1,0 +1,27 @@
+// How far the dense mesh's bevels reach from the light mesh's hard edges.
+#pragma once
+
+#include <vector>
+
+#include "kiln/parts.h"
+#include "mesh/hard_edges.h"
+#include "source/dense_mesh.h"
+
+namespace kiln {
+
+/// What was found along hard edges. Lengths in frame units.
+struct Bevels {
+  std::vector<float> widths;  ///< Of each edge: over what rays turn there, above 0
+  std::size_t found = 0;      ///< Edges whose own bevel was found; the others take the median
+  float median = 0;           ///< Of those found; 0 where none was
+};
+
+/// Looks at the dense mesh along the light faces' own normals, at several places along each hard edge and
+/// several distances from it. A bevel ends where the dense mesh is parallel to the face; rays turn over two
+/// fifths of its width, or over twice what the dense mesh lies farther out on both sides, where that is more.
+/// \param reach  how far to look each way
+/// \param parts  places find their own part alone; may be null
+Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const HardEdges& hard,
+                   double reach, const Parts* parts);
+
+}  // namespace kiln

@@ -1,0 +1,92 @@
+#include "match/second_look.h"
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "match/host_match.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+
+class SecondLook : public Matcher {
+ public:
+  SecondLook(std::unique_ptr<Matcher> first, const MatchRequest& request)
+      : context_(context_of(request.source.device)),
+        surface_(request.surface),
+        first_(std::move(first)) {}
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    first_->run(band, match);
+    std::vector<std::uint8_t> status(band.sample_count);
+    match.status.read(context_, status);
+    std::vector<std::uint32_t> missed;
+    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      if (status[i] == KILN_STATUS_MISS) missed.push_back(i);
+    }
+    if (!missed.empty()) look_again(band, missed, match);
+  }
+
+  bool needs_band() const override { return true; }
+  void finish(MatchNotes& notes) override { first_->finish(notes); }
+
+ private:
+  /// The averaged directions, where they have one, in place of the turned ones.
+  void turn_back(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                 std::vector<float>& points) const {
+    std::vector<std::uint32_t> triangle(band.sample_count);
+    std::vector<float> u(band.sample_count), v(band.sample_count);
+    band.triangle.read(context_, triangle);
+    band.barycentric.read(context_, u);
+    band.barycentric.read(context_, v, band.capacity);
+    const std::size_t count = samples.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t i = samples[k];
+      const auto& [a, b, c] = surface_.triangles[triangle[i]];
+      const Vec3d direction = Vec3d(a.direction) * (1.0 - u[i] - v[i]) + Vec3d(b.direction) * u[i] +
+                              Vec3d(c.direction) * v[i];
+      const double size = length(direction);
+      if (!(size > 1e-6)) continue;
+      const Vec3 unit = to_float(direction * (1 / size));
+      points[3 * count + k] = unit.x;
+      points[4 * count + k] = unit.y;
+      points[5 * count + k] = unit.z;
+    }
+  }
+
+  void look_again(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                  Correspondence& match) {
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    TexelBand some;
+    some.sample_count = some.capacity = count;
+    some.points = cl::Array<float>(context_, std::size_t{7} * count);
+    const cl::Array<std::uint32_t> indices(context_, std::span(samples));
+    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
+                    band.capacity, count, indices, band.points, some.points);
+    std::vector<float> points = some.points.download(context_);
+    turn_back(band, samples, points);
+    some.points.write(context_, std::span<const float>(points));
+    Correspondence result(context_, count);
+    first_->run(some, result);
+    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count, count,
+                    match.capacity, indices, result.triangle, result.barycentric, result.distance,
+                    result.status, match.triangle, match.barycentric, match.distance, match.status);
+    context_.finish();  // `indices` and `result` go
+  }
+
+  cl::Context& context_;
+  const LowSurface& surface_;
+  std::unique_ptr<Matcher> first_;
+};
+
+}  // namespace
+
+std::unique_ptr<Matcher> second_look(std::unique_ptr<Matcher> first, const MatchRequest& request) {
+  return std::make_unique<SecondLook>(std::move(first), request);
+}
+
+}  // namespace kiln

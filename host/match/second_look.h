@@ -1,0 +1,15 @@
+// Samples that miss along directions that turned at hard edges.
+#pragma once
+
+#include <memory>
+
+#include "match/matcher.h"
+#include "match/registry.h"
+
+namespace kiln {
+
+/// A matcher whose misses look once more, along averaged directions: a corner of the light mesh may stand over
+/// the dense mesh's rounding, with nothing under it.
+std::unique_ptr<Matcher> second_look(std::unique_ptr<Matcher> first, const MatchRequest& request);
+
+}  // namespace kiln

@@ -1,0 +1,124 @@
+// Mirrored and repeated UVs: which triangles share texels, and which of them is baked.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "mesh/low_surface.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kNone = LowSurface::kNoCopy;
+
+/// A strip of quads along x, one a unit; each takes the UVs of one square: as it is, mirrored in u, or moved.
+struct Quad {
+  bool mirrored = false;
+  float u = 0, v = 0;  ///< Moved by
+};
+
+Mesh strip(const std::vector<Quad>& quads) {
+  Mesh mesh;
+  mesh.name = "strip";
+  for (std::size_t i = 0; i < quads.size(); ++i) {
+    const auto first = static_cast<std::uint32_t>(4 * i);
+    for (const Vec2 corner : {Vec2{0, 0}, Vec2{1, 0}, Vec2{1, 1}, Vec2{0, 1}}) {
+      mesh.positions.push_back({static_cast<float>(i) + corner.x, corner.y, 0});
+      const float u = quads[i].mirrored ? 1 - corner.x : corner.x;
+      mesh.uvs.push_back({0.1F + 0.8F * u + quads[i].u, 0.1F + 0.8F * corner.y + quads[i].v});
+    }
+    // Mirrored halves have mirrored diagonals, too.
+    const Triangle a = quads[i].mirrored ? Triangle{first, first + 1, first + 3}
+                                         : Triangle{first, first + 1, first + 2};
+    const Triangle b = quads[i].mirrored ? Triangle{first + 1, first + 2, first + 3}
+                                         : Triangle{first, first + 2, first + 3};
+    mesh.triangles.insert(mesh.triangles.end(), {a, b});
+  }
+  mesh.uv_triangles = mesh.triangles;
+  mesh.normals = {{0, 0, 1}};
+  mesh.normal_triangles.assign(mesh.triangles.size(), {0, 0, 0});
+  return mesh;
+}
+
+std::vector<std::uint32_t> copies(const Mesh& mesh, UvCopies rule) {
+  return LowSurface::of(mesh, Frame::of(mesh), nullptr, rule).copy_of;
+}
+
+TEST(UvCopies, AreFoundMirroredAndWholeNumbersApart) {
+  const Mesh mesh = strip({{true}, {false, 1, -2}, {false, 0.01F, 0}});
+  EXPECT_EQ(copies(mesh, UvCopies::plain),
+            (std::vector<std::uint32_t>{2, 3, kNone, kNone, kNone, kNone}));
+  EXPECT_EQ(copies(mesh, UvCopies::mirrored),
+            (std::vector<std::uint32_t>{kNone, kNone, 0, 1, kNone, kNone}));
+  EXPECT_EQ(copies(mesh, UvCopies::first),
+            (std::vector<std::uint32_t>{kNone, kNone, 0, 1, kNone, kNone}));
+}
+
+TEST(UvCopies, InTheUnitSquareComeFirst) {
+  EXPECT_EQ(copies(strip({{false, 1, 0}, {}, {}}), UvCopies::first),
+            (std::vector<std::uint32_t>{2, 3, kNone, kNone, 2, 3}));
+  EXPECT_TRUE(copies(strip({{}, {false, 0.5F, 0}}), UvCopies::plain).empty());
+}
+
+/// Two sheets side by side over bumps that mirror each other; the second one's UVs are mirrored and one unit
+/// off. No warning, and the map is that of the plain sheet alone; the other way round it is the mirrored one's.
+TEST(UvCopies, AreBakedOnceFromTheHalfThatIsAskedFor) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = strip({{true, 1, 0}, {}});
+  Mesh high = test::plane(64, 32, 2, 1);  // centred, or from 0: brought over the strip
+  float least = 1e9F, bottom = 1e9F;
+  for (const Vec3& p : high.positions) {
+    least = std::min(least, p.x);
+    bottom = std::min(bottom, p.y);
+  }
+  for (Vec3& p : high.positions) {
+    p.x -= least;
+    p.y -= bottom;
+    p.z = 0.01F * p.x * p.x + 0.02F * p.y;
+  }
+  high.normals.clear();
+  high.normal_triangles.clear();
+  const Source source(*test::device(), high);
+  BakeOptions options;
+  options.width = options.height = 64;
+  options.space = NormalMapSpace::object;
+  const auto alone = [&](std::size_t quad) {
+    Mesh one = strip({{quad == 0}});
+    for (Vec3& p : one.positions) p.x += static_cast<float>(quad);
+    return bake(source, one, options).maps[0].image.pixels;
+  };
+  const BakeResult plain = bake(source, low, options);
+  options.uv_copies = UvCopies::mirrored;
+  const BakeResult mirrored = bake(source, low, options);
+  options.uv_copies = UvCopies::plain;
+  EXPECT_EQ(plain.report.uv_copies, 2U);
+  EXPECT_EQ(plain.report.texels, mirrored.report.texels);
+  EXPECT_EQ(plain.maps[0].image.pixels, alone(1));
+  // A unit off, UVs are rounded.
+  const std::vector<float>& map = mirrored.maps[0].image.pixels;
+  const std::vector<float> wanted = alone(0);
+  ASSERT_EQ(map.size(), wanted.size());
+  for (std::size_t i = 0; i < map.size(); ++i) EXPECT_NEAR(map[i], wanted[i], 1e-4F) << i;
+  EXPECT_NE(plain.maps[0].image.pixels, mirrored.maps[0].image.pixels);
+  for (const Warning& warning : plain.report.warnings) ADD_FAILURE() << warning.message;
+  ASSERT_TRUE(plain.report.recall.has_value());
+  EXPECT_EQ(plain.report.recall->lost, 0);
+}
+
+/// Tangents of a mirrored half keep their sign, so that a renderer turns the shared texels round: a map that
+/// leans along +x on the plain half is seen to lean along -x on the mirrored one.
+TEST(UvCopies, KeepTheSignOfTangents) {
+  const Mesh mesh = strip({{}, {true}});
+  const LowSurface surface = LowSurface::of(mesh, Frame::of(mesh));
+  for (std::size_t t = 0; t < 4; ++t) {
+    const LowSurface::Corner& corner = surface.triangles[t][0];
+    EXPECT_EQ(corner.sign, t < 2 ? 1 : -1);
+    EXPECT_NEAR(corner.tangent.x, t < 2 ? 1 : -1, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace kiln

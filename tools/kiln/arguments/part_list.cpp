@@ -1,0 +1,63 @@
+// Which parts belong together: --match-by and its list.
+#include <algorithm>
+#include <sstream>
+#include <string>
+#include <string_view>
+
+#include "arguments/bake_arguments.h"
+#include "arguments/bake_values.h"
+#include "arguments/small_file.h"
+
+namespace kiln::cli {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+
+std::string trimmed(std::string_view text) {
+  const std::string_view space = " \t\r";
+  const std::size_t first = text.find_first_not_of(space);
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(space) - first + 1));
+}
+
+/// A line LOW = HIGH, HIGH.
+PartPair parse_pair(const std::string& line, const std::string& place) {
+  const std::size_t equals = line.find('=');
+  PartPair pair;
+  pair.low = trimmed(std::string_view(line).substr(0, equals));
+  if (equals != std::string::npos) {
+    std::istringstream rest(line.substr(equals + 1));
+    for (std::string name; std::getline(rest, name, ',');) {
+      if (name = trimmed(name); !name.empty()) pair.high.push_back(name);
+    }
+  }
+  if (pair.low.empty() || pair.high.empty()) {
+    throw Error(ErrorCode::input, place + " is '" + line +
+                                      "': write LOW = HIGH, or LOW = HIGH, HIGH, with names of "
+                                      "groups or objects.");
+  }
+  return pair;
+}
+
+}  // namespace
+
+PartNames part_names(const BakeArguments& a) {
+  PartNames names;
+  names.low = a.low_names;
+  names.high = a.high_names;
+  names.by = parts_by_values().at(a.match_by);
+  if (names.by != PartsBy::list) return names;
+  const std::string what = "--match-list '" + a.match_list + "'";
+  std::istringstream text(read_small_file(a.match_list, kMostBytes, what));
+  std::size_t number = 0;
+  for (std::string line; std::getline(text, line);) {
+    ++number;
+    line = trimmed(line);
+    if (line.empty() || line[0] == '#') continue;
+    names.list.push_back(parse_pair(line, what + ", line " + std::to_string(number) + ","));
+  }
+  if (names.list.empty()) throw Error(ErrorCode::input, what + " has no pairs.");
+  return names;
+}
+
+}  // namespace kiln::cli
