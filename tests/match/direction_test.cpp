@@ -247,7 +247,7 @@ TEST(Direction, BlendsPaint) {
   KILN_REQUIRE_DEVICE();
   Mesh cube = test::cube(1);
   cube.colors.assign(cube.positions.size(), {51, 0, 0, 255});  // a fifth
-  cl::Context& context = test::device()->context();
+  cl::Context& context = context_of(*test::device());
   const LowSurface surface = LowSurface::of(cube, Frame::of(cube));
   TexelSampler sampler(context, surface, {32, 32});
   TexelBand band = sampler.sample(0);
