@@ -201,44 +201,54 @@ void Recall::find_seen(const MatchRequest& request) {
   cast();
 }
 
-std::uint64_t Recall::cell(const Vec3& p, int dx, int dy, int dz) const {
-  const auto index = [&](float x, int d) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / side_)) + d);
-  };
-  std::uint64_t hash = index(p.x, dx) * 0x9E3779B97F4A7C15U;
-  hash = (hash ^ (hash >> 29) ^ index(p.y, dy)) * 0xBF58476D1CE4E5B9U;
-  hash = (hash ^ (hash >> 31) ^ index(p.z, dz)) * 0x94D049BB133111EBU;
+std::uint64_t Recall::cell(const std::array<std::int64_t, 3>& at) {
+  std::uint64_t hash = static_cast<std::uint64_t>(at[0]) * 0x9E3779B97F4A7C15U;
+  hash = (hash ^ (hash >> 29) ^ static_cast<std::uint64_t>(at[1])) * 0xBF58476D1CE4E5B9U;
+  hash = (hash ^ (hash >> 31) ^ static_cast<std::uint64_t>(at[2])) * 0x94D049BB133111EBU;
   return hash ^ (hash >> 30);
 }
 
-/// Each place stands in its cell and those around, so that a sample looks into one.
+std::int64_t Recall::slice(double x) const {
+  return static_cast<std::int64_t>(std::floor(x * per_side_));
+}
+
+/// Each place stands in all cells that it reaches into, so that a sample looks into one.
 void Recall::make_grid() {
   maybe_.assign(kFilterBits / 64, 0);
+  float farthest = 0;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (seen_[i] > 0) side_ = std::max(side_, radius_[i]);
+    if (seen_[i] > 0) farthest = std::max(farthest, radius_[i]);
   }
+  if (!(farthest > 0)) return;
+  per_side_ = 0.5 / farthest;  // so that few places stand in more than eight
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!(seen_[i] > 0)) continue;
-    for (int n = 0; n < 27; ++n) {
-      const std::uint64_t key = cell(places_[i].position, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-      maybe_[key % kFilterBits / 64] |= std::uint64_t{1} << (key % 64);
-      std::vector<std::uint32_t>& list = cells_[key];
-      if (list.empty() || list.back() != i) list.push_back(i);
+    const Vec3d p(places_[i].position);
+    const double r = double{radius_[i]} * 1.0001;
+    for (std::int64_t z = slice(p.z - r); z <= slice(p.z + r); ++z) {
+      for (std::int64_t y = slice(p.y - r); y <= slice(p.y + r); ++y) {
+        for (std::int64_t x = slice(p.x - r); x <= slice(p.x + r); ++x) {
+          const std::uint64_t key = cell({x, y, z});
+          maybe_[key % kFilterBits / 64] |= std::uint64_t{1} << (key % 64);
+          std::vector<std::uint32_t>& list = cells_[key];
+          if (list.empty() || list.back() != i) list.push_back(i);
+        }
+      }
     }
   }
 }
 
-void Recall::mark(const Vec3& point, const Vec3d& normal) {
-  const std::uint64_t key = cell(point, 0, 0, 0);
+void Recall::mark(const Vec3d& point, const Vec3d& ab, const Vec3d& ac) {
+  const std::uint64_t key = cell({slice(point.x), slice(point.y), slice(point.z)});
   if ((maybe_[key % kFilterBits / 64] >> (key % 64) & 1) == 0) return;
   const auto found = cells_.find(key);
   if (found == cells_.end()) return;
   for (const std::uint32_t i : found->second) {
     std::atomic_ref<std::uint8_t> held(held_[i]);
     if (held.load(std::memory_order_relaxed) != 0) continue;
-    const Vec3d way = Vec3d(places_[i].position) - Vec3d(point);
+    const Vec3d way = Vec3d(places_[i].position) - point;
     if (dot(way, way) > double{radius_[i]} * radius_[i]) continue;
-    if (dot(normal, Vec3d(places_[i].normal)) > 0) held.store(1, std::memory_order_relaxed);
+    if (dot(cross(ab, ac), Vec3d(places_[i].normal)) > 0) held.store(1, std::memory_order_relaxed);
   }
 }
 
@@ -253,7 +263,7 @@ void Recall::store(const Source::Impl& high, BandReads& reads, const Corresponde
       const Triangle& t = high.triangles[triangle[i]];
       const Vec3d a(high.positions[t[0]]), b(high.positions[t[1]]), c(high.positions[t[2]]);
       const Vec3d ab = b - a, ac = c - a;
-      mark(to_float(a + ab * double{u[i]} + ac * double{v[i]}), cross(ab, ac));
+      mark(a + ab * double{u[i]} + ac * double{v[i]}, ab, ac);
     }
   });
 }

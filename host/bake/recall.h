@@ -1,6 +1,7 @@
 // What a bake leaves out of the dense mesh: see RecallReport.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <unordered_map>
@@ -47,15 +48,17 @@ class Recall {
   void find_near(const MatchRequest& request);
   void find_seen(const MatchRequest& request);
   void make_grid();
-  std::uint64_t cell(const Vec3& p, int dx, int dy, int dz) const;
-  void mark(const Vec3& point, const Vec3d& normal);
+  static std::uint64_t cell(const std::array<std::int64_t, 3>& at);
+  std::int64_t slice(double x) const;
+  /// A point, and two edges of its triangle, of which only the cross product's direction counts.
+  void mark(const Vec3d& point, const Vec3d& ab, const Vec3d& ac);
 
   std::vector<Place> places_;
   double spacing_ = 0;
   std::vector<float> radius_;  ///< Within which a sample stands for the place; 0: it does not count
   std::vector<float> seen_;    ///< Sum of cosines of directions that see it
   std::vector<std::uint8_t> held_;
-  float side_ = 0;                    ///< Of a cell: the largest radius
+  double per_side_ = 0;               ///< Cells a frame unit
   std::vector<std::uint64_t> maybe_;  ///< Bits by hash: whether a cell has places
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };

@@ -79,7 +79,6 @@ extern "C" void on_crash(int number) {
   remove_temporary_files();
   if (!in_driver() && on_main_thread()) {
     if (number == SIGABRT) {
-      // LLVM, which a driver brings along, ends the process so while it is loaded or unloaded.
       say("kiln: Memory ran out, or a library gave up: see the lines above.\n");
       _exit(static_cast<int>(ErrorCode::internal));
     }
@@ -160,3 +159,12 @@ bool supervised(int& exit_code) {
 }
 
 }  // namespace kiln::cli
+
+/// Stands before the C library's, for all that is loaded: LLVM within PoCL sets handlers of its own for SIGABRT,
+/// after which the C library's abort() ends the process without a word.
+extern "C" [[noreturn]] void abort() noexcept {
+  if (kiln::cli::arguments != nullptr) kiln::cli::on_crash(SIGABRT);
+  signal(SIGABRT, SIG_DFL);
+  raise(SIGABRT);
+  _exit(128 + SIGABRT);
+}
