@@ -163,6 +163,14 @@ void check_map_options(const BakeOptions& options) {
   }
   if (options.occlusion.distance)
     check_length("occlusion.distance", *options.occlusion.distance, false);
+  if (!options.occlusion.by_high && !options.occlusion.by_low &&
+      options.occlusion.by_others.empty()) {
+    usage("occlusion.by_high, by_low and by_others leave nothing that occludes: give one of them.");
+  }
+  for (const Mesh* mesh : options.occlusion.by_others) {
+    if (mesh == nullptr) usage("occlusion.by_others has a null pointer: it must point to meshes.");
+    validate(*mesh);
+  }
   const Vec3& light = options.light.direction;
   const double squared =
       double{light.x} * light.x + double{light.y} * light.y + double{light.z} * light.z;

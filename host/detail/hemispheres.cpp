@@ -6,6 +6,7 @@
 #include <span>
 
 #include "detail/hemisphere_rays.h"
+#include "mesh/frame.h"
 #include "mesh/length.h"
 #include "mesh/low_shading.h"
 #include "mesh/vector.h"
@@ -37,12 +38,17 @@ float ray_length(const Length& length, const Frame& frame) {
 
 /// Beyond all of the high poly, seen from its own points and the low poly's. No longer than that: boxes are
 /// widened by what the ray's length may be rounded by, so rays without end would meet them all.
-float beyond_everything(const LowSurface& surface) {
+float beyond_everything(const LowSurface& surface, std::span<const Mesh> others) {
   double farthest = 1;  // vertices of the high poly stay within, also in sessions
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
     if (surface.usable[i] == 0) continue;
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
       farthest = std::max(farthest, length(Vec3d(corner.position)));
+    }
+  }
+  for (const Mesh& other : others) {
+    for (const Vec3& p : other.positions) {
+      if (is_finite(p)) farthest = std::max(farthest, length(Vec3d(p)));
     }
   }
   return static_cast<float>(std::min(farthest + 3, kFarthest));
@@ -130,11 +136,19 @@ Hemispheres::Hemispheres(const MapRequest& request)
       keep_(request.options.miss == MissPolicy::keep),
       two_sided_(request.options.two_sided),
       back_faces_(request.options.occlusion.back_faces),
+      by_high_(request.options.occlusion.by_high),
+      by_low_(request.options.occlusion.by_low),
       shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
   max_error_ = request.options.occlusion.max_error;
   const std::optional<Length>& distance = request.options.occlusion.distance;
   const Frame& frame = source_.frame;
-  beyond_ = beyond_everything(request.surface);
+  for (const Mesh* mesh : request.options.occlusion.by_others) {
+    Mesh other;
+    other.positions = frame.to_frame(*mesh);
+    other.triangles = mesh->triangles;
+    others_.push_back(std::move(other));
+  }
+  beyond_ = beyond_everything(request.surface, others_);
   occluding_ = beyond_;
   if (distance) occluding_ = std::min(occluding_, ray_length(*distance, frame));
   thick_ = ray_length(distance ? *distance : Length::share(0.1), frame);
@@ -165,6 +179,7 @@ void Hemispheres::next_band() {
 
 void Hemispheres::next_source() {
   next_band();
+  all_occluders_.reset();
   uploaded_ = false;  // vertices may have moved
 }
 
@@ -181,6 +196,29 @@ void Hemispheres::upload() {
         std::span<const std::uint32_t>(source_.triangles[0].data(), source_.triangles.size() * 3));
   }
   uploaded_ = true;
+}
+
+const RayCaster& Hemispheres::occluders() {
+  if (by_high_ && !by_low_ && others_.empty()) return source_.rays();
+  if (all_occluders_) return *all_occluders_;
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  const auto add = [&](std::span<const Vec3> points, std::span<const Triangle> faces) {
+    const auto first = static_cast<std::uint32_t>(positions.size());
+    positions.insert(positions.end(), points.begin(), points.end());
+    for (const Triangle& t : faces) triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  };
+  if (by_high_) add(source_.positions, source_.triangles);
+  for (const Mesh& other : others_) add(other.positions, other.triangles);
+  for (std::size_t i = 0; by_low_ && i < surface_.triangles.size(); ++i) {
+    if (surface_.usable[i] == 0) continue;
+    const auto& [a, b, c] = surface_.triangles[i];
+    const std::array<Vec3, 3> points{a.position, b.position, c.position};
+    const std::array<Triangle, 1> face{Triangle{0, 1, 2}};
+    add(points, face);
+  }
+  all_occluders_.emplace(context_, positions, triangles, source_.traversal);
+  return *all_occluders_;
 }
 
 void Hemispheres::make_turns(const TexelBand& band) {
@@ -257,7 +295,7 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
     make_room(context_, sums.lean, std::size_t{3} * plane_of(band));
     context_.fill(sums.lean, 0.0F);
   }
-  const RayCaster& caster = source_.rays();
+  const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(occluding_, back_faces_);
   const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
   const cl::Kernel lean = context_.kernel("hemisphere", "kiln_hemisphere_lean");
@@ -319,7 +357,7 @@ std::vector<float> Hemispheres::lit(const TexelBand& band, const Correspondence&
                                     bool second) {
   make_room(context_, lit_, plane_of(band));
   context_.fill(lit_, std::uint32_t{0});
-  const RayCaster& caster = source_.rays();
+  const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(beyond_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   make_turns(band);

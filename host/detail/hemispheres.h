@@ -97,6 +97,8 @@ class Hemispheres : public SharedWork {
   const RaySet& outward_rays(std::uint32_t count);
   void upload_rays(RaySet& set, std::uint32_t count, double radius);
   void upload();
+  /// What rays outward meet.
+  const RayCaster& occluders();
   std::vector<float> shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
                             std::uint32_t rays) const;
   void make_turns(const TexelBand& band);
@@ -112,7 +114,7 @@ class Hemispheres : public SharedWork {
   const LowSurface& surface_;
   std::shared_ptr<BandReads> reads_;
   std::uint32_t width_, height_;
-  bool keep_, two_sided_, back_faces_;
+  bool keep_, two_sided_, back_faces_, by_high_, by_low_;
   float beyond_, occluding_, thick_;  // frame units
   bool wants_lean_ = false;
 
@@ -123,6 +125,8 @@ class Hemispheres : public SharedWork {
   Vec3 light_;
   cl::Array<float> turn_table_;
 
+  std::vector<Mesh> others_;                // frame units, positions and triangles alone
+  std::optional<RayCaster> all_occluders_;  // where the high poly is not the only one
   bool uploaded_ = false, has_turns_ = false;
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> triangles_;

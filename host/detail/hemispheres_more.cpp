@@ -65,7 +65,7 @@ std::vector<std::uint32_t> Hemispheres::cast_more(const TexelBand& band,
                                                   std::span<const std::uint32_t> samples,
                                                   std::uint32_t rays, std::uint32_t round) {
   std::vector<std::uint32_t> result(samples.size());
-  const RayCaster& caster = source_.rays();
+  const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(occluding_, back_faces_);
   const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
   for (std::size_t first = 0; first < samples.size(); first += kPicked) {

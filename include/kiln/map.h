@@ -10,6 +10,7 @@
 
 #include "kiln/export.h"
 #include "kiln/image.h"
+#include "kiln/mesh.h"
 #include "kiln/types.h"
 
 namespace KILN_PUBLIC kiln {
@@ -36,6 +37,11 @@ struct OcclusionOptions {
   /// bent_normal all that is there, for thickness a tenth of the diagonal.
   std::optional<Length> distance = {};
   bool back_faces = true;  ///< Faces that look away from the point occlude, too
+  // What occludes, for ao, bent_normal and shadow; at least one of them.
+  bool by_high = true;  ///< The high poly
+  bool by_low = false;  ///< The low poly
+  /// Other meshes in the high poly's space, such as a ground or parts beside it; they outlive the bake.
+  std::vector<const Mesh*> by_others = {};
   /// Of ambient occlusion, 0 to 1: the root mean square of the map's error. All texels begin with a quarter of
   /// `rays`. Noise is smoothed over the surface, across seams, as far as that loses nothing that the rays show;
   /// and where the error is still too large, more are cast, up to 4096 a sample. What was reached is measured
@@ -112,9 +118,10 @@ struct MapInfo {
   float high = 1;  ///< Value that integer formats put at 1
   /// It holds what a match by visibility went by: BakeOptions::method must take VisibilityOptions.
   bool needs_visibility = false;
-  bool takes_rays = false;              ///< It obeys OcclusionOptions, but for back_faces
-  bool takes_max_error = false;         ///< It obeys OcclusionOptions::max_error
-  bool takes_back_faces = false;        ///< It obeys OcclusionOptions::back_faces
+  bool takes_rays = false;       ///< It obeys OcclusionOptions, but for back_faces
+  bool takes_max_error = false;  ///< It obeys OcclusionOptions::max_error
+  bool takes_back_faces =
+      false;  ///< It obeys OcclusionOptions::back_faces, by_high, by_low and by_others
   bool takes_curvature_radius = false;  ///< It obeys BakeOptions::curvature_radius
   bool takes_light = false;             ///< It obeys BakeOptions::light
   bool takes_id_by = false;             ///< It obeys BakeOptions::id_by

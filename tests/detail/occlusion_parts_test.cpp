@@ -274,5 +274,46 @@ TEST(OcclusionParts, OptionsOutOfRangeAreErrors) {
   }
 }
 
+TEST(OcclusionParts, OccludeByWhatIsAskedFor) {
+  KILN_REQUIRE_DEVICE();
+  // A floor, and a disc above it that is either part of the high poly, or another mesh: the same shade.
+  const Mesh floor = test::plane(5, 5, 2, 2);
+  Mesh disc = test::plane(1, 1, 0.001, 0.001);
+  disc.positions.clear();
+  disc.triangles.clear();
+  disc.normals.clear();
+  disc.normal_triangles.clear();
+  add_disc(disc, {0.1F, 0, 0.3F}, 0.3F, false);
+  Mesh both = floor;
+  add_disc(both, {0.1F, 0, 0.3F}, 0.3F, false);
+  const Mesh low = ground(2);
+  BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}, MapKind{"shadow"}}, 40);
+  options.light = {{0.2F, 0, 1}, 8};
+  Bounds bounds = Bounds::of(both);
+  const Source alone(*test::device(), floor, RayTraversal::automatic, bounds);
+  const BakeResult joined =
+      bake(Source(*test::device(), both, RayTraversal::automatic, bounds), low, options);
+  const BakeResult open = bake(alone, low, options);
+  options.occlusion.by_others = {&disc};
+  const BakeResult beside = bake(alone, low, options);
+  EXPECT_EQ(map_of(beside, "ao").pixels, map_of(joined, "ao").pixels);
+  EXPECT_EQ(map_of(beside, "bent_normal").pixels, map_of(joined, "bent_normal").pixels);
+  EXPECT_EQ(map_of(beside, "shadow").pixels, map_of(joined, "shadow").pixels);
+  EXPECT_NE(map_of(open, "ao").pixels, map_of(joined, "ao").pixels);
+  // Without the floor itself nothing else changes: it is flat.
+  options.occlusion.by_high = false;
+  EXPECT_EQ(map_of(bake(alone, low, options), "ao").pixels, map_of(joined, "ao").pixels);
+  // The low poly lies 0.5 above the floor, and hides the sky.
+  Mesh lid = ground(2);
+  for (Vec3& p : lid.positions) p.z = 0.05F;
+  options.occlusion = {};
+  options.occlusion.by_low = true;
+  const BakeResult under = bake(alone, lid, options);
+  const std::vector<float>& dark = map_of(under, "ao").pixels;
+  EXPECT_LT(dark[20 * 40 + 20], 0.1F);
+  options.occlusion.by_low = options.occlusion.by_high = false;
+  EXPECT_THROW(bake(alone, lid, options), Error);
+}
+
 }  // namespace
 }  // namespace kiln

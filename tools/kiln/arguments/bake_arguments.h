@@ -63,6 +63,7 @@ struct BakeArguments {
   std::uint32_t ao_rays = 64;
   std::string ao_distance;
   bool ao_ignore_back_faces = false;
+  std::vector<std::string> ao_occluders = {"high"};
   double ao_error = 0;
   std::vector<std::string> transfers;
   std::string id_by = "part";
@@ -101,6 +102,8 @@ std::string match_name(MatchMethod method);
 MatchMethod match_method(const std::string& name);
 /// Those that need to be told nothing more.
 std::vector<std::string> match_names();
+/// Those of --ao-occluders that are neither `high` nor `low`.
+std::vector<std::string> occluder_files(const BakeArguments& a);
 /// As --fallback takes it.
 std::string chain_name(const std::vector<MatchMethod>& fallback);
 std::string criterion_name(ViewCriterion criterion);

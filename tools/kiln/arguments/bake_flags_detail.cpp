@@ -24,10 +24,18 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
                 "thickness always takes both sides")
       ->group(group_occlusion);
   command
-      .add_option("--ao-error", a.ao_error,
-                  "Of ao, 0 to 1, such as 0.01: the root mean square error to reach. Texels begin with "
-                  "a quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels "
-                  "that need it cast more, up to 4096. What was reached is measured and printed")
+      .add_option("--ao-occluders", a.ao_occluders,
+                  "What darkens ao, bends bent_normal and casts shadow: high, low, and mesh files "
+                  "in HIGH's space, such as a ground, separated by commas")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->group(group_occlusion);
+  command
+      .add_option(
+          "--ao-error", a.ao_error,
+          "Of ao, 0 to 1, such as 0.01: the root mean square error to reach. Texels begin with "
+          "a quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels "
+          "that need it cast more, up to 4096. What was reached is measured and printed")
       ->check(CLI::Range(0.0, 1.0))
       ->group(group_occlusion);
   command

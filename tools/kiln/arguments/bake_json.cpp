@@ -66,6 +66,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"mips", a.mips},
           {"ao_rays", asks_occlusion(a) ? Json(a.ao_rays) : Json()},
           {"ao_distance", or_null(a.ao_distance)},
+          {"ao_occluders", asks_occlusion(a) ? Json(a.ao_occluders) : Json()},
           {"ao_back_faces", asks_occlusion(a) ? Json(!a.ao_ignore_back_faces) : Json()},
           {"curvature_radius", or_null(a.curvature_radius)},
           {"ao_error", a.ao_error > 0 ? Json(a.ao_error) : Json()},

@@ -65,6 +65,11 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.raw = a.raw;
   options.occlusion.rays = a.ao_rays;
   options.occlusion.back_faces = !a.ao_ignore_back_faces;
+  const auto named = [&](const char* name) {
+    return std::find(a.ao_occluders.begin(), a.ao_occluders.end(), name) != a.ao_occluders.end();
+  };
+  options.occlusion.by_high = named("high");
+  options.occlusion.by_low = named("low");
   options.occlusion.distance = optional_length("--ao-distance", a.ao_distance);
   options.curvature_radius = optional_length("--curvature-radius", a.curvature_radius);
   options.occlusion.max_error = a.ao_error;
@@ -77,6 +82,14 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.mips = a.mips;
   options.keep_match = !a.save_match.empty() || a.reasons;
   return options;
+}
+
+std::vector<std::string> occluder_files(const BakeArguments& a) {
+  std::vector<std::string> files;
+  for (const std::string& name : a.ao_occluders) {
+    if (name != "high" && name != "low") files.push_back(name);
+  }
+  return files;
 }
 
 SaveImageOptions image_options(const BakeArguments& a) {

@@ -85,6 +85,7 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--ao-rays", .map = takes_rays},
     OptionRow{.flag = "--ao-distance", .map = takes_rays},
     OptionRow{.flag = "--ao-ignore-back-faces", .map = takes_back_faces},
+    OptionRow{.flag = "--ao-occluders", .map = takes_back_faces},
     OptionRow{.flag = "--curvature-radius", .map = takes_curvature_radius},
     OptionRow{.flag = "--ao-error", .map = takes_max_error},
     OptionRow{.flag = "--light", .map = takes_light},

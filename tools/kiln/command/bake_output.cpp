@@ -183,6 +183,7 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   if (arguments.low.empty() || arguments.unwrap) outputs.push_back(folder / (stem + ".obj"));
   std::vector<fs::path> inputs = {arguments.high, arguments.low, arguments.cage_mesh,
                                   arguments.match_list, arguments.load_match};
+  for (const std::string& file : occluder_files(arguments)) inputs.emplace_back(file);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     inputs.emplace_back(transfer.file);
   }

@@ -1,6 +1,7 @@
 // One run of `kiln bake`: what its stages hand on. For the files command/bake_*.cpp and command_bake.cpp.
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -46,6 +47,7 @@ struct BakeRun {
   LowMesh low;
   std::string low_path;
   std::optional<Mesh> cage_mesh;
+  std::deque<Mesh> occluders;
   std::optional<Parts> parts;
   std::optional<Match> match;  // that was loaded
   std::optional<Reasons> reasons;

@@ -126,6 +126,10 @@ bool read_inputs(BakeRun& run) {
     run.cage_mesh = load_mesh(arguments.cage_mesh, &run.warnings);
     run.options.cage_mesh = &*run.cage_mesh;
   }
+  for (const std::string& file : occluder_files(arguments)) {
+    run.options.occlusion.by_others.push_back(
+        &run.occluders.emplace_back(load_mesh(file, &run.warnings)));
+  }
   if (arguments.match_by != "all") {
     run.parts = pair_parts(run.dense.mesh, run.low.mesh, part_names(arguments));
     run.options.parts = &*run.parts;
