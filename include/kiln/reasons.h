@@ -30,7 +30,7 @@ struct ReasonInfo {
   std::array<std::uint8_t, 3> color{};  ///< sRGB
 };
 
-/// All of them, in the order of their values.
+/// All of them, in the order of their values. The texts live as long as the program.
 std::array<ReasonInfo, 8> reason_infos();
 
 /// One reason's share of a bake.
@@ -52,6 +52,8 @@ struct Reasons {
 };
 
 /// Looks for why: rays again, where a bake found nothing. Deterministic.
+/// Lifetimes, threads and welding as bake(): nothing is kept, and several threads may ask of one Source. No
+/// callback comes.
 /// \param match    of the bake: BakeResult::match
 /// \param options  those of the bake, by MatchMethod::ray without fallbacks
 /// \throws Error(usage) for another method, Error(input) for a match of other meshes or size
