@@ -86,7 +86,9 @@ struct LightBake {
   double wanted = 0;                ///< LightPlanOptions::max_error
   bool reached = false;             ///< `chosen` was measured within `wanted`
   bool cancelled = false;           ///< By BakeOptions::progress
-  double seconds_simplify = 0, seconds_unwrap = 0, seconds_measure = 0;  ///< Where time went
+  double seconds_simplify = 0;      ///< Making light meshes
+  double seconds_unwrap = 0;        ///< Laying them out
+  double seconds_measure = 0;       ///< Looking at them and at maps
 };
 
 /// Bytes of a light mesh with square maps. This and split_vertices(): any thread, nothing is kept.

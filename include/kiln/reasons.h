@@ -24,7 +24,7 @@ enum class Reason : std::uint8_t {
 
 /// What there is to say of a reason: words and colour are those of maps and legends.
 struct ReasonInfo {
-  Reason reason = Reason::empty;
+  Reason reason = Reason::empty;        ///< Which
   std::string_view name;                ///< One word
   std::string_view words;               ///< For people: what it means, and what helps
   std::array<std::uint8_t, 3> color{};  ///< sRGB
@@ -45,7 +45,8 @@ struct ReasonCount {
 
 /// Why each sample of a bake by rays has its point or none.
 struct Reasons {
-  std::uint32_t width = 0, height = 0;  ///< Texels
+  std::uint32_t width = 0;     ///< Texels
+  std::uint32_t height = 0;    ///< Texels
   std::vector<Reason> texels;  ///< Of each, rows from the top: the highest of its samples' values
   std::vector<ReasonCount>
       counts;  ///< Those there are but Reason::empty, in the order of their values
