@@ -55,7 +55,7 @@ struct AssessOptions {
   std::uint32_t directions = 512;
   std::vector<Vec3> avoid;  ///< Directions that the match was made from, unit
   bool fields = false;      ///< Fill MatchAssessment::fields
-  Progress progress;        ///< Called now and then; may cancel
+  Progress progress;        ///< Called between directions; may cancel. See Progress
 };
 
 /// How good a correspondence F from the light surface to the dense one is, without looking at any map:
@@ -110,6 +110,9 @@ struct MatchAssessment {
 };
 
 /// Rates a match. Its samples must be those of `low` at the match's size.
+/// Lifetimes: all is read during the call, and nothing is kept. Threads: several may rate from one Source; the
+/// callback comes on the caller's, and what it throws leaves assess(). Welding: neighbours across a seam are
+/// found by exactly equal positions.
 /// \throws Error(usage) for directions out of range, Error(input) where the match does not fit the meshes,
 ///         Error(device)
 /// Deterministic. Cost on two cores: the bunny at 512², 512 directions: some 5 s.

@@ -21,7 +21,8 @@ struct PaddingOptions {
 };
 
 /// Fills empty texels near baked ones, as a bake does at its end: each takes the value of the nearest baked
-/// texel (Euclidean, ties to the lowest row, then column). The same bytes on every device.
+/// texel (Euclidean, ties to the lowest row, then column). The same bytes on every device. Nothing is kept, and
+/// no callback comes. Thread safety: several threads may call it, for images of their own.
 /// \param device    finds the nearest texels
 /// \param image     in and out: values of baked texels never change
 /// \param coverage  in and out: one TexelState a texel; what is filled becomes padding
@@ -46,7 +47,10 @@ struct BakedAttribute {
 /// Resolves the caller's own values at the high poly's vertices to texels: what bake() does for its maps.
 ///
 /// A sample takes the values at its triangle's corners by its barycentric weights, in double precision; a
-/// texel the mean of its samples that found a point. Values that are not finite pass through.
+/// texel the mean of its samples that found a point. Values that are not finite pass through. Nothing is welded:
+/// vertices at one place may have values of their own.
+/// Lifetimes: all is read during the call. Threads: several may bake from one Source and Match. No callback
+/// comes.
 /// \param match     of match(), bake() or load_match(); checked by validate()
 /// \param source    that the match was made for
 /// \param values    [vertices * channels] of the high poly, vertex after vertex; not kept

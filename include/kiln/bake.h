@@ -46,9 +46,11 @@ struct BakeOptions {
   /// sheet of the light mesh, such as a leaf card, look again as far as half the sheet's diagonal.
   std::optional<Length> max_distance = {};
   std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
-  const Mesh* cage_mesh = nullptr;  ///< ... or from this mesh (the light mesh's topology)
+  /// ... or from this mesh (the light mesh's topology). Read during the call; a session reads it when made.
+  const Mesh* cage_mesh = nullptr;
   /// Samples find points of their own part alone. Lists as long as the meshes have triangles. For matches
   /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude.
+  /// Read during the call; must outlive a session.
   const Parts* parts = nullptr;
   UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles of the same UVs is baked
   bool two_sided = false;  ///< Also hit back faces of the source; normals that point away
@@ -85,10 +87,11 @@ struct BakeOptions {
   /// hierarchy (MatchInfo::tells_recall), not for saved ones, and not in sessions. The standard error of a
   /// share p is sqrt(p (1 - p) / places): 0.1% for 1% of 8192.
   std::uint32_t recall = 8192;
-  bool recall_vertices = false;         ///< Also fill BakeResult::recalled
-  bool keep_match = false;              ///< Return the correspondence in BakeResult::match
-  const struct Match* match = nullptr;  ///< Reuse this one instead of matching
-  Progress progress = {};               ///< Called now and then; may cancel
+  bool recall_vertices = false;  ///< Also fill BakeResult::recalled
+  bool keep_match = false;       ///< Return the correspondence in BakeResult::match
+  /// Reuse this one instead of matching. Read during the call.
+  const struct Match* match = nullptr;
+  Progress progress = {};  ///< Called now and then; may cancel. See Progress for what it may do
 };
 
 /// How much the map changes from texel to texel where the method changes, and where it does not.
@@ -148,7 +151,8 @@ struct BakeResult {
   BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
 
-  /// A map by its name. \param cluster  as BakedMap::cluster. \returns null where it was not asked for
+  /// A map by its name. \param cluster  as BakedMap::cluster. \returns null where it was not asked for; good
+  /// as long as `maps` stays as it is
   const BakedMap* find(MapKind kind, std::uint32_t cluster = 0) const noexcept;
   /// The same for a map that must be there. \throws Error(usage), `no-map`, that names those there are
   const BakedMap& map(MapKind kind, std::uint32_t cluster = 0) const;
@@ -159,6 +163,14 @@ struct BakeResult {
 /// The same input gives the same bytes on every run, number of threads and conforming device, and however
 /// many threads bake from one source at the same time; each needs its own result alone. Memory is
 /// bounded by the map and the meshes: work is cut into bands of rows.
+///
+/// Lifetimes: `low`, `options` and what they point to are read during the call, and none is kept; nobody may
+/// change them meanwhile. The result is the caller's own.
+/// Threads: see Source. Work on the host takes thread_limit() threads; the callback comes on the caller's.
+/// A callback that says stop sets BakeResult::cancelled; what it throws leaves bake().
+/// Tangents: those of `low` (Mesh::tangents), else MikkTSpace's. Render with the same.
+/// Welding: vertices of `low` with exactly equal positions count as one for averaged normals, ray directions
+/// and charts, so a mesh that is split at seams needs none.
 /// \param low  needs UVs
 /// \throws Error(usage) for a parameter out of range, Error(input) for a mesh without UVs,
 ///         Error(device). Nothing is left behind.
@@ -173,13 +185,14 @@ struct MatchResult {
 
 /// Matches without baking: the first half of bake(), for any number of maps or for values of the caller's
 /// own (bake_attribute()). Takes of the options the size, samples, all that concerns the match, and the
-/// progress callback.
+/// progress callback. Lifetimes, threads, callback and welding as bake(); no tangents are needed.
 /// \throws as bake(); Error(usage) where the options hold a match already, ask for several clusters or
 ///         for blending, which are about maps
 MatchResult match(const Source& source, const Mesh& low, const BakeOptions& options = {});
 
 /// Bakes from a match: the second half of bake(). To the bit, what bake() with the options that made the
-/// match gives, but that the report's counts and distances are those of the match.
+/// match gives, but that the report's counts and distances are those of the match. Lifetimes, threads,
+/// callback, tangents and welding as the other bake(); several threads may bake from one match.
 /// \param match    of match(), BakeResult::match, load_match() or the caller's own; checked by validate()
 /// \param options  width, height and samples as the match was made with; no `match` and no fallback;
 ///                 what else concerns matching is not read

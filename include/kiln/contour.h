@@ -81,7 +81,7 @@ struct ContourReport {
 ///
 /// Voxels that are not finite count as outside ("non-finite-voxels"). Vertices have positions relative
 /// to the volume's origin and smooth unit normals. Deterministic: the same on every run, number of
-/// threads and conforming device.
+/// threads and conforming device. Nothing is kept, no callback comes, and several threads may call it.
 /// \param report  where to write what was done; may be null
 /// \throws Error(usage) for an iso value that is not finite; Error(input) for a volume of fewer than two
 ///         voxels along an axis, or more than 32,766, whose voxels are all the same or miss the iso value
@@ -108,7 +108,7 @@ struct ExtractOptions {
 
   std::uint32_t size = 1024;                       ///< Side of the map, 16 to 8192 texels
   std::uint32_t border_texels = 2;                 ///< Around each chart, 1 to 64
-  NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent or object
+  NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent (MikkTSpace) or object
   bool flip_y = false;                             ///< Green down (DirectX)
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
 
@@ -190,6 +190,7 @@ inline constexpr double kMapTooFine = 4;
 /// more; what that changes fades out within a cell.
 /// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
 /// of them, which is no better and may be worse than the light mesh's own normals ("map-too-fine").
+/// Threads, lifetimes and callbacks as contour().
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
 ///         for; Error(input) where it is too small for those that the topology keeps
 ExtractResult extract(const Device& device, const Volume& volume,
@@ -210,7 +211,7 @@ struct VolumeRegion {
 /// the signs of all voxels, the quads and the tree's joins are found again. Where a change moves the lowest
 /// voxel of a volume that has voxels which are not finite, everything is.
 /// Memory: the volume's, 16 bytes a crossed edge, 80 bytes a fine vertex, 180 bytes a cluster, 6 bits a voxel.
-/// Thread safety: one thread at a time.
+/// Thread safety: one thread at a time. It owns the volume (move it in) and holds the Device.
 class VolumeSession {
  public:
   /// \throws Error as contour()
@@ -224,7 +225,7 @@ class VolumeSession {
   ExtractResult extract(const ExtractOptions& options) const;
 
   /// Changes the voxels of a box, and contours again what that reaches.
-  /// \param voxels  of the volume's type, x fastest
+  /// \param voxels  of the volume's type, x fastest; not kept
   /// \throws Error(usage) for a box that is not in the volume, or as many bytes as it does not have; as
   ///         contour(), where nothing is left of the surface. Nothing is changed then.
   void update(const VolumeRegion& region, std::span<const std::byte> voxels);

@@ -43,7 +43,7 @@ struct Match {
 };
 
 /// Writes a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance` (float),
-/// `status` (unsigned int).
+/// `status` (unsigned int). The file appears whole or not at all. Several threads may save and load at once.
 /// \throws Error(output); Error(input) for a match that does not hold together
 void save_match(const Match& match, const std::filesystem::path& path);
 /// Reads what save_match() wrote. \throws Error(input) that names the file and the field

@@ -22,6 +22,7 @@ struct CutOutReport {
 /// and cut there along the line between their corners' values, so that borders are as smooth as the texture
 /// read bilinearly. New triangles lie in the old ones and have their normals (computed ones as of the whole
 /// mesh), UVs, colours and names.
+/// Reads its arguments during the call alone. Thread safety: may be called from several threads.
 /// \param opacity    its `channel` is read; must have pictures
 /// \param threshold  above 0, to 1: less is transparent
 /// \throws Error(input) where the mesh has no UVs, the texture does not fit, or nothing is left;

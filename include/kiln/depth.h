@@ -23,9 +23,10 @@ struct DepthError {
 };
 
 /// Pictures of a reference's depth, to compare other meshes with: the same views, size and frame, one sample
-/// a pixel. Keeps 4 bytes a pixel and view.
+/// a pixel. Keeps 4 bytes a pixel and view. Immutable; several threads may compare at once.
 class DepthReference {
  public:
+  /// \param reference  drawn now, not kept
   /// \param frame  the reference's mesh, which all pictures are fitted to; must outlive this
   /// \param size   pixels a side
   /// \throws as Scene::draw

@@ -34,7 +34,7 @@ struct DeviceInfo {
   bool has_denormals = false;         ///< Single precision keeps numbers below 2^-126
 };
 
-/// All OpenCL devices of all platforms, GPUs first. Empty where there is no platform.
+/// All OpenCL devices of all platforms, GPUs first. Empty where there is no platform. Any thread may call it.
 std::vector<DeviceInfo> list_devices();
 
 /// Whether an OpenCL driver has thrown a C++ exception in this process: memory ran out within it, say. It
@@ -53,6 +53,7 @@ bool in_driver() noexcept;
 /// its one queue, so what they ask of the device is done one after the other, in the order of asking; work
 /// on the host goes on beside it. Devices that are opened apart share nothing of Kiln's; on PoCL they
 /// share its worker threads and its compiler, of which a process has one each.
+/// Lifetimes: what is made of a Device (Source, Scene, sessions) holds it, so it may go before them.
 /// The last copy waits, when it goes, for kernels that are being compiled for work that was cancelled: drivers
 /// cannot be stopped there (PoCL: up to about a second a program).
 class Device {
@@ -61,9 +62,10 @@ class Device {
   /// \param selector  index in list_devices(), or part of a name (case ignored); empty: the
   ///                  environment's KILN_DEVICE, else the first GPU, else the first CPU
   /// \throws Error(device) with the devices there are, or how to install one.
+  /// Thread safety: may be called from several threads. `selector` is not kept.
   static Device open(std::string_view selector = {});
 
-  /// What the device says of itself.
+  /// What the device says of itself. Good as long as any copy of this Device.
   const DeviceInfo& info() const;
 
   /// Seconds spent building kernels so far (little where the driver has them cached).

@@ -7,7 +7,8 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Writes a text file that appears whole or not at all. \throws Error(output)
+/// Writes a text file that appears whole or not at all. Several threads may save at once, to different names.
+/// \throws Error(output)
 void save_text(const std::filesystem::path& path, std::string_view text);
 
 /// Files of one run that appear together, or none of them.
@@ -16,7 +17,8 @@ void save_text(const std::filesystem::path& path, std::string_view text);
 /// place. Without commit() nothing appears. Pipes and devices are written to at once.
 ///
 /// While a set is open, files that Kiln reads are inputs: saving over one throws Error(usage), by whatever
-/// name (the device and inode count), and before a byte of it changes. A process has one set at a time.
+/// name (the device and inode count), and before a byte of it changes. A process has one set at a time; its
+/// functions may be called from any thread, commit() when all saves have returned.
 class OutputSet {
  public:
   OutputSet();   ///< \throws Error(usage) while another is open
@@ -48,12 +50,12 @@ class OutputSet {
 bool placing_outputs() noexcept;
 
 /// Fails now, and not after minutes of work, where no file could be written to a folder. Creates the
-/// folder where only its last part is missing. Finishes what a killed process began there.
+/// folder where only its last part is missing. Finishes what a killed process began there. Any thread.
 /// \throws Error(output)
 void prepare_output_folder(const std::filesystem::path& folder);
 
 /// Removes the folders that prepare_output_folder() created in this process and that are still empty: for
-/// a run that ends without having written anything.
+/// a run that ends without having written anything. Any thread.
 void remove_empty_output_folders() noexcept;
 
 /// Removes the temporary files of every save under way in this process. Async-signal-safe: for a signal

@@ -54,7 +54,7 @@ struct GradientOptions {
 /// border cuts the solid off, whose normal is the border's; and those where the gradient is zero.
 /// ContourOptions::outer_only is followed: inner surfaces, and caps of closed gaps, are no such place.
 ///
-/// Immutable; may be used by several threads. Takes 28 bytes a texel. The same on every run and number of
+/// Immutable; may be used by several threads. Keeps neither volume nor mesh. Takes 28 bytes a texel. The same on every run and number of
 /// threads; needs no device.
 class GradientReference {
  public:

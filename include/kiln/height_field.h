@@ -19,7 +19,8 @@ struct HeightFieldOptions {
 /// Pixels are points: the outermost ones lie on the border, so that (columns - 1) x (rows - 1) cells span
 /// `width` x `depth`. Row 0 is at the largest y. UVs are those of the plane: u along +X and v along +Y over
 /// the unit square. Cells are cut from their lower left to their upper right corner. No normals: computed
-/// when needed.
+/// when needed. The image is read during the call. Thread safety of this and the next two: may be called from
+/// several threads, each with a mesh of its own.
 /// \param image  1 channel, or more of which the first counts; 2 x 2 pixels or more
 /// \throws Error(usage) for extents that are not finite or below 0, Error(input) for an image that is too
 ///         small, or holds a value that is not finite

@@ -47,6 +47,8 @@ struct SaveImageOptions {
 /// chosen by content, not by name.
 /// \throws Error(input) that names the file, where it is missing, damaged or of another kind. A damaged
 ///         file does not make it take memory that the file could not fill.
+/// Thread safety of all functions here: may be called from several threads. They read their arguments during
+/// the call, keep nothing, and call nothing back.
 Image load_image(const std::filesystem::path& path);
 
 /// Writes an image. The file appears whole or not at all, also when the disk is full or the process
@@ -58,10 +60,10 @@ Image load_image(const std::filesystem::path& path);
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
 
-/// The bytes of the file that save_image() would write. \throws as save_image(), but for the disk
+/// The bytes of the file that save_image() would write: the caller's own. \throws as save_image(), but for the disk
 std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options = {});
 
-/// Reads an image from memory: the bytes of a whole PNG or EXR file. \param name  for messages
+/// Reads an image from memory: the bytes of a whole PNG or EXR file, not kept. \param name  for messages
 /// \throws as load_image(path)
 Image load_image(std::span<const std::byte> bytes, std::string_view name = "image");
 

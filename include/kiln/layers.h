@@ -16,7 +16,7 @@ struct ImageLayer {
 };
 
 /// Writes several images of one size as one OpenEXR file: channels NAME.R, NAME.G, NAME.B and NAME.A, NAME.R and
-/// NAME.G, or NAME.Y. Otherwise like save_image.
+/// NAME.G, or NAME.Y. Otherwise like save_image, threads and lifetimes included.
 /// \throws Error(usage) for no layer, layers of different sizes, names that are empty, have dots or come twice,
 ///         and PNG formats; Error(output)
 void save_layers(std::span<const ImageLayer> layers, const std::filesystem::path& path,

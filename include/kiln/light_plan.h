@@ -86,10 +86,12 @@ struct LightBake {
   double wanted = 0;                ///< LightPlanOptions::max_error
   bool reached = false;             ///< `chosen` was measured within `wanted`
   bool cancelled = false;           ///< By BakeOptions::progress
-  double seconds_simplify = 0, seconds_unwrap = 0, seconds_measure = 0;  ///< Where time went
+  double seconds_simplify = 0;      ///< Making light meshes
+  double seconds_unwrap = 0;        ///< Laying them out
+  double seconds_measure = 0;       ///< Looking at them and at maps
 };
 
-/// Bytes of a light mesh with square maps.
+/// Bytes of a light mesh with square maps. This and split_vertices(): any thread, nothing is kept.
 /// \param vertices  after splitting at seams
 /// \param size      texels a side; 0: no maps
 /// \param channels  of each map
@@ -107,6 +109,10 @@ std::uint64_t split_vertices(const Mesh& mesh);
 /// tells h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
 /// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,
 /// at most seven times, or ten as long as none does. What is returned is always measured on the very map.
+/// Lifetimes, threads, tangents and welding as bake() and simplify(): nothing is kept, and several threads may
+/// plan from one Source. BakeOptions::progress comes on the caller's thread: ten times a second within bakes,
+/// else between steps. Where it says stop, LightBake::cancelled is set.
+/// \param high  the mesh that `source` was made of
 /// \throws as simplify(), unwrap() and bake(); Error(usage) for options out of range
 /// Deterministic: the same on every run and number of threads.
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options);

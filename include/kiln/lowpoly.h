@@ -66,6 +66,8 @@ struct SimplifyReport {
 /// mesh under each triangle. Its triangle count is the target, or one below it
 /// where a collapse takes two, and up to two fewer for each triangle that was mended. Works the same at any
 /// scale. Deterministic: the same on every run and number of threads.
+/// Lifetimes: `high` is read during the call, and the result is the caller's own. Thread safety: may be called
+/// from several threads. No callback comes, and it cannot be cancelled.
 /// \param report  where to write what was done; may be null (which saves measuring with `faces`)
 ///
 /// With `keep_uvs`, seams, open borders and borders between groups are lines that vertices move along only,
@@ -134,8 +136,9 @@ struct UnwrapReport {
 /// ("border-shrunk" in the warnings). Triangles without area or with a corner that is not finite get
 /// UVs at one point and are counted ("degenerate-triangles").
 ///
-/// UVs the mesh had are replaced; all else is kept. Deterministic: the same on every run and number of
-/// threads.
+/// UVs the mesh had are replaced, and its tangents, which went with them, left out; all else is kept.
+/// Deterministic: the same on every run and number of threads.
+/// Lifetimes and threads as simplify().
 /// \param report  where to write what was done; may be null
 /// \throws Error(usage) for options out of range, Error(input) where no triangle has any area
 /// Cost of pairs: about 10 ms for 5,000 triangles, 2 s for a million, on one core. Of charts: see

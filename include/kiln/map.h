@@ -15,7 +15,8 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Which detail a map holds: the name of a map, so that maps can be added without a change here.
+/// Which detail a map holds: the name of a map, so that maps can be added without a change here. The name is
+/// not copied: its text must outlive all use. Those of maps() live as long as the program.
 struct MapKind {
   std::string_view name;  ///< As in `--maps` and file names
   friend constexpr bool operator==(MapKind, MapKind) = default;
@@ -26,7 +27,7 @@ struct MapKind {
 inline constexpr MapKind MapKind::normal{"normal"};
 inline constexpr MapKind MapKind::mask{"mask"};
 
-/// What the components of a normal are along: the low poly's tangent frame (MikkTSpace), the axes of object
+/// What the components of a normal are along: the low poly's tangent frame (MikkTSpace, or Mesh::tangents), the axes of object
 /// space, or a frame of the low poly's face.
 enum class NormalMapSpace { tangent, object, face };
 
@@ -144,9 +145,11 @@ struct BakedMap {
   MapInfo info = {};          ///< What there is to say of it, also where it is not one of maps()
 };
 
-/// All maps, in the order that they are listed to people.
+/// All maps, in the order that they are listed to people. Constant, and as long-lived as the program: any
+/// thread may read them.
 std::span<const MapInfo> maps();
 
+/// One of maps(), by its name.
 /// \throws Error(usage) for a name that no map has; the message lists those there are
 const MapInfo& find_map(std::string_view name);
 
@@ -158,6 +161,7 @@ struct ValueRange {
 
 /// The range of a baked map: MapInfo's; else of the texels that are baked: -m to m with the largest magnitude
 /// m for MapType::signed_scalar, the least to the greatest value of the channel for others.
+/// Any thread may call it; nothing is kept.
 /// \param coverage  BakeResult::coverage
 /// \param channel   below the map's channels
 ValueRange value_range(const BakedMap& map, std::span<const std::uint8_t> coverage,

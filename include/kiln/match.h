@@ -15,7 +15,8 @@
 namespace KILN_PUBLIC kiln {
 
 /// How the match finds the point of the high poly that a sample stands for: the name of a match, so that
-/// matches can be added without a change here.
+/// matches can be added without a change here. The name is not copied: its text must outlive all use. Those
+/// of matches() live as long as the program.
 struct MatchMethod {
   std::string_view name;  ///< As in `--match`
   friend constexpr bool operator==(MatchMethod, MatchMethod) = default;
@@ -141,7 +142,7 @@ struct VisibilityClusters {
 };
 
 /// Writes a float EXR with channels `count` (unsigned int: the number) and, for each map k from 0,
-/// `direction<k>.X`, `.Y` and `.Z`.
+/// `direction<k>.X`, `.Y` and `.Z`. May be called from several threads, for files of different names.
 /// \throws Error(output)
 void save_clusters(const VisibilityClusters& clusters, const std::filesystem::path& path);
 
@@ -207,9 +208,11 @@ struct MatchInfo {
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
 };
 
-/// All of them, in the order that they are listed to people.
+/// All of them, in the order that they are listed to people. Constant, and as long-lived as the program: any
+/// thread may read them.
 std::span<const MatchInfo> matches();
 
+/// One of matches(), by its name.
 /// \throws Error(usage) for a name that no match has; the message lists those there are
 const MatchInfo& find_match(std::string_view name);
 

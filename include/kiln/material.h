@@ -31,7 +31,8 @@ struct Material {
 /// Which of a material's pictures.
 enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission };
 
-/// Reads the MTL files that a mesh names, beside it.
+/// Reads the MTL files that a mesh names, beside it. Nothing is kept. Thread safety of both functions: may be
+/// called from several threads.
 /// \param mesh_file  the mesh's own path
 /// \param warnings   where to append what was imperfect; may be null: "material-missing" for names that no
 ///                   file describes (white), "texture-options" for placements that are left out
@@ -40,7 +41,8 @@ enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission 
 std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::path& mesh_file,
                                      std::vector<Warning>* warnings = nullptr);
 
-/// Loads one of the pictures of each material; where one has none, its number stands in.
+/// Loads one of the pictures of each material; where one has none, its number stands in. The texture shares
+/// its pictures with its copies.
 /// \throws Error(input) where a picture is missing or damaged, or where no material has one or a number
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot);
 

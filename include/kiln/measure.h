@@ -36,7 +36,8 @@ struct NormalError {
   std::array<double, 5> above_8bit{};  ///< Share of pixels above each threshold, 0 to 1
 };
 
-/// Gathers the differences of any number of pictures of normals, a reference and another each.
+/// Gathers the differences of any number of pictures of normals, a reference and another each. Keeps no picture,
+/// but 8 bytes a compared pixel. Thread safety: one thread at a time for each.
 class NormalComparison {
  public:
   /// Adds two pictures of the same size: n/2 + 1/2 in the first three channels, exactly 0 in all three
@@ -69,6 +70,8 @@ struct DistanceError {
   double p95 = 0;             ///< By nearest rank
   double max = 0;             ///< Never above the match's max_distance
 };
+/// Of a match's own distances: no mesh is needed.
+/// Thread safety of all functions here: may be called from several threads; nothing is kept.
 DistanceError match_distance(const Match& match);
 
 /// Where a picture is taken from, as RenderOptions has it (+Y up).
@@ -77,6 +80,7 @@ struct ViewAngles {
   double elevation_degrees = 0;  ///< Above the horizon, -90 to 90
 };
 
+/// The angles that look from a direction, +Y up.
 /// \param toward  from the scene to the viewer, of any length above 0
 ViewAngles view_angles(const Vec3& toward);
 
@@ -94,10 +98,10 @@ std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used
 double least_angle_degrees(std::span<const Vec3> a, std::span<const Vec3> b);
 
 /// Pictures of a reference's world-space normals, to compare other meshes with: the same views, size and
-/// frame, one sample a pixel. Keeps 12 bytes a pixel and view.
+/// frame, one sample a pixel. Keeps 12 bytes a pixel and view. Immutable; several threads may compare at once.
 class NormalReference {
  public:
-  /// \param reference  drawn without its map, if it has one
+  /// \param reference  drawn now, without its map, if it has one; not kept
   /// \param frame  the reference's mesh, which all pictures are fitted to; must outlive this
   /// \param size  pixels a side
   NormalReference(const Scene& reference, const Mesh& frame, std::vector<ViewAngles> views,

@@ -8,6 +8,7 @@ namespace KILN_PUBLIC kiln {
 
 /// Bytes that this process can still take: of the machine's memory, swap included, of its control group
 /// and of its address space (ulimit -v). 2^64 - 1 where the system does not say.
+/// This and the next three: any thread, at any time.
 std::uint64_t free_memory();
 
 /// The most bytes that this process should hold, all told. Until it is set, what it held at the first

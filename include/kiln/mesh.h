@@ -30,7 +30,11 @@ struct Tangent {
 /// used.
 ///
 /// Vertices with exactly equal positions count as one wherever the surface matters (averaged normals,
-/// ray directions, charts), whatever their indices: meshes that are split at seams need no welding.
+/// ray directions, charts), whatever their indices: meshes that are split at seams need no welding. Readers
+/// weld STL alone, whose corners have no indices.
+///
+/// A value: copies share nothing. Threads may read one mesh at the same time; nobody may change it while a
+/// function of Kiln reads it. No function keeps a reference, but where it says so.
 struct Mesh {
   std::string name;                 ///< Stem of the file, or any name; used in messages.
   std::array<double, 3> origin{};   ///< World position of a vertex = origin + positions[i]. Readers
@@ -114,8 +118,8 @@ Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
 /// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, names of materials) with
 /// 9 significant digits, so that reading it back gives the same floats; 17 digits for the positions of a
 /// mesh with an origin. Objects and the files of materials are not written. The file appears whole or not
-/// at all. About 0.4 s for a million
-/// triangles.
+/// at all. About 0.4 s for a million triangles. Tangents are not written. Thread safety: may be called from
+/// several threads, for files of different names.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before
 ///         anything is written
 /// \throws Error(output)

@@ -14,7 +14,7 @@ namespace KILN_PUBLIC kiln {
 
 /// Elements of a type T that lie in the caller's memory, a fixed number of bytes apart: a field of an array
 /// of structs, a part of an interleaved vertex buffer, a plain array. Nothing is copied, and nothing needs
-/// to be aligned.
+/// to be aligned. The memory must stay, unchanged, while elements are read.
 template <typename T>
 class Strided {
  public:
@@ -47,7 +47,8 @@ class Strided {
 };
 
 /// A triangle mesh in the caller's own memory, as renderers keep it: one list of vertices with all their
-/// attributes, and indices into it. Vertices that are split at seams need no welding; see Mesh.
+/// attributes, and indices into it. Vertices that are split at seams need no welding; see Mesh. It owns nothing:
+/// the memory must stay until to_mesh() returns.
 struct MeshView {
   Strided<std::array<float, 3>> positions;  ///< One a vertex
   /// Three a triangle, counter-clockwise seen from outside; 32 bits each, or
@@ -66,7 +67,8 @@ struct MeshView {
 };
 
 /// A mesh of what a view shows: one copy of each attribute, in one pass over it. The caller's memory is free
-/// after that.
+/// after that. Thread safety: may be called from several threads, also on one view. Nothing is welded or called
+/// back.
 /// \throws Error(input) with the ids of validate(); `mesh-size` also for attributes that are not one a
 ///         vertex, indices of both widths, or numbers of them that are no multiple of 3
 Mesh to_mesh(const MeshView& view);

@@ -39,7 +39,8 @@ struct OpenClHandles {
 /// Thread safety: as any Device; the queue may be used by the caller's other threads meanwhile.
 Device opencl_device(const OpenClHandles& handles);
 
-/// The handles of any Device, for sharing buffers with what Kiln opened itself. Valid as long as it is.
+/// The handles of any Device, for sharing buffers with what Kiln opened itself. Valid as long as any copy of it
+/// or what was made of it; retain them to keep them longer. Any thread may call it.
 OpenClHandles opencl_handles(const Device& device);
 
 /// Where pixels go in a buffer. An image object (CL_MEM_OBJECT_IMAGE2D) has rows of its own.
@@ -51,7 +52,8 @@ struct OpenClTarget {
 };
 
 /// Converts a map as convert() does, and writes it to the caller's memory object: all of it, or a part at its
-/// place. Enqueued on the device's queue, and done when this returns.
+/// place. Enqueued on the device's queue, and done when this returns; the memory object is not kept. Thread
+/// safety: may be called from several threads, for different memory or parts.
 /// \param options  ConvertOptions::row_bytes is that of the buffer
 /// \throws Error(usage): what convert() throws; `opencl-memory` for an object of another context, too small,
 ///         or an image of another size or format; `opencl-part` for a part beyond the image, or bottom_up

@@ -45,7 +45,8 @@ struct Parts {
 
 /// Pairs the parts of two meshes. By PartsBy::name the light `X_low` takes the dense `X_high` and `X_high_...`,
 /// whatever patterns say; a name that fits no pattern is a part's name itself, so `X` takes `X`, too. All that
-/// has no pair is one part of its own.
+/// has no pair is one part of its own. Names alone count: nothing is welded. The result is the caller's own and
+/// fits these two meshes as long as their triangles stay. Thread safety: may be called from several threads.
 /// \throws Error(input) where a mesh has no such names, or none of them has a pair
 /// \throws Error(usage) for a pattern without `*`, or an empty list
 Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names = {});

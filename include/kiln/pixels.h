@@ -37,7 +37,8 @@ struct ConvertOptions {
 
 /// Writes an image into the caller's memory, a texture's staging buffer say. Integers: clamped to [0, 1] (NaN
 /// becomes 0), rounded to nearest, ties to even: the numbers that save_image() writes as PNG. One channel
-/// becomes grey; of two, blue is 0.
+/// becomes grey; of two, blue is 0. Nothing is kept. Thread safety: may be called from several threads, for
+/// memory that does not overlap.
 /// \param pixels  at least height rows of row_bytes, the last one without what follows its pixels
 /// \throws Error(usage): `pixel-size` for too little memory, rows that are too short or a coverage of
 ///         another size, `pixel-format`, `image-size` for an image that does not hold together

@@ -84,6 +84,9 @@ struct PlannedBake {
 /// A trial that loses parts of the dense mesh is worth less than its error says, since what lies below them
 /// may look smoother: what it lost counts as without a map, so its error is raised by lost * without_map. A
 /// trial is chosen by this, and the error said to be reached is the measured one.
+/// Lifetimes, threads, tangents and welding as bake(). BakeOptions::progress comes on the caller's thread: ten
+/// times a second within bakes, else between steps; the share done stays 0, since the number of trials is not
+/// known. Where it says stop, PlannedBake::result.cancelled is set.
 /// \throws as bake(), and Error(usage) for a negative or not finite error, or maps without a normal map
 PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOptions& options);
 

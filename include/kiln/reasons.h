@@ -24,13 +24,13 @@ enum class Reason : std::uint8_t {
 
 /// What there is to say of a reason: words and colour are those of maps and legends.
 struct ReasonInfo {
-  Reason reason = Reason::empty;
+  Reason reason = Reason::empty;        ///< Which
   std::string_view name;                ///< One word
   std::string_view words;               ///< For people: what it means, and what helps
   std::array<std::uint8_t, 3> color{};  ///< sRGB
 };
 
-/// All of them, in the order of their values.
+/// All of them, in the order of their values. The texts live as long as the program.
 std::array<ReasonInfo, 8> reason_infos();
 
 /// One reason's share of a bake.
@@ -45,13 +45,16 @@ struct ReasonCount {
 
 /// Why each sample of a bake by rays has its point or none.
 struct Reasons {
-  std::uint32_t width = 0, height = 0;  ///< Texels
+  std::uint32_t width = 0;     ///< Texels
+  std::uint32_t height = 0;    ///< Texels
   std::vector<Reason> texels;  ///< Of each, rows from the top: the highest of its samples' values
   std::vector<ReasonCount>
       counts;  ///< Those there are but Reason::empty, in the order of their values
 };
 
 /// Looks for why: rays again, where a bake found nothing. Deterministic.
+/// Lifetimes, threads and welding as bake(): nothing is kept, and several threads may ask of one Source. No
+/// callback comes.
 /// \param match    of the bake: BakeResult::match
 /// \param options  those of the bake, by MatchMethod::ray without fallbacks
 /// \throws Error(usage) for another method, Error(input) for a match of other meshes or size

@@ -38,9 +38,9 @@ struct RenderOptions {
                               ///< 0 beside the mesh. With one sample a pixel, a measurement.
   bool show_colors = false;   ///< The map's channels as they are, without light, averaged over the
                               ///< samples that hit; 0 beside the mesh. Needs a map.
-  const Mesh* frame =
-      nullptr;      ///< Fit this mesh into the picture (default: the scene's own), so that
-                    ///< pictures of several meshes line up in world coordinates
+  /// Fit this mesh into the picture (default: the scene's own), so that pictures of several meshes line up in
+  /// world coordinates. Read during the call.
+  const Mesh* frame = nullptr;
   double zoom = 1;  ///< How much larger than what fits, 0.01 to 100,000
   /// World point in the picture's middle. None given: the middle of what is framed.
   std::optional<std::array<double, 3>> at = {};
@@ -80,7 +80,9 @@ struct FrameCost {
 };
 
 /// A mesh made ready for pictures: hierarchy, normals and normal map on the device. Built once, drawn
-/// from any number of sides, immutable. Cheap to copy (shared).
+/// from any number of sides, immutable. Cheap to copy (shared). It holds the Device and copies of mesh and map.
+/// Thread safety: as Source, any number of threads may draw one Scene, or copies of it. No callback comes.
+/// Welding: vertices with exactly equal positions count as one where normals are computed.
 class Scene {
  public:
   /// \param map  read through the mesh's UVs: bilinear, clamped to the edges, 16 bits a channel; texels
@@ -130,7 +132,7 @@ class Scene {
   std::shared_ptr<const Impl> impl_;
 };
 
-/// One picture: Scene(device, mesh, map).draw(options).
+/// One picture: Scene(device, mesh, map).draw(options), with what these say. Nothing is kept.
 Image render(const Device& device, const Mesh& mesh, const RenderOptions& options = {},
              const NormalMap& map = {});
 

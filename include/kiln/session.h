@@ -41,6 +41,8 @@ struct SessionOptions {
 /// the last time that samples were matched.
 /// Memory: 69 bytes a sample on the device and 20 on the host, beside what a bake needs.
 /// Thread safety: one thread at a time for each session; sessions of one Device may run beside each other.
+/// Lifetimes: the meshes are its own (move them in) and it holds the Device. Parts of the options must outlive
+/// it. Tangents and welding as bake(); positions that were equal at first stay welded only while they are.
 class BakeSession {
  public:
   /// \param options  as for bake(), but match and progress must be empty, and clusters of visibility and
@@ -53,17 +55,18 @@ class BakeSession {
   BakeSession& operator=(BakeSession&&) noexcept;  ///< As the constructor
 
   /// Changes positions of the dense mesh's vertices [first, first + count), in its units. Where the mesh
-  /// has no normals of its own, those around them follow.
+  /// has no normals of its own, those around them follow. The span is not kept.
   /// \throws Error(usage) for a range beyond the mesh's, a position that is not finite or too far out of
   ///         the bounds; nothing is changed then
   void set_positions(std::uint32_t first, std::span<const Vec3> positions);
 
-  /// Changes entries [first, first + count) of the dense mesh's pool of normals; of any length above 0.
+  /// Changes entries [first, first + count) of the dense mesh's pool of normals; of any length above 0. The
+  /// span is not kept.
   /// \throws Error(usage) for a range beyond the pool (a mesh without normals has none), or a normal
   ///         without direction; nothing is changed then
   void set_normals(std::uint32_t first, std::span<const Vec3> normals);
 
-  /// Bakes what is not up to date. \returns all maps; good until the next call
+  /// Bakes what is not up to date. No callback comes. \returns all maps; good until the next bake()
   /// \throws Error as bake()
   const BakeResult& bake();
 
@@ -98,6 +101,7 @@ class BakeSession {
 /// view improves the correspondence that is there, and none is drawn twice. After any views the match is,
 /// to the bit, what bake() finds with the same directions in the same order.
 /// Thread safety: one thread at a time for each session; sessions of one Source may run beside each other.
+/// Lifetimes: it holds the Source and a copy of the light mesh. The progress callback is not called.
 class ViewSession {
  public:
   /// \param options  size, samples, max_distance, two_sided and of the views size (0: by the mesh's
@@ -117,7 +121,7 @@ class ViewSession {
   /// Adds a view. \param toward  from the mesh to the viewer, of any length above 0
   Step add(const Vec3& toward);
 
-  /// The correspondence so far, for BakeOptions::match, save_match() or measuring.
+  /// The correspondence so far, for bake(), save_match() or measuring: the caller's own.
   Match match() const;
 
  private:

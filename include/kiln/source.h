@@ -23,7 +23,8 @@ enum class RayTraversal { automatic, cpu, gpu };
 struct Bounds {
   std::array<double, 3> low{};   ///< Its least corner
   std::array<double, 3> high{};  ///< Its greatest corner
-  /// Of the finite vertices that triangles use. \throws Error(input) where there are none
+  /// Of the finite vertices that triangles use. Any thread may call it.
+  /// \throws Error(input) where there are none, or what validate() names
   static Bounds of(const Mesh& mesh);
 };
 
@@ -34,6 +35,9 @@ struct Bounds {
 ///
 /// Thread safety: any number of threads may bake from one Source, or copies of it, at the same time. Maps
 /// are the same bytes as one after another.
+/// Lifetimes: it copies what it needs of the mesh and holds the Device; both may go.
+/// Welding: vertices with exactly equal positions count as one where normals are computed; see Mesh.
+/// Mesh::tangents of the dense mesh are not read: for its normal textures MikkTSpace computes them.
 class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same answer to the bit
@@ -41,13 +45,16 @@ class Source {
   ///                and meshes that move within it are rounded alike. About the mesh's own size
   /// \throws Error(input) where no triangle is usable, Error(usage) for a box without size, Error(device)
   ///         where memory runs out
+  /// Thread safety: may be called from several threads, also with one Device.
   explicit Source(const Device& device, const Mesh& high,
                   RayTraversal traversal = RayTraversal::automatic,
                   const std::optional<Bounds>& bounds = std::nullopt);
 
   /// The same with signs of life, and with the hierarchy made now and not at its first use: worth it for
   /// millions of triangles.
+  /// \param progress  comes on this thread, ten times a second; see Progress. Empty: none
   /// \returns nothing where the callback said stop, within 0.3 s
+  /// \throws as the constructor, and what the callback throws
   static std::optional<Source> build(const Device& device, const Mesh& high,
                                      const Progress& progress,
                                      RayTraversal traversal = RayTraversal::automatic,
@@ -62,7 +69,7 @@ class Source {
     double diagonal = 0;                  ///< Of the bounding box, world units
   };
   Stats stats() const;  ///< As of now: structures are made when they are needed
-  /// What was imperfect in the mesh and handled.
+  /// What was imperfect in the mesh and handled. Good as long as any copy of this Source.
   const std::vector<Warning>& warnings() const;
 
   /// \cond The library's own.

@@ -39,10 +39,15 @@ struct Length {
 
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 ///
-/// Comes at least ten times a second, on the thread that called Kiln, and never two at once; also while the
-/// driver compiles kernels. Stopped then, Kiln returns at once, and the compiler goes on in a thread of the
-/// Device's, for whoever needs the kernels next. It may take its time (the work waits), and it may call anything of Kiln that does not use the same Device. What it
-/// throws leaves the function that was called; nothing is left behind.
+/// Threads: it comes on the thread that called Kiln, and never two at once for one call.
+/// How often: Source::build(), bake() and match() call it at least ten times a second, also while the driver
+/// compiles kernels. Stopped then, they return at once; the compiler goes on in a thread of the Device's, for
+/// whoever needs the kernels next. bake_planned() and bake_light() call it as often within their bakes, else
+/// between steps; a step such as simplify() of a large mesh takes seconds. assess() calls it between directions.
+/// What it may do: take its time (the work waits), throw, and call anything of Kiln that does not use the same
+/// Device. It must not change what the call reads. What it throws leaves the function that was called; nothing
+/// is left behind.
+/// Lifetimes: `stage` is good during the callback. Nothing is called after the function has returned.
 using Progress = std::function<bool(double done, std::string_view stage)>;
 
 }  // namespace kiln

@@ -12,7 +12,8 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// "MAJOR.MINOR.PATCH" of the library that is linked, which may be newer than these headers.
+/// "MAJOR.MINOR.PATCH" of the library that is linked, which may be newer than these headers. Any thread; the
+/// text lives as long as the program.
 const char* version() noexcept;
 
 }  // namespace kiln

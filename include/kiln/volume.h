@@ -98,7 +98,7 @@ struct Volume {
 ///      https://itk.org/Wiki/ITK/MetaIO/Documentation, https://nifti.nimh.nih.gov/nifti-1
 Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
 
-/// Whether this build of Kiln reads .vdb.
+/// Whether this build of Kiln reads .vdb. This and is_volume_name(): any thread.
 bool reads_openvdb();
 
 /// Whether load_volume() knows the name's extension, .vdb included: no look at the file.
@@ -116,14 +116,15 @@ struct RawVolumeLayout {
 };
 
 /// Reads a volume without header. The file must have exactly the bytes that the layout asks for: more
-/// or fewer mean that the layout is wrong. Warnings and promises as load_volume's.
+/// or fewer mean that the layout is wrong. Warnings, threads and promises as load_volume's.
 /// \throws Error(usage) a size, spacing or number of header bytes out of range
 /// \throws Error(input) no such file, or its size is not as the layout says (both in bytes)
 Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout& layout,
                        std::vector<Warning>* warnings = nullptr);
 
 /// Writes a volume as NRRD: raw, little-endian, with `space directions` and `space origin` exactly as
-/// they are; load_volume gives the same volume. Whole or not at all.
+/// they are; load_volume gives the same volume. Whole or not at all. Threads may save at once, to different
+/// names.
 /// \throws Error(usage) the number of voxels is not as `size` says, or the axes are not usable
 /// \throws Error(output)
 void save_nrrd(const Volume& volume, const std::filesystem::path& path);
