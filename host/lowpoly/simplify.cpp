@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/memory.h"
 #include "kiln/lowpoly.h"
 #include "kiln/validate.h"
 #include "lowpoly/keep_names.h"
@@ -14,12 +15,16 @@
 namespace kiln {
 namespace {
 
+// Measured with 2 million faces: 160 beside the mesh.
+constexpr std::uint64_t kBytesOfFace = 160;
+
 void check(const Mesh& high, const SimplifyOptions& options) {
   if (options.faces == 0 && !(options.max_error > 0 && options.max_error <= 1)) {
     throw Error(ErrorCode::usage,
                 "simplify: max_error is " + std::to_string(options.max_error) +
                     "; it must be above 0 and at most 1, a share of the diagonal");
   }
+  require_memory("Simplification", kBytesOfFace * high.triangles.size());
   if (!options.keep_uvs) return;
   if (options.height_field) {
     throw Error(

@@ -10,6 +10,9 @@
 namespace kiln {
 namespace {
 
+constexpr double kSteep = 0.1;       // cosine to the view: 84 degrees
+constexpr double kMostSteep = 0.02;  // of the low poly's area
+
 // Of the typical triangle's area. At 4 the triangle under a sample is nearly always among the four that
 // the pixels around it show.
 constexpr double kPixelsATriangle = 4;
@@ -143,18 +146,22 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     }
   });
   if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
+  // One view sees all of a height field, but little of steep walls: some cliffs are well, a pit is not.
+  double steep = 0, whole = 0;
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
     if (surface.usable[i] == 0) continue;
     const auto& [a, b, c] = surface.triangles[i];
     const Vec3d face =
         cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
-    // However steep: one view sees all of a height field.
-    if (!(dot(face, mean) > 0)) return std::nullopt;
+    double least = dot(face, mean) / length(face);
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      if (!(dot(Vec3d(corner.normal), mean) > 0)) return std::nullopt;
+      least = std::min(least, dot(Vec3d(corner.normal), mean));
     }
+    if (!(least > 0)) return std::nullopt;
+    if (least < kSteep) steep += length(face);
+    whole += length(face);
   }
-  return mean;
+  return steep <= kMostSteep * whole ? std::optional(mean) : std::nullopt;
 }
 
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,

@@ -99,7 +99,7 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       .add_option(
           "--edge-width", a.edge_width,
           "--direction auto: how near to a hard edge rays turn, D or P% (default: for each edge "
-          "half the width of HIGH's bevel there)")
+          "two fifths of the width of HIGH's bevel there)")
       ->group(group_match);
   command
       .add_option("--match-by", a.match_by,
