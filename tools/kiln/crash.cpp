@@ -162,7 +162,7 @@ bool supervised(int& exit_code) {
 
 /// Stands before the C library's, for all that is loaded: LLVM within PoCL sets handlers of its own for SIGABRT,
 /// after which the C library's abort() ends the process without a word.
-extern "C" [[noreturn]] void abort() noexcept {
+extern "C" void abort() noexcept {
   if (kiln::cli::arguments != nullptr) kiln::cli::on_crash(SIGABRT);
   signal(SIGABRT, SIG_DFL);
   raise(SIGABRT);
