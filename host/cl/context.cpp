@@ -185,8 +185,8 @@ void Context::wait() {
   check(driver([&] { return clEnqueueMarkerWithWaitList(queue_, 0, nullptr, &marker.event); }),
         what);
   check(driver([&] { return clFlush(queue_); }), what);
-  // Short waits cost little time, long ones little work.
-  std::chrono::microseconds pause{20};
+  // Each pause is a sixteenth of the wait so far: none makes it much longer.
+  const auto start = std::chrono::steady_clock::now();
   for (;;) {
     cl_int status = CL_COMPLETE;
     check(driver([&] {
@@ -195,8 +195,9 @@ void Context::wait() {
           }),
           what);
     if (status <= CL_COMPLETE) return;
-    std::this_thread::sleep_for(pause);
-    pause = std::min(2 * pause, std::chrono::microseconds{4000});
+    const auto waited = std::chrono::steady_clock::now() - start;
+    std::this_thread::sleep_for(std::clamp<std::chrono::nanoseconds>(
+        waited / 16, std::chrono::microseconds{10}, std::chrono::microseconds{4000}));
     while_waiting();
   }
 }
