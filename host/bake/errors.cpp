@@ -68,13 +68,12 @@ TexelBand part_of(cl::Context& context, const TexelBand& band,
   part.texel_index = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(places));
   part.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(firsts));
   const auto gather = [&]<typename T>(const cl::Array<T>& from, std::size_t planes) {
-    std::vector<T> values(planes * part.capacity);
+    std::vector<T> values(planes * part.capacity), all(band.sample_count);
     for (std::size_t plane = 0; plane < planes; ++plane) {
+      from.read(context, all, plane * band.capacity);  // one wait, not one for each texel
       for (std::size_t i = 0; i < texels.size(); ++i) {
-        from.read(
-            context,
-            std::span(values).subspan(plane * part.capacity + firsts[i], firsts[i + 1] - firsts[i]),
-            plane * band.capacity + first[texels[i]]);
+        std::copy_n(&all[first[texels[i]]], firsts[i + 1] - firsts[i],
+                    &values[plane * part.capacity + firsts[i]]);
       }
     }
     return cl::Array<T>(context, std::span<const T>(values));
