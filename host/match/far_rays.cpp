@@ -7,11 +7,10 @@
 
 #include "match/host_match.h"
 #include "match/ray.h"
+#include "match/some_samples.h"
 
 namespace kiln {
 namespace {
-
-constexpr std::size_t kLocal = 64;
 
 class FarRays : public Matcher {
  public:
@@ -44,21 +43,15 @@ class FarRays : public Matcher {
   void look_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                     const std::vector<float>& reach, Correspondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    const cl::Array<float> points(context_, std::size_t{7} * count);
-    const cl::Array<std::uint32_t> indices(context_, std::span(samples));
-    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, count, indices, band.points, points);
+    const SomeSamples some(context_, band, samples);
     Correspondence result(context_, count);
-    rays_.intersect(points, count, count, query_, result);
+    rays_.intersect(some.band.points, count, count, query_, result);
     HostMatch found(context_, result, count);
     for (std::uint32_t k = 0; k < count; ++k) {
       if (std::abs(found.distance[k]) > reach[samples[k]]) found.triangle[k] = KILN_NO_TRIANGLE;
     }
     result.triangle.write(context_, std::span<const std::uint32_t>(found.triangle));
-    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count, count,
-                    match.capacity, indices, result.triangle, result.barycentric, result.distance,
-                    result.status, match.triangle, match.barycentric, match.distance, match.status);
-    context_.finish();  // `indices` and `result` go
+    some.put_back(result, match);
   }
 
   cl::Context& context_;

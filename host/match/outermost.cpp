@@ -8,13 +8,13 @@
 
 #include "match/host_match.h"
 #include "match/ray.h"
+#include "match/some_samples.h"
 #include "mesh/vector.h"
 #include "shared/ray.h"
 
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 // Faces nearer to each other than this along a ray are one: hits lie up to KILN_BVH_EPSILON off either way.
 constexpr float kSameFace = 4 * KILN_BVH_EPSILON;
 // The light mesh's own face, and those beside it, are met at 0.
@@ -96,22 +96,17 @@ class OutermostMatcher : public Matcher {
   void decide(const TexelBand& band, const std::vector<std::uint32_t>& samples,
               Correspondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    TexelBand some;
-    some.sample_count = some.capacity = count;
-    some.points = cl::Array<float>(context_, std::size_t{7} * count);
-    const cl::Array<std::uint32_t> indices(context_, std::span(samples));
-    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, count, indices, band.points, some.points);
+    SomeSamples some(context_, band, samples);
     if (!low_) low_.emplace(context_, surface_);
-    const std::vector<float> limits = low_->limits(context_, some, outermost_.t_max);
-    some.points.write(context_, std::span(limits), std::size_t{6} * count);
+    const std::vector<float> limits = low_->limits(context_, some.band, outermost_.t_max);
+    some.band.points.write(context_, std::span(limits), std::size_t{6} * count);
 
     Correspondence result(context_, count);
-    rays_.intersect(some.points, count, count, nearest_, result);
+    rays_.intersect(some.band.points, count, count, nearest_, result);
     HostMatch chosen(context_, result, count);
     RayQuery limited = outermost_;
     limited.limited = true;
-    rays_.intersect(some.points, count, count, limited, result);
+    rays_.intersect(some.band.points, count, count, limited, result);
     const HostMatch outer(context_, result, count);
     for (std::size_t i = 0; i < count; ++i) {
       const bool found = outer.triangle[i] != KILN_NO_TRIANGLE;
@@ -120,10 +115,7 @@ class OutermostMatcher : public Matcher {
       chosen.status[i] = KILN_STATUS_OUTERMOST;
     }
     chosen.write(context_, result);
-    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count, count,
-                    match.capacity, indices, result.triangle, result.barycentric, result.distance,
-                    result.status, match.triangle, match.barycentric, match.distance, match.status);
-    context_.finish();  // `indices` and `result` go
+    some.put_back(result, match);
   }
 
   cl::Context& context_;

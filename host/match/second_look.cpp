@@ -4,13 +4,11 @@
 #include <utility>
 #include <vector>
 
-#include "match/host_match.h"
+#include "match/some_samples.h"
 #include "mesh/vector.h"
 
 namespace kiln {
 namespace {
-
-constexpr std::size_t kLocal = 64;
 
 class SecondLook : public Matcher {
  public:
@@ -61,21 +59,13 @@ class SecondLook : public Matcher {
   void look_again(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                   Correspondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    TexelBand some;
-    some.sample_count = some.capacity = count;
-    some.points = cl::Array<float>(context_, std::size_t{7} * count);
-    const cl::Array<std::uint32_t> indices(context_, std::span(samples));
-    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, count, indices, band.points, some.points);
-    std::vector<float> points = some.points.download(context_);
+    SomeSamples some(context_, band, samples);
+    std::vector<float> points = some.band.points.download(context_);
     turn_back(band, samples, points);
-    some.points.write(context_, std::span<const float>(points));
+    some.band.points.write(context_, std::span<const float>(points));
     Correspondence result(context_, count);
-    first_->run(some, result);
-    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count, count,
-                    match.capacity, indices, result.triangle, result.barycentric, result.distance,
-                    result.status, match.triangle, match.barycentric, match.distance, match.status);
-    context_.finish();  // `indices` and `result` go
+    first_->run(some.band, result);
+    some.put_back(result, match);
   }
 
   cl::Context& context_;
