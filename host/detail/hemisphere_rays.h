@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 
 #include "accel/ray.h"
 #include "cl/context.h"
+#include "shared/hemisphere.h"
 
 namespace kiln {
 
@@ -18,6 +20,12 @@ inline RayQuery query_up_to(float distance, bool back_faces) {
   query.inward = true;  // directions are stored reversed
   query.two_sided = back_faces;
   return query;
+}
+
+inline constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
+/// Rounded up to whole work-items.
+constexpr std::uint32_t padded(std::uint32_t count) {
+  return (count + kLanes - 1) / kLanes * kLanes;
 }
 
 /// Grows an array, whose content is lost then.

@@ -15,7 +15,6 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocal = 64, kLocalLanes = 8;
-constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
 // Samples whose rays are cast together: their data stays in a core's cache, and they lie close together.
 constexpr std::uint32_t kPiece = 1U << 14;
 // Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.
@@ -26,10 +25,6 @@ constexpr std::uint32_t kMostRays = 1U << 20;
 constexpr float kPush = 0x1p-17F;
 // Beyond any point that a ray may start from (KILN_RAY_FARTHEST), and all of the high poly.
 constexpr double kFarthest = 2097152;
-
-constexpr std::uint32_t padded(std::uint32_t count) {
-  return (count + kLanes - 1) / kLanes * kLanes;
-}
 
 float ray_length(const Length& length, const Frame& frame) {
   // Where it is as good as nothing, ranges of rays still need a length.

@@ -11,7 +11,6 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocal = 64, kLocalLanes = 8;
-constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
 // Picked samples are rounded up to so many.
 constexpr std::uint32_t kBlock = 64;
 constexpr std::uint32_t kMostRays = 4096;
@@ -26,10 +25,6 @@ constexpr std::uint32_t kMostTimes = 8;  // at once
 constexpr std::size_t kPicked = std::size_t{1} << 20;
 // An odd number near the golden ratio of all turns and sets: each round's rays lie between those before.
 constexpr std::uint32_t kMoreTurn = 5063;
-
-constexpr std::uint32_t padded(std::uint32_t count) {
-  return (count + kLanes - 1) / kLanes * kLanes;
-}
 
 }  // namespace
 
