@@ -202,6 +202,39 @@ TEST(MeasureCommand, ShowsAThinModelLarge) {
   EXPECT_LE(tile[0], 120) << "nothing beside the mesh";
 }
 
+TEST(MeasureCommand, PicturesAreTakenFromTheViewAskedFor) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  Mesh high = test::BumpySphere::dense(2000), low = test::BumpySphere::light(24, 12);
+  for (Mesh* mesh : {&high, &low}) {
+    for (Vec3& p : mesh->positions) p.y *= 20;
+    mesh->normals.clear();
+    mesh->normal_triangles.clear();
+  }
+  save_obj(high, scene / "high.obj");
+  save_obj(low, scene / "low.obj");
+  const auto tile = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"measure", scene / "high.obj", scene / "low.obj",
+                                          "--match", "closest",          "--size",
+                                          "32",      "--directions",     "12",
+                                          "--out",   scene / name,       "--max-distance",
+                                          "10%",     "--picture-size",   "200"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    const json of = read_json(scene / name / "measure_plot.json")["tile"];
+    return std::pair(of[0].get<int>(), of[1].get<int>());
+  };
+  const auto [thin, tall] = tile("front", {"--view", "0,0"});
+  EXPECT_NEAR(tall, 200, 12);
+  EXPECT_LE(thin, 30);
+  const auto [wide, deep] = tile("above", {"--view", "0,90"});
+  EXPECT_NEAR(wide, deep, 12) << "from above it is round";
+  const auto [near_width, near_height] = tile("near", {"--view", "0,0", "--zoom", "4", "--square"});
+  EXPECT_GT(near_width, 2 * thin);
+  EXPECT_LE(near_height, 200);
+}
+
 TEST(MeasureCommand, RatesPlacesOfVisibilityApart) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(2000);
@@ -547,6 +580,8 @@ TEST(MeasureCommand, RefusesBadUsage) {
   expect({high, "--study", "faces", "--views", "0", "--out", out}, 2, {"--views"});
   expect({high, "--study", "faces", "--size", "1", "--out", out}, 2, {"--size"});
   expect({high, "--study", "views", "--max-distance", "0", "--out", out}, 2, {"--max-distance"});
+  expect({high, "--study", "faces", "--zoom", "2", "--out", out}, 2, {"--zoom", "--study"});
+  expect({high, low, "--picture-size", "90"}, 2, {"--picture-size", "--out"});
   expect({high, "--study", "views", "--out", scene / "no/such"}, 5, {"no/such"});
 }
 

@@ -14,6 +14,7 @@
 #include "lab/plot.h"
 #include "lab/rating.h"
 #include "lab/study_output.h"
+#include "picture/view_arguments.h"
 #include "report/check_result.h"
 #include "report/console.h"
 #include "report/json_text.h"
@@ -33,8 +34,14 @@ struct MeasureArguments {
   std::vector<std::string> matches, visibility_at;
   std::optional<std::uint32_t> views, view_size, size, faces, directions;
   HeightArguments heights;
-  bool z_up = false, quiet = false;
+  ViewArguments view;
+  std::optional<std::uint32_t> picture_size;
+  bool quiet = false;
 };
+
+bool asks_for_view(const MeasureArguments& a) {
+  return a.view.given() || a.view.square || a.picture_size.has_value();
+}
 
 /// Contradictions between several options.
 void check(const MeasureArguments& a) {
@@ -62,6 +69,11 @@ void check(const MeasureArguments& a) {
   varies(a.views.has_value(), "--views", a.study == "views");
   varies(a.faces.has_value(), "--faces", a.study != "views");
   varies(a.size.has_value(), "--size", a.study == "size");
+  if (asks_for_view(a)) {
+    fail(
+        "--view, --zoom, --at, --square and --picture-size are for rating matches: --study looks "
+        "from a direction that nothing was matched from. Leave them out.");
+  }
 }
 
 StudyOptions study_options(const MeasureArguments& a) {
@@ -71,7 +83,7 @@ StudyOptions study_options(const MeasureArguments& a) {
   options.view_size = a.view_size.value_or(options.view_size);
   options.size = a.size.value_or(options.size);
   options.faces = a.faces.value_or(options.faces);
-  options.z_up = a.z_up;
+  options.z_up = a.view.z_up;
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   return options;
 }
@@ -86,7 +98,7 @@ Json describe(const MeasureArguments& a, const StudyOptions& options) {
   json["faces"] = views && a.low.empty() ? Json(options.faces) : Json();
   json["height"] = is_height_field(a.high) ? Json(a.heights.height) : Json();
   json["extent"] = a.heights.extent.empty() ? Json() : Json(a.heights.extent);
-  json["z_up"] = a.z_up;
+  json["z_up"] = a.view.z_up;
   return json;
 }
 
@@ -191,7 +203,11 @@ int run_rating(const MeasureArguments& a) {
   options.directions = a.directions.value_or(options.directions);
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   options.pictures = !a.out.empty();
-  options.z_up = a.z_up;
+  if (!options.pictures && asks_for_view(a)) {
+    fail("--view, --zoom, --at, --square and --picture-size are for pictures: add --out DIR.");
+  }
+  options.view = view_options(a.view, is_height_field(a.high));
+  options.view.size = a.picture_size.value_or(0);
   Console console(a.quiet, a.json);
   Stopwatch watch;
   const fs::path folder = a.out;
@@ -254,7 +270,9 @@ int run_rating(const MeasureArguments& a) {
           {"max_distance", a.max_distance},
           {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
           {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
-          {"z_up", a.z_up}}}};
+          {"view", {options.view.azimuth_degrees, options.view.elevation_degrees}},
+          {"zoom", options.view.zoom},
+          {"z_up", options.view.z_up}}}};
     json.update(cli::describe(*ratings));
     json["seconds"] = {{"load", seconds_load}, {"rate", seconds_rate}, {"total", watch.total()}};
     json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
@@ -339,7 +357,11 @@ Run add_measure(CLI::App& app) {
                    "How far to look each way: world units, or P% of HIGH's diagonal")
       ->capture_default_str();
   add_height_options(*command, a->heights, "The height field (HIGH is a PNG or EXR)");
-  command->add_flag("--z-up", a->z_up, "The error picture's up axis is +Z (default +Y)");
+  command
+      ->add_option("--picture-size", a->picture_size,
+                   "Pixels of a picture's longer side (default: by how much of it the mesh fills)")
+      ->check(CLI::Range(64U, 4096U));
+  add_view_options(*command, a->view);
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file");
   command->add_flag("--quiet", a->quiet,

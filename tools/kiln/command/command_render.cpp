@@ -230,7 +230,7 @@ Json time_frames(const RenderArguments& arguments, Console& console, const Scene
     char text[96];
     std::snprintf(text, sizeof text, "%s %s %.2f ms (%s bytes)", line.back() == ':' ? "" : ",",
                   name, cost.seconds_median * 1e3, with_commas(cost.bytes).c_str());
-    line += line.back() == ':' ? text + 1 : text;
+    line += text;
   };
   if (high != nullptr) add("reference", "high poly", *high, options);
   RenderOptions plain = options;

@@ -305,7 +305,7 @@ def draw_pictures(data, folder):
     count = max(len(block["tiles"]) for block in data["blocks"])
     across = max(1, min(count, (room + gap) // cell))
     block_width = max(across * cell - gap, 450)
-    block_height = head + cell_height * -(-count // across)
+    block_height = head + cell_height * -(-count // across) + gap
     blocks_down = -(-len(data["blocks"]) // max(1, (room + between) // (block_width + between)))
     blocks_across = -(-len(data["blocks"]) // blocks_down)
     page = Page(max(2 * margin + blocks_across * (block_width + between) - between, 820),

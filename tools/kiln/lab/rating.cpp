@@ -78,11 +78,10 @@ Image draw_field(const Device& device, const Mesh& low, const Image& field, floa
 
 void draw_pictures(const Device& device, const Mesh& high, const Mesh& low, const Image& map,
                    const RatingOptions& options, Rating& row) {
-  RenderOptions view;
+  RenderOptions view = options.view;
   view.frame = &high;
-  view.z_up = options.z_up;
   const Scene scene(device, low, {&map});
-  view.size = picture_size(scene, view, kPictureSide);
+  if (view.size == 0) view.size = picture_size(scene, view, kPictureSide);
   row.shape = gray(scene.draw(view));
   const AssessmentFields& fields = row.match.fields;
   row.object_space = draw_field(device, low, fields.object_space, -1, view);

@@ -23,7 +23,7 @@ struct RatingOptions {
   std::uint32_t directions = 512;  ///< Of viewing rays
   Length max_distance = Length::share(0.02);
   bool pictures = false;
-  bool z_up = false;
+  RenderOptions view;  ///< Of the pictures. Size 0: by how much of a picture the mesh fills
 };
 
 /// One way to match.
