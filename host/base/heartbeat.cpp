@@ -34,6 +34,12 @@ bool Heartbeat::tell(double done, std::string_view stage) {
   return go_on;
 }
 
+void Heartbeat::at(double done, std::string_view stage) {
+  Heartbeat* const heart = of_thread;
+  if (heart == nullptr || heart->calling_) return;
+  if (!heart->tell(done, stage)) throw Cancelled();
+}
+
 bool Heartbeat::here() { return of_thread != nullptr; }
 
 void Heartbeat::beat() {

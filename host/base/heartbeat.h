@@ -7,12 +7,15 @@
 #include <string_view>
 #include <thread>
 
+#include "kiln/error.h"
 #include "kiln/types.h"
 
 namespace kiln {
 
 /// Thrown by what is under way where its caller says stop.
-struct Cancelled {};
+struct Cancelled : Error {
+  Cancelled() : Error(ErrorCode::cancelled, "Stopped: the progress callback said so.") {}
+};
 
 /// While it lives, beat() on the thread that made it calls the callback where it has not been called for a
 /// while. Of several on one thread the last one counts.
@@ -30,6 +33,9 @@ class Heartbeat {
   /// Of the calling thread, where it has one: tells the callback what it was told last, if that was more
   /// than 50 ms ago. Costs the reading of a clock. \throws Cancelled where it says stop
   static void beat();
+
+  /// Of the calling thread, where it has one: tells the callback now. \throws Cancelled where it says stop
+  static void at(double done, std::string_view stage);
 
   /// Whether the calling thread has one.
   static bool here();

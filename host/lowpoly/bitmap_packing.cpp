@@ -8,6 +8,7 @@
 #include <optional>
 #include <tuple>
 
+#include "base/heartbeat.h"
 #include "base/parallel.h"
 
 namespace kiln {
@@ -196,6 +197,7 @@ class Packer {
     packing.places.assign(outlines_.size(), {});
     Taken taken(side_);
     for (std::size_t n = 0; n < sequence.size(); ++n) {
+      Heartbeat::beat();
       const std::uint32_t i = sequence[n];
       const ChartMask* chosen = nullptr;
       std::uint32_t best = side_ + 1, x = 0, y = 0;

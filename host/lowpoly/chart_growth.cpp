@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/heartbeat.h"
 #include "lowpoly/pairing.h"
 
 namespace kiln {
@@ -49,6 +50,7 @@ class Merger {
       if (patches_[p].alive) propose(p, true, fits);
     }
     while (!queue_.empty()) {
+      Heartbeat::beat();
       const Pair pair = queue_.top();
       queue_.pop();
       if (!patches_[pair.a].alive || !patches_[pair.b].alive) continue;

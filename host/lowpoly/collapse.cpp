@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/heartbeat.h"
 #include "base/parallel.h"
 
 namespace kiln {
@@ -268,10 +269,12 @@ bool EdgeCollapser::take(const Entry& entry) {
 }
 
 void EdgeCollapser::run(std::size_t faces, double distance) {
-  std::size_t poor = 0;
+  constexpr std::size_t kBeat = 1024;
+  std::size_t poor = 0, looked = 0;
   while (true) {
     std::size_t taken = 0;
     while (mesh_.faces > faces && !heap_.empty()) {
+      if (++looked % kBeat == 0) Heartbeat::beat();
       const Entry entry = heap_.front();
       const bool valid = entry.stamp_a == stamps_[entry.a] && entry.stamp_b == stamps_[entry.b];
       const double area = quadrics_[entry.a].area + quadrics_[entry.b].area;

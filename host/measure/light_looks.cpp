@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "bake/progress.h"
+#include "base/heartbeat.h"
 #include "base/stopwatch.h"
 #include "kiln/plan.h"
 
@@ -28,9 +28,7 @@ Mesh with_any_uvs(Mesh mesh) {
 
 }  // namespace
 
-void LightLooks::say(double done, const char* doing) const {
-  BakeProgress(bake_.progress).at(done, doing);
-}
+void LightLooks::say(double done, const char* doing) const { Heartbeat::at(done, doing); }
 
 void LightLooks::take_pictures(std::uint32_t screen) {
   say(0, "looking at the dense mesh");

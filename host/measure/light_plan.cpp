@@ -9,6 +9,7 @@
 
 #include "bake/pipeline.h"
 #include "kiln/plan.h"
+#include "kiln/progress.h"
 #include "measure/light_check.h"
 #include "measure/light_looks.h"
 
@@ -53,6 +54,7 @@ class LightPlanner {
         high_(high),
         options_(options),
         bake_(options.bake),
+        alive_(bake_.progress),
         looks_(source, high, bake_, plan_) {
     plan_.wanted = options.max_error;
     bits_ = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
@@ -126,7 +128,7 @@ class LightPlanner {
     return false;
   }
 
-  void say(double done, const char* doing) { BakeProgress(bake_.progress).at(done, doing); }
+  void say(double done, const char* doing) { Heartbeat::at(done, doing); }
 
   /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
   /// as many bytes of texels as of vertices.
@@ -367,6 +369,7 @@ class LightPlanner {
   const Mesh& high_;
   const LightPlanOptions& options_;
   BakeOptions bake_;
+  ProgressScope alive_;
   std::uint32_t bits_ = 8, largest_ = 0;
   std::vector<std::uint32_t> channels_, sizes_;
   double seams_ = 10;  // vertices that seams add, over the square root of positions

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bake/pipeline.h"
+#include "kiln/progress.h"
 #include "measure/normal_probe.h"
 
 namespace kiln {
@@ -91,6 +92,7 @@ class Planner {
   }
 
   PlannedBake run() {
+    const ProgressScope alive(options_.bake.progress);
     const auto plan = [this] {
       try {
         return planned();
@@ -307,7 +309,7 @@ class Planner {
     // What is unlikely to be chosen is looked at coarsely.
     options.visibility.directions = std::min(options.visibility.directions, kLimitDirections);
     if (options.views.size == 0 && method != methods_.front()) options.views.size = kLimitView;
-    BakeProgress(options.progress).at(0, doing);
+    Heartbeat::at(0, doing);
     const Stopwatch watch;
     NormalProbe::Limit limit = probe_->limit(options, field_);
     planned_.limits.push_back({method, limit.error, limit.missed, watch.total()});

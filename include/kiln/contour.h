@@ -81,7 +81,8 @@ struct ContourReport {
 ///
 /// Voxels that are not finite count as outside ("non-finite-voxels"). Vertices have positions relative
 /// to the volume's origin and smooth unit normals. Deterministic: the same on every run, number of
-/// threads and conforming device. Nothing is kept, no callback comes, and several threads may call it.
+/// threads and conforming device. Nothing is kept, and several threads may call it. A ProgressScope hears of it
+/// and may stop it.
 /// \param report  where to write what was done; may be null
 /// \throws Error(usage) for an iso value that is not finite; Error(input) for a volume of fewer than two
 ///         voxels along an axis, or more than 32,766, whose voxels are all the same or miss the iso value

@@ -10,11 +10,12 @@ namespace KILN_PUBLIC kiln {
 
 /// What kind of failure an Error reports. The values are the command line's exit codes.
 enum class ErrorCode {
-  internal = 1,  ///< A defect of Kiln's own, or memory ran out.
-  usage = 2,     ///< A parameter is out of its range, or two contradict each other.
-  input = 3,     ///< A file or a mesh cannot be used.
-  device = 4,    ///< No OpenCL device, or a device call failed.
-  output = 5,    ///< A result could not be written. Nothing partial is left behind.
+  internal = 1,     ///< A defect of Kiln's own, or memory ran out.
+  usage = 2,        ///< A parameter is out of its range, or two contradict each other.
+  input = 3,        ///< A file or a mesh cannot be used.
+  device = 4,       ///< No OpenCL device, or a device call failed.
+  output = 5,       ///< A result could not be written. Nothing partial is left behind.
+  cancelled = 130,  ///< A ProgressScope's callback said stop. Nothing is wrong.
 };
 
 /// The one exception type that leaves the library (beside std::bad_alloc).
@@ -34,7 +35,7 @@ class Error : public std::runtime_error {
   /// The kind of failure.
   ErrorCode code() const noexcept { return code_; }
   /// What is wrong, in words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
-  /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`. Never null.
+  /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`. Never null.
   const char* id() const noexcept { return id_; }
 
  private:
@@ -48,6 +49,8 @@ class Error : public std::runtime_error {
         return "device";
       case ErrorCode::output:
         return "output";
+      case ErrorCode::cancelled:
+        return "cancelled";
       case ErrorCode::internal:
         break;
     }

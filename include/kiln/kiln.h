@@ -31,6 +31,7 @@
 #include "kiln/parts.h"
 #include "kiln/pixels.h"
 #include "kiln/plan.h"
+#include "kiln/progress.h"
 #include "kiln/ray.h"
 #include "kiln/reasons.h"
 #include "kiln/recall.h"

@@ -110,8 +110,8 @@ std::uint64_t split_vertices(const Mesh& mesh);
 /// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,
 /// at most seven times, or ten as long as none does. What is returned is always measured on the very map.
 /// Lifetimes, threads, tangents and welding as bake() and simplify(): nothing is kept, and several threads may
-/// plan from one Source. BakeOptions::progress comes on the caller's thread: ten times a second within bakes,
-/// else between steps. Where it says stop, LightBake::cancelled is set.
+/// plan from one Source. BakeOptions::progress comes on the caller's thread, ten times a second. Where it says
+/// stop, LightBake::cancelled is set.
 /// \param high  the mesh that `source` was made of
 /// \throws as simplify(), unwrap() and bake(); Error(usage) for options out of range
 /// Deterministic: the same on every run and number of threads.

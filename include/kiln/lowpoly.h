@@ -67,7 +67,7 @@ struct SimplifyReport {
 /// where a collapse takes two, and up to two fewer for each triangle that was mended. Works the same at any
 /// scale. Deterministic: the same on every run and number of threads.
 /// Lifetimes: `high` is read during the call, and the result is the caller's own. Thread safety: may be called
-/// from several threads. No callback comes, and it cannot be cancelled.
+/// from several threads. A ProgressScope hears of it and may stop it.
 /// \param report  where to write what was done; may be null (which saves measuring with `faces`)
 ///
 /// With `keep_uvs`, seams, open borders and borders between groups are lines that vertices move along only,

@@ -40,10 +40,8 @@ struct Length {
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 ///
 /// Threads: it comes on the thread that called Kiln, and never two at once for one call.
-/// How often: Source::build(), bake() and match() call it at least ten times a second, also while the driver
-/// compiles kernels. Stopped then, they return at once; the compiler goes on in a thread of the Device's, for
-/// whoever needs the kernels next. bake_planned() and bake_light() call it as often within their bakes, else
-/// between steps; a step such as simplify() of a large mesh takes seconds. assess() calls it between directions.
+/// How often: ten times a second, also while the driver compiles kernels. Stopped then, a function returns at
+/// once; the compiler goes on in a thread of the Device's, for whoever needs the kernels next.
 /// What it may do: take its time (the work waits), throw, and call anything of Kiln that does not use the same
 /// Device. It must not change what the call reads. What it throws leaves the function that was called; nothing
 /// is left behind.

@@ -1,17 +1,26 @@
 // Long work: signs of life, cancelling, threads, and what a session says it changed.
+#include "kiln/progress.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <functional>
+#include <memory>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "base/parallel.h"
 #include "kiln/bake.h"
+#include "kiln/contour.h"
+#include "kiln/light_plan.h"
 #include "kiln/session.h"
 #include "kiln/threads.h"
 #include "support/environment.h"
 #include "support/shapes.h"
+#include "support/volumes.h"
 
 namespace kiln {
 namespace {
@@ -125,6 +134,96 @@ TEST(Progress, CallsComeTenTimesASecond) {
   bake(*source, low, options);
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   EXPECT_GT(static_cast<double>(times.size()), 8 * seconds) << seconds << " s";
+}
+
+/// Long work that takes no callback, by name.
+std::vector<std::pair<std::string, std::function<void()>>> silent_work(const Device& device) {
+  const auto high = std::make_shared<const Mesh>(test::BumpySphere::dense(60000));
+  const auto some = std::make_shared<const Mesh>(simplify(*high, {.faces = 6000}));
+  const auto volume = std::make_shared<const Volume>(test::make_float_volume(
+      {130, 130, 130},
+      [](double x, double y, double z) { return test::gyroid_field(x, y, z, 26); }));
+  const auto source = std::make_shared<const Source>(device, *some);
+  return {
+      {"simplify", [=] { simplify(*high, {.faces = 2000}); }},
+      {"unwrap", [=] { unwrap(*some, {.method = UnwrapMethod::charts}); }},
+      {"contour", [=] { contour(device, *volume, {.iso = 0}); }},
+      {"extract", [=] { extract(device, *volume, {.contour = {.iso = 0}, .faces = 3000}); }},
+      {"bake_light",
+       [=] {
+         LightPlanOptions options;
+         options.max_error = 3;
+         options.bake.width = options.bake.height = 64;
+         const LightBake light = bake_light(*source, *some, options);
+         if (light.cancelled) throw Error(ErrorCode::cancelled, "cancelled");
+       }},
+  };
+}
+
+TEST(ProgressScope, HearsOfWorkWithoutACallback) {
+  KILN_REQUIRE_DEVICE();
+  for (const auto& [name, work] : silent_work(*test::device())) {
+    work();  // kernels
+    int calls = 0;
+    const auto begin = Clock::now();
+    {
+      const ProgressScope scope([&](double done, std::string_view) {
+        EXPECT_GE(done, 0);
+        EXPECT_LE(done, 1);
+        ++calls;
+        return true;
+      });
+      work();
+    }
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    EXPECT_GT(calls, static_cast<int>(6 * seconds) - 1) << name << ", " << seconds << " s";
+    const int before = calls;
+    if (name == "unwrap") work();  // the scope has ended
+    EXPECT_EQ(calls, before);
+  }
+}
+
+TEST(ProgressScope, StopsWorkWithoutACallback) {
+  KILN_REQUIRE_DEVICE();
+  for (const auto& [name, work] : silent_work(*test::device())) {
+    int calls = 0;
+    const ProgressScope scope([&](double, std::string_view) { return ++calls < 2; });
+    try {
+      work();
+      ADD_FAILURE() << name << " went on after " << calls << " calls";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::cancelled) << name;
+      EXPECT_STREQ(error.id(), "cancelled") << name;
+    }
+    EXPECT_EQ(calls, 2) << name;
+  }
+}
+
+TEST(ProgressScope, ACallbackOfTheWorkGoesFirst) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::cube());
+  int own = 0, outer = 0;
+  BakeOptions options{.width = 16, .height = 16};
+  options.progress = [&](double, std::string_view) { return ++own > 0; };
+  const ProgressScope scope([&](double, std::string_view) { return ++outer > 0; });
+  EXPECT_FALSE(bake(source, test::cube(), options).cancelled);
+  EXPECT_GT(own, 0);
+  EXPECT_EQ(outer, 0);
+}
+
+TEST(ProgressScope, TellsWhatItIsTold) {
+  double told = -1;
+  std::string doing;
+  ProgressScope scope([&](double done, std::string_view stage) {
+    told = done;
+    doing = stage;
+    return done < 1;
+  });
+  scope.at(0.25, "loading");
+  EXPECT_EQ(told, 0.25);
+  EXPECT_EQ(doing, "loading");
+  EXPECT_THROW(scope.at(1, "ending"), Error);
+  ProgressScope((Progress())).at(1, "nobody hears");
 }
 
 TEST(Threads, TheLimitHoldsAndChangesNothing) {
