@@ -11,6 +11,7 @@
 #include "kiln/plan.h"
 #include "measure/light_check.h"
 #include "measure/light_looks.h"
+#include "measure/light_planner.h"
 
 namespace kiln {
 namespace {
@@ -48,12 +49,13 @@ Image rounded(Image map, std::uint32_t bits) {
 
 class LightPlanner {
  public:
-  LightPlanner(const Source& source, const Mesh& high, const LightPlanOptions& options)
+  LightPlanner(const Source& source, const Mesh& high, const LightPlanOptions& options,
+               LevelCache& cache)
       : source_(source),
         high_(high),
         options_(options),
         bake_(options.bake),
-        looks_(source, high, bake_, plan_) {
+        looks_(source, high, bake_, plan_, cache) {
     plan_.wanted = options.max_error;
     bits_ = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
     for (const MapInfo& info : maps()) {
@@ -378,9 +380,15 @@ class LightPlanner {
 
 }  // namespace
 
+LightBake plan_light(const Source& source, const Mesh& high, const LightPlanOptions& options,
+                     LevelCache& cache) {
+  return LightPlanner(source, high, options, cache).run();
+}
+
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options) {
   check_light_plan(options);
-  return LightPlanner(source, high, options).run();
+  LevelCache cache;
+  return plan_light(source, high, options, cache);
 }
 
 }  // namespace kiln
