@@ -20,21 +20,30 @@ constexpr int lines = 15;
 /// A part is at least this share of its chart.
 constexpr double least_share = 0.01;
 
-using Extents = std::array<std::pair<double, double>, directions>;
+/// Of points along each direction.
+using Along = std::array<double, directions>;
 
-Extents no_extents() {
-  constexpr double most = std::numeric_limits<double>::max();
-  Extents extents;
-  extents.fill({most, -most});
-  return extents;
-}
+/// What points span along each direction.
+struct Extents {
+  Along low, high;
+  Extents() {
+    low.fill(std::numeric_limits<double>::max());
+    high.fill(-std::numeric_limits<double>::max());
+  }
+  void add(const Along& least, const Along& most) {
+    for (std::size_t d = 0; d < directions; ++d) {
+      low[d] = std::min(low[d], least[d]);
+      high[d] = std::max(high[d], most[d]);
+    }
+  }
+};
 
 double smallest_box(const Extents& extents) {
   double least = std::numeric_limits<double>::max();
   for (std::size_t k = 0; k < directions / 2; ++k) {
-    const auto& [low, high] = extents[k];
-    const auto& [left, right] = extents[k + directions / 2];
-    least = std::min(least, (high - low) * (right - left));
+    const std::size_t across = k + directions / 2;
+    least = std::min(
+        least, (extents.high[k] - extents.low[k]) * (extents.high[across] - extents.low[across]));
   }
   return least;
 }
@@ -62,23 +71,21 @@ struct Shape {
       }
       area += chart.rest[i].area;
     }
+    along.resize(chart.points.size());
     for (std::size_t d = 0; d < directions; ++d) {
       const double angle = static_cast<double>(d) * std::numbers::pi / directions;
       const FlatPoint to{std::cos(angle), std::sin(angle)};
-      for (const FlatPoint& p : chart.points) {
-        along[d].push_back(dot(to, p));
-        whole[d].first = std::min(whole[d].first, along[d].back());
-        whole[d].second = std::max(whole[d].second, along[d].back());
-      }
+      for (std::size_t v = 0; v < along.size(); ++v) along[v][d] = dot(to, chart.points[v]);
     }
+    for (const Along& at : along) whole.add(at, at);
     box = smallest_box(whole);
   }
 
   const FlatChart& chart;
-  std::vector<std::uint32_t> neighbour;               ///< Over each side of each triangle.
-  std::vector<double> length;                         ///< Of each side.
-  std::array<std::vector<double>, directions> along;  ///< Of each vertex.
-  Extents whole = no_extents();
+  std::vector<std::uint32_t> neighbour;  ///< Over each side of each triangle.
+  std::vector<double> length;            ///< Of each side.
+  std::vector<Along> along;              ///< Of each vertex.
+  Extents whole;
   double area = 0, box = 0;
 };
 
@@ -94,10 +101,10 @@ class Sweep {
   Cut run(std::size_t direction) {
     for (std::uint32_t i = 0; i < count_; ++i) {
       const Triangle& t = shape_.chart.triangles[i];
-      const std::vector<double>& along = shape_.along[direction];
-      across_[i] = (along[t[0]] + along[t[1]] + along[t[2]]) / 3;
+      const std::vector<Along>& along = shape_.along;
+      across_[i] = (along[t[0]][direction] + along[t[1]][direction] + along[t[2]][direction]) / 3;
     }
-    const auto& [low, high] = shape_.whole[direction];
+    const double low = shape_.whole.low[direction], high = shape_.whole.high[direction];
     for (int line = 1; line <= lines; ++line) look(low + (high - low) * line / (lines + 1));
     return std::move(best_);
   }
@@ -114,6 +121,7 @@ class Sweep {
   void look(double line) {
     part_.assign(count_, no_index);
     parts_.clear();
+    extents_.clear();
     for (std::uint32_t seed = 0; seed < count_; ++seed) {
       if (part_[seed] == no_index) spread(line, seed);
     }
@@ -157,23 +165,30 @@ class Sweep {
     if (std::min(part.area, shape_.area - part.area) < least_share * shape_.area) return;
     const double cost = part.length * (2 * price_.margin + price_.seam);
     if (shape_.box - shape_.area - cost <= best_.gain_at(part.length)) return;
-    Extents inside = no_extents(), outside = no_extents();
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      Extents& extents = part_[i] == p ? inside : outside;
-      for (std::size_t d = 0; d < directions; ++d) {
-        auto& [low, high] = extents[d];
-        for (const std::uint32_t v : shape_.chart.triangles[i]) {
-          low = std::min(low, shape_.along[d][v]);
-          high = std::max(high, shape_.along[d][v]);
-        }
-      }
+    if (extents_.empty()) find_extents();
+    Extents outside;
+    for (std::uint32_t other = 0; other < parts_.size(); ++other) {
+      if (other != p) outside.add(extents_[other].low, extents_[other].high);
     }
-    const double gain = shape_.box - smallest_box(inside) - smallest_box(outside) - cost;
+    const double gain = shape_.box - smallest_box(extents_[p]) - smallest_box(outside) - cost;
     if (gain <= best_.gain_at(part.length)) return;
     best_.gain = gain;
     best_.length = part.length;
     best_.apart.resize(count_);
     for (std::uint32_t i = 0; i < count_; ++i) best_.apart[i] = part_[i] == p;
+  }
+
+  /// Of all parts in one pass. A vertex counts again only where another part came between.
+  void find_extents() {
+    extents_.assign(parts_.size(), {});
+    last_.assign(shape_.along.size(), no_index);
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      for (const std::uint32_t v : shape_.chart.triangles[i]) {
+        if (last_[v] == part_[i]) continue;
+        last_[v] = part_[i];
+        extents_[part_[i]].add(shape_.along[v], shape_.along[v]);
+      }
+    }
   }
 
   const Shape& shape_;
@@ -182,6 +197,8 @@ class Sweep {
   std::vector<double> across_;
   std::vector<std::uint32_t> part_, stack_;
   std::vector<Part> parts_;
+  std::vector<Extents> extents_;     ///< Of each part; empty until one is needed.
+  std::vector<std::uint32_t> last_;  ///< The part that a vertex counted for last.
   Cut best_;
 };
 

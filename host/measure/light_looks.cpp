@@ -30,17 +30,23 @@ Mesh with_any_uvs(Mesh mesh) {
 
 void LightLooks::say(double done, const char* doing) const { Heartbeat::at(done, doing); }
 
-void LightLooks::take_pictures(std::uint32_t screen) {
-  say(0, "looking at the dense mesh");
+DenseShown shown_to_plans(const Source& source, std::uint32_t screen) {
   std::vector<ViewAngles> views;
   for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {
     views.push_back(view_angles(toward));
   }
   const PictureGrid grid{screen == 0 ? kPixels : kScreenPixels, screen};
+  DenseShown shown;
+  shown.pictures = pictures_of(impl_of(source), views, grid);
+  shown.hits = hits_by_rays(context_of(impl_of(source).device), impl_of(source).rays(),
+                            shown.pictures, kDenseStart);
+  return shown;
+}
+
+void LightLooks::take_pictures(std::uint32_t screen) {
+  say(0, "looking at the dense mesh");
   const Stopwatch watch;
-  shown_.pictures = pictures_of(impl_of(source_), views, grid);
-  shown_.hits = hits_by_rays(context_of(impl_of(source_).device), impl_of(source_).rays(),
-                             shown_.pictures, kDenseStart);
+  shown_ = shown_to_plans(source_, screen);
   plan_.seconds_measure += watch.total();
 }
 
@@ -54,7 +60,9 @@ void LightLooks::make_levels(std::uint32_t most) {
     if (faces.empty() || whole < faces.back()) faces.push_back(whole);
   }
   if (faces.empty()) faces.push_back(kFewestFaces);
-  levels_ = std::make_unique<SimplifyLevels>(high_, faces);
+  std::shared_ptr<const SimplifyLevels>& known = cache_[most];
+  if (known == nullptr) known = std::make_shared<const SimplifyLevels>(high_, faces);
+  levels_ = known;
   plan_.seconds_simplify += watch.total();
   std::vector<double> counts;
   for (std::size_t i = 0; i < levels_->count(); ++i) {

@@ -5,19 +5,25 @@
 #include <memory>
 
 #include "kiln/light_plan.h"
-#include "lowpoly/simplify_levels.h"
 #include "measure/light_model.h"
+#include "measure/light_planner.h"
 #include "measure/normal_probe.h"
 
 namespace kiln {
+
+/// What plans see of the dense mesh.
+/// \param screen  pixels that pictures are wide; 0: endlessly many
+DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
 
 /// Pictures of the dense mesh, light meshes of all numbers of faces, and what is known of them.
 class LightLooks {
  public:
   /// \param bake  how to match; may be changed by choose_match(). All outlive this
   /// \param plan  where seconds are added to
-  LightLooks(const Source& source, const Mesh& high, BakeOptions& bake, LightBake& plan)
-      : source_(source), high_(high), bake_(bake), plan_(plan) {}
+  /// \param cache  light meshes that are known, or become so
+  LightLooks(const Source& source, const Mesh& high, BakeOptions& bake, LightBake& plan,
+             LevelCache& cache)
+      : source_(source), high_(high), bake_(bake), plan_(plan), cache_(cache) {}
 
   void take_pictures(std::uint32_t screen);
   /// \param most  faces of the finest level
@@ -41,8 +47,9 @@ class LightLooks {
   const Mesh& high_;
   BakeOptions& bake_;
   LightBake& plan_;
+  LevelCache& cache_;
   DenseShown shown_;
-  std::unique_ptr<SimplifyLevels> levels_;
+  std::shared_ptr<const SimplifyLevels> levels_;
   std::unique_ptr<LightModel> model_;
 };
 

@@ -12,6 +12,7 @@
 #include "kiln/progress.h"
 #include "measure/light_check.h"
 #include "measure/light_looks.h"
+#include "measure/light_planner.h"
 
 namespace kiln {
 namespace {
@@ -49,13 +50,14 @@ Image rounded(Image map, std::uint32_t bits) {
 
 class LightPlanner {
  public:
-  LightPlanner(const Source& source, const Mesh& high, const LightPlanOptions& options)
+  LightPlanner(const Source& source, const Mesh& high, const LightPlanOptions& options,
+               LevelCache& cache)
       : source_(source),
         high_(high),
         options_(options),
         bake_(options.bake),
         alive_(bake_.progress),
-        looks_(source, high, bake_, plan_) {
+        looks_(source, high, bake_, plan_, cache) {
     plan_.wanted = options.max_error;
     bits_ = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
     for (const MapInfo& info : maps()) {
@@ -381,9 +383,15 @@ class LightPlanner {
 
 }  // namespace
 
+LightBake plan_light(const Source& source, const Mesh& high, const LightPlanOptions& options,
+                     LevelCache& cache) {
+  return LightPlanner(source, high, options, cache).run();
+}
+
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options) {
   check_light_plan(options);
-  return LightPlanner(source, high, options).run();
+  LevelCache cache;
+  return plan_light(source, high, options, cache);
 }
 
 }  // namespace kiln

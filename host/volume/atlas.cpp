@@ -222,6 +222,20 @@ std::vector<Extent> extents_of(const LightSurface& light,
 
 }  // namespace
 
+Mesh polygon_mesh(const LightSurface& light, const Volume& volume) {
+  Mesh mesh;
+  mesh.name = volume.name;
+  mesh.origin = volume.origin;
+  mesh.positions = light.positions;
+  mesh.normals = light.normals;
+  for (const auto& c : chart_corners(light)) {
+    mesh.triangles.push_back({c[0], c[1], c[2]});
+    if (c[3] != kNone) mesh.triangles.push_back({c[0], c[2], c[3]});
+  }
+  mesh.normal_triangles = mesh.triangles;
+  return mesh;
+}
+
 std::uint32_t atlas_size(const LightSurface& light, double texels_per_unit, std::uint32_t border) {
   constexpr std::uint32_t kStep = 16, kLargest = 8192;
   const std::vector<Extent> extents = extents_of(light, chart_corners(light));

@@ -25,6 +25,9 @@ struct Atlas {
 /// \param texels_per_unit  side of the world's unit in texels
 std::uint32_t atlas_size(const LightSurface& light, double texels_per_unit, std::uint32_t border);
 
+/// The triangles, in the order of Atlas::mesh, without UVs.
+Mesh polygon_mesh(const LightSurface& light, const Volume& volume);
+
 /// Packs the polygons as rectangles; single triangles are paired where they unfold well. The corners lie on
 /// texel centres, `border` texels in from the rectangle's sides, so that bilinear filtering reads the
 /// chart's own texels alone. Sides follow the polygon's lengths; as dense as fits.

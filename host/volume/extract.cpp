@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "volume/atlas.h"
+#include "volume/chart_map.h"
 #include "volume/light_surface.h"
 #include "volume/normal_splat.h"
 #include "volume/vertex_tree.h"
@@ -115,6 +116,23 @@ LightSurface choose_surface(const FineSurface& surface, const VertexTree& tree,
   return light;
 }
 
+void warn_of_fine_map(const Volume& volume, ExtractReport& report) {
+  if (report.texels_per_cell < kMapTooFine) return;
+  // Texels a cell go with the size; a multiple of 16 at or above what comes to 2.
+  const double side = 2 * report.used.size / report.texels_per_cell;
+  const auto better = static_cast<std::uint32_t>(16 * std::max(1.0, std::ceil(side / 16)));
+  char texels[32];
+  std::snprintf(texels, sizeof texels, "%.3g", report.texels_per_cell);
+  report.warnings.push_back(
+      {"map-too-fine",
+       std::string("The map has ") + texels + " texels a cell of volume '" + volume.name +
+           "', whose fine vertices give one normal each: the rest is filled in between, and may "
+           "be worse than no map. Ask for about " +
+           std::to_string(better) + " x " + std::to_string(better) +
+           " texels (2 a cell), or match by rays.",
+       report.charts});
+}
+
 void describe_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptions& options,
                     ExtractReport& report) {
   const std::uint32_t size = report.used.size;
@@ -129,21 +147,17 @@ void describe_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptio
                                    std::to_string(options.border_texels) + ".",
                                atlas.charts.size()});
   }
-  if (report.texels_per_cell >= kMapTooFine) {
-    // Texels a cell go with the size; a multiple of 16 at or above what comes to 2.
-    const double side = 2 * size / report.texels_per_cell;
-    const auto better = static_cast<std::uint32_t>(16 * std::max(1.0, std::ceil(side / 16)));
-    char texels[32];
-    std::snprintf(texels, sizeof texels, "%.3g", report.texels_per_cell);
-    report.warnings.push_back(
-        {"map-too-fine",
-         std::string("The map has ") + texels + " texels a cell of volume '" + volume.name +
-             "', whose fine vertices give one normal each: the rest is filled in between, and may "
-             "be worse than no map. Ask for about " +
-             std::to_string(better) + " x " + std::to_string(better) +
-             " texels (2 a cell), or match by rays.",
-         report.charts});
-  }
+  warn_of_fine_map(volume, report);
+}
+
+void describe_charts(const ChartLayout& layout, const Volume& volume, ExtractReport& report) {
+  report.charts = layout.unwrapped.charts;
+  report.coverage = layout.unwrapped.coverage;
+  report.texels_per_cell = layout.texels_per_unit * spacing_of(volume);
+  report.non_manifold_edges = crowded_edges(layout.mesh);
+  const std::vector<Warning>& warnings = layout.unwrapped.warnings;
+  report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
+  warn_of_fine_map(volume, report);
 }
 
 }  // namespace
@@ -195,16 +209,28 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   describe_light(light, options, report);
   report.seconds_simplify = seconds_tree + lap();
   ExtractOptions sized = options;
-  if (options.choose.size) {
-    sized.size = atlas_size(light, 1 / spacing_of(volume), options.border_texels);
+  const double spacing = spacing_of(volume);
+  if (options.unwrap == UnwrapMethod::charts) {
+    ChartLayout layout =
+        options.choose.size
+            ? lay_out_charts_at(light, volume, 1 / spacing, options.border_texels, sized.size)
+            : lay_out_charts(light, volume, sized.size, options.border_texels);
+    report.used.size = sized.size;
+    describe_charts(layout, volume, report);
+    report.seconds_atlas = lap();
+    result.normal_map =
+        chart_map(context, surface, light, volume, layout, spacing, sized, report.splatted_texels);
+    result.mesh = std::move(layout.mesh);
+  } else {
+    if (options.choose.size) sized.size = atlas_size(light, 1 / spacing, options.border_texels);
+    report.used.size = sized.size;
+    Atlas atlas = make_atlas(light, volume, sized.size, options.border_texels);
+    describe_atlas(atlas, volume, options, report);
+    report.seconds_atlas = lap();
+    result.normal_map = splat_normals(context, surface, light, atlas, report.texels_per_cell, sized,
+                                      report.splatted_texels);
+    result.mesh = std::move(atlas.mesh);
   }
-  report.used.size = sized.size;
-  Atlas atlas = make_atlas(light, volume, sized.size, options.border_texels);
-  describe_atlas(atlas, volume, options, report);
-  report.seconds_atlas = lap();
-  result.normal_map = splat_normals(context, surface, light, atlas, report.texels_per_cell, sized,
-                                    report.splatted_texels);
-  result.mesh = std::move(atlas.mesh);
   report.seconds_map = lap();
   report.seconds_total = std::chrono::duration<double>(last - start).count() + seconds_tree;
   return result;

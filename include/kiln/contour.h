@@ -11,6 +11,7 @@
 #include "kiln/error.h"
 #include "kiln/export.h"
 #include "kiln/image.h"
+#include "kiln/lowpoly.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 #include "kiln/volume.h"
@@ -107,8 +108,11 @@ struct ExtractOptions {
   /// ("small-parts"): specks of noise.
   double min_part = 0;
 
-  std::uint32_t size = 1024;                       ///< Side of the map, 16 to 8192 texels
-  std::uint32_t border_texels = 2;                 ///< Around each chart, 1 to 64
+  std::uint32_t size = 1024;        ///< Side of the map, 16 to 8192 texels
+  std::uint32_t border_texels = 2;  ///< Around each chart, 1 to 64
+  /// pairs: each polygon is a chart. charts: few large ones, by unwrap(); `border_texels` shrink where they
+  /// leave no room.
+  UnwrapMethod unwrap = UnwrapMethod::pairs;
   NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent (MikkTSpace) or object
   bool flip_y = false;                             ///< Green down (DirectX)
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
@@ -152,9 +156,9 @@ struct ExtractReport {
   std::uint64_t dropped_parts = 0;       ///< ... left out for being small
   double error = 0;                      ///< Greatest root mean square distance of a vertex, cells
   std::uint64_t non_manifold_edges = 0;  ///< Edges of the light mesh with more than two triangles
-  std::uint64_t charts = 0;              ///< One for each polygon
+  std::uint64_t charts = 0;              ///< Of the layout: by pairs, one for each polygon
   double texels_per_cell = 0;            ///< Side of a cell in texels of the map
-  double coverage = 0;                   ///< Share of the map that charts and their borders cover
+  double coverage = 0;  ///< Share of the map that charts cover; by pairs, their borders, too
   std::uint64_t splatted_texels =
       0;                        ///< That fine vertices fell into; the rest of the charts is filled
   double seconds_simplify = 0;  ///< Tree of vertices and choice among them
@@ -184,11 +188,12 @@ inline constexpr double kMapTooFine = 4;
 /// topology (Schaefer, Ju, Warren 2007, "Manifold Dual Contouring", section 3: it allows more than the
 /// criterion of Ju et al. 2002, section 4.1, which permits only one sheet a cell).
 ///
-/// Each polygon of the light mesh is a chart. The fine vertices of the clusters that it spans are
+/// Each polygon of the light mesh is a chart, unless ExtractOptions::unwrap says charts. The fine vertices of the clusters that it spans are
 /// projected onto it and their normals splatted into the map; other texels are filled smoothly within
 /// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
 /// blends neighbours. Along an edge its charts hold the same normals, but across creases of 30 degrees and
-/// more; what that changes fades out within a cell.
+/// more; what that changes fades out within a cell. Large charts are laid out by unwrap(), and read the
+/// polygons' texels, twice as fine: both sides of their seams hold the same.
 /// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
 /// of them, which is no better and may be worse than the light mesh's own normals ("map-too-fine").
 /// Threads, lifetimes and callbacks as contour().

@@ -19,6 +19,7 @@
 #include "kiln/image.h"
 #include "kiln/layers.h"
 #include "kiln/light_plan.h"
+#include "kiln/lod.h"
 #include "kiln/lowpoly.h"
 #include "kiln/map.h"
 #include "kiln/match.h"

@@ -88,7 +88,7 @@ enum class UnwrapMethod : std::uint8_t {
 
 /// How unwrap() lays charts out.
 struct UnwrapOptions {
-  UnwrapMethod method = UnwrapMethod::pairs;  ///< Kind of charts
+  UnwrapMethod method = UnwrapMethod::charts;  ///< Kind of charts
   /// Map size that the border and the texel grid are meant for, texels (of a map that is not square:
   /// the smaller side). 16 to 65536.
   std::uint32_t size = 2048;

@@ -1,6 +1,7 @@
 // A light mesh, its map and the match, planned together at the command line.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -115,6 +116,97 @@ TEST(LightCommand, RefusesWhatContradictsThePlan) {
   refuses({"--max-error", "normal=6", "--match", "uv"}, "--match uv");
   refuses({"--max-error", "normal=6", "--maps", "mask"}, "normal");
   refuses({"--max-error", "normal=6", "--faces", "100", "--match", "ray"}, "--match auto");
+}
+
+/// A sphere with waves that only near views show.
+struct Wavy : Dense {
+  Wavy() {
+    for (Vec3& p : mesh.positions) {
+      const float scale =
+          1 + 0.01F * (std::sin(30 * p.x) + std::sin(30 * p.y) + std::sin(30 * p.z));
+      p = {p.x * scale, p.y * scale, p.z * scale};
+    }
+    mesh.normals.clear();
+    mesh.normal_triangles.clear();
+    save_obj(mesh, high);
+  }
+};
+
+TEST(LightCommand, WritesALevelForEachSizeOnScreen) {
+  KILN_REQUIRE_DEVICE();
+  const Wavy dense;
+  const ProcessResult done =
+      dense.bake("own", {"--max-error", "normal=6", "--screen", "96px", "--lod", "3", "--mips"});
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  EXPECT_NE(done.output.find("from px"), std::string::npos) << done.output;
+  const fs::path folder = dense.folder / "own";
+  const nlohmann::json chain = read_json(folder / "high_lods.json");
+  const nlohmann::json& levels = chain["levels"];
+  EXPECT_EQ(dense.report("own")["lods"], levels);
+  ASSERT_GE(levels.size(), 2U);
+  int last = 193;
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    const nlohmann::json& level = levels[k];
+    EXPECT_LE(2 * level["screen"].get<int>(), last);
+    last = level["screen"];
+    EXPECT_LE(level["measured_degrees"].get<double>(), 6);
+    const Mesh low = load_mesh(folder / level["mesh"].get<std::string>());
+    EXPECT_EQ(low.triangles.size(), level["faces"].get<std::size_t>());
+    EXPECT_EQ(level["mesh"], "high_lod" + std::to_string(k) + ".obj");
+    if (level["size"] == 0) continue;
+    EXPECT_EQ(level["maps_of_level"], k);
+    const Image map = load_image(folder / level["maps"][0].get<std::string>());
+    EXPECT_EQ(map.width, level["size"].get<std::uint32_t>());
+    for (const auto& file : level["maps"]) EXPECT_TRUE(fs::exists(folder / file));
+  }
+  EXPECT_EQ(levels[0]["screen"], 96);
+}
+
+TEST(LightCommand, OneMapServesAllLevelsWhereAsked) {
+  KILN_REQUIRE_DEVICE();
+  const Wavy dense;
+  const ProcessResult done =
+      dense.bake("shared", {"--max-error", "normal=8", "--screen", "192px", "--lod", "4",
+                            "--lod-uvs", "shared", "--space", "object"});
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  const fs::path folder = dense.folder / "shared";
+  const nlohmann::json levels = read_json(folder / "high_lods.json")["levels"];
+  ASSERT_GE(levels.size(), 2U);
+  for (const nlohmann::json& level : levels) {
+    EXPECT_EQ(level["maps_of_level"], 0);
+    EXPECT_EQ(level["maps"], levels[0]["maps"]);
+    EXPECT_LE(level["measured_degrees"].get<double>(), 8);
+  }
+  EXPECT_EQ(levels[1]["bytes"]["texels"], 0);
+  EXPECT_FALSE(fs::exists(folder / "high_lod1_normal.png"));
+  EXPECT_LT(levels[1]["faces"], levels[0]["faces"]);
+}
+
+TEST(LightCommand, LevelsAppearTogetherOrNotAtAll) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const fs::path folder = dense.folder / "there";
+  fs::create_directory(folder);
+  save_text(folder / "high_lod1.obj", "v 0 0 0\n");  // not Kiln's
+  const std::vector<std::string> lods = {"--max-error", "normal=6", "--screen",
+                                         "96px",        "--lod",    "3"};
+  const ProcessResult foreign = dense.bake("there", lods);
+  EXPECT_NE(foreign.exit_code, 0);
+  EXPECT_NE(foreign.errors.find("high_lod1.obj"), std::string::npos) << foreign.errors;
+  EXPECT_FALSE(fs::exists(folder / "high_lod0.obj"));
+
+  const auto refuses = [&](std::vector<std::string> more, const std::string& word) {
+    const ProcessResult done = dense.bake("bad", std::move(more));
+    EXPECT_EQ(done.exit_code, 2) << done.errors;
+    EXPECT_NE(done.errors.find(word), std::string::npos) << done.errors;
+    EXPECT_FALSE(fs::exists(dense.folder / "bad"));
+  };
+  refuses({"--lod", "3"}, "--screen");
+  refuses({"--max-error", "normal=6", "--lod", "3"}, "--screen");
+  refuses({"--max-error", "normal=6", "--screen", "60px", "--lod", "3"}, "64px");
+  refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "1"}, "--lod");
+  refuses({"--max-error", "normal=6", "--screen", "600px", "--lod-uvs", "shared"}, "--lod N");
+  refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "2", "--reasons"}, "--reasons");
 }
 
 TEST(LightCommand, ExitsWith1WhereTheErrorIsOutOfReach) {

@@ -321,8 +321,9 @@ TEST(Charts, AreTheSameForSplitVertices) {
 }
 
 TEST(Charts, AreWhatAFloodFillFinds) {
-  std::vector<Mesh> meshes = {test::cube(), test::uv_sphere(20, 10), unwrap(test::icosphere(2)),
-                              unwrap(test::torus(20, 9))};
+  const UnwrapOptions pairs{.method = UnwrapMethod::pairs};
+  std::vector<Mesh> meshes = {test::cube(), test::uv_sphere(20, 10),
+                              unwrap(test::icosphere(2), pairs), unwrap(test::torus(20, 9), pairs)};
   std::mt19937 random(4);
   Mesh shuffled = meshes[2];
   for (std::size_t i = shuffled.triangles.size() - 1; i > 0; --i) {
@@ -527,7 +528,7 @@ TEST(BakedMips, WhereChartsMeetAreNearerToASmallerBakeThanBoxFiltering) {
   KILN_REQUIRE_DATA("bunny_low.obj");
   Bunny bunny;
   // Small charts two texels apart. The smaller bake has one sample a texel, so that it is of one chart.
-  bunny.low = unwrap(bunny.low, {.size = 1024});
+  bunny.low = unwrap(bunny.low, {.method = UnwrapMethod::pairs, .size = 1024});
   const ChartMap charts = charts_of(bunny.low, 1024);
   const Source source(*test::device(), bunny.high);
   for (const NormalMapSpace space : {NormalMapSpace::tangent, NormalMapSpace::object}) {

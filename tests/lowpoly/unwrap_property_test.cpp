@@ -47,6 +47,7 @@ TEST(UnwrapProperty, AnyMeshGivesAValidLayout) {
         std::count_if(mesh.triangles.begin(), mesh.triangles.end(),
                       [&](const Triangle& t) { return has_area(mesh, t); }));
     const UnwrapOptions options{
+        .method = UnwrapMethod::pairs,
         .size = static_cast<std::uint32_t>(*rc::gen::inRange(16, 300)),
         .border_texels = static_cast<std::uint32_t>(*rc::gen::inRange(1, 5))};
     UnwrapReport report;

@@ -70,6 +70,8 @@ bool plans_light(const BakeArguments& a) {
   return own && a.load_match.empty() && !angle_bound(a).empty();
 }
 
+bool shares_uvs(const BakeArguments& a) { return a.lods > 0 && a.lod_uvs == "shared"; }
+
 bool onto_plane(const BakeArguments& a) {
   const bool simplified = a.faces != 0 || !deviation_bound(a).empty();
   return is_height_field(a.high) && a.low.empty() && !simplified;

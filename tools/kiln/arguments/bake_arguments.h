@@ -78,8 +78,10 @@ struct BakeArguments {
   std::string max_error;
   std::string max_angle;
   std::string screen;
-  bool unwrap = false;        // whether --unwrap was given
-  std::string unwrap_method;  // charts, pairs; empty: charts
+  std::uint32_t lods = 0;       // 0: one light mesh
+  std::string lod_uvs = "own";  // own, shared
+  bool unwrap = false;          // whether --unwrap was given
+  std::string unwrap_method;    // charts, pairs; empty: charts
   std::string save_match, load_match;
   double max_missed_percent = 100;
   bool force = false;
@@ -123,6 +125,9 @@ std::string deviation_bound(const BakeArguments& arguments);
 bool bounds_normals(const BakeArguments& arguments);
 /// Whether faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
 bool plans_light(const BakeArguments& arguments);
+
+/// Whether all levels of detail share one layout and its maps.
+bool shares_uvs(const BakeArguments& arguments);
 
 /// Whether the light mesh is a plane of Kiln's, under a height field.
 bool onto_plane(const BakeArguments& arguments);

@@ -34,6 +34,28 @@ void check_fallback(const BakeArguments& a) {
   }
 }
 
+/// Flags of a chain of light meshes.
+void check_lods(const BakeArguments& a) {
+  if (a.given.contains("--lod-uvs") && a.lods == 0) {
+    fail("--lod-uvs is for several light meshes: add --lod N, or leave it out.");
+  }
+  if (a.lods == 0) return;
+  if (!plans_light(a) || a.screen.empty()) {
+    fail(
+        "--lod plans each light mesh for a size on screen: give --max-error normal=DEGREES and "
+        "--screen, and neither LOW nor --faces.");
+  }
+  const std::uint32_t least = 16U << (a.lods - 1);
+  if (parse_pixels("--screen", a.screen) < least) {
+    fail("--lod " + std::to_string(a.lods) +
+         " halves the size on screen each time, down to 16 pixels at least: give --screen " +
+         std::to_string(least) + "px or more, or fewer levels.");
+  }
+  if (!a.save_match.empty() || a.reasons) {
+    fail("--save-match and --reasons are of one light mesh: leave them out, or --lod.");
+  }
+}
+
 /// Flags of a plan of light mesh, map and match together.
 void check_light_plan(const BakeArguments& a) {
   const bool plans = plans_light(a);
@@ -73,6 +95,7 @@ void check_low(const BakeArguments& a) {
     fail("--max-angle is for --match auto: leave it out, or --max-error bounds the light mesh.");
   }
   check_light_plan(a);
+  check_lods(a);
   const bool bounded = !deviation_bound(a).empty();
   if (a.faces != 0 && bounded) {
     fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");

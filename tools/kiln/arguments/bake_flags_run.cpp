@@ -41,6 +41,20 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
                   "seen, such as 600px; finer detail than a pixel then does not count")
       ->group(group_low);
   command
+      .add_option(
+          "--lod", a.lods,
+          "With --screen: N light meshes, 2 to 8, each planned for half the size on screen "
+          "of the one before (NAME_lod0, NAME_lod1...; NAME_lods.json says which takes over "
+          "where)")
+      ->check(CLI::Range(2U, 8U))
+      ->group(group_low);
+  command
+      .add_option("--lod-uvs", a.lod_uvs,
+                  "With --lod: own, each level has its layout and maps, or shared, the first one's "
+                  "maps serve all")
+      ->check(CLI::IsMember({"own", "shared"}))
+      ->group(group_low);
+  command
       .add_flag(
           "--unwrap{given}", a.unwrap_method,
           "Give LOW new UVs, and write it beside the maps. How the light mesh is laid out, "

@@ -9,7 +9,6 @@
 #include "lab/plot.h"
 
 namespace kiln::cli {
-namespace {
 
 LightPlanOptions light_options(const BakeRun& run) {
   const BakeArguments& a = run.arguments;
@@ -27,6 +26,8 @@ LightPlanOptions light_options(const BakeRun& run) {
   options.may_leave_map_out = normals_alone && a.packs.empty() && !a.layers && a.save_match.empty();
   return options;
 }
+
+namespace {
 
 std::string size_text(std::uint32_t size) {
   return size == 0 ? "none" : std::to_string(size) + " x " + std::to_string(size);
@@ -65,17 +66,17 @@ Json trials_json(const std::vector<LightTrial>& trials) {
   return json;
 }
 
-Warning not_reached(const LightBake& light) {
+}  // namespace
+
+Warning light_not_reached(const LightBake& light, const std::string& place) {
   char text[320];
   std::snprintf(
       text, sizeof text,
       "No light mesh with maps up to the given --size is expected to reach a mean error "
-      "of %.3g degrees; what is written reaches %.3g. Allow a larger map, or accept more.",
-      light.wanted, light.chosen.measured);
+      "of %.3g degrees%s; what is written reaches %.3g. Allow a larger map, or accept more.",
+      light.wanted, place.c_str(), light.chosen.measured);
   return {"error-not-reached", text, 1};
 }
-
-}  // namespace
 
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings) {
   const std::uint64_t light = split_vertices(low), dense = high.positions.size();
@@ -88,9 +89,16 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
 }
 
 bool make_light(BakeRun& run, const Source& source) {
-  run.light = bake_light(source, run.dense.mesh, light_options(run));
+  LightBake planned = bake_light(source, run.dense.mesh, light_options(run));
+  if (planned.cancelled) return false;
+  take_light(run, std::move(planned));
+  if (!run.light->reached) run.warnings.push_back(light_not_reached(*run.light));
+  return true;
+}
+
+void take_light(BakeRun& run, LightBake planned) {
+  run.light = std::move(planned);
   LightBake& light = *run.light;
-  if (light.cancelled) return false;
   run.low.mesh = light.low;
   run.low.mesh.name = run.low.stem;
   run.low.simplified = light.simplified;
@@ -99,10 +107,8 @@ bool make_light(BakeRun& run, const Source& source) {
     run.arguments.format = light.chosen.bits == 8 ? "png8" : "png16";
     run.save_options = image_options(run.arguments);
   }
-  if (!light.reached) run.warnings.push_back(not_reached(light));
   if (light.result) run.result = std::move(*light.result);
   light.result.reset();
-  return true;
 }
 
 std::vector<std::string> trade_table(const LightBake& light) {

@@ -9,7 +9,12 @@ namespace kiln::cli {
 
 namespace fs = std::filesystem;
 
+std::string lod_stem(const BakeArguments& arguments, std::size_t level) {
+  return fs::path(arguments.high).stem().string() + "_lod" + std::to_string(level);
+}
+
 std::string low_stem(const BakeArguments& arguments) {
+  if (arguments.lods > 0) return lod_stem(arguments, 0);
   if (arguments.low.empty()) return fs::path(arguments.high).stem().string() + "_low";
   return fs::path(arguments.low).stem().string() + (arguments.unwrap ? "_unwrapped" : "");
 }

@@ -156,17 +156,10 @@ bool save_maps(BakeRun& run) {
   return save_packs(run);
 }
 
-}  // namespace
-
-void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options) {
+/// Files of maps whose light mesh has a name.
+void add_map_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options,
+                     const std::string& stem, std::vector<fs::path>& outputs) {
   const fs::path folder = arguments.out;
-  if (folder.empty()) throw Error(ErrorCode::usage, "--out is empty: give a folder.");
-  if (!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr") {
-    throw Error(ErrorCode::usage, "--save-match '" + arguments.save_match +
-                                      "': a match is an EXR, so the name must end in .exr.");
-  }
-  const std::string stem = low_stem(arguments);
-  std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
   for (const Pack& pack : parse_packs(arguments)) {
     outputs.push_back(folder / (stem + "_" + pack.name + extension(save_options)));
   }
@@ -179,8 +172,30 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
     }
   }
   if (arguments.visibility_clusters > 1) outputs.push_back(folder / (stem + kClusters));
+}
+
+}  // namespace
+
+void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options) {
+  const fs::path folder = arguments.out;
+  if (folder.empty()) throw Error(ErrorCode::usage, "--out is empty: give a folder.");
+  if (!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr") {
+    throw Error(ErrorCode::usage, "--save-match '" + arguments.save_match +
+                                      "': a match is an EXR, so the name must end in .exr.");
+  }
+  const bool makes_low = arguments.low.empty() || arguments.unwrap;
+  const std::string stem = low_stem(arguments);
+  std::vector<std::string> stems = {stem};
+  for (std::uint32_t k = 1; k < arguments.lods; ++k) stems.push_back(lod_stem(arguments, k));
+  std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
+  for (const std::string& name : stems) {
+    if (makes_low) outputs.push_back(folder / (name + ".obj"));
+    if (name == stem || !shares_uvs(arguments)) {
+      add_map_outputs(arguments, save_options, name, outputs);
+    }
+  }
   if (arguments.reasons) outputs.push_back(folder / (stem + kReasons));
-  if (arguments.low.empty() || arguments.unwrap) outputs.push_back(folder / (stem + ".obj"));
+  if (arguments.lods > 0) outputs.push_back(folder / lods_file(arguments));
   std::vector<fs::path> inputs = {arguments.high, arguments.low, arguments.cage_mesh,
                                   arguments.match_list, arguments.load_match};
   for (const std::string& file : occluder_files(arguments)) inputs.emplace_back(file);
@@ -191,10 +206,10 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
     for (const std::string& file : plot_files(stem + "_plan")) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
-  if (arguments.low.empty() || arguments.unwrap) {
-    check_not_foreign(folder / (stem + ".obj"), arguments.force);
+  for (const std::string& name : stems) {
+    if (makes_low) check_not_foreign(folder / (name + ".obj"), arguments.force);
+    if (!arguments.force) check_low_record(folder, name, low_source(arguments));
   }
-  if (!arguments.force) check_low_record(folder, stem, low_source(arguments));
 }
 
 namespace {
@@ -217,19 +232,26 @@ Image picture_of(const Reasons& reasons) {
 
 }  // namespace
 
-bool save_outputs(BakeRun& run) {
+bool save_low_and_maps(BakeRun& run) {
   const fs::path folder = run.arguments.out;
   if (run.low.made) {
     const fs::path path = folder / (run.low.stem + ".obj");
     if (!announce(run, path)) return false;
     save_obj(run.low.mesh, path);
   }
-  if (!save_maps(run)) return false;
+  if (!run.result.maps.empty() && !save_maps(run)) return false;
   if (run.result.clusters) {
     const fs::path path = folder / (run.low.stem + kClusters);
     if (!announce(run, path)) return false;
     save_clusters(*run.result.clusters, path);
   }
+  save_low_record(folder, run.low.stem, low_source(run.arguments));
+  return true;
+}
+
+bool save_outputs(BakeRun& run) {
+  const fs::path folder = run.arguments.out;
+  if (!save_low_and_maps(run)) return false;
   if (run.reasons) {
     const fs::path path = folder / (run.low.stem + kReasons);
     if (!announce(run, path)) return false;
@@ -239,7 +261,6 @@ bool save_outputs(BakeRun& run) {
     if (!announce(run, run.arguments.save_match)) return false;
     save_match(*run.result.match, run.arguments.save_match);
   }
-  save_low_record(folder, run.low.stem, low_source(run.arguments));
   return true;
 }
 

@@ -106,6 +106,7 @@ void add_parts(const BakeRun& run, Json& json) {
     const std::string& screen = run.arguments.screen;
     json["plan"] = light_json(*run.light, screen.empty() ? 0 : parse_pixels("--screen", screen));
   }
+  if (run.lods) json["lods"] = run.lod_levels;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
   if (!report.errors.empty()) {
     json["errors"] = errors_json(report.errors);

@@ -53,6 +53,8 @@ struct BakeRun {
   std::optional<Reasons> reasons;
   std::optional<PlannedBake> planned;
   std::optional<LightBake> light;  // its mesh and maps are `low` and `result`
+  std::optional<LodChain> lods;    // its first level is `light`
+  Json lod_levels = Json::array();
   BakeResult result;
   std::vector<std::string> outputs;
   Json mips, ranges = Json::object();
@@ -62,6 +64,8 @@ struct BakeRun {
 
 /// The maps' stem; and of the light mesh that is written beside them, where one is.
 std::string low_stem(const BakeArguments& arguments);
+/// Of a level of detail.
+std::string lod_stem(const BakeArguments& arguments, std::size_t level);
 /// What the low poly comes from: a file that is read.
 const std::string& low_source(const BakeArguments& arguments);
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
@@ -73,18 +77,37 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
 
 // ---- bake_light.cpp ----
 
+/// What to plan.
+LightPlanOptions light_options(const BakeRun& run);
 /// Plans the light mesh, its map and the match together, and makes them. \returns false where it was cancelled
 bool make_light(BakeRun& run, const Source& source);
+/// Takes what was planned for the run's mesh and maps.
+void take_light(BakeRun& run, LightBake planned);
+/// \param place  which of several light meshes, as in "at 600 pixels "; may be empty
+Warning light_not_reached(const LightBake& light, const std::string& place = {});
 /// The trade that the plan made, as lines of a table.
 std::vector<std::string> trade_table(const LightBake& light);
 Json light_json(const LightBake& light, std::uint32_t screen);
 /// Draws what was expected of all sizes and faces. \returns false where it was cancelled
 bool save_light_plot(BakeRun& run);
 
+// ---- bake_lods.cpp ----
+
+/// Plans and makes a chain of light meshes; the first is the run's. \returns false where it was cancelled
+bool make_lods(BakeRun& run, const Source& source);
+/// Writes all levels, and NAME_lods.json. \returns false where it was cancelled
+bool save_lods(BakeRun& run);
+/// The levels, as lines of a table.
+std::vector<std::string> lod_table(const LodChain& chain);
+/// NAME_lods.json.
+std::string lods_file(const BakeArguments& arguments);
+
 // ---- bake_output.cpp ----
 
 /// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
 void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options);
+/// Writes the run's light mesh, if it was made, with its maps. \returns false where it was cancelled
+bool save_low_and_maps(BakeRun& run);
 /// Writes all files. \returns false where it was cancelled
 bool save_outputs(BakeRun& run);
 

@@ -193,6 +193,9 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (run.light) {
     for (const std::string& line : trade_table(*run.light)) console.line(line);
   }
+  if (run.lods) {
+    for (const std::string& line : lod_table(*run.lods)) console.line(line);
+  }
   if (run.planned) console.line(summary(*run.planned));
   if (report.views) console.line(summary(*report.views, source.diagonal));
   if (report.uv) console.line(summary(*report.uv, source.diagonal));

@@ -149,7 +149,8 @@ bool make_maps(BakeRun& run, const Source& source) {
     return run.console.progress(kAtBake + (kAtSave - kAtBake) * done, stage);
   };
   if (plans_light(run.arguments)) {
-    if (!make_light(run, source)) return false;
+    const bool made = run.arguments.lods > 0 ? make_lods(run, source) : make_light(run, source);
+    if (!made) return false;
     warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
     if (run.light->chosen.size == 0) return true;
   } else if (run.arguments.match == kAutomatic) {
@@ -181,6 +182,7 @@ void collect_warnings(BakeRun& run, const Source& source) {
   };
   if (run.low.simplified) append(run.low.simplified->warnings);
   if (run.low.unwrapped) append(run.low.unwrapped->warnings);
+  if (run.lods) append(run.lods->warnings);
   append(source.warnings());
   append(run.result.report.warnings);
 }
@@ -196,8 +198,8 @@ int verdict(const BakeRun& run) {
         too_many_missed(run.arguments, run.result, run.low.mesh, run.low_path, missed).c_str());
     return 1;
   }
-  if ((run.light && !run.light->reached) ||
-      (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty())) {
+  const bool planned = run.lods ? run.lods->reached : !run.light || run.light->reached;
+  if (!planned || (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty())) {
     std::fprintf(stderr, "kiln: the error asked for was not reached.\n");
     return 1;
   }
@@ -227,7 +229,7 @@ int run_bake(const BakeArguments& given) {
   run.stages.build = run.watch.lap();
   if (!make_maps(run, source)) return kExitCancelled;
   run.watch.lap();
-  if (!save_outputs(run)) return kExitCancelled;
+  if (!(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
   if (run.light && !save_light_plot(run)) return kExitCancelled;
   run.stages.save = run.watch.lap();
 

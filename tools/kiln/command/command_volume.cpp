@@ -25,6 +25,7 @@ struct VolumeArguments {
   std::string max_distance;
   std::uint32_t samples = 1;
   std::string size = "auto";
+  std::string unwrap = "pairs";
   std::string space = "tangent";
   bool flip_y = false;
   std::string format = "png16";
@@ -56,6 +57,7 @@ ExtractOptions map_options(const VolumeArguments& a) {
   }
   options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
   options.flip_y = a.flip_y;
+  options.unwrap = a.unwrap == "charts" ? UnwrapMethod::charts : UnwrapMethod::pairs;
   return options;
 }
 
@@ -164,6 +166,7 @@ Json describe(const VolumeArguments& a, const ExtractOptions& options) {
   json.update({{"match", a.match},
                {"size", options.choose.size ? Json("auto") : Json(options.size)},
                {"chart_border", options.border_texels},
+               {"unwrap", a.unwrap},
                {"space", a.space},
                {"flip_y", a.flip_y},
                {"format", a.format}});
@@ -261,6 +264,8 @@ int run_volume(const VolumeArguments& a) {
                    {"non_manifold_edges", r.non_manifold_edges}}},
                  {"map",
                   {{"charts", r.charts},
+                   {"vertices", split_vertices(result.mesh)},
+                   {"positions", result.mesh.positions.size()},
                    {"coverage", r.coverage},
                    {"texels_per_cell", r.texels_per_cell},
                    {"splatted_texels", baked ? Json() : Json(r.splatted_texels)}}},
@@ -343,6 +348,13 @@ Run add_volume(CLI::App& app) {
       ->group(kMapGroup);
   command->add_option("--samples", a.samples, "ray, closest: N x N samples a texel")
       ->check(CLI::Range(1U, 16U))
+      ->capture_default_str()
+      ->group(kMapGroup);
+  command
+      ->add_option("--unwrap", a.unwrap,
+                   "How the map is laid out: pairs (each polygon by itself) or charts (few large "
+                   "ones)")
+      ->check(one_of({"pairs", "charts"}))
       ->capture_default_str()
       ->group(kMapGroup);
   add_chart_border_option(*command, a.surface);

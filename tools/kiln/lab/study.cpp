@@ -75,6 +75,7 @@ class LowMeshes {
     }
     if (size != 0 && (faces != faces_ || size != size_)) {
       UnwrapOptions options;
+      options.method = UnwrapMethod::pairs;
       options.size = std::max(size, 16U);
       UnwrapReport report;
       mesh_ = unwrap(simple_, options, &report);

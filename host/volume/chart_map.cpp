@@ -1,0 +1,263 @@
+#include "volume/chart_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.h"
+#include "image/gutter.h"
+#include "mesh/frame.h"
+#include "mesh/low_shading.h"
+#include "mesh/low_surface.h"
+#include "mesh/vector.h"
+#include "volume/atlas.h"
+#include "volume/normal_splat.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kStep = 16, kLargest = 8192;
+/// Share of the map that large charts are expected to cover.
+constexpr double kExpectedCoverage = 0.7;
+/// Share of the density wanted that does.
+constexpr double kNearlyAsDense = 0.95;
+/// Texels of the polygons' map on one of the charts' map, a side.
+constexpr double kFiner = 2;
+/// Around polygons: their texels are read up to the corners, which lie on centres.
+constexpr std::uint32_t kPolygonBorder = 1;
+/// Points of a texel, a side.
+constexpr int kPoints = 2;
+constexpr std::size_t kRowsAtOnce = 16;
+
+double area_of(const LightSurface& light) {
+  double area = 0;
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const Vec3d at(light.positions[a]);
+    area += 0.5 * length(cross(Vec3d(light.positions[b]) - at, Vec3d(light.positions[c]) - at));
+  };
+  for (const LightSurface::Polygon& polygon : light.polygons) {
+    const auto& c = polygon.corners;
+    add(c[0], c[1], c[2]);
+    if (polygon.is_quad()) add(c[0], c[2], c[3]);
+  }
+  return area;
+}
+
+/// Texels of the polygons' map, by where a chart's texel lies in a triangle.
+class PolygonTexels {
+ public:
+  PolygonTexels(const Atlas& atlas, const Image& map)
+      : map_(map), at_(atlas.mesh.triangles.size()) {
+    for (const kiln_volume_chart& chart : atlas.charts) {
+      for (std::uint32_t k = 0; k < chart.triangles; ++k) {
+        const std::array<std::uint32_t, 3> corners = {0, 1 + k, 2 + k};
+        for (std::size_t c = 0; c < 3; ++c) {
+          at_[chart.triangle + k][c] = {double{chart.texel[corners[c]][0]} + chart.place[0],
+                                        double{chart.texel[corners[c]][1]} + chart.place[1]};
+        }
+      }
+    }
+  }
+
+  Vec3d normal(std::size_t triangle, const std::array<double, 3>& weights) const {
+    double x = 0, y = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      x += weights[c] * at_[triangle][c][0];
+      y += weights[c] * at_[triangle][c][1];
+    }
+    const auto before = [](double at, std::uint32_t count) {
+      return static_cast<std::uint32_t>(std::clamp(std::floor(at), 0.0, count - 2.0));
+    };
+    const std::uint32_t x0 = before(x, map_.width), y0 = before(y, map_.height);
+    const double fx = x - x0, fy = y - y0;
+    const auto read = [&](std::uint32_t column, std::uint32_t row) {
+      const float* p = &map_.pixels[3 * (std::size_t{row} * map_.width + column)];
+      return Vec3d(p[0], p[1], p[2]);
+    };
+    return (read(x0, y0) * (1 - fx) + read(x0 + 1, y0) * fx) * (1 - fy) +
+           (read(x0, y0 + 1) * (1 - fx) + read(x0 + 1, y0 + 1) * fx) * fy;
+  }
+
+ private:
+  const Image& map_;
+  std::vector<std::array<std::array<double, 2>, 3>> at_;  ///< Of each triangle's corners
+};
+
+/// Corners of a triangle in texels of the charts' map, rows from the top.
+struct Placed {
+  std::array<double, 3> x, y;
+  double area = 0;  ///< Twice; 0: covers nothing
+
+  Placed(const Mesh& mesh, std::size_t triangle, std::uint32_t size) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2& uv = mesh.uvs[mesh.uv_triangles[triangle][k]];
+      x[k] = double{uv.x} * size;
+      y[k] = (1 - double{uv.y}) * size;
+    }
+    area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+  }
+
+  std::array<double, 3> weights(double px, double py) const {
+    const double second = ((px - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (py - y[0])) / area;
+    const double third = ((x[1] - x[0]) * (py - y[0]) - (px - x[0]) * (y[1] - y[0])) / area;
+    return {1 - second - third, second, third};
+  }
+};
+
+bool inside(const std::array<double, 3>& weights) {
+  return weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0;
+}
+
+/// What a texel gathers from the triangles that it lies on.
+struct Gathered {
+  Vec3d sum;
+  std::uint32_t triangle = 0;  ///< The first
+  std::uint32_t points = 0;
+};
+
+/// What the map holds for a normal: as kiln_volume_map_encode has it.
+Vec3d encoded(const Vec3d& normal, const kiln_low_shading& low, std::array<double, 3> weights) {
+  double sum = 0;
+  for (double& w : weights) sum += w = std::max(w, 0.0);
+  const auto at = [&](const kiln_float* corners) {
+    Vec3d value;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float* p = corners + 3 * c;
+      value += Vec3d(p[0], p[1], p[2]) * (weights[c] / sum);
+    }
+    return value;
+  };
+  const Vec3d n = at(low.normal), t = at(low.tangent), b = cross(n, t) * low.sign;
+  const Vec3d across = cross(b, n);
+  Vec3d value(dot(normal, across), dot(normal, cross(n, t)), dot(normal, cross(t, b)));
+  if (dot(t, across) < 0) value = value * -1;
+  const double size = length(value);
+  return size > 0 ? value * (1 / size) : Vec3d{0, 0, 1};
+}
+
+/// Gathers rows first to last - 1.
+void gather_rows(const std::vector<Placed>& placed, const PolygonTexels& polygons,
+                 std::uint32_t size, std::size_t first, std::size_t last,
+                 std::vector<Gathered>& gathered) {
+  const auto cell = [](double at, std::size_t low, std::size_t high) {
+    return static_cast<std::size_t>(
+        std::clamp(std::floor(at), static_cast<double>(low), static_cast<double>(high)));
+  };
+  for (std::uint32_t t = 0; t < placed.size(); ++t) {
+    const Placed& p = placed[t];
+    if (!(p.area != 0)) continue;
+    const auto [left, right] = std::minmax({p.x[0], p.x[1], p.x[2]});
+    const auto [top, bottom] = std::minmax({p.y[0], p.y[1], p.y[2]});
+    if (bottom < static_cast<double>(first) || top >= static_cast<double>(last)) continue;
+    const std::size_t x1 = cell(right, 0, size - 1), y1 = cell(bottom, first, last - 1);
+    for (std::size_t y = cell(top, first, last - 1); y <= y1; ++y) {
+      for (std::size_t x = cell(left, 0, size - 1); x <= x1; ++x) {
+        for (int point = 0; point < kPoints * kPoints; ++point) {
+          const double px = static_cast<double>(x) + (point % kPoints + 0.5) / kPoints;
+          const double py = static_cast<double>(y) + (point / kPoints + 0.5) / kPoints;
+          const std::array<double, 3> weights = p.weights(px, py);
+          if (!inside(weights)) continue;
+          Gathered& texel = gathered[y * size + x];
+          if (texel.points++ == 0) texel.triangle = t;
+          texel.sum += polygons.normal(t, weights);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std::uint32_t size,
+                           std::uint32_t border) {
+  UnwrapOptions options;
+  options.method = UnwrapMethod::charts;
+  options.size = size;
+  options.border_texels = std::min(2 * border, size / 4);
+  ChartLayout layout;
+  layout.mesh = unwrap(polygon_mesh(light, volume), options, &layout.unwrapped);
+  layout.texels_per_unit = size * std::sqrt(layout.unwrapped.coverage / area_of(light));
+  return layout;
+}
+
+ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
+                              double texels_per_unit, std::uint32_t border, std::uint32_t& size) {
+  const auto size_for = [&](double side) {
+    const double steps = std::ceil(std::min<double>(side, kLargest) / kStep);
+    return kStep * std::max(1U, static_cast<std::uint32_t>(steps));
+  };
+  size = size_for(texels_per_unit * std::sqrt(area_of(light) / kExpectedCoverage));
+  ChartLayout layout = lay_out_charts(light, volume, size, border);
+  const double reached = layout.texels_per_unit / texels_per_unit;
+  if (reached > kNearlyAsDense || size == kLargest) return layout;
+  size = size_for(size / reached);
+  return lay_out_charts(light, volume, size, border);
+}
+
+Image chart_map(cl::Context& context, const FineSurface& surface, const LightSurface& light,
+                const Volume& volume, const ChartLayout& layout, double spacing,
+                const ExtractOptions& options, std::uint64_t& splatted) {
+  ExtractOptions fine = options;
+  fine.size = atlas_size(light, kFiner * layout.texels_per_unit, kPolygonBorder);
+  fine.space = NormalMapSpace::object;
+  fine.flip_y = false;
+  fine.raw = true;
+  const Atlas atlas = make_atlas(light, volume, fine.size, kPolygonBorder);
+  const Image polygon_map = splat_normals(context, surface, light, atlas,
+                                          atlas.texels_per_unit * spacing, fine, splatted);
+  const PolygonTexels polygons(atlas, polygon_map);
+  const Mesh& mesh = layout.mesh;  // The triangles are those of the polygons' map.
+  std::vector<Placed> placed;
+  placed.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    placed.emplace_back(mesh, t, options.size);
+  const std::uint32_t size = options.size;
+  std::vector<Gathered> gathered(std::size_t{size} * size);
+  const auto gather = [&](std::size_t begin, std::size_t end) {
+    gather_rows(placed, polygons, size, begin, end, gathered);
+  };
+  parallel_for(size, kRowsAtOnce, gather);
+
+  std::vector<kiln_low_shading> shading;
+  if (options.space == NormalMapSpace::tangent) {
+    shading = low_shading(LowSurface::of(mesh, Frame::of(mesh)));
+  }
+  Image image{size, size, 3, std::vector<float>(3 * gathered.size(), 0.0F)};
+  std::vector<std::uint8_t> coverage(gathered.size(), kCoverageEmpty);
+  for (std::size_t i = 0; i < gathered.size(); ++i) {
+    const Gathered& texel = gathered[i];
+    if (texel.points == 0) continue;
+    coverage[i] = kCoverageBaked;
+    const double long_enough = length(texel.sum);
+    Vec3d value = long_enough > 0 ? texel.sum * (1 / long_enough) : Vec3d{0, 0, 1};
+    if (!shading.empty()) {
+      const double x = static_cast<double>(i % size) + 0.5, y = static_cast<double>(i / size) + 0.5;
+      value = encoded(value, shading[texel.triangle], placed[texel.triangle].weights(x, y));
+    }
+    const Vec3 stored = to_float(value);
+    image.pixels[3 * i] = stored.x;
+    image.pixels[3 * i + 1] = stored.y;
+    image.pixels[3 * i + 2] = stored.z;
+  }
+  GutterOptions gutter;
+  gutter.texels = static_cast<std::int32_t>(options.border_texels);
+  fill_gutter(context, image, coverage, gutter);
+  const float y_scale = options.flip_y ? -1.0F : 1.0F;
+  const float scale = options.raw ? 1.0F : 0.5F, offset = options.raw ? 0.0F : 0.5F;
+  for (std::size_t i = 0; i < gathered.size(); ++i) {
+    float* p = &image.pixels[3 * i];
+    if (coverage[i] == kCoverageEmpty) {
+      p[0] = p[1] = offset;
+      p[2] = 1;
+      continue;
+    }
+    p[0] = p[0] * scale + offset;
+    p[1] = p[1] * y_scale * scale + offset;
+    p[2] = p[2] * scale + offset;
+  }
+  return image;
+}
+
+}  // namespace kiln

@@ -1,0 +1,37 @@
+// The light mesh laid out by few large charts, and its map.
+#pragma once
+
+#include "cl/context.h"
+#include "kiln/contour.h"
+#include "kiln/lowpoly.h"
+#include "volume/fine_surface.h"
+#include "volume/light_surface.h"
+
+namespace kiln {
+
+/// A light mesh by large charts.
+struct ChartLayout {
+  Mesh mesh;
+  UnwrapReport unwrapped;
+  double texels_per_unit = 0;  ///< Side of the world's unit in texels of the map
+};
+
+/// \param border  texels around each chart
+/// \throws Error(input) where the charts are too many for the size
+ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std::uint32_t size,
+                           std::uint32_t border);
+
+/// The same with a map, a multiple of 16 texels, that is about large enough for a density; at most 8192.
+/// \param size  [out]
+ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
+                              double texels_per_unit, std::uint32_t border, std::uint32_t& size);
+
+/// Splats fine vertices into a map of the polygons, twice as fine, and reads that at the charts' texels: what
+/// two charts hold along a seam is the same.
+/// \param layout    of `light`
+/// \param splatted  [out] texels of the polygons that fine vertices fell into
+Image chart_map(cl::Context& context, const FineSurface& surface, const LightSurface& light,
+                const Volume& volume, const ChartLayout& layout, double spacing,
+                const ExtractOptions& options, std::uint64_t& splatted);
+
+}  // namespace kiln

@@ -1,0 +1,136 @@
+// A bake of several light meshes, each for a size on screen.
+#include <cstdio>
+#include <utility>
+
+#include "arguments/parse.h"
+#include "command/bake_run.h"
+#include "report/json_text.h"
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One level as programs read it. \param files  that were written for it, the mesh first
+Json level_json(const LodLevel& level, std::size_t number, const std::vector<std::string>& files) {
+  const LightTrial& chosen = level.light.chosen;
+  Json json = {{"level", number},
+               {"screen", level.screen},
+               {"mesh", fs::path(files.front()).filename().string()},
+               {"maps", Json::array()},
+               {"maps_of_level", chosen.size == 0 ? Json() : Json(level.own_maps ? number : 0)},
+               {"faces", chosen.faces},
+               {"positions", chosen.positions},
+               {"vertices", chosen.vertices},
+               {"size", chosen.size},
+               {"bits", chosen.bits},
+               {"match", match_name(chosen.method)},
+               {"bytes",
+                {{"vertices", chosen.bytes.vertices},
+                 {"texels", chosen.bytes.texels},
+                 {"total", chosen.bytes.total()}}},
+               {"measured_degrees", chosen.measured},
+               {"wanted_degrees", level.light.wanted},
+               {"reached", level.light.reached}};
+  for (std::size_t i = 1; i < files.size(); ++i) {
+    json["maps"].push_back(fs::path(files[i]).filename().string());
+  }
+  return json;
+}
+
+/// Writes one level: the run's mesh and maps. \returns false where it was cancelled
+bool save_level(BakeRun& run, const LodLevel& level, std::size_t number) {
+  const std::size_t before = run.outputs.size();
+  if (!save_low_and_maps(run)) return false;
+  const std::vector<std::string> files(run.outputs.begin() + static_cast<std::ptrdiff_t>(before),
+                                       run.outputs.end());
+  Json json = level_json(level, number, files);
+  if (!run.ranges.empty()) json["ranges"] = run.ranges;
+  if (!run.mips.empty()) json["mips"] = run.mips;
+  if (number > 0 && !level.own_maps) json["maps"] = run.lod_levels[0]["maps"];
+  run.lod_levels.push_back(std::move(json));
+  return true;
+}
+
+}  // namespace
+
+std::string lods_file(const BakeArguments& arguments) {
+  return fs::path(arguments.high).stem().string() + "_lods.json";
+}
+
+bool make_lods(BakeRun& run, const Source& source) {
+  LodOptions options;
+  options.plan = light_options(run);
+  options.levels = run.arguments.lods;
+  options.share_uvs = shares_uvs(run.arguments);
+  run.lods = bake_lods(source, run.dense.mesh, options);
+  LodChain& chain = *run.lods;
+  if (chain.cancelled) return false;
+  take_light(run, chain.levels.front().light);
+  chain.levels.front().light.result.reset();
+  for (const LodLevel& level : chain.levels) {
+    const LightBake& light = level.light;
+    if (!light.reached) {
+      const std::string place = " at " + std::to_string(level.screen) + " pixels";
+      run.warnings.push_back(light_not_reached(light, place));
+    }
+    if (&level == &chain.levels.front()) continue;  // The run's own warnings.
+    for (const auto* list :
+         {&light.simplified.warnings, light.unwrapped ? &light.unwrapped->warnings : nullptr}) {
+      if (list != nullptr) run.warnings.insert(run.warnings.end(), list->begin(), list->end());
+    }
+  }
+  return true;
+}
+
+bool save_lods(BakeRun& run) {
+  LodChain& chain = *run.lods;
+  if (!save_level(run, chain.levels.front(), 0)) return false;
+  for (std::size_t k = 1; k < chain.levels.size(); ++k) {
+    LightBake& light = chain.levels[k].light;
+    // The run's mesh and maps are those of the level while it is written.
+    LowMesh low;
+    low.mesh = std::move(light.low);
+    low.stem = low.mesh.name = lod_stem(run.arguments, k);
+    low.made = true;
+    BakeResult result;
+    if (light.result) result = std::move(*light.result);
+    Json mips, ranges = Json::object();
+    const auto swap = [&] {
+      std::swap(run.low, low);
+      std::swap(run.result, result);
+      std::swap(run.mips, mips);
+      std::swap(run.ranges, ranges);
+    };
+    swap();
+    const bool saved = save_level(run, chain.levels[k], k);
+    swap();
+    if (!saved) return false;
+  }
+  const fs::path path = fs::path(run.arguments.out) / lods_file(run.arguments);
+  run.outputs.push_back(path.string());
+  save_text(path, to_text({{"version", version()}, {"levels", run.lod_levels}}));
+  return true;
+}
+
+std::vector<std::string> lod_table(const LodChain& chain) {
+  char text[256];
+  std::snprintf(text, sizeof text, "%9s %9s %9s %9s %12s %10s %10s", "level", "from px", "faces",
+                "vertices", "map", "KiB", "measured");
+  std::vector<std::string> lines = {text};
+  for (std::size_t k = 0; k < chain.levels.size(); ++k) {
+    const LodLevel& level = chain.levels[k];
+    const LightTrial& chosen = level.light.chosen;
+    const std::string size = std::to_string(chosen.size);
+    const std::string map = chosen.size == 0  ? "none"
+                            : !level.own_maps ? "that of 0"
+                                              : size + " x " + size;
+    std::snprintf(text, sizeof text, "%9zu %9u %9s %9s %12s %10.1f %10.3g", k, level.screen,
+                  with_commas(chosen.faces).c_str(), with_commas(chosen.vertices).c_str(),
+                  map.c_str(), static_cast<double>(chosen.bytes.total()) / 1024, chosen.measured);
+    lines.emplace_back(text);
+  }
+  return lines;
+}
+
+}  // namespace kiln::cli
