@@ -29,6 +29,10 @@ std::vector<std::string> all_maps(const BakeArguments& arguments) {
   return maps;
 }
 
+bool writes_low(const BakeArguments& arguments) {
+  return arguments.low.empty() || arguments.unwrap || arguments.split_at_seams;
+}
+
 bool has_clusters(const std::string& map) {
   return std::none_of(maps().begin(), maps().end(), [&](const MapInfo& info) {
     return info.kind.name == map && info.type == MapType::coverage;
@@ -180,9 +184,10 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   }
   if (arguments.visibility_clusters > 1) outputs.push_back(folder / (stem + kClusters));
   if (arguments.reasons) outputs.push_back(folder / (stem + kReasons));
-  if (arguments.low.empty() || arguments.unwrap) outputs.push_back(folder / (stem + ".obj"));
-  std::vector<fs::path> inputs = {arguments.high, arguments.low, arguments.cage_mesh,
-                                  arguments.match_list, arguments.load_match};
+  if (writes_low(arguments)) outputs.push_back(folder / (stem + ".obj"));
+  std::vector<fs::path> inputs = {arguments.cage_mesh, arguments.match_list, arguments.load_match};
+  for (const std::string& file : high_files(arguments)) inputs.emplace_back(file);
+  for (const std::string& file : low_files(arguments)) inputs.emplace_back(file);
   for (const std::string& file : occluder_files(arguments)) inputs.emplace_back(file);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     inputs.emplace_back(transfer.file);
@@ -191,7 +196,7 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
     for (const std::string& file : plot_files(stem + "_plan")) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
-  if (arguments.low.empty() || arguments.unwrap) {
+  if (writes_low(arguments)) {
     check_not_foreign(folder / (stem + ".obj"), arguments.force);
   }
   if (!arguments.force) check_low_record(folder, stem, low_source(arguments));
