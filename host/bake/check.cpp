@@ -167,6 +167,10 @@ void check_map_options(const BakeOptions& options) {
       options.occlusion.by_others.empty()) {
     usage("occlusion.by_high, by_low and by_others leave nothing that occludes: give one of them.");
   }
+  if (options.occlusion.own_part && options.parts == nullptr) {
+    usage("occlusion.own_part is set, but there are no parts: give `parts`, or leave it.",
+          kContradiction);
+  }
   for (const Mesh* mesh : options.occlusion.by_others) {
     if (mesh == nullptr) usage("occlusion.by_others has a null pointer: it must point to meshes.");
     validate(*mesh);

@@ -133,6 +133,7 @@ Hemispheres::Hemispheres(const MapRequest& request)
       back_faces_(request.options.occlusion.back_faces),
       by_high_(request.options.occlusion.by_high),
       by_low_(request.options.occlusion.by_low),
+      parts_(request.options.occlusion.own_part ? request.options.parts : nullptr),
       shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
   max_error_ = request.options.occlusion.max_error;
   const std::optional<Length>& distance = request.options.occlusion.distance;
@@ -175,6 +176,7 @@ void Hemispheres::next_band() {
 void Hemispheres::next_source() {
   next_band();
   all_occluders_.reset();
+  part_occluders_.clear();
   uploaded_ = false;  // vertices may have moved
 }
 
@@ -290,6 +292,13 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
     make_room(context_, sums.lean, std::size_t{3} * plane_of(band));
     context_.fill(sums.lean, 0.0F);
   }
+  if (parts_ != nullptr) {
+    const Counted counted = cast_parts(band, match, second, rays_out_, wants_lean_);
+    sums.open.write(context_, std::span(counted.open));
+    if (wants_lean_) sums.lean.write(context_, std::span(counted.lean));
+    sums.has_open = true;
+    return;
+  }
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(occluding_, back_faces_);
   const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
@@ -352,6 +361,11 @@ std::vector<float> Hemispheres::lit(const TexelBand& band, const Correspondence&
                                     bool second) {
   make_room(context_, lit_, plane_of(band));
   context_.fill(lit_, std::uint32_t{0});
+  if (parts_ != nullptr) {
+    const Counted counted = cast_parts(band, match, second, rays_to_light_, false);
+    lit_.write(context_, std::span(counted.open));
+    return shares(band, lit_, rays_to_light_.count);
+  }
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(beyond_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");

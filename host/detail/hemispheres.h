@@ -90,6 +90,26 @@ class Hemispheres : public SharedWork {
   /// Copies samples to some_, some_match_ and some_turns_.
   void pick(const TexelBand& band, const Correspondence& match,
             std::span<const std::uint32_t> samples, std::uint32_t more_turn);
+  /// Samples that are cast one group after another, each against what occludes it.
+  struct Group {
+    const RayCaster* caster;
+    std::vector<std::uint32_t> samples;
+  };
+  /// Of OcclusionOptions::own_part a group each part, else one of all. Samples without rays are left out.
+  std::vector<Group> groups(const TexelBand& band, const Correspondence& match, bool second,
+                            std::span<const std::uint32_t> samples);
+  const RayCaster& occluders_of(std::uint32_t part);
+  /// How many rays of each sample of a group hit nothing, and where asked for the sums of their directions.
+  /// \param turn  other rays each
+  struct Counted {
+    std::vector<std::uint32_t> open;  // by sample of the band
+    std::vector<float> lean;          // 3 planes of plane_of(band)
+  };
+  void cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
+                  bool second, const RaySet& set, std::uint32_t turn, Counted& counted);
+  /// All samples of a band, each against its own part.
+  Counted cast_parts(const TexelBand& band, const Correspondence& match, bool second,
+                     const RaySet& set, bool lean);
   /// How many of another `rays` rays of each of some samples hit nothing. \param round  other ones each
   std::vector<std::uint32_t> cast_more(const TexelBand& band, const Correspondence& match,
                                        bool second, std::span<const std::uint32_t> samples,
@@ -115,6 +135,7 @@ class Hemispheres : public SharedWork {
   std::shared_ptr<BandReads> reads_;
   std::uint32_t width_, height_;
   bool keep_, two_sided_, back_faces_, by_high_, by_low_;
+  const Parts* parts_;                // whose own triangles alone occlude; null: all do
   float beyond_, occluding_, thick_;  // frame units
   bool wants_lean_ = false;
 
@@ -127,6 +148,7 @@ class Hemispheres : public SharedWork {
 
   std::vector<Mesh> others_;                // frame units, positions and triangles alone
   std::optional<RayCaster> all_occluders_;  // where the high poly is not the only one
+  std::map<std::uint32_t, RayCaster> part_occluders_;
   bool uploaded_ = false, has_turns_ = false;
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> triangles_;
@@ -139,6 +161,7 @@ class Hemispheres : public SharedWork {
   TexelBand some_;  // samples that are not done yet
   Correspondence some_match_;
   cl::Array<std::uint32_t> some_turns_, some_open_;
+  cl::Array<float> some_lean_;
   std::optional<ShareFilter> filter_;
   cl::Array<std::uint8_t> hits_;
   Correspondence first_hits_;

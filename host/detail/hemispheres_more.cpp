@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64, kLocalLanes = 8;
+constexpr std::size_t kLocal = 64;
 // Picked samples are rounded up to so many.
 constexpr std::uint32_t kBlock = 64;
 constexpr std::uint32_t kMostRays = 4096;
@@ -21,10 +21,6 @@ constexpr double kSafe = 0.8;
 // How much of a texel's error stays where more rays do not help.
 constexpr float kNoHelp = 0.85F;
 constexpr std::uint32_t kMostTimes = 8;  // at once
-// Samples that are copied together: 42 MB.
-constexpr std::size_t kPicked = std::size_t{1} << 20;
-// An odd number near the golden ratio of all turns and sets: each round's rays lie between those before.
-constexpr std::uint32_t kMoreTurn = 5063;
 
 }  // namespace
 
@@ -53,30 +49,6 @@ void Hemispheres::pick(const TexelBand& band, const Correspondence& match,
                   match.barycentric, turns_, some_.triangle, some_.barycentric, some_.points,
                   some_match_.triangle, some_match_.barycentric, some_turns_);
   context_.finish();  // `picked` goes
-}
-
-std::vector<std::uint32_t> Hemispheres::cast_more(const TexelBand& band,
-                                                  const Correspondence& match, bool second,
-                                                  std::span<const std::uint32_t> samples,
-                                                  std::uint32_t rays, std::uint32_t round) {
-  std::vector<std::uint32_t> result(samples.size());
-  const RayCaster& caster = occluders();
-  const RayQuery query = query_up_to(occluding_, back_faces_);
-  const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
-  for (std::size_t first = 0; first < samples.size(); first += kPicked) {
-    const auto part = samples.subspan(first, std::min(kPicked, samples.size() - first));
-    pick(band, match, part, round * kMoreTurn);
-    make_room(context_, some_open_, some_.capacity);
-    context_.fill(some_open_, std::uint32_t{0});
-    over_rays(some_, some_match_, second, outward_rays(rays), some_turns_,
-              [&](const kiln_hemisphere_params& of, std::uint32_t all) {
-                make_room(context_, hits_, ray_capacity_);
-                caster.occluded(rays_, all, ray_capacity_, query, hits_);
-                context_.launch(open, of.stride / kLanes, kLocalLanes, of, hits_, some_open_);
-              });
-    some_open_.read(context_, std::span(result).subspan(first, part.size()));
-  }
-  return result;
 }
 
 /// What the filter knows of the band: texels with a sample that has rays, the first of which stands for it.

@@ -1,5 +1,7 @@
 #include "detail/low_frames.h"
 
+#include <array>
+
 #include "mesh/low_shading.h"
 
 namespace kiln {
@@ -13,11 +15,24 @@ Vec3d interpolate(const float* corners, double u, double v) {
   return at(0) * (1 - u - v) + at(1) * u + at(2) * v;
 }
 
+/// Computed at the corners.
+Vec3d corner_bitangent(const kiln_low_shading& low, double u, double v) {
+  const std::array<double, 3> weights = {1 - u - v, u, v};
+  Vec3d sum;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float* n = low.normal + 3 * k;
+    const float* t = low.tangent + 3 * k;
+    sum += cross(Vec3d(n[0], n[1], n[2]), Vec3d(t[0], t[1], t[2])) * (low.sign * weights[k]);
+  }
+  return sum;
+}
+
 }  // namespace
 
 LowFrames::LowFrames(const MapRequest& request)
     : shading_(low_shading(request.surface)),
       space_(request.options.space),
+      at_corners_(request.options.bitangent == Bitangent::vertex),
       y_scale_(request.options.flip_y ? -1 : 1) {}
 
 Vec3d LowFrames::in_space(const DensePoint& point, const Vec3d& vector) const {
@@ -37,7 +52,8 @@ Vec3d LowFrames::in_frame(const DensePoint& point, const Vec3d& vector) const {
   // The frame is interpolated and not made unit, as shaders do it, and inverted by Cramer's rule.
   const Vec3d normal = interpolate(low.normal, point.low_u, point.low_v);
   const Vec3d tangent = interpolate(low.tangent, point.low_u, point.low_v);
-  const Vec3d bitangent = cross(normal, tangent) * low.sign;
+  Vec3d bitangent = cross(normal, tangent) * low.sign;
+  if (at_corners_) bitangent = corner_bitangent(low, point.low_u, point.low_v);
   const Vec3d across = cross(bitangent, normal);
   const double determinant = dot(tangent, across);
   if (determinant == 0) return {};

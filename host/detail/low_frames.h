@@ -20,6 +20,7 @@ class LowFrames {
 
   std::vector<kiln_low_shading> shading_;
   NormalMapSpace space_;
+  bool at_corners_;  // the bitangent is computed there
   double y_scale_;
 };
 

@@ -18,7 +18,8 @@ kiln_detail_params detail_params(const BakeOptions& options) {
   kiln_detail_params detail{};
   switch (options.space) {
     case NormalMapSpace::tangent:
-      detail.space = KILN_SPACE_TANGENT;
+      detail.space =
+          options.bitangent == Bitangent::vertex ? KILN_SPACE_TANGENT_VERTEX : KILN_SPACE_TANGENT;
       break;
     case NormalMapSpace::object:
       detail.space = KILN_SPACE_OBJECT;

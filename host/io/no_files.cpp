@@ -24,6 +24,10 @@ namespace {
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* /*warnings*/) {
   fail(path.string());
 }
+Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& /*options*/,
+               std::vector<Warning>* /*warnings*/) {
+  fail(path.string());
+}
 Mesh load_mesh(std::span<const std::byte> /*bytes*/, std::string_view name,
                std::vector<Warning>* /*warnings*/) {
   fail(std::string(name));

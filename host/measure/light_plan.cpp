@@ -302,7 +302,7 @@ class LightPlanner {
     const Stopwatch measuring;
     const NormalProbe probe(impl_of(source_), made.low, looks_.shown());
     const auto error = [&](const Image& map) {
-      return probe.with_map(rounded(map, bits_), plain.space, plain.flip_y).mean_degrees;
+      return probe.with_map(rounded(map, bits_), plain).mean_degrees;
     };
     if (!looks_.model().known().contains(level)) {
       looks_.model().know(level, looks_.look_with(probe));
@@ -360,8 +360,7 @@ class LightPlanner {
       plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
       plan_.drawn = rounded(std::move(plan_.drawn), bits_);
       const NormalProbe probe(impl_of(source_), plan_.low, looks_.shown());
-      plan_.chosen.measured =
-          probe.with_map(plan_.drawn, plan_.bake.space, plan_.bake.flip_y).mean_degrees;
+      plan_.chosen.measured = probe.with_map(plan_.drawn, plan_.bake).mean_degrees;
     }
     plan_.reached = plan_.chosen.measured <= options_.max_error;
     return std::move(plan_);

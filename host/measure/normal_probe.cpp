@@ -77,7 +77,8 @@ NormalError NormalProbe::with_normals(const std::vector<float>& normals) const {
   return compare(shown);
 }
 
-NormalError NormalProbe::with_map(const Image& map, NormalMapSpace space, bool flip_y) const {
+NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) const {
+  const NormalMapSpace space = baked.space;
   std::vector<float> normals(3 * places_.size());
   parallel_for(places_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -89,7 +90,7 @@ NormalError NormalProbe::with_map(const Image& map, NormalMapSpace space, bool f
                              a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v) *
                         2 +
                     Vec3d(-1, -1, -1);
-      if (flip_y) value.y = -value.y;
+      if (baked.flip_y) value.y = -value.y;
       const kiln_low_shading& low = shading_[place.triangle];
       const Vec3d face = vector_at(low.face_normal);
       Vec3d normal = value;
@@ -101,7 +102,14 @@ NormalError NormalProbe::with_map(const Image& map, NormalMapSpace space, bool f
           t = blend(a.tangent, b.tangent, c.tangent, place.u, place.v);
           sign = low.sign;
         }
-        normal = t * value.x + cross(n, t) * (sign * value.y) + n * value.z;
+        Vec3d across = cross(n, t);
+        if (space == NormalMapSpace::tangent && baked.bitangent == Bitangent::vertex) {
+          const auto at = [](const LowSurface::Corner& corner) {
+            return to_float(cross(Vec3d(corner.normal), Vec3d(corner.tangent)));
+          };
+          across = blend(at(a), at(b), at(c), place.u, place.v);
+        }
+        normal = t * value.x + across * (sign * value.y) + n * value.z;
       }
       if (!(length(normal) > 0)) normal = face;
       const Vec3 result = to_float(normal);

@@ -46,7 +46,7 @@ class NormalProbe {
   NormalError without_map() const;
 
   /// \param map  n/2 + 1/2, as Scene takes it
-  NormalError with_map(const Image& map, NormalMapSpace space, bool flip_y) const;
+  NormalError with_map(const Image& map, const BakeOptions& baked) const;
 
   /// Of normals in the mesh's space at each place, for example those that are matched there.
   NormalError with_normals(const std::vector<float>& normals) const;

@@ -363,7 +363,7 @@ class Planner {
     const auto normal = std::find_if(result.maps.begin(), result.maps.end(),
                                      [](const BakedMap& m) { return m.kind == MapKind::normal; });
     const Image& drawn = baked.drawn.pixels.empty() ? normal->image : baked.drawn;
-    trial.error = probe_->with_map(drawn, options.space, options.flip_y);
+    trial.error = probe_->with_map(drawn, options);
     if (report.recall) trial.lost = report.recall->lost;
     planned_.seconds_measure += watch.total();
     planned_.trials.push_back(trial);

@@ -220,7 +220,8 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
   map_params.y_scale = normal_map.flip_y ? -1.0F : 1.0F;
   switch (normal_map.space) {
     case NormalMapSpace::tangent:
-      map_params.space = KILN_SPACE_TANGENT;
+      map_params.space = normal_map.bitangent == Bitangent::vertex ? KILN_SPACE_TANGENT_VERTEX
+                                                                   : KILN_SPACE_TANGENT;
       break;
     case NormalMapSpace::object:
       map_params.space = KILN_SPACE_OBJECT;

@@ -49,7 +49,7 @@ struct BakeOptions {
   /// ... or from this mesh (the light mesh's topology). Read during the call; a session reads it when made.
   const Mesh* cage_mesh = nullptr;
   /// Samples find points of their own part alone. Lists as long as the meshes have triangles. For matches
-  /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude.
+  /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude, but with OcclusionOptions::own_part.
   /// Read during the call; must outlive a session.
   const Parts* parts = nullptr;
   UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles of the same UVs is baked
@@ -57,6 +57,7 @@ struct BakeOptions {
                            ///< from the light surface are turned to it
 
   NormalMapSpace space = NormalMapSpace::tangent;  ///< Of the maps of unit vectors
+  Bitangent bitangent = Bitangent::pixel;          ///< Of NormalMapSpace::tangent
   bool flip_y = false;                             ///< Green down (DirectX); default up (OpenGL)
   /// Third component left out (0): z = sqrt(1 - x^2 - y^2). A normal below the surface loses its sign and is
   /// counted ("below-surface").

@@ -37,6 +37,7 @@
 #include "kiln/reasons.h"
 #include "kiln/recall.h"
 #include "kiln/render.h"
+#include "kiln/seams.h"
 #include "kiln/session.h"
 #include "kiln/source.h"
 #include "kiln/texture.h"

@@ -31,6 +31,12 @@ inline constexpr MapKind MapKind::mask{"mask"};
 /// space, or a frame of the low poly's face.
 enum class NormalMapSpace { tangent, object, face };
 
+/// Where the third axis of tangent space is computed. It must be where the shader does that shows the map.
+enum class Bitangent {
+  pixel,  ///< From the interpolated normal and tangent: MikkTSpace's own way, Blender, Unreal Engine
+  vertex,  ///< At the corners, and interpolated: Unity's way, and shaders with a bitangent a vertex
+};
+
 /// Rays over the hemisphere of the high poly's points, for the maps ao, bent_normal and thickness.
 struct OcclusionOptions {
   std::uint32_t rays = 64;  ///< A sample, 1 to 4096; spread by the cosine to the normal
@@ -43,6 +49,9 @@ struct OcclusionOptions {
   bool by_low = false;  ///< The low poly
   /// Other meshes in the high poly's space, such as a ground or parts beside it; they outlive the bake.
   std::vector<const Mesh*> by_others = {};
+  /// With BakeOptions::parts: of the high and low poly, a sample's own part alone occludes it. Other meshes do
+  /// as without.
+  bool own_part = false;
   /// Of ambient occlusion, 0 to 1: the root mean square of the map's error. All texels begin with a quarter of
   /// `rays`. Noise is smoothed over the surface, across seams, as far as that loses nothing that the rays show;
   /// and where the error is still too large, more are cast, up to 4096 a sample. What was reached is measured

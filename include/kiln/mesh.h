@@ -75,6 +75,20 @@ enum class UvCopies {
   first,     ///< Neither is preferred
 };
 
+/// How a polygon of more than three corners is cut into triangles. A map is right only where the program that
+/// shows it cuts the low poly's polygons as they were when it was baked.
+enum class Triangulation {
+  automatic,  ///< The fan around the first corner where the polygon is convex, else ears
+  blender,  ///< As Blender 5 draws: quads along corners 0 and 2, but where that folds; else its ear clipping
+  fan,       ///< The fan around the first corner, whatever the shape, as most engines' importers do
+  shortest,  ///< Quads along the shorter diagonal; more corners: ears, the shortest cut first
+};
+
+/// What may be chosen where a mesh is read.
+struct LoadMeshOptions {
+  Triangulation triangulation = Triangulation::automatic;  ///< Of polygons
+};
+
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary) or OFF (ascii),
 /// chosen by extension in any case.
 ///
@@ -108,6 +122,10 @@ enum class UvCopies {
 /// size; about 0.2 s for a binary PLY or an OBJ of a million triangles on one core.
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
 
+/// The same with choices. Lists, errors, threads and cost as above.
+Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options,
+               std::vector<Warning>* warnings = nullptr);
+
 /// Reads a mesh from memory. Otherwise as above.
 /// \param bytes  of a whole file; not kept
 /// \param name   as its file would be called, such as "head.ply": the extension says the format, the stem
@@ -115,9 +133,24 @@ Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings
 Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
                std::vector<Warning>* warnings = nullptr);
 
-/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, names of materials) with
-/// 9 significant digits, so that reading it back gives the same floats; 17 digits for the positions of a
-/// mesh with an origin. Objects and the files of materials are not written. The file appears whole or not
+/// Joins meshes into one, in their order: the parts of one scene that lie in files of their own. Positions keep
+/// their places in the world; the result has the first one's origin.
+///
+/// Names of groups, objects and materials stay, and those of the same name are one. What one mesh has and
+/// another lacks: UVs are NaN (nothing is baked there), normals zero (computed), colours white, tangents
+/// without direction (MikkTSpace's), materials "default". A mesh without groups or objects is one of its own
+/// name. The result's name is theirs with " + " between, of more than three the first and a count.
+/// Warnings: missing-uvs, missing-colors, as load_mesh(); they name the mesh.
+/// Memory and time are linear in the meshes. Thread safety: may be called from several threads.
+/// \param meshes    at least one; of one, the result is a copy with names
+/// \param warnings  where to append; may be null
+/// \throws Error(usage) for none; Error(input) for a mesh that does not hold together, see validate(), or for
+///         more than 2^31 - 1 of anything
+Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = nullptr);
+
+/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, objects, names of
+/// materials) with 9 significant digits, so that reading it back gives the same floats; 17 digits for the
+/// positions of a mesh with an origin. The files of materials are not written. The file appears whole or not
 /// at all. About 0.4 s for a million triangles. Tangents are not written. Thread safety: may be called from
 /// several threads, for files of different names.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before

@@ -21,6 +21,7 @@ struct NormalMap {
   const Image* image = nullptr;  ///< Null: none. Read while a Scene is made, not kept.
   NormalMapSpace space = NormalMapSpace::tangent;  ///< That the map was baked in
   bool flip_y = false;                             ///< Green points down (DirectX)
+  Bitangent bitangent = Bitangent::pixel;          ///< That the map was baked with
 };
 
 /// Camera, light and surface of a picture.

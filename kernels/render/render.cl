@@ -220,12 +220,18 @@ kernel void kiln_render_map(const kiln_render_map_params params,
   global const kiln_low_shading* low = shading + triangle;
   const float3 face_normal = vload3(0, low->face_normal);
   float3 normal = value;
-  if (params.space == KILN_SPACE_TANGENT) {
+  if (params.space == KILN_SPACE_TANGENT || params.space == KILN_SPACE_TANGENT_VERTEX) {
     const float3 n = vload3(0, low->normal) * w + vload3(1, low->normal) * u +
                      vload3(2, low->normal) * v;
     const float3 t = vload3(0, low->tangent) * w + vload3(1, low->tangent) * u +
                      vload3(2, low->tangent) * v;
-    normal = t * value.x + cross3(n, t) * (low->sign * value.y) + n * value.z;
+    float3 b = cross3(n, t);
+    if (params.space == KILN_SPACE_TANGENT_VERTEX) {
+      b = cross3(vload3(0, low->normal), vload3(0, low->tangent)) * w +
+          cross3(vload3(1, low->normal), vload3(1, low->tangent)) * u +
+          cross3(vload3(2, low->normal), vload3(2, low->tangent)) * v;
+    }
+    normal = t * value.x + b * (low->sign * value.y) + n * value.z;
   } else if (params.space == KILN_SPACE_FACE) {
     const float3 t = vload3(0, low->face_tangent);
     normal = t * value.x + cross3(face_normal, t) * value.y + face_normal * value.z;

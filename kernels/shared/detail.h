@@ -8,8 +8,8 @@
 typedef struct kiln_low_shading {
   kiln_float normal[9];
   kiln_float tangent[9];
-  kiln_float sign;            // bitangent = sign * cross(normal, tangent)
-  kiln_float face_tangent[3]; // along increasing u, in the face's plane
+  kiln_float sign;             // bitangent = sign * cross(normal, tangent)
+  kiln_float face_tangent[3];  // along increasing u, in the face's plane
   kiln_float face_normal[3];
   kiln_float padding[7];
 } kiln_low_shading;
@@ -18,16 +18,17 @@ KILN_CHECK_SIZE(kiln_low_shading, 128);
 #define KILN_SPACE_TANGENT 0
 #define KILN_SPACE_OBJECT 1
 #define KILN_SPACE_FACE 2
+#define KILN_SPACE_TANGENT_VERTEX 4  // the bitangent is computed at corners and interpolated
 
 typedef struct kiln_detail_params {
-  kiln_uint count;         // samples
-  kiln_uint low_capacity;  // elements of one plane of the samples' barycentrics
-  kiln_uint hit_capacity;  // ... of the correspondence's
-  kiln_uint out_capacity;  // ... of the result
-  kiln_int space;          // KILN_SPACE_*
-  kiln_float y_scale;      // -1 turns green down
-  kiln_uint two_component; // 1: directions below the horizon are pulled up to it
-  kiln_uint two_sided;     // 1: normals that point away from the light surface are turned to it
+  kiln_uint count;          // samples
+  kiln_uint low_capacity;   // elements of one plane of the samples' barycentrics
+  kiln_uint hit_capacity;   // ... of the correspondence's
+  kiln_uint out_capacity;   // ... of the result
+  kiln_int space;           // KILN_SPACE_*
+  kiln_float y_scale;       // -1 turns green down
+  kiln_uint two_component;  // 1: directions below the horizon are pulled up to it
+  kiln_uint two_sided;      // 1: normals that point away from the light surface are turned to it
 } kiln_detail_params;
 KILN_CHECK_SIZE(kiln_detail_params, 32);
 
@@ -37,8 +38,8 @@ KILN_CHECK_SIZE(kiln_detail_params, 32);
 
 typedef struct kiln_resolve_params {
   kiln_uint texel_count;
-  kiln_uint capacity;      // elements of one plane of the samples' values
-  kiln_int miss;           // KILN_MISS_*
+  kiln_uint capacity;  // elements of one plane of the samples' values
+  kiln_int miss;       // KILN_MISS_*
   kiln_uint padding;
 } kiln_resolve_params;
 KILN_CHECK_SIZE(kiln_resolve_params, 16);

@@ -123,7 +123,7 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   EXPECT_GE(ray["rendered_normals"]["rms_angle_degrees"].get<double>(),
             ray["rendered_normals"]["mean_angle_degrees"].get<double>());
 
-  ASSERT_EQ(report["outputs"].size(), 2U * 7 + 3);  // recall among them
+  ASSERT_EQ(report["outputs"].size(), 2U * 8 + 3);  // recall among them
   for (const json& output : report["outputs"]) EXPECT_TRUE(fs::exists(output.get<std::string>()));
   const Image field = load_image(scene / "out" / "low_ray_match_distance.exr");
   EXPECT_EQ(field.width, 128U);
@@ -168,8 +168,8 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   }
 
   EXPECT_EQ(run_kiln({"measure", scene / "high.obj"}).exit_code, 2);
-  EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "low.obj", "--views", "3"}).exit_code,
-            2);
+  EXPECT_EQ(
+      run_kiln({"measure", scene / "high.obj", scene / "low.obj", "--faces", "300"}).exit_code, 2);
   EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "none.obj"}).exit_code, 3);
 }
 

@@ -1,6 +1,8 @@
 // Mirrored and repeated UVs: which triangles share texels, and which of them is baked.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -117,6 +119,51 @@ TEST(UvCopies, KeepTheSignOfTangents) {
     const LowSurface::Corner& corner = surface.triangles[t][0];
     EXPECT_EQ(corner.sign, t < 2 ? 1 : -1);
     EXPECT_NEAR(corner.tangent.x, t < 2 ? 1 : -1, 1e-6);
+  }
+}
+
+/// A dome that mirrors itself in the plane x = 1, between a half with plain UVs and one with mirrored ones: at
+/// the seam both read the same texels, and the normals that they show differ by 1/255 at most.
+TEST(UvCopies, LeaveNoStepAcrossTheMirrorSeam) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = strip({{true}, {false, 3, -2}});
+  Mesh high = test::plane(128, 64, 2, 1);
+  float least = 1e9F, bottom = 1e9F;
+  for (const Vec3& p : high.positions) {
+    least = std::min(least, p.x);
+    bottom = std::min(bottom, p.y);
+  }
+  high.normals.clear();
+  for (Vec3& p : high.positions) {
+    p.x -= least;
+    p.y -= bottom;
+    const float x = p.x - 1, wave = 0.15F * (1 + 0.3F * std::sin(6 * p.y));
+    p.z = wave * (1 - x * x);
+    const float slope_y = 0.27F * std::cos(6 * p.y) * (1 - x * x);
+    const float size = std::sqrt(4 * wave * wave * x * x + slope_y * slope_y + 1);
+    high.normals.push_back({2 * wave * x / size, -slope_y / size, 1 / size});
+  }
+  high.normal_triangles = high.triangles;
+  const Source source(*test::device(), high);
+  BakeOptions options;
+  options.width = options.height = 256;
+  options.max_distance = Length::absolute(0.3);
+  for (const UvCopies rule : {UvCopies::plain, UvCopies::mirrored, UvCopies::first}) {
+    options.uv_copies = rule;
+    const BakeResult baked = bake(source, low, options);
+    EXPECT_EQ(baked.report.uv_copies, 2U);
+    const Image& map = baked.maps[0].image;
+    // Between the texels at both sides of u = 0.1; along x the halves have opposite tangents.
+    const double column = 0.1 * 256 - 0.5, share = column - std::floor(column);
+    double step = 0, most = 0;
+    for (std::size_t row = 30; row < 226; ++row) {
+      const auto along = [&](std::size_t at) { return 2.0 * map.at(at, row)[0] - 1; };
+      const auto left = static_cast<std::size_t>(column);
+      step = std::max(step, 2 * std::abs(along(left) * (1 - share) + along(left + 1) * share));
+      most = std::max(most, std::abs(along(200)));
+    }
+    EXPECT_LE(step, 1 / 255.0);
+    EXPECT_GT(most, 0.15);  // else there would be nothing to step
   }
 }
 

@@ -129,7 +129,8 @@ void MeshBuilder::split_polygons() {
     for (std::uint32_t i = 0; i < polygon.corners; ++i) {
       corners.push_back(positions[polygon_vertex_[polygon.offset + i]]);
     }
-    if (!triangulate(corners, local) && fans++ == 0) first_fan = polygon.first_triangle;
+    if (!triangulate(corners, input_.triangulation, local) && fans++ == 0)
+      first_fan = polygon.first_triangle;
     for (std::size_t t = 0; t < local.size(); ++t) {
       for (int k = 0; k < 3; ++k) {
         const std::uint64_t corner = polygon.offset + local[t][k];

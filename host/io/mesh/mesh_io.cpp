@@ -154,7 +154,12 @@ Mesh parse_named(const MeshInput& input, const std::filesystem::path& path) {
 }  // namespace
 
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings) {
-  MeshInput input{path.string(), {}, warnings};
+  return load_mesh(path, LoadMeshOptions(), warnings);
+}
+
+Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options,
+               std::vector<Warning>* warnings) {
+  MeshInput input{path.string(), {}, warnings, options.triangulation};
   try {
     const std::string bytes = read_file(input, path);
     input.bytes = bytes;

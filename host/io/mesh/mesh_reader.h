@@ -18,6 +18,7 @@ struct MeshInput {
   std::string file;                          ///< Path as the caller gave it; used in messages.
   std::string_view bytes;                    ///< The content.
   std::vector<Warning>* warnings = nullptr;  ///< Where to append what was imperfect; may be null.
+  Triangulation triangulation = Triangulation::automatic;
 
   /// Throws Error(input): "<file>: <place>: <problem>. <remedy>." The place may be empty.
   [[noreturn]] void fail(const std::string& place, const std::string& problem,

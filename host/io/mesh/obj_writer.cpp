@@ -1,4 +1,5 @@
 // Writing Wavefront OBJ.
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <string>
@@ -78,6 +79,7 @@ void check(const Mesh& mesh) {
   if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
     wrong("normal_triangles not parallel to triangles");
   if (!mesh.groups.empty() && mesh.groups.size() != n) wrong("groups not parallel to triangles");
+  if (!mesh.objects.empty() && mesh.objects.size() != n) wrong("objects not parallel to triangles");
   if (!mesh.materials.empty() && mesh.materials.size() != n)
     wrong("materials not parallel to triangles");
   if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
@@ -87,6 +89,9 @@ void check(const Mesh& mesh) {
   check_indices(mesh.normal_triangles, mesh.normals.size(), "a normal index out of range");
   for (const std::uint32_t group : mesh.groups) {
     if (group >= mesh.group_names.size()) wrong("a group index out of range");
+  }
+  for (const std::uint32_t object : mesh.objects) {
+    if (object >= mesh.object_names.size()) wrong("an object index out of range");
   }
   for (const std::uint32_t material : mesh.materials) {
     if (material >= mesh.material_names.size()) wrong("a material index out of range");
@@ -106,17 +111,35 @@ class Names {
       out.text(keyword_ + safe_name(name) + "\n");
     }
   }
-  void before(std::size_t triangle, Writer& out) {
-    if (of_.empty() || of_[triangle] == now_) return;
+  /// Whether a reader numbers them as we do without that: all are used, in their order.
+  bool in_order() const {
+    std::uint32_t next = 0;
+    for (const std::uint32_t name : of_) {
+      if (name > next) return false;
+      if (name == next) ++next;
+    }
+    return next == names_.size();
+  }
+  /// \returns whether the name is another one
+  bool before(std::size_t triangle, Writer& out) {
+    if (of_.empty() || of_[triangle] == now_) return false;
     now_ = of_[triangle];
     out.text(keyword_ + safe_name(names_[now_]) + "\n");
+    return true;
+  }
+  /// Readers take an object's name for a group's, too.
+  void follow(const Names& object) {
+    now_ = kNone;
+    const auto same = std::find(names_.begin(), names_.end(), object.names_[object.now_]);
+    if (same != names_.end()) now_ = static_cast<std::uint32_t>(same - names_.begin());
   }
 
  private:
   std::string keyword_;
   const std::vector<std::uint32_t>& of_;  // triangles
   const std::vector<std::string>& names_;
-  std::uint32_t now_ = 0xFFFFFFFFU;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::uint32_t now_ = kNone;
 };
 
 }  // namespace
@@ -164,9 +187,13 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   }
   Names groups("g ", mesh.groups, mesh.group_names);
   Names materials("usemtl ", mesh.materials, mesh.material_names);
-  groups.announce(out);
+  Names objects("o ", mesh.objects, mesh.object_names);
+  // Other programs make an object of each such line, with or without faces.
+  if (mesh.objects.empty() || !groups.in_order()) groups.announce(out);
+  if (!objects.in_order()) objects.announce(out);
   materials.announce(out);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (objects.before(t, out)) groups.follow(objects);
     groups.before(t, out);
     materials.before(t, out);
     out.text("f");

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "kiln/mesh.h"
+
 namespace kiln {
 
 /// Splits a polygon of n >= 3 corners into n - 2 triangles of indices into `corners`.
@@ -18,6 +20,13 @@ namespace kiln {
 /// \param triangles  out: replaced
 /// \returns false where a fan had to stand in for ears
 bool triangulate(std::span<const std::array<double, 3>> corners,
+                 std::vector<std::array<std::uint32_t, 3>>& triangles);
+
+/// The same by a rule (kiln/mesh.h). Blender's quads fold along corners 1 and 3 where the other way turns a
+/// triangle over; its larger polygons are cut as its polyfill does (ears from corner 0 on, every other corner,
+/// to and fro), in single precision. `shortest` takes the ear with the shortest cut, the first of equals.
+/// Where no ear is left, the remainder becomes a fan.
+bool triangulate(std::span<const std::array<double, 3>> corners, Triangulation rule,
                  std::vector<std::array<std::uint32_t, 3>>& triangles);
 
 }  // namespace kiln

@@ -5,6 +5,22 @@
 
 namespace kiln::cli {
 
+void add_file_list_flags(CLI::App& command, BakeArguments& a) {
+  const char* const group_files = "More files";
+  command
+      .add_option("--high", a.more_high,
+                  "Another file of the dense mesh, beside HIGH. May be given again. Names stay; a "
+                  "file without groups or objects is one of the file's name")
+      ->allow_extra_args(false)
+      ->group(group_files);
+  command
+      .add_option("--low", a.more_low,
+                  "Another file of the light mesh, beside LOW. May be given again. All share one "
+                  "UV layout and one map; where they overlap, a warning says so")
+      ->allow_extra_args(false)
+      ->group(group_files);
+}
+
 void add_bake_options(CLI::App& command, BakeArguments& a) {
   command
       .add_option("HIGH", a.high,
@@ -17,6 +33,7 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
       .add_option("--out", a.out, "Folder for the maps (made where only its last part is missing)")
       ->required();
 
+  add_file_list_flags(command, a);
   add_map_flags(command, a);
   add_detail_flags(command, a);
   add_file_flags(command, a);
@@ -24,6 +41,21 @@ void add_bake_options(CLI::App& command, BakeArguments& a) {
   add_view_flags(command, a);
   add_run_flags(command, a);
 }
+
+std::vector<std::string> high_files(const BakeArguments& a) {
+  std::vector<std::string> files = {a.high};
+  files.insert(files.end(), a.more_high.begin(), a.more_high.end());
+  return files;
+}
+
+std::vector<std::string> low_files(const BakeArguments& a) {
+  if (a.low.empty()) return {};
+  std::vector<std::string> files = {a.low};
+  files.insert(files.end(), a.more_low.begin(), a.more_low.end());
+  return files;
+}
+
+bool has_more_files(const BakeArguments& a) { return !a.more_high.empty() || !a.more_low.empty(); }
 
 bool by_visibility(const BakeArguments& a) {
   return a.load_match.empty() &&

@@ -17,6 +17,9 @@ namespace kiln::cli {
 struct BakeArguments {
   std::set<std::string> given;  ///< Flags, such as "--views", whatever their values
   std::string high, low, out;
+  std::vector<std::string> more_high, more_low;  // joined to `high` and `low`
+  std::string triangulate = "auto";
+  bool split_at_seams = false;
   std::string size = "2048";
   std::vector<std::string> maps = {"normal"};
   std::string match = "ray";
@@ -51,6 +54,7 @@ struct BakeArguments {
   HeightArguments heights;
   std::string traversal = "auto";
   std::string space = "tangent";
+  std::string bitangent = "pixel";
   bool flip_y = false;
   bool two_component = false;
   std::string miss = "keep";
@@ -65,6 +69,7 @@ struct BakeArguments {
   bool ao_ignore_back_faces = false;
   std::vector<std::string> ao_occluders = {"high"};
   double ao_error = 0;
+  std::string part_occlusion = "all";
   std::vector<std::string> transfers;
   std::string id_by = "part";
   std::string light = "0,1,0";
@@ -97,6 +102,12 @@ void check(const BakeArguments& arguments);
 BakeOptions bake_options(const BakeArguments& arguments);
 SaveImageOptions image_options(const BakeArguments& arguments);
 RayTraversal traversal(const BakeArguments& arguments);
+
+/// All files of either side, the positional one first; none for a LOW that Kiln makes.
+std::vector<std::string> high_files(const BakeArguments& arguments);
+std::vector<std::string> low_files(const BakeArguments& arguments);
+/// Whether either side has several files: then a file without names is a part of the file's name.
+bool has_more_files(const BakeArguments& arguments);
 
 /// Values as they are written on the command line.
 std::string map_name(MapKind kind);

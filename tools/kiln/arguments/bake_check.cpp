@@ -133,7 +133,28 @@ void check_rays(const BakeArguments& a) {
   }
 }
 
+/// Files beside HIGH and LOW.
+void check_more_files(const BakeArguments& a) {
+  if (!a.more_low.empty() && a.low.empty()) {
+    fail("--low is for more files of a LOW that is given: name the first after HIGH.");
+  }
+  for (const std::string& file : high_files(a)) {
+    if (a.more_high.empty() || !is_height_field(file)) continue;
+    fail("'" + file + "' is a height field, which is a HIGH of its own: leave --high out.");
+  }
+  if (a.low.empty() && (a.given.contains("--triangulate") || a.split_at_seams)) {
+    fail("--triangulate and --split-at-seams are for a LOW of yours: give it, or leave them out.");
+  }
+}
+
 void check_parts(const BakeArguments& a) {
+  check_more_files(a);
+  if (a.match_by == "all" && a.given.contains("--part-occlusion")) {
+    fail("--part-occlusion needs parts: add --match-by name, group, object, material or list.");
+  }
+  if (a.given.contains("--bitangent") && a.space != "tangent") {
+    fail("--bitangent is for --space tangent: leave it out.");
+  }
   if (a.reasons && !fallback_methods(a).empty()) {
     fail("--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
   }

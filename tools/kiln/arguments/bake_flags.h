@@ -7,6 +7,8 @@
 
 namespace kiln::cli {
 
+/// More files of HIGH and of LOW.
+void add_file_list_flags(CLI::App& command, BakeArguments& arguments);
 void add_map_flags(CLI::App& command, BakeArguments& arguments);
 /// Of maps that take more than the point: occlusion and curvature.
 void add_detail_flags(CLI::App& command, BakeArguments& arguments);

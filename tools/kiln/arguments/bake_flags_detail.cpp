@@ -32,6 +32,14 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
       ->group(group_occlusion);
   command
       .add_option(
+          "--part-occlusion", a.part_occlusion,
+          "With --match-by: what of HIGH and LOW darkens a part: all, or its own part alone "
+          "(own), as if the parts were pulled apart. Files of --ao-occluders always do")
+      ->check(CLI::IsMember({"all", "own"}, CLI::ignore_case))
+      ->capture_default_str()
+      ->group(group_occlusion);
+  command
+      .add_option(
           "--ao-error", a.ao_error,
           "Of ao, 0 to 1, such as 0.01: the root mean square error to reach. Texels begin with "
           "a quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels "

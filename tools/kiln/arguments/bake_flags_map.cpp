@@ -52,6 +52,13 @@ void add_map_flags(CLI::App& command, BakeArguments& a) {
       ->check(one_of(space_values()))
       ->capture_default_str()
       ->group(group_map);
+  command
+      .add_option("--bitangent", a.bitangent,
+                  "--space tangent: where the shader computes the third axis: pixel (MikkTSpace, "
+                  "Blender, Unreal) or vertex (Unity). Render with the same")
+      ->check(one_of(bitangent_values()))
+      ->capture_default_str()
+      ->group(group_map);
   command.add_flag("--flip-y", a.flip_y, "Green points down (DirectX); the default is up (OpenGL)")
       ->group(group_map);
   command

@@ -136,6 +136,21 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_match);
   command
+      .add_option(
+          "--triangulate", a.triangulate,
+          "How LOW's polygons become triangles; it must be as where the map is shown. auto: "
+          "fans, or ears where not convex; blender: as Blender 5 draws them; fan: around "
+          "the first corner; shortest: along the shorter diagonal")
+      ->check(one_of(triangulation_values()))
+      ->capture_default_str()
+      ->group("The light mesh");
+  command
+      .add_flag(
+          "--split-at-seams", a.split_at_seams,
+          "Make LOW's UV seams hard edges, so that no gradient runs across them. The LOW that "
+          "has them is written beside the maps: use it")
+      ->group("The light mesh");
+  command
       .add_option("--recall", a.recall,
                   "At how many places of HIGH to look whether a texel stands for them; 0: none")
       ->check(CLI::Range(0U, 1U << 20))

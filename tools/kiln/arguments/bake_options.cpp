@@ -60,6 +60,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.uv_copies = uv_copies_values().at(a.uv_copies);
   options.recall = a.recall;
   options.space = space_values().at(a.space);
+  options.bitangent = bitangent_values().at(a.bitangent);
   options.flip_y = a.flip_y;
   options.two_component = a.two_component;
   options.raw = a.raw;
@@ -70,6 +71,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   };
   options.occlusion.by_high = named("high");
   options.occlusion.by_low = named("low");
+  options.occlusion.own_part = a.part_occlusion == "own";
   options.occlusion.distance = optional_length("--ao-distance", a.ao_distance);
   options.curvature_radius = optional_length("--curvature-radius", a.curvature_radius);
   options.occlusion.max_error = a.ao_error;

@@ -11,6 +11,21 @@ const std::map<std::string, NormalMapSpace>& space_values() {
   return values;
 }
 
+const std::map<std::string, Bitangent>& bitangent_values() {
+  static const std::map<std::string, Bitangent> values = {{"pixel", Bitangent::pixel},
+                                                          {"vertex", Bitangent::vertex}};
+  return values;
+}
+
+const std::map<std::string, Triangulation>& triangulation_values() {
+  static const std::map<std::string, Triangulation> values = {
+      {"auto", Triangulation::automatic},
+      {"blender", Triangulation::blender},
+      {"fan", Triangulation::fan},
+      {"shortest", Triangulation::shortest}};
+  return values;
+}
+
 const std::map<std::string, MissPolicy>& miss_values() {
   static const std::map<std::string, MissPolicy> values = {
       {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};

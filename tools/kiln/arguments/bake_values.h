@@ -13,6 +13,8 @@ namespace kiln::cli {
 constexpr const char* kAutomatic = "auto";  ///< Of --match
 
 const std::map<std::string, NormalMapSpace>& space_values();
+const std::map<std::string, Bitangent>& bitangent_values();
+const std::map<std::string, Triangulation>& triangulation_values();
 const std::map<std::string, MissPolicy>& miss_values();
 const std::map<std::string, RayTraversal>& traversal_values();
 const std::map<std::string, RayRule>& ray_rule_values();

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <tuple>
 
+#include "arguments/mesh_files.h"
 #include "arguments/parse.h"
 
 namespace kiln::cli {
@@ -50,6 +51,24 @@ HeightFieldOptions height_field_options(const HeightArguments& arguments) {
     std::tie(options.width, options.depth) = parse_extent(arguments.extent);
   }
   return options;
+}
+
+DenseInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
+                      bool named, std::vector<Warning>& warnings) {
+  if (files.size() == 1 && (!named || is_height_field(files[0]))) {
+    return load_dense(files[0], arguments, warnings);
+  }
+  for (const std::string& file : files) {
+    if (!is_height_field(file)) continue;
+    throw Error(ErrorCode::usage, "'" + file +
+                                      "' is a height field, which cannot be joined with other "
+                                      "files: give it alone.");
+  }
+  if (arguments.given()) {
+    throw Error(ErrorCode::usage, "--height and --extent are for a height field, a PNG or EXR; " +
+                                      in_words(files) + " are meshes.");
+  }
+  return {load_meshes(files, {}, named, warnings).mesh, {}};
 }
 
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,

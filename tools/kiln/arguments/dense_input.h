@@ -36,7 +36,10 @@ struct DenseInput {
   std::optional<Image> heights;
 };
 
+/// Several files are meshes, and joined. \param named  see load_meshes()
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
+DenseInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
+                      bool named, std::vector<Warning>& warnings);
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
                       std::vector<Warning>& warnings);
 

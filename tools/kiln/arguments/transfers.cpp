@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "arguments/bake_values.h"
+#include "arguments/mesh_files.h"
 #include "arguments/small_file.h"
 
 namespace kiln::cli {
@@ -200,16 +201,16 @@ void apply_alpha_test(const BakeArguments& arguments, const BakeOptions& options
                       std::vector<Warning>& warnings) {
   if (arguments.alpha_test <= 0) return;
   if (!options.opacity) {
-    throw Error(ErrorCode::input, "--alpha-test: '" + arguments.high +
-                                      "' names no materials: give the picture, --transfer "
+    throw Error(ErrorCode::input, "--alpha-test: " + in_words(high_files(arguments)) +
+                                      " names no materials: give the picture, --transfer "
                                       "FILE:opacity.");
   }
   CutOutReport report;
   high = cut_out(high, *options.opacity, arguments.alpha_test, &report);
   if (report.cut + report.gone != 0) return;
   warnings.push_back({"alpha-test-idle",
-                      "--alpha-test found nothing of '" + arguments.high +
-                          "' that is transparent: see whether its pictures have an alpha channel.",
+                      "--alpha-test found nothing of " + in_words(high_files(arguments)) +
+                          " that is transparent: see whether its pictures have an alpha channel.",
                       1});
 }
 

@@ -99,8 +99,6 @@ constexpr std::array kBake = {
     Answer{"invert-green", kGreen},
     Answer{"directx", kGreen},
     Answer{"opengl", kGreenUp},
-    Answer{"high", kMeshes},
-    Answer{"low", kMeshes},
     Answer{"output", kOut},
     Answer{"o", kOut},
     Answer{"name", kName},

@@ -1,6 +1,10 @@
 // The low poly of a bake.
 #include <algorithm>
+#include <cstdio>
+#include <utility>
 
+#include "arguments/bake_values.h"
+#include "arguments/mesh_files.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
 #include "command/bake_run.h"
@@ -16,12 +20,60 @@ std::string lod_stem(const BakeArguments& arguments, std::size_t level) {
 std::string low_stem(const BakeArguments& arguments) {
   if (arguments.lods > 0) return lod_stem(arguments, 0);
   if (arguments.low.empty()) return fs::path(arguments.high).stem().string() + "_low";
-  return fs::path(arguments.low).stem().string() + (arguments.unwrap ? "_unwrapped" : "");
+  return fs::path(arguments.low).stem().string() + (arguments.unwrap           ? "_unwrapped"
+                                                    : arguments.split_at_seams ? "_split"
+                                                                               : "");
 }
 
 const std::string& low_source(const BakeArguments& arguments) {
   return arguments.low.empty() ? arguments.high : arguments.low;
 }
+
+namespace {
+
+// A smooth cylinder of twelve sides turns 30 a side, on purpose.
+constexpr double kSoftDegrees = 40;
+
+PolygonCounts count_polygons(const Mesh& mesh) {
+  PolygonCounts counts;
+  for (std::size_t first = 0, t = 1; t <= mesh.polygons.size(); ++t) {
+    if (t < mesh.polygons.size() && mesh.polygons[t] == mesh.polygons[first]) continue;
+    if (t - first == 2) ++counts.quads;
+    if (t - first > 2) ++counts.larger;
+    first = t;
+  }
+  return counts;
+}
+
+/// Soft seams are split where that is asked for, else a warning shows one.
+void mind_seams(const BakeArguments& arguments, LowMesh& low, std::vector<Warning>& warnings) {
+  if (low.mesh.uv_triangles.empty()) return;  // the bake says so
+  const SoftSeams seams = soft_seams(low.mesh, kSoftDegrees);
+  low.soft_seams = seams.edges;
+  if (arguments.split_at_seams) {
+    low.mesh = split_at_seams(low.mesh);
+    low.made = true;
+    return;
+  }
+  // A mesh without normals is smooth on purpose, or has lost them: what it needs is said by the manual.
+  if (seams.edges == 0) return;
+  const auto at = [&](double origin, float value) { return origin + double{value}; };
+  char text[256];
+  std::snprintf(text, sizeof text,
+                " has %s UV seams that are no hard edges, for one at (%.5g, %.5g, %.5g), where its "
+                "faces turn %.0f degrees: ",
+                with_commas(seams.edges).c_str(), at(low.mesh.origin[0], seams.example.x),
+                at(low.mesh.origin[1], seams.example.y), at(low.mesh.origin[2], seams.example.z),
+                seams.example_degrees);
+  warnings.push_back(
+      {"soft-seams",
+       "LOW " + in_words(low_files(arguments)) + text +
+           "flat faces get gradients there. Make them hard in the modelling tool, or "
+           "add --split-at-seams.",
+       seams.edges});
+}
+
+}  // namespace
 
 LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
                     std::vector<Warning>& warnings) {
@@ -30,16 +82,26 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
   const UnwrapOptions layout = unwrap_options(arguments.unwrap_method, std::min(width, height));
   LowMesh low;
   if (!arguments.low.empty()) {
-    console.progress(kAtLow, "reading " + arguments.low);
-    low.mesh = load_mesh(arguments.low, &warnings);
+    for (const std::string& file : low_files(arguments))
+      console.progress(kAtLow, "reading " + file);
+    MeshFiles files =
+        load_meshes(low_files(arguments), {triangulation_values().at(arguments.triangulate)},
+                    has_more_files(arguments), warnings);
+    if (!arguments.unwrap) warn_of_shared_texels(files, warnings);
+    low.mesh = std::move(files.mesh);
+    low.polygons = count_polygons(low.mesh);
     if (low.mesh.triangles.size() > high.triangles.size()) {
       warnings.push_back({"low-denser",
-                          "LOW '" + arguments.low + "' has more triangles than HIGH '" +
-                              arguments.high + "': are they the wrong way round?",
+                          "LOW " + in_words(low_files(arguments)) +
+                              " has more triangles than HIGH " + in_words(high_files(arguments)) +
+                              ": are they the wrong way round?",
                           1});
     }
     low.stem = low_stem(arguments);
-    if (!arguments.unwrap) return low;
+    if (!arguments.unwrap) {
+      mind_seams(arguments, low, warnings);
+      return low;
+    }
   } else if (onto_plane(arguments)) {
     low.mesh = height_field_plane(*dense.heights, height_field_options(arguments.heights));
     low.made = true;
@@ -72,6 +134,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
   low.made = true;
   low.unwrapped.emplace();
   low.mesh = unwrap(low.mesh, layout, &*low.unwrapped);
+  if (arguments.split_at_seams) low.mesh = split_at_seams(low.mesh);
   low.mesh.name = low.stem;
   return low;
 }

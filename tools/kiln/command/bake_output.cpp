@@ -29,6 +29,10 @@ std::vector<std::string> all_maps(const BakeArguments& arguments) {
   return maps;
 }
 
+bool writes_low(const BakeArguments& arguments) {
+  return arguments.low.empty() || arguments.unwrap || arguments.split_at_seams;
+}
+
 bool has_clusters(const std::string& map) {
   return std::none_of(maps().begin(), maps().end(), [&](const MapInfo& info) {
     return info.kind.name == map && info.type == MapType::coverage;
@@ -183,7 +187,7 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
     throw Error(ErrorCode::usage, "--save-match '" + arguments.save_match +
                                       "': a match is an EXR, so the name must end in .exr.");
   }
-  const bool makes_low = arguments.low.empty() || arguments.unwrap;
+  const bool makes_low = writes_low(arguments);
   const std::string stem = low_stem(arguments);
   std::vector<std::string> stems = {stem};
   for (std::uint32_t k = 1; k < arguments.lods; ++k) stems.push_back(lod_stem(arguments, k));
@@ -196,8 +200,9 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   }
   if (arguments.reasons) outputs.push_back(folder / (stem + kReasons));
   if (arguments.lods > 0) outputs.push_back(folder / lods_file(arguments));
-  std::vector<fs::path> inputs = {arguments.high, arguments.low, arguments.cage_mesh,
-                                  arguments.match_list, arguments.load_match};
+  std::vector<fs::path> inputs = {arguments.cage_mesh, arguments.match_list, arguments.load_match};
+  for (const std::string& file : high_files(arguments)) inputs.emplace_back(file);
+  for (const std::string& file : low_files(arguments)) inputs.emplace_back(file);
   for (const std::string& file : occluder_files(arguments)) inputs.emplace_back(file);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     inputs.emplace_back(transfer.file);

@@ -134,6 +134,19 @@ void add_parts(const BakeRun& run, Json& json) {
   json["low"]["density_spread"] = low.unwrapped->density_spread;
 }
 
+/// What was read of the user's LOW, and of several files.
+void add_files(const BakeRun& run, Json& json) {
+  const BakeArguments& arguments = run.arguments;
+  if (!arguments.more_high.empty()) json["inputs"]["high"]["files"] = high_files(arguments);
+  if (arguments.low.empty()) return;
+  Json& low = json["inputs"]["low"];
+  if (!arguments.more_low.empty()) low["files"] = low_files(arguments);
+  low["triangulation"] = arguments.triangulate;
+  low["quads"] = run.low.polygons.quads;
+  low["larger_polygons"] = run.low.polygons.larger;
+  low["soft_seams"] = run.low.soft_seams;
+}
+
 }  // namespace
 
 Json report_json(const BakeRun& run, const Device& device, const Source& source, double total) {
@@ -163,6 +176,7 @@ Json report_json(const BakeRun& run, const Device& device, const Source& source,
       {"outputs", run.outputs},
       {"warnings", describe(run.warnings)}};
   add_parts(run, json);
+  add_files(run, json);
   return json;
 }
 

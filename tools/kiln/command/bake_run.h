@@ -18,10 +18,17 @@ namespace kiln::cli {
 /// Shares of the whole work at which the stages begin, for a bar that moves steadily.
 inline constexpr double kAtLow = 0.08, kAtSource = 0.15, kAtBake = 0.3, kAtSave = 0.8;
 
+/// Of a LOW that was read.
+struct PolygonCounts {
+  std::uint64_t quads = 0, larger = 0;  ///< Of four corners, and of more
+};
+
 struct LowMesh {
   Mesh mesh;
   std::string stem;   // of the maps' names
   bool made = false;  // by us, or its UVs: it is written beside the maps
+  PolygonCounts polygons;
+  std::uint64_t soft_seams = 0;  // before they were split
   std::optional<SimplifyReport> simplified;
   std::optional<UnwrapReport> unwrapped;
 };

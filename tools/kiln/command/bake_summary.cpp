@@ -190,6 +190,11 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
                   run.low.simplified->error * 100);
     console.line(text);
   }
+  if (run.low.polygons.quads + run.low.polygons.larger > 0) {
+    console.line("LOW: " + with_commas(run.low.polygons.quads) + " quads and " +
+                 with_commas(run.low.polygons.larger) +
+                 " larger polygons, triangulated by the rule '" + run.arguments.triangulate + "'");
+  }
   if (run.light) {
     for (const std::string& line : trade_table(*run.light)) console.line(line);
   }

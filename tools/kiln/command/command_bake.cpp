@@ -101,15 +101,18 @@ std::string too_many_missed(const BakeArguments& arguments, const BakeResult& re
 /// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
 bool read_inputs(BakeRun& run) {
   const BakeArguments& arguments = run.arguments;
-  if (!run.console.progress(0, "reading " + arguments.high)) return false;
-  run.dense = load_dense(arguments.high, arguments.heights, run.warnings);
+  const bool made = arguments.low.empty();
+  for (const std::string& file : high_files(arguments)) {
+    if (!run.console.progress(0, "reading " + file)) return false;
+  }
+  run.dense = load_dense(high_files(arguments), arguments.heights,
+                         has_more_files(arguments) && !made, run.warnings);
   run.options.uv = uv_options(run.dense, run.options.uv);
   load_textures(arguments, run.dense.mesh, run.options, run.warnings);
   apply_alpha_test(arguments, run.options, run.dense.mesh, run.warnings);
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
   warn_about_weights(arguments, run.options.visibility, run.warnings);
-  const bool made = arguments.low.empty();
   if (plans_light(arguments)) {
     run.low.stem = low_stem(arguments);
     run.low.made = true;

@@ -2,19 +2,22 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
 #include "arguments/dense_input.h"
+#include "arguments/match_flags.h"
+#include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "command/measure_run.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "lab/plot.h"
 #include "lab/rating.h"
 #include "lab/study_output.h"
-#include "picture/view_arguments.h"
 #include "report/check_result.h"
 #include "report/console.h"
 #include "report/json_text.h"
@@ -25,156 +28,48 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::map<std::string, StudyKind> kStudies = {
-    {"views", StudyKind::views}, {"faces", StudyKind::faces}, {"size", StudyKind::size}};
-
-struct MeasureArguments {
-  std::string high, low, study, out, json, device;
-  std::string max_distance = "2%";
-  std::vector<std::string> matches, visibility_at;
-  std::optional<std::uint32_t> views, view_size, size, faces, directions;
-  HeightArguments heights;
-  ViewArguments view;
-  std::optional<std::uint32_t> picture_size;
-  bool quiet = false;
-};
-
-bool asks_for_view(const MeasureArguments& a) {
-  return a.view.given() || a.view.square || a.picture_size.has_value();
+/// The flags of the match for one method, as the bake has them.
+BakeArguments baking(const MeasureArguments& a, const std::string& method) {
+  BakeArguments bake = a.bake;
+  bake.high = a.high;
+  bake.low = a.low;
+  bake.heights = a.heights;
+  bake.match = method;
+  if (a.views) bake.views = std::to_string(*a.views);
+  if (a.view_size) bake.view_size = *a.view_size;
+  return bake;
 }
 
-/// Contradictions between several options.
-void check(const MeasureArguments& a) {
-  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
-  if (!a.matches.empty() || a.directions || !a.visibility_at.empty()) {
-    fail(
-        "--match, --directions and --visibility-at are for rating ways to match: leave out "
-        "--study, "
-        "or them.");
-  }
-  if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
-  if (!a.low.empty() && a.study != "views") {
-    fail("--study " + a.study + " makes its own light meshes, but LOW '" + a.low +
-         "' was given: leave it out.");
-  }
-  if (!a.low.empty() && a.faces) {
-    fail("--faces is for making a light mesh, but LOW '" + a.low +
-         "' was given: leave one of them out.");
-  }
-  const auto varies = [&](bool given, const char* option, bool is_varied) {
-    if (given && is_varied) {
-      fail("--study " + a.study + " varies " + option + " itself: leave the option out.");
+/// All that need no direction, and axis where there is one.
+std::vector<std::string> rated_methods(const MeasureArguments& a) {
+  if (!a.matches.empty()) return a.matches;
+  return match_names();
+}
+
+/// Bakes as the flags say; methods that a flag does not serve are left out, or refused where they were named.
+void take_match_flags(const MeasureArguments& a, const DenseInput& dense, const MatchInputs& inputs,
+                      RatingOptions& options, std::vector<LeftOut>& unserved) {
+  std::erase_if(options.methods, [&](const std::string& method) {
+    try {
+      check(baking(a, method));
+    } catch (const Error& error) {
+      if (options.strict || !a.bake.load_match.empty()) throw;
+      unserved.push_back({method, error.what()});
+      return true;
     }
+    return false;
+  });
+  if (options.methods.empty()) throw Error(ErrorCode::usage, unserved.front().reason);
+  options.bake_of = [&, own = options.max_distance](const std::string& method) {
+    const BakeArguments bake = baking(a, method);
+    BakeOptions result = bake_options(bake);
+    result.width = result.height = options.size;
+    const bool cage = !bake.cage.empty() || !bake.cage_mesh.empty();
+    if (!cage || a.distance_given) result.max_distance = own;
+    result.uv = uv_options(dense, result.uv);
+    inputs.apply(result);
+    return result;
   };
-  varies(a.views.has_value(), "--views", a.study == "views");
-  varies(a.faces.has_value(), "--faces", a.study != "views");
-  varies(a.size.has_value(), "--size", a.study == "size");
-  if (asks_for_view(a)) {
-    fail(
-        "--view, --zoom, --at, --square and --picture-size are for rating matches: --study looks "
-        "from a direction that nothing was matched from. Leave them out.");
-  }
-}
-
-StudyOptions study_options(const MeasureArguments& a) {
-  StudyOptions options;
-  options.kind = kStudies.at(a.study);
-  options.views = a.views.value_or(options.views);
-  options.view_size = a.view_size.value_or(options.view_size);
-  options.size = a.size.value_or(options.size);
-  options.faces = a.faces.value_or(options.faces);
-  options.z_up = a.view.z_up;
-  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
-  return options;
-}
-
-/// Options in force; null: varied by the study, or not used.
-Json describe(const MeasureArguments& a, const StudyOptions& options) {
-  Json json = {{"study", a.study}, {"max_distance", a.max_distance}};
-  const bool views = options.kind == StudyKind::views;
-  json["views"] = views ? Json() : Json(options.views);
-  json["view_size"] = options.view_size == 0 ? Json("auto") : Json(options.view_size);
-  json["size"] = options.kind == StudyKind::size ? Json() : Json(options.size);
-  json["faces"] = views && a.low.empty() ? Json(options.faces) : Json();
-  json["height"] = is_height_field(a.high) ? Json(a.heights.height) : Json();
-  json["extent"] = a.heights.extent.empty() ? Json() : Json(a.heights.extent);
-  json["z_up"] = a.view.z_up;
-  return json;
-}
-
-int run_one_study(const MeasureArguments& arguments) {
-  check(arguments);
-  const StudyOptions options = study_options(arguments);
-  Console console(arguments.quiet, arguments.json);
-  Stopwatch watch;
-  const fs::path folder = arguments.out;
-  prepare_output_folder(folder);
-  if (!arguments.json.empty()) prepare_output_folder(fs::path(arguments.json).parent_path());
-
-  const Device device = Device::open(arguments.device);
-  if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;
-  std::vector<Warning> warnings;
-  const Mesh high = load_dense(arguments.high, arguments.heights, warnings).mesh;
-  std::optional<Mesh> low;
-  if (!arguments.low.empty()) {
-    low = load_light(arguments.low, ", or leave LOW out", warnings);
-  }
-  const double seconds_load = watch.lap();
-
-  constexpr double kAtStudy = 0.02;
-  constexpr double kAtSave = 0.97;
-  const Study study = run_study(
-      device, high, low ? &*low : nullptr, options, [&](double done, std::string_view stage) {
-        return console.progress(kAtStudy + (kAtSave - kAtStudy) * done, stage);
-      });
-  if (study.cancelled) return kExitCancelled;
-  warnings.insert(warnings.end(), study.warnings.begin(), study.warnings.end());
-  const double seconds_study = watch.lap();
-
-  const Plot plot = study_plot(study, options, high.name);
-  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
-  const fs::path data = folder / (plot.name + ".csv");
-  save_text(data, study_data(study));
-  std::vector<std::string> outputs = {data.string()};
-  if (!save_plots(folder, {plot, error_plot(study, options)}, outputs, warnings)) {
-    return kExitCancelled;
-  }
-  const double seconds_save = watch.lap();
-
-  if (!arguments.json.empty()) {
-    Json inputs = {{"high", cli::describe(high, arguments.high)}};
-    inputs["low"] = low ? cli::describe(*low, arguments.low) : Json();
-    double bake = 0;
-    double measure = 0;
-    for (const Setting& setting : study.settings) {
-      bake += setting.seconds_bake;
-      measure += setting.seconds_measure;
-    }
-    Json json = {{"version", version()},
-                 {"device", cli::describe(device.info())},
-                 {"inputs", inputs},
-                 {"options", describe(arguments, options)}};
-    json.update(cli::describe(study, options));
-    json["seconds"] = {{"load", seconds_load},  {"low", study.seconds_low}, {"bake", bake},
-                       {"measure", measure},    {"study", seconds_study},   {"save", seconds_save},
-                       {"total", watch.total()}};
-    json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
-    json["outputs"] = outputs;
-    json["warnings"] = cli::describe(warnings);
-    save_text(arguments.json, to_text(json));
-  }
-  console.progress(1, "done");
-  std::vector<Warning> of_settings;
-  for (const Setting& setting : study.settings) {
-    of_settings.insert(of_settings.end(), setting.warnings.begin(), setting.warnings.end());
-  }
-  print_warnings(console, warnings, of_settings, "--json");
-  for (const Setting& setting : study.settings) {
-    console.line(summary(setting, study.diagonal));
-  }
-  for (const std::string& line : findings(study, options)) console.line(line);
-  for (const std::string& output : outputs) console.line("wrote " + output);
-  return 0;
 }
 
 /// Without --study: every way to match asked for, rated on the two meshes.
@@ -185,11 +80,13 @@ int run_rating(const MeasureArguments& a) {
         "To rate ways to match, both meshes are needed: kiln measure HIGH LOW. For one alone, say "
         "what is to be studied with --study.");
   }
-  if (a.views || a.view_size || a.faces) {
-    fail("--views, --view-size and --faces are for --study: leave them out.");
+  if (a.faces) fail("--faces is for --study: leave it out.");
+  const bool loaded = !a.bake.load_match.empty();
+  if (loaded && !a.matches.empty()) {
+    fail("--load-match is a match that was made: leave --match out.");
   }
   RatingOptions options;
-  options.methods = a.matches.empty() ? match_names() : a.matches;
+  options.methods = loaded ? std::vector<std::string>{"ray"} : rated_methods(a);
   for (const std::string& at : a.visibility_at) {
     options.visibility_at.push_back(visibility_at_values().at(at));
   }
@@ -203,7 +100,7 @@ int run_rating(const MeasureArguments& a) {
   options.directions = a.directions.value_or(options.directions);
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   options.pictures = !a.out.empty();
-  if (!options.pictures && asks_for_view(a)) {
+  if (!options.pictures && a.asks_for_view()) {
     fail("--view, --zoom, --at, --square and --picture-size are for pictures: add --out DIR.");
   }
   options.view = view_options(a.view, is_height_field(a.high));
@@ -215,24 +112,37 @@ int run_rating(const MeasureArguments& a) {
   if (options.pictures) {
     for (const std::string& file : plot_files("measure")) files.push_back(folder / file);
   }
-  check_paths({a.high, a.low}, files);
+  std::vector<std::string> inputs_read = high_files(baking(a, "ray"));
+  for (const std::string& file : low_files(baking(a, "ray"))) inputs_read.push_back(file);
+  inputs_read.insert(inputs_read.end(), {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list});
+  check_paths({inputs_read.begin(), inputs_read.end()}, files);
   if (options.pictures) prepare_output_folder(folder);
   if (!a.json.empty() && a.json != "-") prepare_parent(a.json);
 
   const Device device = Device::open(a.device);
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
-  const DenseInput dense = load_dense(a.high, a.heights, warnings);
+  const bool more = has_more_files(a.bake);
+  const DenseInput dense = load_dense(high_files(baking(a, "ray")), a.heights, more, warnings);
   const Mesh& high = dense.mesh;
   options.uv = uv_options(dense);
-  const Mesh low = load_light(a.low, "", warnings);
+  const Mesh low = load_low(baking(a, "ray"), warnings);
+  check_has_uvs(low, a.low, "");
+  MatchInputs inputs;
+  inputs.read(a.bake, high, low, warnings);
+  std::vector<LeftOut> unserved;
+  if (!a.bake.given.empty() || a.views || a.view_size) {
+    take_match_flags(a, dense, inputs, options, unserved);
+  }
   const double seconds_load = watch.lap();
-  const std::optional<Ratings> ratings =
+  std::optional<Ratings> ratings =
       rate(device, high, low, options, [&](double done, std::string_view stage) {
         return console.progress(0.05 + 0.9 * done, stage);
       });
   if (!ratings) return kExitCancelled;
   warnings.insert(warnings.end(), ratings->warnings.begin(), ratings->warnings.end());
+  ratings->left_out.insert(ratings->left_out.end(), unserved.begin(), unserved.end());
+  if (loaded) ratings->rows[0].name = ratings->rows[0].method = "loaded";
   const double seconds_rate = watch.lap();
   std::vector<std::string> outputs;
   if (options.pictures) {
@@ -250,6 +160,7 @@ int run_rating(const MeasureArguments& a) {
       save(fields.uniformity, stem + "_uniformity.exr");
       save(fields.match_distance, stem + "_match_distance.exr");
       save(fields.stretch, stem + "_stretch.exr");
+      save(row.normal_error, stem + "_normal_error.exr");
       if (row.recalled.empty()) continue;
       const fs::path colored = folder / (stem + "_recall.obj");
       save_obj(recall_mesh(high, row), colored);
@@ -267,6 +178,7 @@ int run_rating(const MeasureArguments& a) {
           {"visibility_at", a.visibility_at},
           {"size", options.size},
           {"directions", options.directions},
+          {"match_flags", a.bake.given},
           {"max_distance", a.max_distance},
           {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
           {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
@@ -304,8 +216,11 @@ Run add_measure(CLI::App& app) {
       "How good the ways to match are on two meshes; or, with --study, how errors depend on views, "
       "faces and map size");
   auto a = std::make_shared<MeasureArguments>();
+  const std::set<std::string> own = {"--match",         "--max-distance", "--views", "--view-size",
+                                     "--visibility-at", "--directions",   "--view"};
+  a->matching_flags = add_matching_flags(*command, a->bake, own);
   std::vector<std::string> names;
-  for (const auto& [name, kind] : kStudies) names.push_back(name);
+  for (const auto& [name, kind] : study_kinds()) names.push_back(name);
   command->add_option("HIGH", a->high, std::string("The dense mesh (") + kDenseKinds + ")")
       ->required();
   command->add_option(
@@ -366,7 +281,17 @@ Run add_measure(CLI::App& app) {
   command->add_option("--json", a->json, "Write a report to this file");
   command->add_flag("--quiet", a->quiet,
                     "Leave out progress and the summary; warnings and errors stay");
-  return [a] { return a->study.empty() ? run_rating(*a) : run_one_study(*a); };
+  return [a, command] {
+    for (const std::string& flag : given_flags(*command)) {
+      const bool takes = a->matching_flags.contains(flag);
+      if (takes) a->bake.given.insert(flag);
+      if (flag == "--max-distance") a->distance_given = true;
+      if (!takes || a->study.empty()) continue;
+      throw Error(ErrorCode::usage,
+                  flag + " is for rating ways to match: leave out --study, or it.");
+    }
+    return a->study.empty() ? run_rating(*a) : run_one_study(*a);
+  };
 }
 
 }  // namespace kiln::cli

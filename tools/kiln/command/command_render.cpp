@@ -1,87 +1,32 @@
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 
+#include "arguments/bake_values.h"
 #include "arguments/dense_input.h"
+#include "arguments/match_flags.h"
+#include "arguments/mesh_files.h"
+#include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "command/render_bake.h"
+#include "command/render_parts.h"
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "picture/angles.h"
 #include "picture/dressed.h"
 #include "picture/green.h"
 #include "picture/view_arguments.h"
+#include "report/check_result.h"
 #include "report/console.h"
 #include "report/map_file.h"
 #include "report/report.h"
 
 namespace kiln::cli {
 namespace {
-
-struct RenderArguments {
-  std::string mesh, normal, color, occlusion, reference, out, space = "tangent", device, json;
-  std::vector<std::string> show;
-  HeightArguments heights;
-  ViewArguments view;
-  std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
-  std::optional<std::uint32_t> frames;
-  bool flip_y = false, flat = false, show_normals = false, error = false, quiet = false;
-};
-
-/// Pictures side by side, with a thin line between them.
-Image join(const std::vector<Image>& panels) {
-  const std::uint32_t gap = std::max(1U, panels[0].width / 256);
-  Image sheet;
-  sheet.channels = 3;
-  for (const Image& panel : panels) {
-    sheet.width += panel.width + (sheet.width == 0 ? 0 : gap);
-    sheet.height = std::max(sheet.height, panel.height);
-  }
-  sheet.pixels.assign(std::size_t{sheet.width} * sheet.height * 3, 1.0F);
-  std::size_t left = 0;
-  for (const Image& panel : panels) {
-    for (std::size_t y = 0; y < panel.height; ++y) {
-      std::copy_n(panel.at(0, y), std::size_t{panel.width} * 3, sheet.at(left, y));
-    }
-    left += panel.width + gap;
-  }
-  return sheet;
-}
-
-/// Measures how near the light mesh comes to the reference, from the view shown and along the six axes,
-/// says so, and returns it for the report. The same pixels whatever the picture's own size.
-Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
-             const RenderOptions& options, bool has_map) {
-  const std::vector<ViewAngles> views = {{options.azimuth_degrees, options.elevation_degrees},
-                                         {0, 0},
-                                         {90, 0},
-                                         {180, 0},
-                                         {270, 0},
-                                         {0, 90},
-                                         {0, -90}};
-  const NormalReference reference(high, frame, views, 512, options.z_up);
-  const NormalError without = reference.compare(low, true);
-  Json json = {{"views", views.size()}, {"without_map", describe(without)}};
-  char text[256];
-  if (has_map) {
-    const NormalError with = reference.compare(low);
-    json["with_map"] = describe(with);
-    std::snprintf(text, sizeof text,
-                  "rendered normals against the original, %zu views (this one and along the axes): "
-                  "mean %.2f degrees smooth "
-                  "without the map, %.2f with it (95%%: %.2f, %.2f)",
-                  views.size(), without.mean_degrees, with.mean_degrees, without.p95_degrees,
-                  with.p95_degrees);
-  } else {
-    std::snprintf(text, sizeof text,
-                  "rendered normals against the original, %zu views: mean %.2f degrees (95%%: "
-                  "%.2f)",
-                  views.size(), without.mean_degrees, without.p95_degrees);
-  }
-  console.line(text);
-  return json;
-}
 
 RenderOptions render_options(const RenderArguments& arguments) {
   RenderOptions options = view_options(arguments.view, is_height_field(arguments.reference));
@@ -138,30 +83,17 @@ void check(const RenderArguments& arguments) {
   }
 }
 
-NormalMap read_map(const RenderArguments& arguments, Image& image) {
+/// Read, or baked; none where neither is asked for.
+NormalMap map_of(const RenderArguments& arguments, Image& image,
+                 const std::function<Image()>& baked) {
   NormalMap map;
-  if (arguments.normal.empty()) return map;
-  image = load_normal_map(arguments.normal);
+  if (arguments.normal.empty() && !bakes(arguments)) return map;
+  image = bakes(arguments) ? baked() : load_normal_map(arguments.normal);
   map.image = &image;
   map.flip_y = arguments.flip_y;
-  map.space = arguments.space == "object" ? NormalMapSpace::object
-              : arguments.space == "face" ? NormalMapSpace::face
-                                          : NormalMapSpace::tangent;
+  map.space = space_values().at(arguments.space);
+  map.bitangent = bitangent_values().at(arguments.bitangent);
   return map;
-}
-
-/// The views that a match by depth views takes (Wang, Froehlich, Goebel 2003, figure 4a).
-Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options) {
-  options.trim = false;
-  std::vector<Panel> panels;
-  for (const Vec3& toward : spread_views(count)) {
-    look_from(toward, options);
-    char text[64];
-    std::snprintf(text, sizeof text, "%zu: %.0f, %.0f", panels.size() + 1, options.azimuth_degrees,
-                  options.elevation_degrees);
-    panels.push_back({scene.draw(options), {text}});
-  }
-  return make_sheet(panels);
 }
 
 /// Original, low poly, low poly with the map, as far as they are there; with --error also where they differ.
@@ -189,20 +121,6 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   std::snprintf(text, sizeof text, "error: mean %.2f degrees", angles.mean(0));
   panels.push_back({angles.picture(0, scale), {text}});
   return make_sheet(panels, scale, panels.size());
-}
-
-/// The same from directions all around, none of them along an axis, from which flat faces look as straight
-/// down as they were baked.
-Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
-  constexpr std::uint32_t kAround = 30, kPixels = 256;
-  std::vector<ViewAngles> views;
-  for (const Vec3& toward : held_out_views(kAround, spread_views(12))) {
-    views.push_back(view_angles(toward));
-  }
-  const NormalReference reference(high, frame, views, kPixels, z_up);
-  return {{"views", views.size()},
-          {"without_map", describe(reference.compare(low, true))},
-          {"with_map", describe(reference.compare(low))}};
 }
 
 /// What frames take: of the original, of the low poly, of the low poly with the map (Wang et al., figure 7;
@@ -257,6 +175,9 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"occlusion", arguments.occlusion},
                {"show", arguments.show},
                {"space", arguments.space},
+               {"bitangent", arguments.bitangent},
+               {"match_flags", arguments.bake.given},
+               {"map_size", bakes(arguments) ? Json(arguments.map_size) : Json()},
                {"flip_y", arguments.flip_y}};
   json["at"] = options.at ? Json(*options.at) : Json();
   json["views"] = arguments.views != 0 ? Json(arguments.views) : Json();
@@ -267,32 +188,40 @@ int run_render(const RenderArguments& arguments) {
   Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
   check(arguments);
+  check_bake(arguments);
   std::vector<std::filesystem::path> files = {arguments.mesh, arguments.normal, arguments.color,
                                               arguments.occlusion, arguments.reference};
-  files.insert(files.end(), arguments.show.begin(), arguments.show.end());
+  const BakeArguments& bake_as = arguments.bake;
+  for (const auto* more : {&arguments.show, &bake_as.more_high, &bake_as.more_low}) {
+    files.insert(files.end(), more->begin(), more->end());
+  }
+  files.insert(files.end(), {bake_as.load_match, bake_as.cage_mesh, bake_as.match_list});
   check_paths(files, {arguments.out, arguments.json});
   RenderOptions options = render_options(arguments);
   prepare_parent(arguments.out);
   prepare_parent(arguments.json);
   std::vector<Warning> warnings;
-  const Mesh mesh = load_mesh(arguments.mesh, &warnings);
-  std::optional<Mesh> reference;
+  const Mesh mesh = load_low(baking(arguments), warnings);
+  std::optional<DenseInput> dense;
   if (!arguments.reference.empty()) {
-    reference = load_dense(arguments.reference, arguments.heights, warnings).mesh;
+    dense = load_dense(high_files(baking(arguments)), arguments.heights,
+                       has_more_files(arguments.bake), warnings);
   }
+  const Mesh* const reference = dense ? &dense->mesh : nullptr;
+  const Device device = Device::open(arguments.device);
   Image map_image;
-  const NormalMap map = read_map(arguments, map_image);
+  const NormalMap map = map_of(arguments, map_image,
+                               [&] { return bake_map(arguments, device, *dense, mesh, warnings); });
   const bool has_map = map.image != nullptr;
   const double seconds_load = watch.lap();
 
-  const Device device = Device::open(arguments.device);
   const Scene low(device, mesh, map);
   warnings.insert(warnings.end(), low.warnings().begin(), low.warnings().end());
   std::optional<Scene> high;
-  if (reference) {
+  if (reference != nullptr) {
     high.emplace(device, *reference);
     warnings.insert(warnings.end(), high->warnings().begin(), high->warnings().end());
-    options.frame = &*reference;
+    options.frame = reference;
   }
   const Scene* original = high ? &*high : nullptr;
   const double seconds_build = watch.lap();
@@ -313,7 +242,7 @@ int run_render(const RenderArguments& arguments) {
   if (!arguments.json.empty()) {
     const Json frames = time_frames(arguments, console, original, low, has_map, options);
     Json inputs = {{"mesh", describe(mesh, arguments.mesh)}};
-    if (reference) inputs["reference"] = describe(*reference, arguments.reference);
+    if (reference != nullptr) inputs["reference"] = describe(*reference, arguments.reference);
     Json json = {{"version", version()},
                  {"device", describe(device.info())},
                  {"inputs", inputs},
@@ -346,6 +275,22 @@ Run add_render(CLI::App& app) {
       "render",
       "A picture of a mesh; with --reference and --normal: original | flat | with the map");
   auto a = std::make_shared<RenderArguments>();
+  const std::set<std::string> own = {"--views",           "--view",
+                                     "--view-size",       "--view-criterion",
+                                     "--no-view-refine",  "--visibility-at",
+                                     "--directions",      "--visibility-test",
+                                     "--visibility-size", "--visibility-smooth",
+                                     "--view-weight"};
+  const std::set<std::string> matching = add_matching_flags(*command, a->bake, own);
+  command
+      ->add_option("--map-size", a->map_size,
+                   "Texels a side of a map that is baked for the picture: with flags of the match, "
+                   "16 to 8192")
+      ->check(CLI::Range(16U, 8192U))
+      ->capture_default_str();
+  command->add_option("--bitangent", a->bitangent, "That the map was baked with: pixel, or vertex")
+      ->check(one_of(bitangent_values()))
+      ->capture_default_str();
   command->add_option("MESH", a->mesh, "The mesh to show")->required();
   command->add_option(
       "--normal", a->normal,
@@ -393,7 +338,12 @@ Run add_render(CLI::App& app) {
   command->add_option("--json", a->json, "Write a report to this file, or - for standard output");
   command->add_flag("--quiet", a->quiet,
                     "Leave out progress and the summary; warnings and errors stay");
-  return [a] { return run_render(*a); };
+  return [a, command, matching] {
+    for (const std::string& flag : given_flags(*command)) {
+      if (matching.contains(flag)) a->bake.given.insert(flag);
+    }
+    return run_render(*a);
+  };
 }
 
 }  // namespace kiln::cli

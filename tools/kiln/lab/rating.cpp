@@ -8,6 +8,7 @@
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
+#include "lab/normal_error.h"
 #include "lab/study.h"
 #include "lab/value_tiles.h"
 #include "report/check_result.h"
@@ -104,6 +105,9 @@ void compile_kernels(const Device& device, const BakeOptions& like) {
   bake_with.width = bake_with.height = 16;
   bake_with.max_distance = Length::share(0.1);
   bake_with.progress = nullptr;
+  bake_with.parts = nullptr;
+  bake_with.cage_mesh = nullptr;
+  bake_with.match = nullptr;
   bake(Source(device, square), square, bake_with);
 }
 
@@ -130,10 +134,11 @@ std::vector<Candidate> candidates(const RatingOptions& options) {
 
 BakeOptions bake_options(const Candidate& candidate, const RatingOptions& options) {
   BakeOptions bake_with;
-  bake_with.method = match_method(candidate.method);
   bake_with.width = bake_with.height = options.size;
   bake_with.max_distance = options.max_distance;
   bake_with.uv = options.uv;
+  if (options.bake_of) bake_with = options.bake_of(candidate.method);
+  bake_with.method = match_method(candidate.method);
   if (candidate.visibility_at) bake_with.visibility.at = *candidate.visibility_at;
   bake_with.keep_match = true;
   bake_with.recall_vertices = options.pictures;
@@ -202,7 +207,11 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     const Scene scene(device, low, {&map});
     row.normal = reference.compare(scene);
     if (ratings.rows.empty()) ratings.without_map = reference.compare(scene, true);
-    if (options.pictures) draw_pictures(device, high, low, map, options, row);
+    if (options.pictures) {
+      draw_pictures(device, high, low, map, options, row);
+      row.normal_error = normal_error_texture(device, Scene(device, high), scene, high, low, angles,
+                                              map.width, map.height);
+    }
     ratings.rows.push_back(std::move(row));
   }
   return ratings;

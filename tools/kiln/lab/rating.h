@@ -1,6 +1,7 @@
 // Ways to match rated on one pair of meshes: `kiln measure HIGH LOW --match ...`.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct RatingOptions {
   std::vector<VisibilityAt> visibility_at;
   bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
   UvOptions uv;
+  /// How a method is baked, but for its name, size and what is kept. Empty: as by default.
+  std::function<BakeOptions(const std::string& method)> bake_of;
   std::uint32_t size = 512;        ///< Texels a side
   std::uint32_t directions = 512;  ///< Of viewing rays
   Length max_distance = Length::share(0.02);
@@ -40,6 +43,7 @@ struct Rating {
   Image shape;                                 ///< Clay: shading for the others
   Image object_space, normalised, uniformity;  ///< Values as AssessmentFields, by pixel; -99 beside
   Image angle;
+  Image normal_error;  ///< Mean angle of the rendered normals at each texel, degrees; -1: not seen
   std::vector<Recalled>
       recalled;  ///< Of HIGH's vertices, with pictures; empty where it cannot be told
 };

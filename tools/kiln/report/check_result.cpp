@@ -23,6 +23,31 @@ std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
          "; lay both meshes out alike, or use a match that needs no UVs of HIGH, such as ray";
 }
 
+/// Which axes must be swapped so that LOW's box, divided by `scale`, has HIGH's extents; empty where none, or
+/// where that does not help.
+std::string swapped_axes(const std::array<double, 3>& high, const std::array<double, 3>& low,
+                         double scale) {
+  struct Order {
+    std::array<std::size_t, 3> axes;
+    const char* words;
+  };
+  constexpr std::array<Order, 6> kOrders = {{{{0, 1, 2}, ""},
+                                             {{0, 2, 1}, "Y and Z"},
+                                             {{1, 0, 2}, "X and Y"},
+                                             {{2, 1, 0}, "X and Z"},
+                                             {{1, 2, 0}, "X, Y and Z in a ring"},
+                                             {{2, 0, 1}, "X, Y and Z in a ring"}}};
+  const double slack = 0.1 * std::hypot(high[0], high[1], high[2]);
+  for (const Order& order : kOrders) {
+    bool fits = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      fits = fits && std::abs(high[k] - low[order.axes[k]] / scale) < slack;
+    }
+    if (fits) return order.words;
+  }
+  return {};
+}
+
 /// Where two meshes lie; empty where their boxes fit.
 std::string why_boxes_part(const Mesh& high, const Mesh& low) {
   struct Box {
@@ -46,6 +71,10 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low) {
     box.diagonal = std::sqrt(squared);
     return box;
   };
+  const auto extents = [](const Box& box) {
+    return std::array<double, 3>{box.hi[0] - box.lo[0], box.hi[1] - box.lo[1],
+                                 box.hi[2] - box.lo[2]};
+  };
   const Box a = box_of(high);
   const Box b = box_of(low);
   char text[256];
@@ -53,19 +82,15 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low) {
   if (ratio > 3 || ratio < 1 / 3.0) {
     std::snprintf(text, sizeof text, "LOW is %.3g times as large as HIGH; scale one of them",
                   ratio);
-    return text;
+    const std::string axes = swapped_axes(extents(a), extents(b), ratio);
+    return axes.empty() ? text : text + (", and swap " + axes);
   }
   double squared = 0;
-  const auto extent = [](const Box& box, std::size_t k) { return box.hi[k] - box.lo[k]; };
   for (std::size_t k = 0; k < 3; ++k) {
     squared += std::pow((b.lo[k] + b.hi[k] - a.lo[k] - a.hi[k]) / 2, 2);
   }
-  const double slack = 0.1 * a.diagonal;
-  const auto alike = [&](std::size_t i, std::size_t k) {
-    return std::abs(extent(a, i) - extent(b, k)) < slack;
-  };
-  if (!(alike(1, 1) && alike(2, 2)) && alike(0, 0) && alike(1, 2) && alike(2, 1)) {
-    return "their boxes fit after swapping Y and Z; export both with the same up axis";
+  if (const std::string axes = swapped_axes(extents(a), extents(b), 1); !axes.empty()) {
+    return "their boxes fit after swapping " + axes + "; export both with the same up axis";
   }
   if (std::sqrt(squared) > 0.1 * a.diagonal) {
     std::snprintf(text, sizeof text, "LOW lies %.4g units away from HIGH; move one of them",
@@ -111,7 +136,12 @@ std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& 
 Mesh load_light(const std::string& path, const std::string& otherwise,
                 std::vector<Warning>& warnings) {
   Mesh mesh = load_mesh(path, &warnings);
-  if (!mesh.uv_triangles.empty()) return mesh;
+  check_has_uvs(mesh, path, otherwise);
+  return mesh;
+}
+
+void check_has_uvs(const Mesh& low, const std::string& path, const std::string& otherwise) {
+  if (!low.uv_triangles.empty()) return;
   throw Error(ErrorCode::input,
               "'" + path +
                   "' has no texture coordinates, so there is no map to measure: give it UVs ('kiln "

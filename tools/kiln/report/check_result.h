@@ -17,6 +17,9 @@ std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& 
 /// For bakes that miss much: a sentence, if the meshes' boxes do not fit as they are; with a space before it.
 std::string hint_of_boxes(const Mesh& high, const Mesh& low);
 
+/// \param otherwise  what else helps, such as ", or leave LOW out" \throws Error(input) where it has no UVs
+void check_has_uvs(const Mesh& low, const std::string& path, const std::string& otherwise);
+
 /// Reads a light mesh whose map is to be measured.
 /// \param otherwise  ends the message: ", or ..."
 /// \throws Error(input) where it has no UVs

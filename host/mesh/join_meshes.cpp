@@ -1,0 +1,187 @@
+// Several meshes made one.
+#include <limits>
+#include <string>
+#include <unordered_map>
+
+#include "kiln/mesh.h"
+#include "kiln/validate.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kMostNamed = 3;
+constexpr std::uint64_t kMost = 0x7FFFFFFFU;
+constexpr std::array<std::uint8_t, 4> kWhite = {255, 255, 255, 255};
+
+std::string joined_name(std::span<const Mesh> meshes) {
+  if (meshes.size() > kMostNamed) {
+    return meshes[0].name + " + " + std::to_string(meshes.size() - 1) + " more";
+  }
+  std::string name;
+  for (const Mesh& mesh : meshes) name += (name.empty() ? "" : " + ") + mesh.name;
+  return name;
+}
+
+/// Names of triangles of one kind: groups, objects or materials.
+class Names {
+ public:
+  Names(std::vector<std::uint32_t>& of, std::vector<std::string>& names) : of_(of), names_(names) {}
+
+  /// \param alone  the name of all triangles of a mesh that has none
+  void add(const std::vector<std::uint32_t>& of, const std::vector<std::string>& names,
+           std::size_t triangles, const std::string& alone) {
+    if (of.empty()) {
+      of_.resize(of_.size() + triangles, number(alone));
+      return;
+    }
+    std::vector<std::uint32_t> numbers;
+    numbers.reserve(names.size());
+    for (const std::string& name : names) numbers.push_back(number(name));
+    for (const std::uint32_t name : of) of_.push_back(numbers[name]);
+  }
+
+ private:
+  std::uint32_t number(const std::string& name) {
+    const auto [entry, added] = ids_.emplace(name, static_cast<std::uint32_t>(names_.size()));
+    if (added) names_.push_back(name);
+    return entry->second;
+  }
+
+  std::vector<std::uint32_t>& of_;
+  std::vector<std::string>& names_;
+  std::unordered_map<std::string, std::uint32_t> ids_;
+};
+
+void check_size(const std::string& name, std::uint64_t count, const char* what) {
+  if (count <= kMost) return;
+  throw Error(ErrorCode::input, "The meshes '" + name + "' have together more than " +
+                                    std::to_string(kMost) + " " + what +
+                                    ": bake them apart, or simplify them.");
+}
+
+void check_sizes(std::span<const Mesh> meshes, const std::string& name) {
+  std::uint64_t triangles = 0, positions = 0, uvs = 0, normals = 0;
+  for (const Mesh& mesh : meshes) {
+    validate(mesh);
+    triangles += mesh.triangles.size();
+    positions += mesh.positions.size();
+    uvs += mesh.uvs.size() + 1;
+    normals += mesh.normals.size() + 1;
+  }
+  check_size(name, triangles, "triangles");
+  check_size(name, positions, "vertices");
+  check_size(name, uvs, "UVs");
+  check_size(name, normals, "normals");
+}
+
+/// Which attributes the whole has.
+struct Has {
+  bool uvs = false, normals = false, tangents = false, colors = false;
+  bool materials = false, polygons = false;
+};
+
+/// Appends triangles into a pool. \param alone  stands for the pool of a mesh that has none
+template <typename T>
+void append(std::vector<T>& pool, std::vector<Triangle>& indices, const std::vector<T>& from,
+            const std::vector<Triangle>& from_indices, std::size_t triangles, T alone) {
+  const auto first = static_cast<std::uint32_t>(pool.size());
+  if (from_indices.empty()) {
+    pool.push_back(alone);
+    indices.resize(indices.size() + triangles, Triangle{first, first, first});
+    return;
+  }
+  pool.insert(pool.end(), from.begin(), from.end());
+  for (const Triangle& t : from_indices) {
+    indices.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+}
+
+void append_positions(Mesh& whole, const Mesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(whole.positions.size());
+  if (mesh.origin == whole.origin) {
+    whole.positions.insert(whole.positions.end(), mesh.positions.begin(), mesh.positions.end());
+  } else {
+    const auto moved = [&](float value, std::size_t axis) {
+      return static_cast<float>(mesh.origin[axis] - whole.origin[axis] + double{value});
+    };
+    for (const Vec3& p : mesh.positions) {
+      whole.positions.push_back({moved(p.x, 0), moved(p.y, 1), moved(p.z, 2)});
+    }
+  }
+  for (const Triangle& t : mesh.triangles) {
+    whole.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+}
+
+void append_attributes(Mesh& whole, const Mesh& mesh, const Has& has,
+                       std::vector<Warning>* warnings) {
+  const std::size_t triangles = mesh.triangles.size();
+  const auto warn = [&](const char* code, const char* what, std::uint64_t count) {
+    if (warnings != nullptr) warnings->push_back({code, "'" + mesh.name + "' has " + what, count});
+  };
+  if (has.uvs) {
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    append(whole.uvs, whole.uv_triangles, mesh.uvs, mesh.uv_triangles, triangles,
+           Vec2{kNowhere, kNowhere});
+    if (mesh.uv_triangles.empty()) {
+      warn("missing-uvs", "no UVs, which others have; nothing is baked for it.", triangles);
+    }
+  }
+  if (has.normals) {
+    append(whole.normals, whole.normal_triangles, mesh.normals, mesh.normal_triangles, triangles,
+           Vec3{});
+  }
+  if (has.tangents) {
+    if (mesh.tangents.empty()) {
+      whole.tangents.resize(whole.tangents.size() + 3 * triangles, Tangent{Vec3{}, 1});
+    } else {
+      whole.tangents.insert(whole.tangents.end(), mesh.tangents.begin(), mesh.tangents.end());
+    }
+  }
+  if (has.colors && mesh.colors.empty()) {
+    whole.colors.resize(whole.colors.size() + mesh.positions.size(), kWhite);
+    warn("missing-colors", "no colours, which others have; it is white.", mesh.positions.size());
+  } else {
+    whole.colors.insert(whole.colors.end(), mesh.colors.begin(), mesh.colors.end());
+  }
+  if (has.polygons) {
+    const std::uint32_t first = whole.polygons.empty() ? 0 : whole.polygons.back() + 1;
+    for (std::uint32_t t = 0; t < triangles; ++t) {
+      whole.polygons.push_back(first + (mesh.polygons.empty() ? t : mesh.polygons[t]));
+    }
+  }
+}
+
+}  // namespace
+
+Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings) {
+  if (meshes.empty()) throw Error(ErrorCode::usage, "join_meshes: there is no mesh to join.");
+  Mesh whole;
+  whole.name = joined_name(meshes);
+  whole.origin = meshes[0].origin;
+  check_sizes(meshes, whole.name);
+  Has has;
+  for (const Mesh& mesh : meshes) {
+    has.uvs = has.uvs || !mesh.uv_triangles.empty();
+    has.normals = has.normals || !mesh.normal_triangles.empty();
+    has.tangents = has.tangents || !mesh.tangents.empty();
+    has.colors = has.colors || !mesh.colors.empty();
+    has.materials = has.materials || !mesh.materials.empty();
+    has.polygons = has.polygons || !mesh.polygons.empty();
+  }
+  Names groups(whole.groups, whole.group_names), objects(whole.objects, whole.object_names),
+      materials(whole.materials, whole.material_names);
+  for (const Mesh& mesh : meshes) {
+    const std::size_t triangles = mesh.triangles.size();
+    groups.add(mesh.groups, mesh.group_names, triangles, mesh.name);
+    objects.add(mesh.objects, mesh.object_names, triangles, mesh.name);
+    if (has.materials) materials.add(mesh.materials, mesh.material_names, triangles, "default");
+    append_positions(whole, mesh);
+    append_attributes(whole, mesh, has, warnings);
+    whole.material_files.insert(whole.material_files.end(), mesh.material_files.begin(),
+                                mesh.material_files.end());
+  }
+  return whole;
+}
+
+}  // namespace kiln

@@ -1,0 +1,205 @@
+// UV seams on edges whose normals do not part.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <tuple>
+
+#include "kiln/seams.h"
+#include "kiln/validate.h"
+#include "mesh/normals.h"
+#include "mesh/vector.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kSameNormal = 0.99996192306;  // cos 0.5 degrees, as of hard edges
+
+/// A triangle's side by its welded ends, a < b.
+struct Side {
+  std::uint32_t a = 0, b = 0, triangle = 0;
+  std::uint8_t at_a = 0, at_b = 0;  ///< Corners of the triangle
+};
+
+/// Two triangles that share a side.
+struct Shared {
+  Side one, other;
+  bool parts_uvs = false, hard = false;
+};
+
+struct Surface {
+  explicit Surface(const Mesh& mesh)
+      : welded(weld_vertices(mesh.positions)), normals(corner_normals(mesh, mesh.positions)) {
+    weights.resize(mesh.triangles.size());
+    corner_weights(mesh.positions, mesh.triangles, mesh.polygons, 0, mesh.triangles.size(),
+                   weights.data());
+  }
+
+  const Vec3& normal(std::uint32_t triangle, std::size_t corner) const {
+    return normals.normals[normals.triangles[triangle][corner]];
+  }
+
+  std::vector<std::uint32_t> welded;
+  CornerNormals normals;
+  std::vector<CornerWeights> weights;
+};
+
+bool same_normal(const Vec3& a, const Vec3& b) {
+  return !(dot(Vec3d(a), Vec3d(b)) < kSameNormal * length(Vec3d(a)) * length(Vec3d(b)));
+}
+
+bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, std::size_t k) {
+  const std::uint32_t a = mesh.uv_triangles[t][i], b = mesh.uv_triangles[u][k];
+  return a == b || (mesh.uvs[a].x == mesh.uvs[b].x && mesh.uvs[a].y == mesh.uvs[b].y);
+}
+
+/// Neighbours over edges: of edges of more than two triangles, each with the first one.
+std::vector<Shared> shared_sides(const Mesh& mesh, const Surface& surface) {
+  std::vector<Side> sides;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (length(surface.weights[t].normal) == 0) continue;  // no area, or not finite
+    for (std::uint8_t k = 0; k < 3; ++k) {
+      const auto next = static_cast<std::uint8_t>((k + 1) % 3);
+      Side side{surface.welded[mesh.triangles[t][k]], surface.welded[mesh.triangles[t][next]], t, k,
+                next};
+      if (side.a > side.b) {
+        std::swap(side.a, side.b);
+        std::swap(side.at_a, side.at_b);
+      }
+      sides.push_back(side);
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+    return std::tie(x.a, x.b, x.triangle) < std::tie(y.a, y.b, y.triangle);
+  });
+  std::vector<Shared> shared;
+  for (std::size_t first = 0, i = 1; i < sides.size(); ++i) {
+    const Side &one = sides[first], &other = sides[i];
+    if (one.a != other.a || one.b != other.b) {
+      first = i;
+      continue;
+    }
+    Shared edge{one, other};
+    const std::uint32_t t = one.triangle, u = other.triangle;
+    edge.parts_uvs =
+        !same_uv(mesh, t, one.at_a, u, other.at_a) || !same_uv(mesh, t, one.at_b, u, other.at_b);
+    edge.hard = !same_normal(surface.normal(t, one.at_a), surface.normal(u, other.at_a)) ||
+                !same_normal(surface.normal(t, one.at_b), surface.normal(u, other.at_b));
+    shared.push_back(edge);
+  }
+  return shared;
+}
+
+double turn_degrees(const Surface& surface, const Shared& edge) {
+  const Vec3d &a = surface.weights[edge.one.triangle].normal,
+              &b = surface.weights[edge.other.triangle].normal;
+  return std::acos(std::clamp(dot(a, b) / (length(a) * length(b)), -1.0, 1.0)) * 180 /
+         std::numbers::pi;
+}
+
+/// Corners joined into one.
+class Joined {
+ public:
+  explicit Joined(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+  }
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    const auto [low, high] = std::minmax(find(a), find(b));
+    parent_[high] = low;
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+}  // namespace
+
+SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
+  if (!(least_degrees >= 0 && least_degrees <= 180)) {
+    throw Error(ErrorCode::usage,
+                "least_degrees is " + std::to_string(least_degrees) + ": use 0 to 180.");
+  }
+  validate(mesh);
+  SoftSeams result;
+  if (mesh.uv_triangles.empty()) return result;
+  const Surface surface(mesh);
+  for (const Shared& edge : shared_sides(mesh, surface)) {
+    if (!edge.parts_uvs) continue;
+    ++result.seams;
+    if (edge.hard) continue;
+    const double degrees = turn_degrees(surface, edge);
+    if (degrees < least_degrees) continue;
+    ++result.edges;
+    const Vec3d a(mesh.positions[edge.one.a]), b(mesh.positions[edge.one.b]);
+    result.length += length(b - a);
+    if (degrees <= result.example_degrees && result.edges > 1) continue;
+    result.example_degrees = degrees;
+    result.example = to_float((a + b) * 0.5);
+  }
+  return result;
+}
+
+Mesh split_at_seams(const Mesh& mesh) {
+  validate(mesh);
+  if (mesh.uv_triangles.empty()) {
+    throw Error(
+        ErrorCode::input,
+        "Mesh '" + mesh.name + "' has no UVs, so it has no seams to split: unwrap it first.");
+  }
+  const Surface surface(mesh);
+  const std::vector<Shared> edges = shared_sides(mesh, surface);
+  Joined corners(3 * mesh.triangles.size());
+  for (const Shared& edge : edges) {
+    if (edge.parts_uvs) continue;
+    const auto join = [&](std::uint8_t a, std::uint8_t b) {
+      if (same_normal(surface.normal(edge.one.triangle, a), surface.normal(edge.other.triangle, b)))
+        corners.join(3 * edge.one.triangle + a, 3 * edge.other.triangle + b);
+    };
+    join(edge.one.at_a, edge.other.at_a);
+    join(edge.one.at_b, edge.other.at_b);
+  }
+  std::vector<std::uint8_t> at_seam(3 * mesh.triangles.size());  // corners joined
+  for (const Shared& edge : edges) {
+    if (!edge.parts_uvs || edge.hard) continue;
+    for (const Side& side : {edge.one, edge.other}) {
+      at_seam[corners.find(3 * side.triangle + side.at_a)] = 1;
+      at_seam[corners.find(3 * side.triangle + side.at_b)] = 1;
+    }
+  }
+  std::vector<Vec3d> sums(3 * mesh.triangles.size());
+  std::vector<double> totals(sums.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t all = corners.find(3 * t + k);
+      sums[all] += surface.weights[t].normal * surface.weights[t].angles[k];
+      totals[all] += surface.weights[t].angles[k];
+    }
+  }
+  Mesh split = mesh;
+  split.tangents.clear();
+  split.normals = surface.normals.normals;
+  split.normal_triangles = surface.normals.triangles;
+  std::vector<std::uint32_t> own(sums.size(), 0);  // a group's normal, plus 1
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t all = corners.find(3 * t + k);
+      if (at_seam[all] == 0) continue;
+      const Vec3 normal = normalized_sum(sums[all], totals[all]);
+      if (!is_usable_normal(normal)) continue;
+      if (own[all] == 0) {
+        split.normals.push_back(normal);
+        own[all] = static_cast<std::uint32_t>(split.normals.size());
+      }
+      split.normal_triangles[t][k] = own[all] - 1;
+    }
+  }
+  return split;
+}
+
+}  // namespace kiln

@@ -1,0 +1,289 @@
+// Several files of the dense and of the light mesh in one bake.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProcessResult;
+using test::run_kiln;
+
+nlohmann::json read_json(const fs::path& path) {
+  std::ifstream in(path);
+  return nlohmann::json::parse(in);
+}
+
+/// A quad of side 1 at x and z, which takes UVs from u on.
+void write_plate(const fs::path& file, double x, double z, double u, const char* names = "") {
+  std::ofstream out(file);
+  out << names;
+  for (const auto& [a, b] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}}) {
+    out << "v " << x + a << " " << b << " " << z << "\nvt " << u + 0.45 * a << " " << 0.05 + 0.9 * b
+        << "\n";
+  }
+  out << "f 1/1 2/2 3/3 4/4\n";
+}
+
+/// Two plates that cross as seen from above: the second one lies over half of the first.
+struct Plates {
+  fs::path folder = test::scratch_folder();
+
+  Plates() {
+    write_plate(folder / "lower_low.obj", 0, 0, 0.02);
+    write_plate(folder / "upper_low.obj", 0.5, 0.02, 0.52);
+    write_plate(folder / "lower_high.obj", 0, 0.012, 0);
+    write_plate(folder / "upper_high.obj", 0.5, 0.005, 0);
+    write_plate(folder / "over_low.obj", 0.5, 0.02, 0.3);
+  }
+
+  ProcessResult bake(const std::string& low, const std::string& out,
+                     const std::vector<std::string>& flags) const {
+    std::vector<std::string> line = {"bake",
+                                     folder / "lower_high.obj",
+                                     folder / "lower_low.obj",
+                                     "--out",
+                                     folder / out,
+                                     "--size",
+                                     "32",
+                                     "--json",
+                                     folder / (out + ".json")};
+    line.insert(line.end(), {"--high", folder / "upper_high.obj"});
+    if (!low.empty()) line.insert(line.end(), {"--low", folder / low});
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  }
+};
+
+TEST(FilesCommand, MatchesPartsOfSeveralFilesByTheirNames) {
+  KILN_REQUIRE_DEVICE();
+  const Plates plates;
+  const ProcessResult result = plates.bake(
+      "upper_low.obj", "out",
+      {"--match-by", "name", "--maps", "distance,id", "--id-by", "group", "--format", "exr32"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(result.errors.empty()) << result.errors;
+  const nlohmann::json report = read_json(plates.folder / "out.json");
+  EXPECT_EQ(report["parts"], (nlohmann::json{"lower", "upper"}));
+  EXPECT_EQ(report["inputs"]["high"]["files"].size(), 2U);
+  EXPECT_EQ(report["inputs"]["low"]["files"].size(), 2U);
+  EXPECT_EQ(report["inputs"]["low"]["quads"], 2);
+  EXPECT_EQ(report["ids"][1]["name"], "upper_high");
+  // The upper plate's dense mesh lies between the lower plate and its own.
+  const Image image = load_image(plates.folder / "out" / "lower_low_distance.exr");
+  EXPECT_NEAR(*image.at(8, 16), 0.012, 1e-5);
+  EXPECT_NEAR(*image.at(14, 16), 0.012, 1e-5);
+  EXPECT_NEAR(*image.at(24, 16), 0.015, 1e-5);
+  const ProcessResult all = plates.bake(
+      "upper_low.obj", "all", {"--maps", "distance", "--format", "exr32", "--ray", "nearest"});
+  ASSERT_EQ(all.exit_code, 0) << all.errors;
+  EXPECT_NEAR(*load_image(plates.folder / "all" / "lower_low_distance.exr").at(14, 16), 0.005,
+              1e-5);
+}
+
+TEST(FilesCommand, OwnPartsAloneDarkenWhereThatIsAsked) {
+  KILN_REQUIRE_DEVICE();
+  const Plates plates;
+  const auto ao = [&](const std::string& out, const std::vector<std::string>& more) {
+    std::vector<std::string> flags = {"--match-by", "name", "--maps", "ao", "--format", "exr32"};
+    flags.insert(flags.end(), more.begin(), more.end());
+    const ProcessResult result = plates.bake("upper_low.obj", out, flags);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return load_image(plates.folder / out / "lower_low_ao.exr");
+  };
+  EXPECT_LT(*ao("all", {}).at(19, 16), 0.2F);
+  EXPECT_EQ(*ao("own", {"--part-occlusion", "own"}).at(19, 16), 1.0F);
+  EXPECT_EQ(read_json(plates.folder / "own.json")["options"]["part_occlusion"], "own");
+  const ProcessResult lone = plates.bake("", "lone", {"--maps", "ao", "--part-occlusion", "own"});
+  EXPECT_EQ(lone.exit_code, 2);
+  EXPECT_NE(lone.errors.find("--match-by"), std::string::npos) << lone.errors;
+}
+
+TEST(FilesCommand, SaysWhichFilesOverlapAndWhichAreNotThere) {
+  KILN_REQUIRE_DEVICE();
+  const Plates plates;
+  const ProcessResult over = plates.bake("over_low.obj", "over", {});
+  EXPECT_EQ(over.exit_code, 0) << over.errors;
+  EXPECT_NE(over.errors.find("lower_low.obj' and '"), std::string::npos) << over.errors;
+  EXPECT_NE(over.errors.find("over_low.obj' overlap on"), std::string::npos) << over.errors;
+  const ProcessResult gone = plates.bake("gone.obj", "gone", {});
+  EXPECT_EQ(gone.exit_code, 3);
+  EXPECT_NE(gone.errors.find("gone.obj"), std::string::npos) << gone.errors;
+  // Unwrapped, all have places of their own, and the file that is written keeps the parts.
+  const ProcessResult anew = plates.bake("over_low.obj", "anew", {"--unwrap"});
+  ASSERT_EQ(anew.exit_code, 0) << anew.errors;
+  EXPECT_EQ(anew.errors.find("overlap"), std::string::npos) << anew.errors;
+  const Mesh written = load_mesh(plates.folder / "anew" / "lower_low_unwrapped.obj");
+  EXPECT_EQ(written.object_names, (std::vector<std::string>{"lower_low", "over_low"}));
+  // An input is never written over.
+  const ProcessResult same = run_kiln(
+      {"bake", plates.folder / "lower_high.obj", plates.folder / "lower_low.obj", "--high",
+       plates.folder / "x.json", "--out", plates.folder / "s", "--json", plates.folder / "x.json"});
+  EXPECT_NE(same.exit_code, 0);
+}
+
+TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  // A right angle of two quads, each a chart, and smooth.
+  std::ofstream(folder / "corner.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\n"
+                                          "vt 0.05 0.1\nvt 0.45 0.1\nvt 0.45 0.9\nvt 0.05 0.9\n"
+                                          "vt 0.55 0.1\nvt 0.95 0.1\nvt 0.95 0.9\nvt 0.55 0.9\n"
+                                          "f 1/1 2/2 3/3 4/4\nf 1/5 4/6 6/7 5/8\n";
+  const auto bake = [&](const std::string& out, const std::vector<std::string>& flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "corner.obj",
+                                     folder / "corner.obj",
+                                     "--out",
+                                     folder / out,
+                                     "--size",
+                                     "16",
+                                     "--json",
+                                     folder / (out + ".json")};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult soft = bake("soft", {"--triangulate", "shortest"});
+  EXPECT_EQ(soft.exit_code, 0) << soft.errors;
+  EXPECT_NE(soft.errors.find("1 UV seams that are no hard edges, for one at (0, 0.5, 0)"),
+            std::string::npos)
+      << soft.errors;
+  EXPECT_NE(soft.errors.find("90 degrees"), std::string::npos) << soft.errors;
+  EXPECT_NE(soft.output.find("2 quads"), std::string::npos) << soft.output;
+  const nlohmann::json report = read_json(folder / "soft.json");
+  EXPECT_EQ(report["inputs"]["low"]["triangulation"], "shortest");
+  EXPECT_EQ(report["inputs"]["low"]["soft_seams"], 1);
+  const ProcessResult split = bake("split", {"--split-at-seams"});
+  EXPECT_EQ(split.exit_code, 0) << split.errors;
+  EXPECT_EQ(split.errors.find("seams"), std::string::npos) << split.errors;
+  const Mesh written = load_mesh(folder / "split" / "corner_split.obj");
+  EXPECT_EQ(soft_seams(written).edges, 0U);
+  EXPECT_EQ(soft_seams(written).seams, 1U);
+  EXPECT_TRUE(fs::exists(folder / "split" / "corner_split_normal.png"));
+  EXPECT_EQ(run_kiln({"bake", folder / "corner.obj", "--out", folder / "none", "--split-at-seams"})
+                .exit_code,
+            2);
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A picture with a map that was baked, with its saved match, and with the flags of the bake: the same bytes.
+TEST(FilesCommand, RenderTakesTheMatchOfABake) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(4000), folder / "high.obj");
+  save_obj(test::BumpySphere::light(24, 12), folder / "low.obj");
+  const ProcessResult baked =
+      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "maps", "--size",
+                "128", "--cage", "4%", "--format", "exr32", "--save-match", folder / "match.exr"});
+  ASSERT_EQ(baked.exit_code, 0) << baked.errors;
+  const auto picture = [&](const std::string& name, const std::vector<std::string>& flags) {
+    std::vector<std::string> line = {
+        "render", folder / "low.obj",      "--reference", folder / "high.obj", "--size", "96",
+        "--out",  folder / (name + ".png")};
+    line.insert(line.end(), flags.begin(), flags.end());
+    const ProcessResult result = run_kiln(line);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return bytes_of(folder / (name + ".png"));
+  };
+  const std::string wanted = picture("map", {"--normal", folder / "maps" / "low_normal.exr"});
+  EXPECT_TRUE(picture("match", {"--load-match", folder / "match.exr"}) == wanted);
+  EXPECT_TRUE(picture("flags", {"--cage", "4%", "--map-size", "128"}) == wanted);
+  EXPECT_FALSE(picture("other", {"--cage", "4%", "--map-size", "32"}) == wanted);
+  const ProcessResult alone =
+      run_kiln({"render", folder / "low.obj", "--cage", "4%", "--out", folder / "alone.png"});
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_NE(alone.errors.find("--reference"), std::string::npos) << alone.errors;
+}
+
+TEST(FilesCommand, MeasureTakesTheMatchOfABake) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(4000), folder / "high.obj");
+  save_obj(test::BumpySphere::light(24, 12), folder / "low.obj");
+  const ProcessResult baked =
+      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "maps", "--size",
+                "128", "--cage", "4%", "--save-match", folder / "match.exr"});
+  ASSERT_EQ(baked.exit_code, 0) << baked.errors;
+  const auto rated = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> line = {
+        "measure", folder / "high.obj",  folder / "low.obj", "--directions", "64",
+        "--json",  folder / "rated.json"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    const ProcessResult result = run_kiln(line);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return read_json(folder / "rated.json");
+  };
+  const nlohmann::json caged = rated({"--match", "ray", "--cage", "4%", "--size", "128"});
+  const nlohmann::json loaded =
+      rated({"--load-match", folder / "match.exr", "--out", folder / "pictures"});
+  const nlohmann::json plain = rated({"--match", "ray", "--size", "128"});
+  EXPECT_EQ(loaded["methods"][0]["method"], "loaded");
+  EXPECT_EQ(caged["methods"][0]["object_space"], loaded["methods"][0]["object_space"]);
+  EXPECT_EQ(caged["methods"][0]["rendered_normals"], loaded["methods"][0]["rendered_normals"]);
+  EXPECT_NE(caged["methods"][0]["object_space"], plain["methods"][0]["object_space"]);
+  // The error as a texture: its mean is near that of the pictures.
+  const Image error = load_image(folder / "pictures" / "low_loaded_normal_error.exr");
+  double sum = 0, count = 0;
+  for (const float value : error.pixels) {
+    if (value >= 0) sum += value, ++count;
+  }
+  ASSERT_GT(count, 3000);
+  const double mean = loaded["methods"][0]["rendered_normals"]["mean_angle_degrees"];
+  EXPECT_NEAR(sum / count, mean, 0.5 * mean);
+  // Matches that a flag does not serve are left out, or refused by name.
+  const nlohmann::json some = rated({"--cage", "4%", "--size", "32"});
+  EXPECT_EQ(some["methods"].size(), 1U);
+  const ProcessResult refused = run_kiln(
+      {"measure", folder / "high.obj", folder / "low.obj", "--match", "closest", "--cage", "4%"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.errors.find("--cage"), std::string::npos) << refused.errors;
+  const ProcessResult study = run_kiln({"measure", folder / "high.obj", "--study", "views",
+                                        "--cage", "4%", "--out", folder / "study"});
+  EXPECT_EQ(study.exit_code, 2);
+}
+
+/// Boxes that fit once axes are swapped, or sizes are made alike.
+TEST(FilesCommand, SaysWhatMakesBoxesFit) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh high = test::cube(), low = test::cube();
+  for (Vec3& p : high.positions) p = {4 * p.x, 2 * p.y, p.z};
+  const auto says = [&](const std::string& words, double scale, auto order) {
+    Mesh turned = low;
+    for (Vec3& p : turned.positions) {
+      const Vec3 own{4 * p.x, 2 * p.y, p.z};
+      const Vec3 other = order(own);
+      const auto s = static_cast<float>(scale);
+      p = {s * other.x, s * other.y, s * other.z};
+    }
+    save_obj(high, folder / "high.obj");
+    save_obj(turned, folder / "low.obj");
+    const ProcessResult result = run_kiln(
+        {"bake", folder / "high.obj", folder / "low.obj", "--size", "32", "--out", folder / "out"});
+    EXPECT_NE(result.errors.find(words), std::string::npos) << words << ": " << result.errors;
+  };
+  says("after swapping X and Z", 1, [](Vec3 p) { return Vec3{p.z, p.y, p.x}; });
+  says("after swapping X and Y", 1, [](Vec3 p) { return Vec3{p.y, p.x, p.z}; });
+  says("LOW is 100 times as large as HIGH; scale one of them", 100, [](Vec3 p) { return p; });
+  says("LOW is 0.01 times as large as HIGH; scale one of them, and swap Y and Z", 0.01, [](Vec3 p) {
+    return Vec3{p.x, p.z, p.y};
+  });
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,87 @@
+// Several meshes made one.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+TEST(JoinMeshes, KeepsNamesAndNamesThoseWithoutByTheirFile) {
+  Mesh bolt = test::plane(1, 1), plate = test::plane(1, 1), nut = test::plane(1, 1);
+  bolt.name = "bolt_low";
+  plate.name = "plates";
+  plate.group_names = {"left", "right"};
+  plate.groups = {1, 0};
+  plate.material_names = {"steel"};
+  plate.materials = {0, 0};
+  nut.name = "nut";
+  nut.group_names = nut.object_names = {"right"};
+  nut.groups = nut.objects = {0, 0};
+  const std::vector<Mesh> meshes = {bolt, plate, nut};
+  const Mesh whole = join_meshes(meshes);
+  EXPECT_EQ(whole.name, "bolt_low + plates + nut");
+  EXPECT_EQ(whole.group_names, (std::vector<std::string>{"bolt_low", "left", "right"}));
+  EXPECT_EQ(whole.groups, (std::vector<std::uint32_t>{0, 0, 2, 1, 2, 2}));
+  EXPECT_EQ(whole.object_names, (std::vector<std::string>{"bolt_low", "plates", "right"}));
+  EXPECT_EQ(whole.materials, (std::vector<std::uint32_t>{0, 0, 1, 1, 0, 0}));
+  EXPECT_EQ(whole.material_names, (std::vector<std::string>{"default", "steel"}));
+  for (std::size_t t = 0; t < whole.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Mesh& own = meshes[t / 2];
+      EXPECT_EQ(whole.positions[whole.triangles[t][k]], own.positions[own.triangles[t % 2][k]]);
+      EXPECT_EQ(whole.uvs[whole.uv_triangles[t][k]].x, own.uvs[own.uv_triangles[t % 2][k]].x);
+    }
+  }
+  EXPECT_NO_THROW(validate(whole));
+  const std::vector<Mesh> many(5, bolt);
+  EXPECT_EQ(join_meshes(many).name, "bolt_low + 4 more");
+  EXPECT_THROW(join_meshes({}), Error);
+}
+
+TEST(JoinMeshes, FillsWhatSomeLack) {
+  Mesh full = test::cube(), bare;
+  full.name = "full";
+  full.colors.assign(full.positions.size(), {1, 2, 3, 255});
+  full.polygons = {0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5};
+  bare.name = "bare";
+  bare.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  bare.triangles = {{0, 1, 2}};
+  std::vector<Warning> warnings;
+  const std::vector<Mesh> meshes = {bare, full, bare};
+  const Mesh whole = join_meshes(meshes, &warnings);
+  EXPECT_NO_THROW(validate(whole));
+  ASSERT_EQ(whole.uv_triangles.size(), whole.triangles.size());
+  EXPECT_TRUE(std::isnan(whole.uvs[whole.uv_triangles[0][1]].x));
+  EXPECT_FALSE(std::isnan(whole.uvs[whole.uv_triangles[1][1]].x));
+  EXPECT_EQ(whole.colors.front()[0], 255);
+  EXPECT_EQ(whole.colors[4][0], 1);
+  EXPECT_EQ(whole.polygons.back(), 7U);
+  EXPECT_EQ(whole.polygons[1], 1U);
+  ASSERT_EQ(warnings.size(), 4U);
+  EXPECT_EQ(warnings[0].code, "missing-uvs");
+  EXPECT_NE(warnings[0].message.find("'bare'"), std::string::npos);
+}
+
+/// Far from the world's origin, in files that chose origins of their own.
+TEST(JoinMeshes, KeepsPlacesInTheWorld) {
+  Mesh near = test::plane(1, 1), far = test::plane(1, 1);
+  near.origin = {1 << 20, 0, -3};
+  far.origin = {(1 << 20) + 8, 0.5, -3};
+  const std::vector<Mesh> meshes = {near, far};
+  const Mesh whole = join_meshes(meshes);
+  EXPECT_EQ(whole.origin, near.origin);
+  for (std::size_t v = 0; v < far.positions.size(); ++v) {
+    const Vec3& moved = whole.positions[near.positions.size() + v];
+    EXPECT_EQ(moved.x, far.positions[v].x + 8);
+    EXPECT_EQ(moved.y, far.positions[v].y + 0.5F);
+    EXPECT_EQ(moved.z, far.positions[v].z);
+  }
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,64 @@
+#include "arguments/match_flags.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "arguments/bake_flags.h"
+#include "arguments/bake_values.h"
+#include "arguments/mesh_files.h"
+
+namespace kiln::cli {
+
+std::set<std::string> add_matching_flags(CLI::App& command, BakeArguments& arguments,
+                                         const std::set<std::string>& without) {
+  const std::vector<CLI::Option*> before = command.get_options();
+  add_file_list_flags(command, arguments);
+  add_match_flags(command, arguments);
+  add_view_flags(command, arguments);
+  std::set<std::string> added;
+  for (CLI::Option* option : command.get_options()) {
+    if (std::find(before.begin(), before.end(), option) != before.end()) continue;
+    const std::string name = option->get_name();
+    // What a match has no say in, or what is of maps alone.
+    static const std::set<std::string> kNever = {
+        "--max-angle", "--save-match",          "--reasons",
+        "--recall",    "--visibility-clusters", "--visibility-deviation"};
+    if (without.contains(name) || kNever.contains(name)) {
+      command.remove_option(option);
+    } else {
+      option->group("The match, as of kiln bake");
+      added.insert(name);
+    }
+  }
+  return added;
+}
+
+void MatchInputs::read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
+                       std::vector<Warning>& warnings) {
+  if (!arguments.cage_mesh.empty()) cage_mesh_ = load_mesh(arguments.cage_mesh, &warnings);
+  if (arguments.match_by != "all") {
+    parts_ = pair_parts(high, low, part_names(arguments));
+    warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
+  }
+  if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
+}
+
+void MatchInputs::apply(BakeOptions& options) const {
+  if (cage_mesh_) options.cage_mesh = &*cage_mesh_;
+  if (parts_) options.parts = &*parts_;
+  if (!match_) return;
+  options.match = &*match_;
+  options.width = match_->width / match_->samples;
+  options.height = match_->height / match_->samples;
+  options.samples = match_->samples;
+}
+
+Mesh load_low(const BakeArguments& arguments, std::vector<Warning>& warnings) {
+  MeshFiles files =
+      load_meshes(low_files(arguments), {triangulation_values().at(arguments.triangulate)},
+                  has_more_files(arguments), warnings);
+  warn_of_shared_texels(files, warnings);
+  return arguments.split_at_seams ? split_at_seams(files.mesh) : std::move(files.mesh);
+}
+
+}  // namespace kiln::cli

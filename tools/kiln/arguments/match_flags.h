@@ -1,0 +1,41 @@
+// The bake's flags that change the match, as measure and render take them.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "arguments/bake_arguments.h"
+
+namespace kiln::cli {
+
+/// Adds all flags of the bake that change which points are found, but those that a command has none of, or its own.
+/// \param without  names such as "--match"; call this before the command adds its own
+/// \returns the names of those added
+std::set<std::string> add_matching_flags(CLI::App& command, BakeArguments& arguments,
+                                         const std::set<std::string>& without);
+
+/// What they read of files, beside the meshes.
+class MatchInputs {
+ public:
+  /// Parts, the cage's mesh, the saved match. \throws Error(input) as their readers
+  void read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
+            std::vector<Warning>& warnings);
+
+  /// Points the options at them; they must outlive the bake.
+  void apply(BakeOptions& options) const;
+
+  const std::optional<Match>& match() const { return match_; }
+
+ private:
+  std::optional<Mesh> cage_mesh_;
+  std::optional<Parts> parts_;
+  std::optional<Match> match_;
+};
+
+/// LOW as these flags have it: of one file or several, cut and split as asked.
+Mesh load_low(const BakeArguments& arguments, std::vector<Warning>& warnings);
+
+}  // namespace kiln::cli

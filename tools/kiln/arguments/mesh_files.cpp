@@ -1,0 +1,156 @@
+#include "arguments/mesh_files.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <utility>
+
+#include "arguments/parse.h"
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kGrid = 512;
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+/// Names from another folder on.
+void move_names(Mesh& mesh, const fs::path& from, const fs::path& to) {
+  for (std::string& name : mesh.material_files) {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    std::error_code error;
+    const fs::path moved = fs::proximate(from / name, to.empty() ? "." : to, error);
+    name = error ? fs::absolute(from / name).string() : moved.string();
+  }
+}
+
+std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
+  const auto& [a, b, c] = mesh.uv_triangles[t];
+  return {mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]};
+}
+
+/// Whether two triangles have the same UVs in any order: copies of one part.
+bool same_place(const Mesh& mesh, std::uint32_t t, std::uint32_t u) {
+  const auto place = [&](std::uint32_t triangle) {
+    std::array<Vec2, 3> uvs = uvs_of(mesh, triangle);
+    std::sort(uvs.begin(), uvs.end(), [](const Vec2& a, const Vec2& b) {
+      return std::pair(a.x, a.y) < std::pair(b.x, b.y);
+    });
+    return uvs;
+  };
+  const auto a = place(t), b = place(u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (std::abs(a[k].x - b[k].x) > 1e-4F || std::abs(a[k].y - b[k].y) > 1e-4F) return false;
+  }
+  return true;
+}
+
+/// Calls `use` with each cell of the grid whose middle lies inside a triangle.
+template <typename Use>
+void over_cells(const std::array<Vec2, 3>& uvs, const Use& use) {
+  const auto edge = [](const Vec2& a, const Vec2& b, double x, double y) {
+    return (double{b.x} - a.x) * (y - a.y) - (double{b.y} - a.y) * (x - a.x);
+  };
+  const double area = edge(uvs[0], uvs[1], uvs[2].x, uvs[2].y);
+  if (!(std::abs(area) > 0)) return;
+  const auto range = [](std::array<float, 3> values) {
+    const auto [low, high] = std::minmax({values[0], values[1], values[2]});
+    const auto cell = [](double value) {
+      return static_cast<std::uint32_t>(std::clamp(value * kGrid, 0.0, double{kGrid}));
+    };
+    return std::pair(cell(low), std::min(cell(high) + 1, kGrid));
+  };
+  const auto [x0, x1] = range({uvs[0].x, uvs[1].x, uvs[2].x});
+  const auto [y0, y1] = range({uvs[0].y, uvs[1].y, uvs[2].y});
+  for (std::uint32_t y = y0; y < y1; ++y) {
+    for (std::uint32_t x = x0; x < x1; ++x) {
+      const double u = (x + 0.5) / kGrid, v = (y + 0.5) / kGrid;
+      bool inside = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        inside = inside && edge(uvs[k], uvs[(k + 1) % 3], u, v) * area > 0;
+      }
+      if (inside) use(x, y);
+    }
+  }
+}
+
+/// How much two files share, and where.
+struct Shared {
+  std::uint64_t cells = 0;
+  double u = 0, v = 0;
+};
+
+}  // namespace
+
+const std::string& MeshFiles::file_of(std::size_t triangle) const {
+  const auto after = std::upper_bound(first.begin(), first.end(), triangle);
+  return files[static_cast<std::size_t>(after - first.begin()) - 1];
+}
+
+MeshFiles load_meshes(const std::vector<std::string>& files, const LoadMeshOptions& options,
+                      bool named, std::vector<Warning>& warnings) {
+  MeshFiles result;
+  result.files = files;
+  std::vector<Mesh> meshes;
+  std::size_t triangles = 0;
+  const fs::path folder = fs::path(files[0]).parent_path();
+  for (const std::string& file : files) {
+    meshes.push_back(load_mesh(file, options, &warnings));
+    if (meshes.size() > 1) move_names(meshes.back(), fs::path(file).parent_path(), folder);
+    result.first.push_back(triangles);
+    triangles += meshes.back().triangles.size();
+  }
+  result.first.push_back(triangles);
+  const bool join = files.size() > 1 || named;
+  result.mesh = join ? join_meshes(meshes, &warnings) : std::move(meshes[0]);
+  return result;
+}
+
+std::string in_words(const std::vector<std::string>& files) {
+  constexpr std::size_t kMost = 3;
+  std::string text;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const bool last = i + 1 == files.size();
+    if (i + 1 == kMost && files.size() > kMost) {
+      return text + " and " + std::to_string(files.size() - i) + " more";
+    }
+    text += (i == 0 ? "'" : last ? " and '" : ", '") + files[i] + "'";
+  }
+  return text;
+}
+
+void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings) {
+  if (low.files.size() < 2 || low.mesh.uv_triangles.empty()) return;
+  std::vector<std::uint32_t> owner(std::size_t{kGrid} * kGrid, kNone);
+  std::map<std::pair<std::string, std::string>, Shared> pairs;
+  for (std::uint32_t t = 0; t < low.mesh.triangles.size(); ++t) {
+    over_cells(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
+      std::uint32_t& known = owner[std::size_t{y} * kGrid + x];
+      if (known == kNone) known = t;
+      const std::string &a = low.file_of(known), &b = low.file_of(t);
+      if (&a == &b || same_place(low.mesh, known, t)) return;
+      Shared& shared = pairs[{a, b}];
+      if (shared.cells++ == 0) {
+        shared.u = (x + 0.5) / kGrid;
+        shared.v = (y + 0.5) / kGrid;
+      }
+    });
+  }
+  for (const auto& [files, shared] : pairs) {
+    char text[160];
+    std::snprintf(text, sizeof text, " overlap on %.2g%% of the unit square, at UV (%.4g, %.4g) ",
+                  100.0 * static_cast<double>(shared.cells) / (double{kGrid} * kGrid), shared.u,
+                  shared.v);
+    warnings.push_back({"files-overlap",
+                        "UVs of '" + files.first + "' and '" + files.second + "'" + text +
+                            "for one, and all LOW share one map: lay them out side by side, add "
+                            "--unwrap, or bake them apart.",
+                        shared.cells});
+  }
+}
+
+}  // namespace kiln::cli

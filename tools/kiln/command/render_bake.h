@@ -1,0 +1,40 @@
+// What `kiln render` is told, and the map that it bakes where a flag of the match is given.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arguments/bake_arguments.h"
+#include "arguments/dense_input.h"
+#include "picture/view_arguments.h"
+
+namespace kiln::cli {
+
+struct RenderArguments {
+  std::string mesh, normal, color, occlusion, reference, out, space = "tangent", device, json;
+  std::vector<std::string> show;
+  HeightArguments heights;
+  ViewArguments view;
+  std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
+  std::optional<std::uint32_t> frames;
+  BakeArguments bake;  // flags of the match; given ones are in bake.given
+  std::uint32_t map_size = 1024;
+  std::string bitangent = "pixel";
+  bool flip_y = false, flat = false, show_normals = false, error = false, quiet = false;
+};
+
+/// Whether a map is to be baked for the picture: a flag of the match was given.
+bool bakes(const RenderArguments& arguments);
+
+/// The flags of the match as the bake has them.
+BakeArguments baking(const RenderArguments& arguments);
+
+/// What would only be found out after the meshes were read. \throws Error(usage)
+void check_bake(const RenderArguments& arguments);
+
+Image bake_map(const RenderArguments& arguments, const Device& device, const DenseInput& dense,
+               const Mesh& mesh, std::vector<Warning>& warnings);
+
+}  // namespace kiln::cli

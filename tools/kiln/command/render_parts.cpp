@@ -1,0 +1,93 @@
+#include "command/render_parts.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "picture/view_arguments.h"
+
+namespace kiln::cli {
+
+/// Pictures side by side, with a thin line between them.
+Image join(const std::vector<Image>& panels) {
+  const std::uint32_t gap = std::max(1U, panels[0].width / 256);
+  Image sheet;
+  sheet.channels = 3;
+  for (const Image& panel : panels) {
+    sheet.width += panel.width + (sheet.width == 0 ? 0 : gap);
+    sheet.height = std::max(sheet.height, panel.height);
+  }
+  sheet.pixels.assign(std::size_t{sheet.width} * sheet.height * 3, 1.0F);
+  std::size_t left = 0;
+  for (const Image& panel : panels) {
+    for (std::size_t y = 0; y < panel.height; ++y) {
+      std::copy_n(panel.at(0, y), std::size_t{panel.width} * 3, sheet.at(left, y));
+    }
+    left += panel.width + gap;
+  }
+  return sheet;
+}
+
+/// Measures how near the light mesh comes to the reference, from the view shown and along the six axes,
+/// says so, and returns it for the report. The same pixels whatever the picture's own size.
+Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
+             const RenderOptions& options, bool has_map) {
+  const std::vector<ViewAngles> views = {{options.azimuth_degrees, options.elevation_degrees},
+                                         {0, 0},
+                                         {90, 0},
+                                         {180, 0},
+                                         {270, 0},
+                                         {0, 90},
+                                         {0, -90}};
+  const NormalReference reference(high, frame, views, 512, options.z_up);
+  const NormalError without = reference.compare(low, true);
+  Json json = {{"views", views.size()}, {"without_map", describe(without)}};
+  char text[256];
+  if (has_map) {
+    const NormalError with = reference.compare(low);
+    json["with_map"] = describe(with);
+    std::snprintf(text, sizeof text,
+                  "rendered normals against the original, %zu views (this one and along the axes): "
+                  "mean %.2f degrees smooth "
+                  "without the map, %.2f with it (95%%: %.2f, %.2f)",
+                  views.size(), without.mean_degrees, with.mean_degrees, without.p95_degrees,
+                  with.p95_degrees);
+  } else {
+    std::snprintf(text, sizeof text,
+                  "rendered normals against the original, %zu views: mean %.2f degrees (95%%: "
+                  "%.2f)",
+                  views.size(), without.mean_degrees, without.p95_degrees);
+  }
+  console.line(text);
+  return json;
+}
+
+/// The views that a match by depth views takes (Wang, Froehlich, Goebel 2003, figure 4a).
+Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options) {
+  options.trim = false;
+  std::vector<Panel> panels;
+  for (const Vec3& toward : spread_views(count)) {
+    look_from(toward, options);
+    char text[64];
+    std::snprintf(text, sizeof text, "%zu: %.0f, %.0f", panels.size() + 1, options.azimuth_degrees,
+                  options.elevation_degrees);
+    panels.push_back({scene.draw(options), {text}});
+  }
+  return make_sheet(panels);
+}
+
+/// How near the light mesh comes from directions all around, none of them along an axis, from which flat faces look as straight
+/// down as they were baked.
+Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
+  constexpr std::uint32_t kAround = 30, kPixels = 256;
+  std::vector<ViewAngles> views;
+  for (const Vec3& toward : held_out_views(kAround, spread_views(12))) {
+    views.push_back(view_angles(toward));
+  }
+  const NormalReference reference(high, frame, views, kPixels, z_up);
+  return {{"views", views.size()},
+          {"without_map", describe(reference.compare(low, true))},
+          {"with_map", describe(reference.compare(low))}};
+}
+
+}  // namespace kiln::cli
