@@ -5,6 +5,7 @@
 #include <span>
 
 #include "bake/match_stage.h"
+#include "match/cage_reach.h"
 #include "match/host_match.h"
 #include "match/match_array.h"
 #include "match/ray.h"
@@ -25,6 +26,7 @@ class Explainer {
         options_(options),
         context_(context_of(high.device)),
         surface_(LowSurface::of(low, high.frame, options.cage_mesh, options.uv_copies)),
+        cage_(context_, high.frame, surface_),
         turn_(edge_turn(options, high, surface_)),
         query_(ray_query(match_request(options, high, surface_), true)) {
     result_.width = options.width;
@@ -40,6 +42,7 @@ class Explainer {
       TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
       turn_.apply(context_, band);
+      cage_.apply(context_, band);
       explain(band);
     }
     for (const ReasonCount& count : counts_) {
@@ -133,6 +136,7 @@ class Explainer {
   const BakeOptions& options_;
   cl::Context& context_;
   LowSurface surface_;
+  CageReach cage_;
   EdgeTurn turn_;
   RayQuery query_;
   Reasons result_;

@@ -9,8 +9,10 @@
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "picture/angles.h"
+#include "picture/cage_picture.h"
 #include "picture/dressed.h"
 #include "picture/green.h"
+#include "picture/rendered_error.h"
 #include "picture/view_arguments.h"
 #include "report/console.h"
 #include "report/map_file.h"
@@ -24,6 +26,7 @@ struct RenderArguments {
   std::vector<std::string> show;
   HeightArguments heights;
   ViewArguments view;
+  CageArguments cage;
   std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
   std::optional<std::uint32_t> frames;
   bool flip_y = false, flat = false, show_normals = false, error = false, quiet = false;
@@ -47,40 +50,6 @@ Image join(const std::vector<Image>& panels) {
     left += panel.width + gap;
   }
   return sheet;
-}
-
-/// Measures how near the light mesh comes to the reference, from the view shown and along the six axes,
-/// says so, and returns it for the report. The same pixels whatever the picture's own size.
-Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
-             const RenderOptions& options, bool has_map) {
-  const std::vector<ViewAngles> views = {{options.azimuth_degrees, options.elevation_degrees},
-                                         {0, 0},
-                                         {90, 0},
-                                         {180, 0},
-                                         {270, 0},
-                                         {0, 90},
-                                         {0, -90}};
-  const NormalReference reference(high, frame, views, 512, options.z_up);
-  const NormalError without = reference.compare(low, true);
-  Json json = {{"views", views.size()}, {"without_map", describe(without)}};
-  char text[256];
-  if (has_map) {
-    const NormalError with = reference.compare(low);
-    json["with_map"] = describe(with);
-    std::snprintf(text, sizeof text,
-                  "rendered normals against the original, %zu views (this one and along the axes): "
-                  "mean %.2f degrees smooth "
-                  "without the map, %.2f with it (95%%: %.2f, %.2f)",
-                  views.size(), without.mean_degrees, with.mean_degrees, without.p95_degrees,
-                  with.p95_degrees);
-  } else {
-    std::snprintf(text, sizeof text,
-                  "rendered normals against the original, %zu views: mean %.2f degrees (95%%: "
-                  "%.2f)",
-                  views.size(), without.mean_degrees, without.p95_degrees);
-  }
-  console.line(text);
-  return json;
 }
 
 RenderOptions render_options(const RenderArguments& arguments) {
@@ -133,6 +102,12 @@ void check(const RenderArguments& arguments) {
                 "--show draws maps without light, a picture each: leave out --normal, --color, "
                 "--occlusion, --reference and --views.");
   }
+  if (arguments.cage.given() && (arguments.views != 0 || !arguments.show.empty() ||
+                                 arguments.show_normals || arguments.error)) {
+    throw Error(ErrorCode::usage,
+                "--cage and --cage-mesh are drawn over lit pictures: leave out --views, --show, "
+                "--normals and --error.");
+  }
   if (arguments.frames && arguments.json.empty()) {
     throw Error(ErrorCode::usage, "--frames says how many frames --json times: add --json FILE.");
   }
@@ -165,18 +140,24 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
 }
 
 /// Original, low poly, low poly with the map, as far as they are there; with --error also where they differ.
+/// \param cage  drawn over all of them; null: none
 Image draw_picture(const RenderArguments& arguments, const Scene* high, const Scene& low,
-                   const Dressed& mesh, bool has_map, const RenderOptions& options) {
+                   const Dressed& mesh, bool has_map, const RenderOptions& options,
+                   const CagePicture* cage) {
   std::vector<Panel> panels;
-  if (high != nullptr) panels.push_back({high->draw(options), {"high poly"}});
+  const auto add = [&](const Scene& scene, Image picture, const char* caption) {
+    if (cage != nullptr) cage->draw(scene, options, picture);
+    panels.push_back({std::move(picture), {caption}});
+  };
+  if (high != nullptr) add(*high, high->draw(options), "high poly");
   if (high != nullptr && has_map) {
     RenderOptions flat = options;
     flat.flat = true;
-    panels.push_back({low.draw(flat), {"low poly"}});
+    add(low, low.draw(flat), "low poly");
   }
   Image last = low.draw(options);
   dress(mesh, arguments.color, arguments.occlusion, options, last);
-  panels.push_back({std::move(last), {has_map ? "with the map" : "low poly"}});
+  add(low, std::move(last), has_map ? "with the map" : "low poly");
   if (!arguments.error) {
     std::vector<Image> images;
     for (Panel& panel : panels) images.push_back(std::move(panel.image));
@@ -189,20 +170,6 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   std::snprintf(text, sizeof text, "error: mean %.2f degrees", angles.mean(0));
   panels.push_back({angles.picture(0, scale), {text}});
   return make_sheet(panels, scale, panels.size());
-}
-
-/// The same from directions all around, none of them along an axis, from which flat faces look as straight
-/// down as they were baked.
-Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
-  constexpr std::uint32_t kAround = 30, kPixels = 256;
-  std::vector<ViewAngles> views;
-  for (const Vec3& toward : held_out_views(kAround, spread_views(12))) {
-    views.push_back(view_angles(toward));
-  }
-  const NormalReference reference(high, frame, views, kPixels, z_up);
-  return {{"views", views.size()},
-          {"without_map", describe(reference.compare(low, true))},
-          {"with_map", describe(reference.compare(low))}};
 }
 
 /// What frames take: of the original, of the low poly, of the low poly with the map (Wang et al., figure 7;
@@ -256,6 +223,8 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"color", arguments.color},
                {"occlusion", arguments.occlusion},
                {"show", arguments.show},
+               {"cage", arguments.cage.cage},
+               {"cage_mesh", arguments.cage.mesh},
                {"space", arguments.space},
                {"flip_y", arguments.flip_y}};
   json["at"] = options.at ? Json(*options.at) : Json();
@@ -267,8 +236,9 @@ int run_render(const RenderArguments& arguments) {
   Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
   check(arguments);
-  std::vector<std::filesystem::path> files = {arguments.mesh, arguments.normal, arguments.color,
-                                              arguments.occlusion, arguments.reference};
+  std::vector<std::filesystem::path> files = {arguments.mesh,      arguments.normal,
+                                              arguments.color,     arguments.occlusion,
+                                              arguments.reference, arguments.cage.mesh};
   files.insert(files.end(), arguments.show.begin(), arguments.show.end());
   check_paths(files, {arguments.out, arguments.json});
   RenderOptions options = render_options(arguments);
@@ -295,18 +265,25 @@ int run_render(const RenderArguments& arguments) {
     options.frame = &*reference;
   }
   const Scene* original = high ? &*high : nullptr;
+  std::optional<CagePicture> cage;
+  if (arguments.cage.given()) {
+    cage.emplace(device, outer_cage(arguments.cage, device, mesh, reference ? &*reference : nullptr,
+                                    warnings));
+    options.frame = &cage->mesh();
+  }
   const double seconds_build = watch.lap();
   const Dressed dressed{device, mesh};
   const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
                         : !arguments.show.empty()
                             ? map_sheet(dressed, arguments.show, options)
-                            : draw_picture(arguments, original, low, dressed, has_map, options);
+                            : draw_picture(arguments, original, low, dressed, has_map, options,
+                                           cage ? &*cage : nullptr);
   const double seconds_draw = watch.lap();
   save_image(picture, arguments.out, {ImageFormat::png8});
   const double seconds_save = watch.lap();
 
   Json rendered;
-  if (high) rendered = measure(console, *high, low, *reference, options, has_map);
+  if (high) rendered = measure_rendered(console, *high, low, *reference, options, has_map);
   if (high) check_green(device, mesh, map, *high, *reference, options.z_up, warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const double seconds_measure = watch.lap();
@@ -364,6 +341,13 @@ Run add_render(CLI::App& app) {
   command->add_flag("--flip-y", a->flip_y, "The map's green points down (DirectX)");
   command->add_option("--reference", a->reference,
                       "The dense mesh or height field, shown beside; also measures the difference");
+  CLI::Option* cage = command->add_option(
+      "--cage", a->cage.cage,
+      "Draw the cage over the pictures, as bake --cage has it: D, P% of HIGH's diagonal, or auto");
+  command
+      ->add_option("--cage-mesh", a->cage.mesh,
+                   "Draw this cage over the pictures: of two shells the outer one")
+      ->excludes(cage);
   add_height_options(*command, a->heights, "The height field (--reference is a PNG or EXR)");
   command->add_option("--out", a->out, "The picture to write (PNG)")->required();
   add_view_options(*command, a->view);
