@@ -79,6 +79,8 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   BakeOptions options;
   options.ray.direction = given.ray.direction;
   options.ray.edge_width = given.ray.edge_width;
+  // As a fallback of other matches rays do not turn.
+  if (!match_row(given.method).info.along_low) options.ray.direction = RayDirection::averaged;
   options.two_sided = given.two_sided;
   options.parts = given.parts;
   options.max_distance = given.max_distance;

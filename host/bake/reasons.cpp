@@ -87,14 +87,18 @@ class Explainer {
       if (is_folded(triangle[i], points, band.capacity, i)) {
         reason = Reason::folded;
       } else if (same.triangle[k] != KILN_NO_TRIANGLE) {
-        reason = Reason::other_part;
+        reason = ends_at_shell() ? Reason::far : Reason::other_part;
       } else if (back.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::back_face;
       } else if (farther.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::far;
       }
       note(reason, elements[i], points, band.capacity, i,
-           reason == Reason::far ? std::abs(double{farther.distance[k]}) : 0);
+           reason == Reason::far
+               ? std::abs(double{ends_at_shell() && same.triangle[k] != KILN_NO_TRIANGLE
+                                     ? same.distance[k]
+                                     : farther.distance[k]})
+               : 0);
     }
   }
 
@@ -102,6 +106,12 @@ class Explainer {
     Correspondence found(context_, count);
     high_.rays().intersect(rays, count, count, query, found);
     return HostMatch(context_, found, count);
+  }
+
+  /// Whether what rays meet and do not take lies beyond an inner shell, not on another part.
+  bool ends_at_shell() const {
+    return surface_.has_cage_mesh && surface_.cage_kind == CageKind::shells &&
+           options_.parts == nullptr;
   }
 
   bool is_folded(std::uint32_t triangle, const std::vector<float>& points, std::size_t plane,

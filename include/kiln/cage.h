@@ -37,7 +37,8 @@ struct FoundCage {
 /// `max_distance` says how far above the light mesh a solid may begin; it is taken in as a whole, however high
 /// it is. A face that lies nearer to another place of the light mesh, by half of the ray's way, belongs there.
 ///
-/// Takes of the options `ray.direction`, `ray.edge_width`, `max_distance`, `two_sided` and `parts`.
+/// Takes of the options `method` (rays as a fallback do not turn), `ray.direction`, `ray.edge_width`,
+/// `max_distance`, `two_sided` and `parts`.
 /// Deterministic on any number of threads. Lifetimes and threads as bake().
 /// \throws Error(usage) for an option out of its range; Error(input) for a light mesh without UVs; Error(device)
 FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& options = {});
