@@ -129,7 +129,7 @@ class Shell {
     bool any = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double lowest = least_[i] + std::min(2 * kSlack, kClear * room(i)), now = at(i);
+      const double lowest = least_[i] + std::min(margin_, kRoom * room(i)) / 2, now = at(i);
       if (now >= lowest - kSlack) continue;
       move(i, lowest - now);
       any = true;
