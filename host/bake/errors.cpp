@@ -103,6 +103,7 @@ class Finer {
       progress.at(static_cast<double>(b) / sampler_.band_count(), "measuring errors");
       band_ = sampler_.sample(b, std::move(band_));
       scene_.turn.apply(context_, band_);
+      scene_.cage.apply(context_, band_);
       over_band(step);
     }
   }

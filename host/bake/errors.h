@@ -3,6 +3,7 @@
 
 #include "bake/layers.h"
 #include "bake/progress.h"
+#include "match/cage_reach.h"
 #include "match/matcher.h"
 #include "texel/edge_turn.h"
 
@@ -14,6 +15,7 @@ struct BakedScene {
   const LowSurface& surface;
   const BakeOptions& options;
   const EdgeTurn& turn;
+  const CageReach& cage;
   Matcher& matcher;
   const Layers& layers;  ///< As they are before padding
 };

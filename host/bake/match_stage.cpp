@@ -13,18 +13,6 @@
 namespace kiln {
 namespace {
 
-/// The longest way from the light mesh to its cage mesh.
-double longest_reach(const LowSurface& surface) {
-  double longest = 0;
-  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-    if (surface.usable[i] == 0) continue;
-    for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      longest = std::max(longest, length(Vec3d(corner.direction)));
-    }
-  }
-  return longest;
-}
-
 /// Frame units; see BakeOptions::max_distance for what is taken where none is given.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
   // Longer than any scene is as good as that.
@@ -32,7 +20,7 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
   if (options.max_distance) return std::min(to_frame(*options.max_distance, frame), kFarthest);
   double distance = 0;
   if (options.cage) distance = 2 * to_frame(*options.cage, frame);
-  if (options.cage_mesh != nullptr) distance = 2 * longest_reach(surface);
+  if (options.cage_mesh != nullptr) distance = surface.cage_length;
   return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
 }
 
@@ -49,6 +37,11 @@ void warn_about_length(const char* name, const std::optional<Length>& length, co
       "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
       name, diagonals, frame.diagonal);
   warnings.push_back({"far-rays", text, 1});
+}
+
+/// Whether a cage mesh says where rays leave to.
+bool has_offsets(const LowSurface& surface) {
+  return surface.has_cage_mesh && surface.cage_kind == CageKind::offsets;
 }
 
 EdgeReport edge_report(const Bevels& bevels, double unit) {
@@ -87,7 +80,7 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                    const LowSurface& surface, std::optional<EdgeReport>* report) {
   const RayDirection direction = options.ray.direction;
   if (options.match != nullptr || !match_row(options.method).info.along_low ||
-      direction == RayDirection::averaged || surface.has_cage_mesh) {
+      direction == RayDirection::averaged || has_offsets(surface)) {
     return {};
   }
   cl::Context& context = context_of(source.device);

@@ -26,12 +26,14 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       unit_(1 / scene.high.frame.scale),
       surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.cage_mesh,
                               scene.options.uv_copies)),
+      cage_(context_, scene.high.frame, surface_),
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
       turn_(find_turn()),
       sheets_(sheet_reach(scene.options, surface_)),
       layers_(scene.high, surface_, scene.options) {
   const BakeOptions& options = scene_.options;
+  if (options.match == nullptr) result_.report.cage_mesh = cage_.report(surface_);
   result_.report.uv_copies =
       surface_.copy_of.size() -
       static_cast<std::size_t>(
@@ -79,6 +81,7 @@ PipelineBand& Pipeline::sampled(std::uint32_t number) {
   band.texels = sampler_.sample(number);
   turn_.apply(context_, band.texels);
   sheets_.apply(context_, band.texels);
+  cage_.apply(context_, band.texels);
   if (band.match.capacity < band.texels.capacity) {
     band.match = Correspondence();
     band.match = Correspondence(context_, band.texels.capacity, layers_.need_visibility());
@@ -304,7 +307,7 @@ void Pipeline::finish_maps(Image* drawn) {
 void Pipeline::measure_errors() {
   BakeReport& report = result_.report;
   report.seconds_image += watch_.lap();
-  kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, *matcher_, layers_},
+  kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, cage_, *matcher_, layers_},
                        progress_.part(kAtBlend, kAtMips), report);
   report.seconds_errors += watch_.lap();
 }

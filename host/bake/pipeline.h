@@ -14,6 +14,7 @@
 #include "bake/recall.h"
 #include "bake/switches.h"
 #include "base/stopwatch.h"
+#include "match/cage_reach.h"
 
 namespace kiln {
 
@@ -102,6 +103,7 @@ class Pipeline {
   Stopwatch watch_;
   BakeResult result_;
   LowSurface surface_;
+  CageReach cage_;
   TexelSampler sampler_;
   EdgeTurn turn_;
   SheetReach sheets_;

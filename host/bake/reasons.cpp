@@ -5,6 +5,7 @@
 #include <span>
 
 #include "bake/match_stage.h"
+#include "match/cage_reach.h"
 #include "match/host_match.h"
 #include "match/match_array.h"
 #include "match/ray.h"
@@ -25,6 +26,7 @@ class Explainer {
         options_(options),
         context_(context_of(high.device)),
         surface_(LowSurface::of(low, high.frame, options.cage_mesh, options.uv_copies)),
+        cage_(context_, high.frame, surface_),
         turn_(edge_turn(options, high, surface_)),
         query_(ray_query(match_request(options, high, surface_), true)) {
     result_.width = options.width;
@@ -40,6 +42,7 @@ class Explainer {
       TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
       turn_.apply(context_, band);
+      cage_.apply(context_, band);
       explain(band);
     }
     for (const ReasonCount& count : counts_) {
@@ -84,14 +87,18 @@ class Explainer {
       if (is_folded(triangle[i], points, band.capacity, i)) {
         reason = Reason::folded;
       } else if (same.triangle[k] != KILN_NO_TRIANGLE) {
-        reason = Reason::other_part;
+        reason = ends_at_shell() ? Reason::far : Reason::other_part;
       } else if (back.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::back_face;
       } else if (farther.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::far;
       }
       note(reason, elements[i], points, band.capacity, i,
-           reason == Reason::far ? std::abs(double{farther.distance[k]}) : 0);
+           reason == Reason::far
+               ? std::abs(double{ends_at_shell() && same.triangle[k] != KILN_NO_TRIANGLE
+                                     ? same.distance[k]
+                                     : farther.distance[k]})
+               : 0);
     }
   }
 
@@ -99,6 +106,12 @@ class Explainer {
     Correspondence found(context_, count);
     high_.rays().intersect(rays, count, count, query, found);
     return HostMatch(context_, found, count);
+  }
+
+  /// Whether what rays meet and do not take lies beyond an inner shell, not on another part.
+  bool ends_at_shell() const {
+    return surface_.has_cage_mesh && surface_.cage_kind == CageKind::shells &&
+           options_.parts == nullptr;
   }
 
   bool is_folded(std::uint32_t triangle, const std::vector<float>& points, std::size_t plane,
@@ -133,6 +146,7 @@ class Explainer {
   const BakeOptions& options_;
   cl::Context& context_;
   LowSurface surface_;
+  CageReach cage_;
   EdgeTurn turn_;
   RayQuery query_;
   Reasons result_;

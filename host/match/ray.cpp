@@ -1,7 +1,9 @@
 // Rays along the low poly's normals (Tarini, Cignoni, Scopigno, section 3.2), from a cage where there is one.
 #include "match/ray.h"
 
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "match/far_rays.h"
 #include "match/outermost.h"
@@ -22,6 +24,32 @@ class RayMatcher : public Matcher {
  private:
   const RayCaster& rays_;
   RayQuery query_;
+};
+
+/// Rays from an outer shell, as far as an inner one.
+class ShellMatcher : public Matcher {
+ public:
+  ShellMatcher(std::unique_ptr<Matcher> rays, const MatchRequest& request)
+      : context_(context_of(request.source.device)), rays_(std::move(rays)) {
+    inner_ = cl::Array<float>(context_, std::span<const float>(request.surface.shell(true)));
+  }
+
+  void run(const TexelBand& band, Correspondence& match) override {
+    if (band.sample_count == 0) return;
+    rays_->run(band, match);
+    context_.launch(context_.kernel("match", "kiln_match_end"), band.sample_count, kLocal,
+                    band.sample_count, band.capacity, match.capacity, inner_, band.triangle,
+                    band.barycentric, band.points, match.triangle, match.barycentric,
+                    match.distance, match.status);
+  }
+
+  bool needs_band() const override { return true; }  // which triangle a sample lies on
+
+ private:
+  static constexpr std::size_t kLocal = 64;
+  cl::Context& context_;
+  std::unique_ptr<Matcher> rays_;
+  cl::Array<float> inner_;
 };
 
 }  // namespace
@@ -54,6 +82,9 @@ MatchRow ray_match() {
         !cage && request.ray.rule == RayRule::outermost
             ? outermost_matcher(request)
             : std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
+    if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
+      rays = std::make_unique<ShellMatcher>(std::move(rays), request);
+    }
     if (request.turned) rays = second_look(std::move(rays), request);
     return request.sheet_reach > 0 ? far_rays(std::move(rays), request) : std::move(rays);
   };

@@ -35,12 +35,14 @@ class SecondLook : public Matcher {
  private:
   /// The averaged directions, where they have one, in place of the turned ones.
   void turn_back(const TexelBand& band, const std::vector<std::uint32_t>& samples,
-                 std::vector<float>& points) const {
+                 SomeSamples& some) const {
     std::vector<std::uint32_t> triangle(band.sample_count);
     std::vector<float> u(band.sample_count), v(band.sample_count);
     band.triangle.read(context_, triangle);
     band.barycentric.read(context_, u);
     band.barycentric.read(context_, v, band.capacity);
+    if (first_->needs_band()) some.take_places(samples, triangle, u, v);
+    std::vector<float> points = some.band.points.download(context_);
     const std::size_t count = samples.size();
     for (std::size_t k = 0; k < count; ++k) {
       const std::uint32_t i = samples[k];
@@ -54,15 +56,14 @@ class SecondLook : public Matcher {
       points[4 * count + k] = unit.y;
       points[5 * count + k] = unit.z;
     }
+    some.band.points.write(context_, std::span<const float>(points));
   }
 
   void look_again(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                   Correspondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     SomeSamples some(context_, band, samples);
-    std::vector<float> points = some.band.points.download(context_);
-    turn_back(band, samples, points);
-    some.band.points.write(context_, std::span<const float>(points));
+    turn_back(band, samples, some);
     Correspondence result(context_, count);
     first_->run(some.band, result);
     some.put_back(result, match);

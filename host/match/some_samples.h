@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Close together in memory: points alone, of what a band has.
+/// Close together in memory: points alone, of what a band has, unless told of the places, too.
 class SomeSamples {
  public:
   SomeSamples(cl::Context& context, const TexelBand& from,
@@ -22,6 +22,21 @@ class SomeSamples {
     context.launch(context.kernel("match", "kiln_match_gather"), band.sample_count, kLocal,
                    band.sample_count, from.capacity, band.capacity, indices_, from.points,
                    band.points);
+  }
+
+  /// Where on the light mesh they lie. \param triangle, u, v  of all of the band
+  void take_places(const std::vector<std::uint32_t>& samples,
+                   const std::vector<std::uint32_t>& triangle, const std::vector<float>& u,
+                   const std::vector<float>& v) {
+    std::vector<std::uint32_t> of;
+    std::vector<float> weights(2 * samples.size());
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      of.push_back(triangle[samples[k]]);
+      weights[k] = u[samples[k]];
+      weights[samples.size() + k] = v[samples[k]];
+    }
+    band.triangle = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(of));
+    band.barycentric = cl::Array<float>(context_, std::span<const float>(weights));
   }
 
   /// Puts what was found for them where the samples came from.

@@ -131,13 +131,14 @@ void NormalProbe::match_places(const BakeOptions& options,
       source_, surface_, options, report, clusters, BakeProgress(options.progress), turn.turns());
   field = clusters.field;
   const SheetReach sheets = sheet_reach(options, surface_);
-  if (!turn.turns() && !(sheets.farthest() > 0)) {
+  if (!turn.turns() && !(sheets.farthest() > 0) && !cage_.writes()) {
     matcher->run(band_, match);
     return;
   }
   TexelBand turned = band_of(places_);
   turn.apply(context_of(source_.device), turned);
   sheets.apply(context_of(source_.device), turned);
+  cage_.apply(context_of(source_.device), turned);
   matcher->run(turned, match);
 }
 

@@ -10,6 +10,7 @@
 #include "detail/band_reads.h"
 #include "kiln/image.h"
 #include "kiln/measure.h"
+#include "match/cage_reach.h"
 #include "measure/probe_pictures.h"
 #include "source/dense_mesh.h"
 
@@ -95,6 +96,7 @@ class NormalProbe {
   std::vector<Vec3d> toward_;  ///< Of the pictures
   double start_ = 0;           ///< How far from the middle their rays start
   LowSurface surface_;
+  CageReach cage_;
   std::vector<kiln_low_shading> shading_;
   std::vector<Place> places_;
   std::uint32_t points_a_pixel_ = 1;

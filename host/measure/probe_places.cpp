@@ -22,6 +22,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
       light_(context_of(source.device), source.frame.to_frame(low), low.triangles,
              source.traversal),
       surface_(LowSurface::of(low, source.frame, cage)),
+      cage_(context_of(source.device), source.frame, surface_),
       shading_(low_shading(surface_)) {
   double radius = 1;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {

@@ -1,5 +1,6 @@
 #include "mesh/low_surface.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -27,37 +28,34 @@ void check_mesh(const Mesh& low) {
   }
 }
 
-/// The cage must have the same triangles, and no vertex that is torn apart on it.
-void check_cage(const Mesh& low, const Mesh& cage, std::span<const Vec3> cage_positions) {
-  const std::string advice =
-      " A cage is the light mesh with its vertices moved: copy the mesh, push it out, and export "
-      "both "
-      "with the same settings.";
-  if (cage.triangles.size() != low.triangles.size()) {
-    throw Error(ErrorCode::input, "The cage " + quoted(cage) + " has " +
-                                      std::to_string(cage.triangles.size()) +
-                                      " triangles and the light mesh " + quoted(low) + " has " +
-                                      std::to_string(low.triangles.size()) + "." + advice);
+/// What a cage says of a corner.
+void take_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& corner) {
+  const Vec3d offset = Vec3d(cage.outer[index]) - Vec3d(corner.position);
+  if (cage.kind == CageKind::offsets) {
+    corner.direction = to_float(offset);
+    return;
   }
-  validate(cage);
-  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> partner(low.positions.size(), kNone);
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t& known = partner[low.triangles[t][k]];
-      const std::uint32_t now = cage.triangles[t][k];
-      if (known == kNone) known = now;
-      if (known == now || cage_positions[known] == cage_positions[now]) continue;
-      if (!is_finite(cage_positions[known]) || !is_finite(cage_positions[now])) continue;
-      throw Error(
-          ErrorCode::input,
-          "The cage " + quoted(cage) + " does not match the light mesh " + quoted(low) +
-              ": corner " + std::to_string(k) + " of triangle " + std::to_string(t) +
-              " is vertex " + std::to_string(low.triangles[t][k]) +
-              " of the light mesh, which lies elsewhere on the cage in an earlier triangle." +
-              advice);
+  const double outward = length(offset);
+  corner.outward = static_cast<float>(outward);
+  // Where the shell does not leave the mesh the direction stays.
+  if (outward > 0) corner.direction = to_float(offset * (1 / outward));
+  const Vec3d in = Vec3d(corner.position) - Vec3d(cage.inner[index]);
+  corner.inward = static_cast<float>(dot(in, Vec3d(corner.direction)));
+}
+
+/// How long rays from a cage are where nobody says: twice the longest way to it, or from shell to shell. They
+/// may lean more than the shells' vertices do.
+double longest_way(const LowSurface& surface) {
+  double outward = 0, inward = 0;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    if (surface.usable[i] == 0) continue;
+    for (const LowSurface::Corner& corner : surface.triangles[i]) {
+      const bool offsets = surface.cage_kind == CageKind::offsets;
+      outward = std::max(outward, offsets ? length(Vec3d(corner.direction)) : corner.outward);
+      inward = std::max(inward, offsets ? 0.0 : double{corner.inward});
     }
   }
+  return 2 * (outward + inward);
 }
 
 bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -84,22 +82,43 @@ bool has_uv_area(const std::array<LowSurface::Corner, 3>& corners) {
 
 }  // namespace
 
+std::vector<float> LowSurface::shell(bool inner) const {
+  std::vector<float> values(6 * triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (usable[t] == 0) continue;
+    const auto& [a, b, c] = triangles[t];
+    Vec3d normal =
+        cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+    normal = normal * (1 / length(normal));
+    const Vec3 unit = to_float(normal);
+    values[6 * t] = unit.x;
+    values[6 * t + 1] = unit.y;
+    values[6 * t + 2] = unit.z;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Corner& corner = triangles[t][k];
+      const double off = inner ? corner.inward : corner.outward;
+      values[6 * t + 3 + k] = static_cast<float>(off * dot(Vec3d(corner.direction), normal));
+    }
+  }
+  return values;
+}
+
 LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage, UvCopies copies) {
   check_mesh(low);
   const std::vector<Vec3> positions = frame.to_frame(low);
   const CornerNormals normals = corner_normals(low, positions);
+  CageCorners corners;
+  if (cage != nullptr) corners = read_cage(low, *cage, frame);
   std::vector<Vec3> directions;
-  std::vector<Vec3> cage_positions;
-  if (cage != nullptr) {
-    cage_positions = frame.to_frame(*cage);
-    check_cage(low, *cage, cage_positions);
-  } else {
+  if (cage == nullptr || corners.kind != CageKind::offsets) {
     directions = continuous_directions(positions, low.triangles, normals);
   }
 
   const std::size_t count = low.triangles.size();
   LowSurface surface;
   surface.has_cage_mesh = cage != nullptr;
+  surface.cage_kind = corners.kind;
+  surface.cage_hull = corners.hull;
   surface.triangles.resize(count);
   surface.usable.resize(count);
   std::vector<Vec3> corner_position(3 * count);
@@ -117,14 +136,12 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
         if (!low.colors.empty()) {
           corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
         }
-        if (cage != nullptr) {
-          corner.direction =
-              to_float(Vec3d(cage_positions[cage->triangles[t][k]]) - Vec3d(corner.position));
-        } else {
+        if (!directions.empty()) {
           // The sides of a card without thickness have no direction in common: each takes its own.
           corner.direction = directions[vertex] == Vec3{} ? corner.normal : directions[vertex];
         }
-        finite = finite && is_finite(corner.direction);
+        if (!corners.outer.empty()) take_cage(corners, 3 * t + k, corner);
+        finite = finite && is_finite(corner.direction) && std::isfinite(corner.inward);
         corner_position[3 * t + k] = corner.position;
         corner_normal[3 * t + k] = corner.normal;
         corner_uv[3 * t + k] = corner.uv;
@@ -169,6 +186,7 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
       }
     }
   });
+  if (cage != nullptr && corners.hull == nullptr) surface.cage_length = longest_way(surface);
   find_uv_copies(low, copies, surface);
   return surface;
 }

@@ -1,10 +1,12 @@
 // The light mesh made ready for sampling.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "kiln/mesh.h"
 #include "kiln/types.h"
+#include "mesh/cage.h"
 #include "mesh/frame.h"
 
 namespace kiln {
@@ -14,13 +16,15 @@ namespace kiln {
 struct LowSurface {
   struct Corner {
     Vec3 position;
-    Vec3 direction;  ///< Unit: the continuous field along which rays leave; or, with a cage mesh,
-                     ///< the (unnormalised) offset from the surface to the cage.
+    Vec3 direction;  ///< Unit: the continuous field along which rays leave; or, with a cage mesh of
+                     ///< CageKind::offsets, the (unnormalised) offset from the surface to the cage.
     Vec3 normal;     ///< Unit shading normal of this corner (split at hard edges).
     Vec3 tangent;    ///< Unit, MikkTSpace
     float sign = 1;  ///< Bitangent = sign * cross(normal, tangent)
     Vec2 uv;
     float straight = 0;  ///< Of the vertex's colour: 1 where red is full (RayDirection::painted)
+    float outward = 0;   ///< With CageKind::shells: how far out rays start, frame units
+    float inward = 0;    ///< ... and how far in they end
   };
   std::vector<std::array<Corner, 3>> triangles;
   std::vector<std::uint8_t> usable;  ///< 0 for triangles with a non-finite or degenerate position.
@@ -29,13 +33,20 @@ struct LowSurface {
   /// kNoCopy. Empty where no triangle shares any.
   std::vector<std::uint32_t> copy_of;
   bool has_cage_mesh = false;
+  CageKind cage_kind = CageKind::offsets;     ///< Where it has one
+  std::shared_ptr<const CageHull> cage_hull;  ///< Of CageKind::hull
+  /// With a cage mesh: how long rays are where nobody says. Of a hull CageReach finds it out.
+  double cage_length = 0;
 
   /// Prepares a mesh: continuous directions, corner normals, tangents, everything in `frame`.
   /// \param copies  which of several triangles of the same UVs is baked
-  /// \param cage  null, or a mesh with the same triangles: directions are then cage - position
-  /// \throws Error(input) where the mesh has no UVs, no usable triangle, or a cage of another topology
+  /// \param cage  null, or a cage of any kind: see CageKind
+  /// \throws Error(input) where the mesh has no UVs or no usable triangle
   static LowSurface of(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr,
                        UvCopies copies = UvCopies::plain);
+  /// How far off each triangle its shells lie, with CageKind::shells: six values a triangle, its unit normal and
+  /// how far out the outer one lies over each corner along it, or how far in the inner one.
+  std::vector<float> shell(bool inner) const;
   bool is_copy(std::size_t triangle) const {
     return !copy_of.empty() && copy_of[triangle] != kNoCopy;
   }

@@ -46,7 +46,8 @@ struct BakeOptions {
   /// sheet of the light mesh, such as a leaf card, look again as far as half the sheet's diagonal.
   std::optional<Length> max_distance = {};
   std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
-  /// ... or from this mesh (the light mesh's topology). Read during the call; a session reads it when made.
+  /// ... or from this mesh: see CageKind for the three forms it may have. find_cage() (kiln/cage.h) makes one.
+  /// Read during the call; a session reads it when made.
   const Mesh* cage_mesh = nullptr;
   /// Samples find points of their own part alone. Lists as long as the meshes have triangles. For matches
   /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude, but with OcclusionOptions::own_part.
@@ -126,6 +127,7 @@ struct BakeReport {
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   std::optional<UvReport> uv;                  ///< Where matched by UVs
   std::optional<EdgeReport> edges;             ///< Where rays turn at hard edges
+  std::optional<CageReport> cage_mesh;         ///< Where rays start from a mesh
   std::optional<RecallReport> recall;          ///< Where it was asked for and can be told
   double seconds_recall = 0;                   ///< Telling it
   double seconds_build = 0;                    ///< Structures of the source, made for this bake

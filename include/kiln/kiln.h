@@ -6,6 +6,7 @@
 #include "kiln/assess.h"
 #include "kiln/attribute.h"
 #include "kiln/bake.h"
+#include "kiln/cage.h"
 #include "kiln/contour.h"
 #include "kiln/correspondence.h"
 #include "kiln/cut_out.h"

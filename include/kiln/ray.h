@@ -32,12 +32,39 @@ enum class RayDirection {
 /// Which face a ray takes, and where rays leave the light mesh to.
 struct RayOptions {
   RayRule rule = RayRule::outermost;  ///< Without a cage; from a cage the first face counts
-  RayDirection direction = RayDirection::automatic;  ///< With a cage, too; not with a cage mesh
+  RayDirection direction =
+      RayDirection::automatic;  ///< With a cage, too; not with one of CageKind::offsets
   /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
   /// None given: for each edge by what the dense mesh has there. Two fifths of its bevel's width, or twice the
   /// way that the dense mesh lies farther out beside it, where that is more; 0.05% to 4% of the diagonal. Edges that
   /// do not tell take the median of those that do, or 1% of the diagonal where none does.
   std::optional<Length> edge_width = {};
+};
+
+/// What a cage mesh (BakeOptions::cage_mesh) says, by its triangles.
+enum class CageKind {
+  /// The light mesh's triangles: rays start there and run towards the light mesh, whatever RayOptions::direction.
+  offsets,
+  /// Twice these, an outer shell and an inner one: rays start on their triangle's plane in the outer shell and
+  /// end on that in the inner one. Where to is RayOptions::direction, with the way to the outer shell's vertices
+  /// as the averaged direction. The outer shell comes first, unless the first half's group is "inner".
+  shells,
+  /// Any other: a closed hull around the light mesh, wound as that is. Rays start where their directions leave
+  /// it. Error(input) where one does not.
+  hull,
+};
+
+/// How far a cage mesh lies off the light mesh. Lengths in world units, over the light mesh's corners; of a
+/// hull over places spread over its faces, too.
+struct CageReport {
+  CageKind kind = CageKind::offsets;
+  double outward_least = 0;   ///< Rays start so far out
+  double outward_median = 0;  ///< The one in the middle
+  double outward_most = 0;    ///< The farthest
+  double inward_least =
+      0;  ///< Rays end so far in; 0 where the cage does not say (not CageKind::shells)
+  double inward_median = 0;  ///< The one in the middle
+  double inward_most = 0;    ///< The deepest
 };
 
 /// How far off the light mesh's hard edges rays turn. Lengths in world units.

@@ -4,6 +4,8 @@
 // kernel              global  local  memory traffic an item
 // kiln_match_gather   chosen  64     reads 28 B + 4 B, writes 28 B
 // kiln_match_scatter  chosen  64     reads 21 B, writes 17 B where something was found
+// kiln_match_end      sample  64     reads 53 B, writes 17 B where something lies too deep
+#include "lib/shell.clh"
 #include "shared/match.h"
 
 /// Copies chosen samples' points close together.
@@ -42,4 +44,28 @@ kernel void kiln_match_scatter(const uint count,
   hit_barycentric[to + result_capacity] = barycentric[i + chosen_capacity];
   hit_distance[to] = distance[i];
   hit_status[to] = status[i];
+}
+
+/// Samples whose point lies beyond an inner shell miss.
+kernel void kiln_match_end(const uint count,
+                           const uint capacity,
+                           const uint hit_capacity,
+                           global const float* restrict shell,  // 6 a triangle: unit normal, depths
+                           global const uint* restrict triangle,
+                           global const float* restrict barycentric,
+                           global const float* restrict points,
+                           global uint* restrict hit_triangle,
+                           global float* restrict hit_barycentric,
+                           global float* restrict hit_distance,
+                           global uchar* restrict hit_status) {
+  const size_t i = get_global_id(0);
+  if (i >= count || hit_triangle[i] == KILN_NO_TRIANGLE) return;
+  const float deepest =
+      shell_distance(shell + 6 * (size_t)triangle[i], i, capacity, barycentric, points);
+  if (hit_distance[i] >= -deepest) return;
+  hit_triangle[i] = KILN_NO_TRIANGLE;
+  hit_barycentric[i] = 0.0f;
+  hit_barycentric[hit_capacity + i] = 0.0f;
+  hit_distance[i] = 0.0f;
+  hit_status[i] = KILN_STATUS_MISS;
 }

@@ -9,8 +9,10 @@
 //
 // | kernel           | one work-item | traffic                                     |
 // | kiln_texel_turn  | sample        | 32 B + 36 B a triangle + 28 B an edge near it |
+// | kiln_texel_reach | sample        | 32 B + 24 B a triangle                        |
 //
 // Local size 64. No defines. Limits: edges near a triangle are gone through one by one.
+#include "lib/shell.clh"
 #include "shared/common.h"
 
 /// Turns the samples' directions, planes 3 to 5 of `points`.
@@ -73,4 +75,18 @@ kernel void kiln_texel_turn(const uint count,
   if (!(length > 1e-12f)) return;
   length = sqrt(length);
   for (int axis = 0; axis < 3; ++axis) points[(3 + axis) * plane + i] = d[axis] / length;
+}
+
+/// Writes the samples' reach, plane 6 of `points`: where their rays meet a shell. It lies as far off each
+/// triangle as its corners say, interpolated.
+kernel void kiln_texel_reach(const uint count,
+                             const uint capacity,
+                             global const float* restrict shell,  // 6 a triangle: unit normal, heights
+                             global const uint* restrict triangle,
+                             global const float* restrict barycentric,
+                             global float* restrict points) {
+  const size_t i = get_global_id(0);
+  if (i >= count) return;
+  points[6 * (size_t)capacity + i] =
+      shell_distance(shell + 6 * (size_t)triangle[i], i, capacity, barycentric, points);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -98,6 +99,76 @@ TEST(HardCommand, MatchesPartsByAList) {
   EXPECT_EQ(bake({"--match-by", "list"}).exit_code, 2);
   EXPECT_EQ(bake({"--match-list", folder / "parts.txt"}).exit_code, 2);
   EXPECT_EQ(bake({"--match-by", "group"}).exit_code, 3);
+}
+
+/// --cage auto, its file, and the same bytes from it; what is refused; the picture.
+TEST(HardCommand, FindsSavesAndDrawsACage) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(2000), folder / "high.obj");
+  save_obj(test::BumpySphere::light(), folder / "low.obj");
+  const auto bake = [&](const std::string& out, std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "high.obj",
+                                     folder / "low.obj",
+                                     "--out",
+                                     folder / out,
+                                     "--size",
+                                     "64",
+                                     "--json",
+                                     folder / (out + ".json")};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult found = bake("a", {"--cage", "auto", "--save-cage", folder / "cage.obj"});
+  ASSERT_EQ(found.exit_code, 0) << found.errors;
+  EXPECT_NE(found.output.find("of the diagonal out"), std::string::npos) << found.output;
+  const nlohmann::json report = read_json(folder / "a.json");
+  EXPECT_EQ(report["cage"]["kind"], "shells");
+  EXPECT_GT(report["cage"]["outward"]["least"], 0);
+  EXPECT_GT(report["cage"]["inward"]["least"], 0);
+  EXPECT_GT(report["cage"]["samples"], 0);
+  EXPECT_EQ(report["options"]["cage"], "auto");
+  const ProcessResult again = bake("b", {"--cage-mesh", folder / "cage.obj"});
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  const auto bytes = [&](const std::string& out) {
+    std::ifstream in(folder / out / "low_normal.png", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_TRUE(!bytes("a").empty() && bytes("a") == bytes("b"));
+
+  EXPECT_EQ(bake("c", {"--save-cage", folder / "c.obj"}).exit_code, 2);
+  EXPECT_EQ(bake("c", {"--cage", "auto", "--save-cage", folder / "c.ply"}).exit_code, 2);
+  EXPECT_EQ(bake("c", {"--cage", "auto", "--match", "closest"}).exit_code, 2);
+  const ProcessResult directed =
+      bake("c", {"--cage-mesh", folder / "low.obj", "--direction", "face"});
+  EXPECT_EQ(directed.exit_code, 2);
+  EXPECT_NE(directed.errors.find("--direction"), std::string::npos) << directed.errors;
+  EXPECT_FALSE(fs::exists(folder / "c" / "low_normal.png"));
+  save_obj(test::cube(0.1), folder / "small.obj");
+  const ProcessResult small = bake("c", {"--cage-mesh", folder / "small.obj"});
+  EXPECT_EQ(small.exit_code, 3);
+  EXPECT_NE(small.errors.find("does not enclose"), std::string::npos) << small.errors;
+
+  const auto draw = [&](std::vector<std::string> flags) {
+    std::vector<std::string> line = {
+        "render", folder / "low.obj", "--out", folder / "p.png", "--size",
+        "64",     "--ambient-rays",   "0"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    const ProcessResult result = run_kiln(line);
+    return std::pair(result.exit_code, result.errors);
+  };
+  for (const char* cage : {"auto", "3%"}) {
+    EXPECT_EQ(draw({"--cage", cage, "--reference", folder / "high.obj"}).first, 0) << cage;
+    EXPECT_EQ(draw({"--cage", cage}).first, 2) << cage;
+  }
+  EXPECT_EQ(draw({"--cage-mesh", folder / "cage.obj"}).first, 0);
+  EXPECT_EQ(draw({"--cage", "0.1", "--normals"}).first, 2);
+  EXPECT_EQ(draw({"--cage", "0.2"}).first, 0);
+  const Image caged = load_image(folder / "p.png");
+  // The tint lies over the sphere's middle, and over what lies between it and the cage.
+  const float* middle = caged.at(caged.width / 2, caged.height / 2);
+  EXPECT_GT(middle[0] - middle[2], 0.1F);
 }
 
 TEST(HardCommand, SaysWhyTexelsAreMissed) {

@@ -19,7 +19,8 @@ import numpy
 
 CAGE = 0.03
 SCENES = "cube,cylinder,bracket,bolt,pipe,assembly"
-WAYS = ["kiln", "plain cage", "blender, cage", "blender, no cage"]
+WAYS = ["kiln", "cage auto", "cage 3%", "plain cage", "blender, cage", "blender, no cage"]
+PICTURED = ["kiln", "plain cage", "blender, cage", "blender, no cage"]
 
 
 def arguments():
@@ -119,7 +120,7 @@ def save_picture(parts, columns, path):
 
 def picture(options, scene, high, low, normals):
     parts = []
-    for way in WAYS:
+    for way in PICTURED:
         out = options.out / "panels.png"
         run(options.kiln, "render", low, "--normal", normals[way], "--reference", high, "--out", out,
             "--view", "30,15", "--size", 560, "--quiet")
@@ -138,6 +139,8 @@ def main():
         run(options.sample, "--out", high, "--low", low, "--scene", scene)
         normals = {
             "kiln": kiln(options.kiln, high, low, options.size, options.out / "default"),
+            "cage auto": kiln(options.kiln, high, low, options.size, options.out / "auto", "--cage", "auto"),
+            "cage 3%": kiln(options.kiln, high, low, options.size, options.out / "wide", "--cage", f"{100 * CAGE}%"),
             "plain cage": kiln(options.kiln, high, low, options.size, options.out / "cage", "--cage",
                                f"{100 * CAGE}%", "--direction", "averaged"),
         }

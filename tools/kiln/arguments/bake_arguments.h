@@ -40,7 +40,7 @@ struct BakeArguments {
   std::string view_weight = "all";
   std::vector<std::string> fallback = {"low"};
   std::uint32_t fallback_blend = 0;
-  std::string cage, cage_mesh;
+  std::string cage, cage_mesh, save_cage;
   std::string ray = "outermost";
   std::string direction = "auto";
   std::string edge_width;

@@ -77,8 +77,10 @@ void check_light_plan(const BakeArguments& a) {
     fail("--max-angle and --max-error both say what is to be reached: leave one of them out.");
   }
   parse_degrees(a.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
-  if (!a.cage_mesh.empty() || a.match_by == "name") {
-    fail("--cage-mesh and --match-by name need a LOW of yours: Kiln plans its own here.");
+  if (!a.cage_mesh.empty() || a.cage == kAutomatic || a.match_by == "name") {
+    fail(
+        "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
+        "plans its own here.");
   }
   if (a.match == "uv" || a.match == "axis") {
     fail("--match " + a.match + " is for a LOW of yours: leave it out, or give LOW or --faces.");
@@ -123,13 +125,11 @@ void check_rays(const BakeArguments& a) {
   if (cage && a.given.contains("--ray")) {
     fail("--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
   }
-  if (!a.cage_mesh.empty() && a.given.contains("--direction")) {
-    fail(
-        "--direction is for rays without --cage-mesh, which says where they leave to: leave one "
-        "out.");
+  if (a.given.contains("--edge-width") && a.direction != "auto") {
+    fail("--edge-width is for --direction auto.");
   }
-  if (a.given.contains("--edge-width") && (a.direction != "auto" || !a.cage_mesh.empty())) {
-    fail("--edge-width is for --direction auto, without --cage-mesh.");
+  if (!a.save_cage.empty() && a.cage != kAutomatic) {
+    fail("--save-cage writes what --cage auto finds: add --cage auto.");
   }
 }
 

@@ -66,17 +66,29 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       .add_option(
           "--max-distance", a.max_distance,
           "How far to look each way: world units, or P% of HIGH's diagonal (default 2%); with a "
-          "cage, the ray's length from the cage inward (default: twice the cage)")
+          "cage, the ray's length from the cage inward (default: twice the cage); with --cage "
+          "auto, "
+          "how far above LOW a part of HIGH may begin (default 4%)")
       ->group(group_match);
   CLI::Option* cage =
       command
           .add_option(
               "--cage", a.cage,
-              "Cast from this far outside, inward, first hit: D or P%. For parts that float, "
-              "intersect or lie on the surface")
+              "Cast from this far outside, inward, first hit: D or P%; or auto: for each vertex as "
+              "far as what lies above and below asks for. For parts that float, intersect or lie "
+              "on the surface")
           ->group(group_match);
-  command.add_option("--cage-mesh", a.cage_mesh, "Cast from this mesh, which has LOW's triangles")
+  command
+      .add_option(
+          "--cage-mesh", a.cage_mesh,
+          "Cast from this mesh: LOW with its vertices moved, what --save-cage wrote, or any "
+          "closed hull around LOW")
       ->excludes(cage)
+      ->group(group_match);
+  command
+      .add_option("--save-cage", a.save_cage,
+                  "--cage auto: also write the cage (OBJ, two shells), to correct a vertex of it "
+                  "and bake with --cage-mesh")
       ->group(group_match);
   command
       .add_option(

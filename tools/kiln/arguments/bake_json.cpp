@@ -39,6 +39,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
           {"max_distance_world", report.max_distance},
           {"cage", or_null(a.cage)},
           {"cage_mesh", or_null(a.cage_mesh)},
+          {"save_cage", or_null(a.save_cage)},
           {"two_sided", a.two_sided},
           {"ray", a.ray},
           {"direction", a.direction},

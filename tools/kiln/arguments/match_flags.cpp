@@ -21,8 +21,8 @@ std::set<std::string> add_matching_flags(CLI::App& command, BakeArguments& argum
     const std::string name = option->get_name();
     // What a match has no say in, or what is of maps alone.
     static const std::set<std::string> kNever = {
-        "--max-angle", "--save-match",          "--reasons",
-        "--recall",    "--visibility-clusters", "--visibility-deviation"};
+        "--max-angle",           "--save-match",           "--reasons",  "--recall",
+        "--visibility-clusters", "--visibility-deviation", "--save-cage"};
     if (without.contains(name) || kNever.contains(name)) {
       command.remove_option(option);
     } else {
@@ -43,8 +43,20 @@ void MatchInputs::read(const BakeArguments& arguments, const Mesh& high, const M
   if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
 }
 
+void MatchInputs::make_cage(const BakeArguments& arguments, const Device& device, const Mesh& high,
+                            const Mesh& low, std::vector<Warning>& warnings) {
+  if (arguments.cage != kAutomatic) return;
+  BakeOptions options = bake_options(arguments);
+  apply(options);
+  FoundCage found = find_cage(Source(device, high), low, options);
+  warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
+  cage_mesh_ = std::move(found.mesh);
+  found_cage_ = true;
+}
+
 void MatchInputs::apply(BakeOptions& options) const {
   if (cage_mesh_) options.cage_mesh = &*cage_mesh_;
+  if (found_cage_) options.max_distance.reset();  // that was for finding it
   if (parts_) options.parts = &*parts_;
   if (!match_) return;
   options.match = &*match_;

@@ -24,6 +24,10 @@ class MatchInputs {
   void read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
             std::vector<Warning>& warnings);
 
+  /// What --cage auto finds, with a source of its own; after read(). Without the flag: nothing.
+  void make_cage(const BakeArguments& arguments, const Device& device, const Mesh& high,
+                 const Mesh& low, std::vector<Warning>& warnings);
+
   /// Points the options at them; they must outlive the bake.
   void apply(BakeOptions& options) const;
 
@@ -31,6 +35,7 @@ class MatchInputs {
 
  private:
   std::optional<Mesh> cage_mesh_;
+  bool found_cage_ = false;
   std::optional<Parts> parts_;
   std::optional<Match> match_;
 };

@@ -54,6 +54,7 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--max-distance", .match = looks_far, .beside_auto = true},
     OptionRow{.flag = "--cage", .match = takes_cage, .beside_auto = true},
     OptionRow{.flag = "--cage-mesh", .match = takes_cage, .beside_auto = true},
+    OptionRow{.flag = "--save-cage", .match = takes_cage, .beside_auto = true},
     OptionRow{.flag = "--ray", .match = takes_cage, .beside_auto = true},
     OptionRow{.flag = "--direction", .match = along_low, .in_fallback = false, .beside_auto = true},
     OptionRow{

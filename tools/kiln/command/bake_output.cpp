@@ -187,11 +187,15 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
     throw Error(ErrorCode::usage, "--save-match '" + arguments.save_match +
                                       "': a match is an EXR, so the name must end in .exr.");
   }
+  if (!arguments.save_cage.empty() && fs::path(arguments.save_cage).extension() != ".obj") {
+    throw Error(ErrorCode::usage, "--save-cage '" + arguments.save_cage +
+                                      "': a cage is an OBJ, so the name must end in .obj.");
+  }
   const bool makes_low = writes_low(arguments);
   const std::string stem = low_stem(arguments);
   std::vector<std::string> stems = {stem};
   for (std::uint32_t k = 1; k < arguments.lods; ++k) stems.push_back(lod_stem(arguments, k));
-  std::vector<fs::path> outputs = {arguments.json, arguments.save_match};
+  std::vector<fs::path> outputs = {arguments.json, arguments.save_match, arguments.save_cage};
   for (const std::string& name : stems) {
     if (makes_low) outputs.push_back(folder / (name + ".obj"));
     if (name == stem || !shares_uvs(arguments)) {
@@ -261,6 +265,10 @@ bool save_outputs(BakeRun& run) {
     const fs::path path = folder / (run.low.stem + kReasons);
     if (!announce(run, path)) return false;
     save_image(picture_of(*run.reasons), path, {ImageFormat::png8});
+  }
+  if (!run.arguments.save_cage.empty()) {
+    if (!announce(run, run.arguments.save_cage)) return false;
+    save_obj(run.cage->mesh, run.arguments.save_cage);
   }
   if (!run.arguments.save_match.empty()) {
     if (!announce(run, run.arguments.save_match)) return false;

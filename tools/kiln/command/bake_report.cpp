@@ -43,6 +43,7 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
   return {{"load", stages.load},
           {"low", stages.low},
           {"build", stages.build + report.seconds_build},
+          {"cage", stages.cage},
           {"texels", report.seconds_texels},
           {"match", report.seconds_match},
           {"detail", report.seconds_detail},
@@ -117,6 +118,11 @@ void add_parts(const BakeRun& run, Json& json) {
   if (run.parts) json["parts"] = run.parts->names;
   if (report.uv_copies > 0) json["uv_copies"] = report.uv_copies;
   if (run.reasons) json["reasons"] = reasons_json(*run.reasons);
+  if (report.cage_mesh) json["cage"] = describe(*report.cage_mesh);
+  if (run.cage) {
+    json["cage"]["samples"] = run.cage->samples;
+    json["cage"]["conflicts"] = run.cage->conflicts;
+  }
   if (report.edges) json["hard_edges"] = describe(*report.edges);
   if (report.recall) json["recall"] = describe(*report.recall);
   if (report.switches) json["switches"] = describe(*report.switches);

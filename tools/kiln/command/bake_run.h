@@ -35,7 +35,7 @@ struct LowMesh {
 
 /// Seconds of stages that are not the library's.
 struct Stages {
-  double load = 0, low = 0, build = 0, save = 0;
+  double load = 0, low = 0, build = 0, cage = 0, save = 0;
 };
 
 struct BakeRun {
@@ -53,7 +53,8 @@ struct BakeRun {
   DenseInput dense;
   LowMesh low;
   std::string low_path;
-  std::optional<Mesh> cage_mesh;
+  std::optional<Mesh> cage_mesh;  // that was loaded
+  std::optional<FoundCage> cage;  // that was found
   std::deque<Mesh> occluders;
   std::optional<Parts> parts;
   std::optional<Match> match;  // that was loaded

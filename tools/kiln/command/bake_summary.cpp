@@ -113,6 +113,19 @@ std::string summary(const UvReport& uv, double diagonal) {
   return text;
 }
 
+/// "cage: 0.25% to 1.8% of the diagonal out, 0.25% to 0.6% in".
+std::string summary(const CageReport& cage, double diagonal) {
+  const double percents = 100 / diagonal;
+  char text[160];
+  std::snprintf(text, sizeof text, "cage: %.3g%% to %.3g%% of the diagonal out",
+                percents * cage.outward_least, percents * cage.outward_most);
+  std::string line = text;
+  if (cage.kind != CageKind::shells) return line;
+  std::snprintf(text, sizeof text, ", %.3g%% to %.3g%% in", percents * cage.inward_least,
+                percents * cage.inward_most);
+  return line + text;
+}
+
 /// One line about where rays turn.
 std::string summary(const EdgeReport& edges, double diagonal) {
   char text[240];
@@ -211,6 +224,7 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
     console.line("mirrored and repeated UVs: " + with_commas(report.uv_copies) +
                  " faces of LOW share texels with faces that are baked");
   }
+  if (report.cage_mesh) console.line(summary(*report.cage_mesh, source.diagonal));
   if (report.edges) console.line(summary(*report.edges, source.diagonal));
   if (run.reasons) print_reasons(console, *run.reasons, report.samples);
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));

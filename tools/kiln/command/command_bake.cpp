@@ -146,6 +146,28 @@ bool read_inputs(BakeRun& run) {
   return true;
 }
 
+/// The cage of --cage auto, for what follows as one that was given.
+void make_cage(BakeRun& run, const Source& source) {
+  if (run.arguments.cage != kAutomatic) return;
+  run.cage = find_cage(source, run.low.mesh, run.options);
+  run.options.cage_mesh = &run.cage->mesh;
+  run.options.max_distance.reset();  // that was for finding it
+  run.warnings.insert(run.warnings.end(), run.cage->warnings.begin(), run.cage->warnings.end());
+  run.stages.cage = run.watch.lap();
+}
+
+/// --direction and --edge-width beside a cage that says itself where rays leave to.
+void check_directions(const BakeRun& run) {
+  const std::optional<CageReport>& cage = run.result.report.cage_mesh;
+  if (!cage || cage->kind != CageKind::offsets) return;
+  for (const char* flag : {"--direction", "--edge-width"}) {
+    if (!run.arguments.given.contains(flag)) continue;
+    throw Error(ErrorCode::usage, std::string(flag) +
+                                      " is for rays without a --cage-mesh of LOW's own triangles, "
+                                      "which says where they leave to: leave one out.");
+  }
+}
+
 /// \returns false where it was cancelled
 bool make_maps(BakeRun& run, const Source& source) {
   run.options.progress = [&](double done, std::string_view stage) {
@@ -224,13 +246,16 @@ int run_bake(const BakeArguments& given) {
   prepare_output_folder(arguments.out);
   prepare_parent(arguments.json);
   prepare_parent(arguments.save_match);
+  prepare_parent(arguments.save_cage);
 
   const Device device = Device::open(arguments.device);
   if (!read_inputs(run)) return kExitCancelled;
   if (!run.console.progress(kAtSource, "preparing the dense mesh")) return kExitCancelled;
   const Source source(device, run.dense.mesh, traversal(arguments));
   run.stages.build = run.watch.lap();
+  make_cage(run, source);
   if (!make_maps(run, source)) return kExitCancelled;
+  check_directions(run);
   run.watch.lap();
   if (!(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
   if (run.light && !save_light_plot(run)) return kExitCancelled;

@@ -130,6 +130,7 @@ int run_rating(const MeasureArguments& a) {
   check_has_uvs(low, a.low, "");
   MatchInputs inputs;
   inputs.read(a.bake, high, low, warnings);
+  inputs.make_cage(baking(a, "ray"), device, high, low, warnings);
   std::vector<LeftOut> unserved;
   if (!a.bake.given.empty() || a.views || a.view_size) {
     take_match_flags(a, dense, inputs, options, unserved);

@@ -17,6 +17,7 @@
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "picture/angles.h"
+#include "picture/cage_picture.h"
 #include "picture/dressed.h"
 #include "picture/green.h"
 #include "picture/view_arguments.h"
@@ -78,6 +79,12 @@ void check(const RenderArguments& arguments) {
                 "--show draws maps without light, a picture each: leave out --normal, --color, "
                 "--occlusion, --reference and --views.");
   }
+  if (draws_cage(arguments) && (arguments.views != 0 || !arguments.show.empty() ||
+                                arguments.show_normals || arguments.error)) {
+    throw Error(ErrorCode::usage,
+                "--cage and --cage-mesh are drawn over lit pictures: leave out --views, --show, "
+                "--normals and --error.");
+  }
   if (arguments.frames && arguments.json.empty()) {
     throw Error(ErrorCode::usage, "--frames says how many frames --json times: add --json FILE.");
   }
@@ -97,18 +104,24 @@ NormalMap map_of(const RenderArguments& arguments, Image& image,
 }
 
 /// Original, low poly, low poly with the map, as far as they are there; with --error also where they differ.
+/// \param cage  drawn over all of them; null: none
 Image draw_picture(const RenderArguments& arguments, const Scene* high, const Scene& low,
-                   const Dressed& mesh, bool has_map, const RenderOptions& options) {
+                   const Dressed& mesh, bool has_map, const RenderOptions& options,
+                   const CagePicture* cage) {
   std::vector<Panel> panels;
-  if (high != nullptr) panels.push_back({high->draw(options), {"high poly"}});
+  const auto add = [&](const Scene& scene, Image picture, const char* caption) {
+    if (cage != nullptr) cage->draw(scene, options, picture);
+    panels.push_back({std::move(picture), {caption}});
+  };
+  if (high != nullptr) add(*high, high->draw(options), "high poly");
   if (high != nullptr && has_map) {
     RenderOptions flat = options;
     flat.flat = true;
-    panels.push_back({low.draw(flat), {"low poly"}});
+    add(low, low.draw(flat), "low poly");
   }
   Image last = low.draw(options);
   dress(mesh, arguments.color, arguments.occlusion, options, last);
-  panels.push_back({std::move(last), {has_map ? "with the map" : "low poly"}});
+  add(low, std::move(last), has_map ? "with the map" : "low poly");
   if (!arguments.error) {
     std::vector<Image> images;
     for (Panel& panel : panels) images.push_back(std::move(panel.image));
@@ -174,6 +187,8 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"color", arguments.color},
                {"occlusion", arguments.occlusion},
                {"show", arguments.show},
+               {"cage", arguments.bake.cage},
+               {"cage_mesh", arguments.bake.cage_mesh},
                {"space", arguments.space},
                {"bitangent", arguments.bitangent},
                {"match_flags", arguments.bake.given},
@@ -224,12 +239,19 @@ int run_render(const RenderArguments& arguments) {
     options.frame = reference;
   }
   const Scene* original = high ? &*high : nullptr;
+  std::optional<CagePicture> cage;
+  if (draws_cage(arguments)) {
+    const CageArguments asked{arguments.bake.cage, arguments.bake.cage_mesh};
+    cage.emplace(device, outer_cage(asked, device, mesh, reference, warnings));
+    options.frame = &cage->mesh();
+  }
   const double seconds_build = watch.lap();
   const Dressed dressed{device, mesh};
   const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
                         : !arguments.show.empty()
                             ? map_sheet(dressed, arguments.show, options)
-                            : draw_picture(arguments, original, low, dressed, has_map, options);
+                            : draw_picture(arguments, original, low, dressed, has_map, options,
+                                           cage ? &*cage : nullptr);
   const double seconds_draw = watch.lap();
   save_image(picture, arguments.out, {ImageFormat::png8});
   const double seconds_save = watch.lap();

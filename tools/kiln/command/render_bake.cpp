@@ -10,10 +10,16 @@
 namespace kiln::cli {
 
 bool bakes(const RenderArguments& arguments) {
-  const std::set<std::string> not_the_match = {"--high", "--low", "--triangulate",
-                                               "--split-at-seams"};
+  // A cage alone is drawn, no more.
+  const std::set<std::string> not_the_match = {"--high",           "--low",  "--triangulate",
+                                               "--split-at-seams", "--cage", "--cage-mesh"};
   return std::any_of(arguments.bake.given.begin(), arguments.bake.given.end(),
                      [&](const std::string& flag) { return !not_the_match.contains(flag); });
+}
+
+bool draws_cage(const RenderArguments& arguments) {
+  const bool given = !arguments.bake.cage.empty() || !arguments.bake.cage_mesh.empty();
+  return given && !bakes(arguments);
 }
 
 BakeArguments baking(const RenderArguments& arguments) {
@@ -47,6 +53,7 @@ Image bake_map(const RenderArguments& arguments, const Device& device, const Den
   const BakeArguments bake_as = baking(arguments);
   MatchInputs inputs;
   inputs.read(bake_as, dense.mesh, mesh, warnings);
+  inputs.make_cage(bake_as, device, dense.mesh, mesh, warnings);
   BakeOptions options = bake_options(bake_as);
   options.uv = uv_options(dense, options.uv);
   options.keep_match = false;

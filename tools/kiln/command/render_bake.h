@@ -28,6 +28,9 @@ struct RenderArguments {
 /// Whether a map is to be baked for the picture: a flag of the match was given.
 bool bakes(const RenderArguments& arguments);
 
+/// Whether a cage is drawn: one was given, and no map is baked with it.
+bool draws_cage(const RenderArguments& arguments);
+
 /// The flags of the match as the bake has them.
 BakeArguments baking(const RenderArguments& arguments);
 

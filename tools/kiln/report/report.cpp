@@ -77,6 +77,23 @@ Json describe(const VisibilityReport& visibility) {
           {"clustered", visibility.clustered},   {"seconds", visibility.seconds}};
 }
 
+Json describe(const CageReport& cage) {
+  const char* kind = cage.kind == CageKind::offsets  ? "offsets"
+                     : cage.kind == CageKind::shells ? "shells"
+                                                     : "hull";
+  Json json = {{"kind", kind},
+               {"outward",
+                {{"least", cage.outward_least},
+                 {"median", cage.outward_median},
+                 {"most", cage.outward_most}}},
+               {"inward", Json()}};
+  if (cage.kind == CageKind::shells) {
+    json["inward"] = {
+        {"least", cage.inward_least}, {"median", cage.inward_median}, {"most", cage.inward_most}};
+  }
+  return json;
+}
+
 Json describe(const EdgeReport& edges) {
   return {{"edges", edges.edges},
           {"found", edges.found},

@@ -19,6 +19,7 @@ Json describe(const std::vector<Warning>& warnings);
 Json describe(const NormalError& error);
 Json describe(const ViewReport& views);
 Json describe(const VisibilityReport& visibility);
+Json describe(const CageReport& cage);
 Json describe(const EdgeReport& edges);
 Json describe(const RecallReport& recall);
 Json describe(const SwitchReport& switches);

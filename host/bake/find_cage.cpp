@@ -1,0 +1,137 @@
+// A cage by what lies above and below the light mesh.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "bake/match_stage.h"
+#include "kiln/cage.h"
+#include "kiln/validate.h"
+#include "match/cage_shells.h"
+#include "mesh/length.h"
+#include "mesh/normals.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+// Shares of the dense mesh's diagonal.
+constexpr double kDistance = 0.04;  // how far to look where nobody says
+constexpr double kMargin =
+    0.0025;  // that shells lie off the mesh and its faces, where there is room
+
+/// Where rays leave each vertex to; zero where its normals have no direction in common.
+std::vector<Vec3> directions_of(const Mesh& low, const std::vector<Vec3>& positions) {
+  return continuous_directions(positions, low.triangles, corner_normals(low, positions));
+}
+
+Vec3 moved(const Vec3& p, const Vec3& direction, double by) {
+  return to_float(Vec3d(p) + Vec3d(direction) * by);
+}
+
+/// Both shells, by how far they lie off each vertex in the frame.
+Mesh mesh_of(const Mesh& low, const std::vector<Vec3>& directions, const CageShells& shells,
+             const std::vector<std::uint32_t>& vertex, double unit) {
+  Mesh mesh;
+  mesh.name = low.name + "_cage";
+  mesh.origin = low.origin;
+  mesh.group_names = {"outer", "inner"};
+  const std::size_t count = low.positions.size();
+  mesh.positions.reserve(2 * count);
+  for (std::size_t v = 0; v < count; ++v) {
+    mesh.positions.push_back(
+        moved(low.positions[v], directions[v], double{shells.outward[vertex[v]]} * unit));
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    mesh.positions.push_back(
+        moved(low.positions[v], directions[v], -double{shells.inward[vertex[v]]} * unit));
+  }
+  for (std::uint32_t shell = 0; shell < 2; ++shell) {
+    const auto first = static_cast<std::uint32_t>(shell * count);
+    for (const Triangle& t : low.triangles) {
+      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      mesh.groups.push_back(shell);
+    }
+  }
+  return mesh;
+}
+
+/// Vertices that triangles use and that have no direction.
+std::uint64_t count_flat(const Mesh& low, const std::vector<Vec3>& directions) {
+  std::vector<std::uint8_t> flat(low.positions.size());
+  for (const Triangle& t : low.triangles) {
+    for (const std::uint32_t v : t) flat[v] = directions[v] == Vec3{} ? 1 : 0;
+  }
+  return static_cast<std::uint64_t>(std::count(flat.begin(), flat.end(), 1));
+}
+
+Warning flat_vertices(std::uint64_t count) {
+  return {"cage-flat",
+          std::to_string(count) +
+              " vertices of the light mesh are on both sides of a card without thickness, so the "
+              "cage stays on them: give each side vertices a little apart, or leave the cage out.",
+          count};
+}
+
+}  // namespace
+
+FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& given) {
+  const Source::Impl& high = impl_of(source);
+  BakeOptions options;
+  options.ray.direction = given.ray.direction;
+  options.ray.edge_width = given.ray.edge_width;
+  // As a fallback of other matches rays do not turn.
+  if (!match_row(given.method).info.along_low) options.ray.direction = RayDirection::averaged;
+  options.two_sided = given.two_sided;
+  options.parts = given.parts;
+  options.max_distance = given.max_distance;
+  check_options(options);
+  const LowSurface surface = LowSurface::of(low, high.frame);
+  // Edges turn rays over the same widths, however far they look.
+  options.max_distance.reset();
+  const EdgeTurn turn = edge_turn(options, high, surface);
+  MatchRequest request = match_request(options, high, surface);
+  request.distance = to_frame(given.max_distance.value_or(Length::share(kDistance)), high.frame);
+  const CageNeeds needs = find_cage_needs(request, turn, options.parts);
+
+  const std::vector<std::uint32_t> vertex = weld_positions(low.positions);
+  std::vector<std::uint32_t> corners;
+  corners.reserve(3 * low.triangles.size());
+  for (const Triangle& t : low.triangles) {
+    for (const std::uint32_t v : t) corners.push_back(vertex[v]);
+  }
+  const double diagonal = high.frame.diagonal * high.frame.scale;
+  const CageShells shells =
+      fit_shells(needs, surface, corners, low.positions.size(), kMargin * diagonal);
+  const std::vector<Vec3> directions = directions_of(low, high.frame.to_frame(low));
+  FoundCage cage;
+  cage.mesh = mesh_of(low, directions, shells, vertex, 1 / high.frame.scale);
+  cage.samples = needs.places.size();
+  cage.conflicts = shells.conflicts;
+  if (const std::uint64_t flat = count_flat(low, directions); flat > 0) {
+    cage.warnings.push_back(flat_vertices(flat));
+  }
+  return cage;
+}
+
+Mesh offset_cage(const Mesh& low, double distance) {
+  if (!std::isfinite(distance)) {
+    throw Error(ErrorCode::usage, "distance is " + std::to_string(distance) +
+                                      ": it must be a finite length, world units.");
+  }
+  validate(low);
+  const Frame frame = Frame::of(low);
+  const std::vector<Vec3> directions = directions_of(low, frame.to_frame(low));
+  Mesh mesh = low;
+  mesh.name = low.name + "_cage";
+  mesh.uvs.clear();
+  mesh.uv_triangles.clear();
+  mesh.tangents.clear();
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    mesh.positions[v] = moved(low.positions[v], directions[v], distance);
+  }
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
+  return mesh;
+}
+
+}  // namespace kiln

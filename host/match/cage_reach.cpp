@@ -1,0 +1,123 @@
+#include "match/cage_reach.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <span>
+#include <string>
+
+#include "match/host_match.h"
+#include "match/surface_places.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::size_t kPlaces = 1 << 14;  // where a hull is tried before the bake
+constexpr float kFarthest = 4;            // beyond any mesh, frame units
+constexpr float kTouching = 8 * KILN_BVH_EPSILON;
+
+struct Range {
+  double least = 0, median = 0, most = 0;
+};
+
+Range range_of(std::vector<float> values, double unit) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  return {double{values.front()} * unit, double{values[values.size() / 2]} * unit,
+          double{values.back()} * unit};
+}
+
+std::string numbers(double x, double y, double z) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", x, y, z);
+  return text;
+}
+
+}  // namespace
+
+CageReach::CageReach(cl::Context& context, const Frame& frame, LowSurface& surface)
+    : frame_(frame) {
+  if (!surface.has_cage_mesh || surface.cage_kind == CageKind::offsets) return;
+  writes_ = true;
+  if (surface.cage_kind == CageKind::shells) {
+    outer_ = cl::Array<float>(context, std::span<const float>(surface.shell(false)));
+    return;
+  }
+  hull_ = surface.cage_hull;
+  rays_ = std::make_unique<RayCaster>(context, hull_->positions, hull_->triangles);
+  const SurfacePlaces places = spread_places(context, surface, kPlaces);
+  ways_ = to_hull(context, places.band.points, places.band.sample_count, places.band.capacity);
+  for (const float way : ways_) {
+    surface.cage_length = std::max(surface.cage_length, 2 * double{way});
+  }
+}
+
+void CageReach::apply(cl::Context& context, TexelBand& band) const {
+  if (!writes_ || band.sample_count == 0) return;
+  if (hull_ == nullptr) {
+    context.launch(context.kernel("turn", "kiln_texel_reach"), band.sample_count, kLocal,
+                   band.sample_count, band.capacity, outer_, band.triangle, band.barycentric,
+                   band.points);
+    return;
+  }
+  const std::vector<float> ways = to_hull(context, band.points, band.sample_count, band.capacity);
+  band.points.write(context, std::span<const float>(ways), std::size_t{6} * band.capacity);
+}
+
+std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<float>& points,
+                                      std::uint32_t count, std::uint32_t capacity) const {
+  RayQuery query;
+  query.t_min = -kTouching;
+  query.t_max = kFarthest;
+  query.two_sided = true;
+  Correspondence met(context, count);
+  rays_->intersect(points, count, capacity, query, met);
+  const HostMatch found(context, met, count);
+  std::vector<float> planes(std::size_t{7} * capacity), ways(count);
+  points.read(context, planes);
+  const std::size_t plane = capacity;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3d d{planes[3 * plane + i], planes[4 * plane + i], planes[5 * plane + i]};
+    bool leaves = false;
+    if (found.triangle[i] != KILN_NO_TRIANGLE) {
+      const Triangle& t = hull_->triangles[found.triangle[i]];
+      const Vec3d a(hull_->positions[t[0]]);
+      leaves =
+          dot(cross(Vec3d(hull_->positions[t[1]]) - a, Vec3d(hull_->positions[t[2]]) - a), d) > 0;
+    }
+    ways[i] = std::max(0.0F, found.distance[i]);
+    if (leaves) continue;
+    const auto world = [&](std::size_t axis) {
+      return double{planes[axis * plane + i]} / frame_.scale + frame_.center[axis];
+    };
+    throw Error(ErrorCode::input,
+                "The cage '" + hull_->name + "' does not enclose the light mesh: from " +
+                    numbers(world(0), world(1), world(2)) + " along " + numbers(d.x, d.y, d.z) +
+                    " no ray leaves it. It has " + std::to_string(hull_->triangles.size()) +
+                    " triangles, not the light mesh's " + std::to_string(hull_->low_triangles) +
+                    " in their order, so it must be a closed hull that is wound as the light mesh "
+                    "is. Push it out there; or copy the light mesh and move its vertices.");
+  }
+  return ways;
+}
+
+std::optional<CageReport> CageReach::report(const LowSurface& surface) const {
+  if (!surface.has_cage_mesh) return std::nullopt;
+  const double unit = 1 / frame_.scale;
+  std::vector<float> outward = ways_, inward;
+  for (std::size_t t = 0; t < surface.triangles.size() && hull_ == nullptr; ++t) {
+    if (surface.usable[t] == 0) continue;
+    for (const LowSurface::Corner& corner : surface.triangles[t]) {
+      const bool shells = surface.cage_kind == CageKind::shells;
+      outward.push_back(shells ? corner.outward
+                               : static_cast<float>(length(Vec3d(corner.direction))));
+      if (shells) inward.push_back(corner.inward);
+    }
+  }
+  const Range out = range_of(std::move(outward), unit), in = range_of(std::move(inward), unit);
+  return CageReport{surface.cage_kind, out.least, out.median, out.most,
+                    in.least,          in.median, in.most};
+}
+
+}  // namespace kiln

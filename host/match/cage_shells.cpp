@@ -1,0 +1,166 @@
+#include "match/cage_shells.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "mesh/vector.h"
+#include "shared/ray.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kMore = 0.25;   // of what is needed, beyond it
+constexpr double kRoom = 0.5;    // of the room above, at most
+constexpr int kSmoothings = 4;   // rounds
+constexpr int kFittings = 32;    // rounds
+constexpr double kClear = 0.05;  // of the room, that stays free at either end
+constexpr double kSlack = 4 * KILN_BVH_EPSILON;
+constexpr double kLeastCosine = 0.05;  // as kernels/lib/shell.clh has it
+
+/// What a shell over a place is made of: its height over the triangle is the sum of the corners' ways, each by
+/// its weight; a ray's way over that is 1 / cosine.
+struct Part {
+  std::array<std::uint32_t, 3> vertex{};
+  std::array<double, 3> weight{};  ///< Barycentric, times the cosine of the vertex's direction
+  double cosine = 1;               ///< Of the ray and the triangle's normal
+};
+
+std::vector<Part> parts_of(const CageNeeds& needs, const LowSurface& surface,
+                           const std::vector<std::uint32_t>& vertex_of) {
+  std::vector<Part> parts(needs.places.size());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::size_t t = needs.places.triangle[i];
+    const auto& corners = surface.triangles[t];
+    const Vec3d a(corners[0].position);
+    Vec3d normal = cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a);
+    normal = normal * (1 / length(normal));
+    const double u = needs.places.u[i], v = needs.places.v[i];
+    const std::array<double, 3> weights = {1 - u - v, u, v};
+    for (std::size_t k = 0; k < 3; ++k) {
+      parts[i].vertex[k] = vertex_of[3 * t + k];
+      parts[i].weight[k] =
+          weights[k] * std::max(dot(Vec3d(corners[k].direction), normal), kLeastCosine);
+    }
+    parts[i].cosine = std::max(dot(Vec3d(needs.direction[i]), normal), kLeastCosine);
+  }
+  return parts;
+}
+
+/// One shell.
+class Shell {
+ public:
+  Shell(const CageNeeds& needs, const std::vector<Part>& parts, const std::vector<float>& least,
+        const std::vector<float>& most, double margin)
+      : needs_(needs), parts_(parts), least_(least), most_(most), margin_(margin) {}
+
+  void fit(const std::vector<std::uint32_t>& vertex_of, std::size_t vertices) {
+    off_.assign(vertices, margin_);
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (needs_.found[i] == 0) continue;
+      const double wanted =
+          least_[i] + std::min(std::max(kMore * least_[i], margin_), kRoom * room(i));
+      const Part& part = parts_[i];
+      const double weights = part.weight[0] + part.weight[1] + part.weight[2];
+      for (const std::uint32_t v : part.vertex) {
+        off_[v] = std::max(off_[v], wanted * part.cosine / weights);
+      }
+    }
+    for (int round = 0; round < kSmoothings; ++round) smooth(vertex_of);
+    for (int round = 0; round < kFittings; ++round) {
+      const bool lowered = lower(), raised = raise();
+      if (!lowered && !raised) return;
+    }
+    raise();
+  }
+
+  const std::vector<double>& off() const { return off_; }
+
+  /// Whether the next face lies within it.
+  bool conflicts(std::size_t i) const { return needs_.counts[i] != 0 && at(i) > most_[i] + kSlack; }
+
+ private:
+  double room(std::size_t i) const { return std::max(0.0, double{most_[i]} - least_[i]); }
+
+  /// Along the place's ray.
+  double at(std::size_t i) const {
+    const auto& [v, w, cosine] = parts_[i];
+    return (w[0] * off_[v[0]] + w[1] * off_[v[1]] + w[2] * off_[v[2]]) / cosine;
+  }
+
+  /// Vertices below their neighbours' mean rise half of the way.
+  void smooth(const std::vector<std::uint32_t>& vertex_of) {
+    std::vector<double> sum(off_.size());
+    std::vector<std::uint32_t> count(off_.size());
+    for (std::size_t first = 0; first < vertex_of.size(); first += 3) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t v = vertex_of[first + k];
+        sum[v] += off_[vertex_of[first + (k + 1) % 3]] + off_[vertex_of[first + (k + 2) % 3]];
+        count[v] += 2;
+      }
+    }
+    for (std::size_t v = 0; v < off_.size(); ++v) {
+      if (count[v] > 0) off_[v] = std::max(off_[v], 0.5 * (off_[v] + sum[v] / count[v]));
+    }
+  }
+
+  /// Moves the shell over a place, along its ray, with the least change of vertices. None gets below the mesh.
+  void move(std::size_t i, double by) {
+    const auto& [v, w, cosine] = parts_[i];
+    const double squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+    for (std::size_t k = 0; k < 3; ++k) {
+      off_[v[k]] = std::max(0.0, off_[v[k]] + by * cosine * w[k] / squared);
+    }
+  }
+
+  bool lower() {
+    bool any = false;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (needs_.counts[i] == 0 || !(most_[i] < std::numeric_limits<float>::infinity())) continue;
+      const double highest = most_[i] - kClear * room(i), now = at(i);
+      if (now <= highest + kSlack) continue;
+      move(i, highest - now);
+      any = true;
+    }
+    return any;
+  }
+
+  bool raise() {
+    bool any = false;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (needs_.found[i] == 0) continue;
+      const double lowest = least_[i] + std::min(margin_, kRoom * room(i)) / 2, now = at(i);
+      if (now >= lowest - kSlack) continue;
+      move(i, lowest - now);
+      any = true;
+    }
+    return any;
+  }
+
+  const CageNeeds& needs_;
+  const std::vector<Part>& parts_;
+  const std::vector<float>&least_, &most_;
+  double margin_;
+  std::vector<double> off_;
+};
+
+}  // namespace
+
+CageShells fit_shells(const CageNeeds& needs, const LowSurface& surface,
+                      const std::vector<std::uint32_t>& vertex_of, std::size_t vertices,
+                      double margin) {
+  const std::vector<Part> parts = parts_of(needs, surface, vertex_of);
+  Shell outer(needs, parts, needs.outward, needs.outward_most, margin);
+  Shell inner(needs, parts, needs.inward, needs.inward_most, margin);
+  outer.fit(vertex_of, vertices);
+  inner.fit(vertex_of, vertices);
+  CageShells shells;
+  shells.outward.assign(outer.off().begin(), outer.off().end());
+  shells.inward.assign(inner.off().begin(), inner.off().end());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (outer.conflicts(i)) ++shells.conflicts;
+  }
+  return shells;
+}
+
+}  // namespace kiln

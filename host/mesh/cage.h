@@ -1,0 +1,36 @@
+// A cage mesh as the light mesh's triangles take it.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "kiln/ray.h"
+#include "mesh/frame.h"
+
+namespace kiln {
+
+/// Any closed mesh around the light one, in its frame.
+struct CageHull {
+  std::string name;
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  std::size_t low_triangles = 0;  ///< How many it would have as a copy of the light mesh
+};
+
+/// See CageKind. Positions are in the frame, three a triangle of the light mesh.
+struct CageCorners {
+  CageKind kind = CageKind::offsets;
+  std::vector<Vec3> outer;               ///< Of CageKind::offsets and shells
+  std::vector<Vec3> inner;               ///< Of CageKind::shells
+  std::shared_ptr<const CageHull> hull;  ///< Of CageKind::hull
+};
+
+/// A mesh whose triangles are those of the light one, in order and with no vertex torn apart, has offsets; one
+/// with twice as many has shells where both halves are so; any other is a hull.
+/// \throws Error(input) for a mesh that is no mesh
+CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame);
+
+}  // namespace kiln
