@@ -11,6 +11,9 @@
 
 namespace kiln {
 
+/// A map as files of so many bits hold it.
+Image rounded(Image map, std::uint32_t bits);
+
 /// Pictures of the dense mesh, light meshes of all numbers of faces, and what is known of them.
 class LightLooks {
  public:

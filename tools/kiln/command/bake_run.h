@@ -73,6 +73,9 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
 
 // ---- bake_light.cpp ----
 
+/// Of maps that a plan's largest size does not do for.
+Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size);
+
 /// Plans the light mesh, its map and the match together, and makes them. \returns false where it was cancelled
 bool make_light(BakeRun& run, const Source& source);
 /// The trade that the plan made, as lines of a table.
