@@ -43,6 +43,7 @@ void check_enums(const BakeOptions& options) {
   check_enum("ray.direction", options.ray.direction, RayDirection::painted);
   check_enum("space", options.space, NormalMapSpace::face);
   check_enum("miss", options.miss, MissPolicy::mark);
+  check_enum("occlusion.by", options.occlusion.by, OcclusionBy::automatic);
 }
 
 /// What the library's other rooms check of numbers.
@@ -155,12 +156,30 @@ void check_map(MapKind map, const BakeOptions& options) {
         kContradiction);
 }
 
+/// What a depth view cannot tell: it shows the first face alone, from outside.
+void check_occlusion_views(const OcclusionOptions& occlusion) {
+  if (occlusion.by != OcclusionBy::views) return;
+  const char* what = occlusion.distance        ? "a distance"
+                     : !occlusion.back_faces   ? "back faces that do not occlude"
+                     : occlusion.max_error > 0 ? "an error to be reached"
+                                               : nullptr;
+  if (what == nullptr) return;
+  usage(std::string("Occlusion by views was asked for with ") + what +
+            ", which depth views cannot tell: gather it by rays, or leave that out.",
+        kContradiction);
+}
+
 /// What single maps take.
 void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
     usage("occlusion.rays is " + std::to_string(options.occlusion.rays) +
           ": it must be 1 to 4096.");
   }
+  if (options.occlusion.views < 16 || options.occlusion.views > 4096) {
+    usage("occlusion.views is " + std::to_string(options.occlusion.views) +
+          ": it must be 16 to 4096.");
+  }
+  check_occlusion_views(options.occlusion);
   if (options.occlusion.distance)
     check_length("occlusion.distance", *options.occlusion.distance, false);
   if (!options.occlusion.by_high && !options.occlusion.by_low &&

@@ -4,12 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <string>
 
+#include "bake/map_units.h"
 #include "image/gutter.h"
-#include "image/srgb.h"
-#include "mesh/vector.h"
 
 namespace kiln {
 namespace {
@@ -20,34 +18,6 @@ constexpr std::uint32_t kBandSamples = 1U << 22;
 
 bool is_compared(const MapInfo& map) {
   return map.type != MapType::id && map.type != MapType::coverage;
-}
-
-/// The unit of a map's errors, and what its values are multiplied with to be in it.
-struct Unit {
-  std::string_view name;
-  double scale = 1;
-};
-Unit unit_of(const MapRow& row) {
-  if (row.info.type == MapType::unit_vector) return {"degrees", 1};
-  if (row.info.is_color) return {"1/255, sRGB", 255};
-  if (!row.unit.empty()) return {row.unit, 1};
-  return {"1/255", 255};
-}
-
-/// How far two values are apart, in the map's unit: vectors by their length, colours by their root mean square.
-double difference(const MapRow& row, const float* a, const float* b) {
-  const MapInfo& map = row.info;
-  if (map.type == MapType::unit_vector) {
-    const Vec3d p(a[0], a[1], a[2]), q(b[0], b[1], b[2]);
-    return std::atan2(length(cross(p, q)), dot(p, q)) * 180 / std::numbers::pi;
-  }
-  double squares = 0;
-  for (std::uint32_t c = 0; c < map.channels; ++c) {
-    const double apart = map.is_color ? double{to_srgb(a[c])} - to_srgb(b[c]) : double{a[c]} - b[c];
-    squares += apart * apart;
-  }
-  if (map.is_color) squares /= map.channels;
-  return std::sqrt(squares) * unit_of(row).scale;
 }
 
 /// Some texels of a band, with all of their samples.
@@ -177,8 +147,9 @@ class Finer {
       const Image& baked = image_of(layer.row->info.kind);
       for (const std::uint32_t t : chosen) {
         if (coverage[index[t]] != kCoverageBaked) continue;
-        errors_[l].push_back(difference(*layer.row, &baked.pixels[(offset + index[t]) * channels],
-                                        &values[index[t] * channels]));
+        errors_[l].push_back(map_difference(*layer.row,
+                                            &baked.pixels[(offset + index[t]) * channels],
+                                            &values[index[t] * channels]));
       }
     }
   }
@@ -204,6 +175,7 @@ template <typename Wanted>
 BakeOptions finer_options(const BakedScene& scene, const Wanted& wanted) {
   BakeOptions options = scene.options;
   options.occlusion.max_error = 0;
+  options.occlusion.by = OcclusionBy::rays;
   std::erase_if(options.maps, [&](MapKind kind) { return !wanted(map_row(kind).info); });
   return options;
 }

@@ -31,7 +31,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
                {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
       turn_(find_turn()),
       sheets_(sheet_reach(scene.options, surface_)),
-      layers_(scene.high, surface_, scene.options) {
+      layers_(scene.high, surface_, scene.options, true, scene.finer) {
   const BakeOptions& options = scene_.options;
   if (options.match == nullptr) result_.report.cage_mesh = cage_.report(surface_);
   result_.report.uv_copies =

@@ -41,6 +41,7 @@ class Pipeline {
     const Source::Impl& high;
     const Mesh& low;
     const BakeOptions& options;
+    std::uint32_t finer = 1;  ///< MapRequest::finer
   };
 
   Pipeline(const Scene& scene, Bands bands, BakeProgress progress = BakeProgress());

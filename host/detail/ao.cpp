@@ -12,7 +12,8 @@ MapRow ao_map() {
       "ambient occlusion of the high poly by itself: 1 in the open, 0 in the deepest corner",
       0,
       1};
-  row.info.takes_max_error = row.info.takes_rays = row.info.takes_back_faces = true;
+  row.info.takes_max_error = row.info.takes_rays = row.info.takes_back_faces =
+      row.info.takes_views = true;
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::open);

@@ -19,6 +19,8 @@ class BentNormal : public MapMaker {
     rays_->want_lean();
   }
 
+  void report(BakeReport& report) const override { rays_->report(report); }
+
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
     if (band.sample_count == 0) return;
     const Correspondence none;
@@ -70,7 +72,7 @@ MapRow bent_normal_map() {
               "bent normal: the mean direction that is open, in the space that is asked for",
               0,
               1};
-  row.info.takes_rays = row.info.takes_back_faces = true;
+  row.info.takes_rays = row.info.takes_back_faces = row.info.takes_views = true;
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<BentNormal>(request);

@@ -23,6 +23,10 @@ class HemisphereMap : public MapMaker {
         rays_(request.shared.of<Hemispheres>(request)),
         read_(read) {}
 
+  void report(BakeReport& report) const override {
+    if (read_ == &Hemispheres::open) rays_->report(report);
+  }
+
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
     if (band.sample_count == 0) return;
     average_samples(*reads_, band, match, miss_, (*rays_.*read_)(band, match, false),

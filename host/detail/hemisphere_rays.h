@@ -7,6 +7,7 @@
 
 #include "accel/ray.h"
 #include "cl/context.h"
+#include "detail/registry.h"
 #include "shared/hemisphere.h"
 
 namespace kiln {
@@ -27,6 +28,9 @@ inline constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
 constexpr std::uint32_t padded(std::uint32_t count) {
   return (count + kLanes - 1) / kLanes * kLanes;
 }
+
+/// How many depth views gather the light (OcclusionOptions::by); 0: rays do.
+std::uint32_t views_for(const MapRequest& request);
 
 /// Grows an array, whose content is lost then.
 template <typename T>

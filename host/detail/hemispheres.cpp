@@ -136,6 +136,7 @@ Hemispheres::Hemispheres(const MapRequest& request)
       parts_(request.options.occlusion.own_part ? request.options.parts : nullptr),
       shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
   max_error_ = request.options.occlusion.max_error;
+  view_directions_ = views_for(request);
   const std::optional<Length>& distance = request.options.occlusion.distance;
   const Frame& frame = source_.frame;
   for (const Mesh* mesh : request.options.occlusion.by_others) {
@@ -177,6 +178,7 @@ void Hemispheres::next_source() {
   next_band();
   all_occluders_.reset();
   part_occluders_.clear();
+  views_.reset();
   uploaded_ = false;  // vertices may have moved
 }
 
@@ -193,29 +195,6 @@ void Hemispheres::upload() {
         std::span<const std::uint32_t>(source_.triangles[0].data(), source_.triangles.size() * 3));
   }
   uploaded_ = true;
-}
-
-const RayCaster& Hemispheres::occluders() {
-  if (by_high_ && !by_low_ && others_.empty()) return source_.rays();
-  if (all_occluders_) return *all_occluders_;
-  std::vector<Vec3> positions;
-  std::vector<Triangle> triangles;
-  const auto add = [&](std::span<const Vec3> points, std::span<const Triangle> faces) {
-    const auto first = static_cast<std::uint32_t>(positions.size());
-    positions.insert(positions.end(), points.begin(), points.end());
-    for (const Triangle& t : faces) triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  };
-  if (by_high_) add(source_.positions, source_.triangles);
-  for (const Mesh& other : others_) add(other.positions, other.triangles);
-  for (std::size_t i = 0; by_low_ && i < surface_.triangles.size(); ++i) {
-    if (surface_.usable[i] == 0) continue;
-    const auto& [a, b, c] = surface_.triangles[i];
-    const std::array<Vec3, 3> points{a.position, b.position, c.position};
-    const std::array<Triangle, 1> face{Triangle{0, 1, 2}};
-    add(points, face);
-  }
-  all_occluders_.emplace(context_, positions, triangles, source_.traversal);
-  return *all_occluders_;
 }
 
 void Hemispheres::make_turns(const TexelBand& band) {
@@ -340,6 +319,7 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
 
 std::vector<float> Hemispheres::open(const TexelBand& band, const Correspondence& match,
                                      bool second) {
+  if (view_directions_ > 0) return open_by_views(band, match, second);
   if (max_error_ > 0) return open_within(band, match, second);
   cast(band, match, second);
   return shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
@@ -381,7 +361,7 @@ std::vector<float> Hemispheres::lit(const TexelBand& band, const Correspondence&
 
 const cl::Array<float>& Hemispheres::lean(const TexelBand& band, const Correspondence& match,
                                           bool second) {
-  cast(band, match, second);
+  view_directions_ > 0 ? see(band, match, second) : cast(band, match, second);
   return sums_[second ? 1 : 0].lean;
 }
 

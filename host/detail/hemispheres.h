@@ -11,6 +11,7 @@
 
 #include "accel/ray.h"
 #include "cl/context.h"
+#include "detail/hemisphere_views.h"
 #include "detail/registry.h"
 #include "detail/share_filter.h"
 #include "mesh/kernels_shared.h"
@@ -45,6 +46,9 @@ class Hemispheres : public SharedWork {
   /// [samples] the share of ShadowLight's disc that is seen; 0 where the surface looks away from its middle.
   std::vector<float> lit(const TexelBand& band, const Correspondence& match, bool second);
 
+  /// Says what open() and lean() are gathered by.
+  void report(BakeReport& report) const;
+
   static std::uint32_t plane_of(const TexelBand& band);
   const cl::Array<kiln_low_shading>& shading() const { return shading_; }
 
@@ -52,6 +56,7 @@ class Hemispheres : public SharedWork {
   struct Sums {
     bool has_open = false, has_depth = false;
     cl::Array<std::uint32_t> open;
+    std::vector<float> seen;  // by views: KILN_HEMISPHERE_VIEW_SUMS planes of the band's samples
     cl::Array<float> lean, depth;
   };
 
@@ -117,8 +122,18 @@ class Hemispheres : public SharedWork {
   const RaySet& outward_rays(std::uint32_t count);
   void upload_rays(RaySet& set, std::uint32_t count, double radius);
   void upload();
-  /// What rays outward meet.
+  /// What rays outward meet, of the high poly alone or of all that occludes.
   const RayCaster& occluders();
+  struct Occluding {
+    std::vector<Vec3> positions;
+    std::vector<Triangle> triangles;
+  };
+  Occluding all_occluding() const;
+  /// By depth views: open() and lean().
+  std::vector<float> open_by_views(const TexelBand& band, const Correspondence& match, bool second);
+  void see(const TexelBand& band, const Correspondence& match, bool second);
+  void make_points(const TexelBand& band, const Correspondence& match, bool second,
+                   std::uint32_t stride, const cl::Array<float>& points);
   std::vector<float> shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
                             std::uint32_t rays) const;
   void make_turns(const TexelBand& band);
@@ -138,6 +153,7 @@ class Hemispheres : public SharedWork {
   const Parts* parts_;                // whose own triangles alone occlude; null: all do
   float beyond_, occluding_, thick_;  // frame units
   bool wants_lean_ = false;
+  std::uint32_t view_directions_ = 0;  // 0: by rays
 
   cl::Array<kiln_low_shading> shading_;
   RaySet rays_out_, rays_in_, rays_to_light_;
@@ -149,6 +165,7 @@ class Hemispheres : public SharedWork {
   std::vector<Mesh> others_;                // frame units, positions and triangles alone
   std::optional<RayCaster> all_occluders_;  // where the high poly is not the only one
   std::map<std::uint32_t, RayCaster> part_occluders_;
+  std::optional<HemisphereViews> views_;
   bool uploaded_ = false, has_turns_ = false;
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> triangles_;

@@ -52,8 +52,8 @@ Vec3d unit(const Vec3d& v, const Vec3d& otherwise) {
 
 /// How far a sample reaches on each triangle of the low poly, to the right and down the map; frame units.
 std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
-  const double across = 1.0 / request.options.width / request.options.samples;
-  const double down = -1.0 / request.options.height / request.options.samples;
+  const double across = 1.0 / request.options.width / request.options.samples / request.finer;
+  const double down = -1.0 / request.options.height / request.options.samples / request.finer;
   const LowSurface& surface = request.surface;
   std::vector<std::array<Vec3d, 2>> sides(surface.triangles.size());
   for (std::size_t t = 0; t < sides.size(); ++t) {

@@ -30,6 +30,8 @@ struct MapRequest {
   const LowSurface& surface;
   const BakeOptions& options;
   SharedWorks& shared;  ///< Of all maps of the bake
+  /// Samples stand for so many times less than their share of a texel, a side: for maps that are read as points.
+  std::uint32_t finer = 1;
 
   /// What they read of the device.
   std::shared_ptr<BandReads> reads() const {
@@ -68,6 +70,8 @@ struct MapRow {
   bool reads_around = false;
   /// Of its values, where MapInfo does not tell: "world units".
   std::string_view unit = {};
+  /// Its values are about the map's own texels: at no size are they nearer to the surface.
+  bool of_texels = false;
   std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;
 };
 

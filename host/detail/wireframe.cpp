@@ -56,7 +56,7 @@ MapRow wireframe_map() {
               "edges of the high poly: 1 on an edge, 0 from one texel off",
               0,
               1};
-  row.follows_positions = true;
+  row.follows_positions = row.of_texels = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, wireframe_map().info,
                           std::unique_ptr<PointFunction>(std::make_unique<Wireframe>(request)));

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "measure/bounds.h"
+
 namespace kiln {
 
 void check_light_plan(const LightPlanOptions& options) {
@@ -13,6 +15,7 @@ void check_light_plan(const LightPlanOptions& options) {
     fail("bake_light: max_error is " + std::to_string(options.max_error) +
          " degrees; it must be finite and above 0");
   }
+  check_bounds(bake, options.bounds);
   if (options.screen != 0 && (options.screen < 16 || options.screen > 16384)) {
     fail("bake_light: screen is " + std::to_string(options.screen) +
          " pixels; it must be 16 to 16384, or 0");

@@ -1,6 +1,7 @@
 #include "measure/light_looks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "base/heartbeat.h"
@@ -27,6 +28,14 @@ Mesh with_any_uvs(Mesh mesh) {
 }
 
 }  // namespace
+
+Image rounded(Image map, std::uint32_t bits) {
+  const float steps = static_cast<float>((1U << bits) - 1);
+  for (float& value : map.pixels) {
+    value = std::floor(std::clamp(value, 0.0F, 1.0F) * steps + 0.5F) / steps;
+  }
+  return map;
+}
 
 void LightLooks::say(double done, const char* doing) const { Heartbeat::at(done, doing); }
 

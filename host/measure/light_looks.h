@@ -14,6 +14,8 @@ namespace kiln {
 /// What plans see of the dense mesh.
 /// \param screen  pixels that pictures are wide; 0: endlessly many
 DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
+/// A map as files of so many bits hold it.
+Image rounded(Image map, std::uint32_t bits);
 
 /// Pictures of the dense mesh, light meshes of all numbers of faces, and what is known of them.
 class LightLooks {

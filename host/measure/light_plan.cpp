@@ -10,6 +10,7 @@
 #include "bake/pipeline.h"
 #include "kiln/plan.h"
 #include "kiln/progress.h"
+#include "measure/bounds.h"
 #include "measure/light_check.h"
 #include "measure/light_looks.h"
 #include "measure/light_planner.h"
@@ -40,14 +41,6 @@ constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
 /// Where nothing reaches the error, bytes decide among what comes this near to the least.
 constexpr double kNearLeast = 1.05;
 
-Image rounded(Image map, std::uint32_t bits) {
-  const float steps = static_cast<float>((1U << bits) - 1);
-  for (float& value : map.pixels) {
-    value = std::floor(std::clamp(value, 0.0F, 1.0F) * steps + 0.5F) / steps;
-  }
-  return map;
-}
-
 class LightPlanner {
  public:
   LightPlanner(const Source& source, const Mesh& high, const LightPlanOptions& options,
@@ -59,6 +52,8 @@ class LightPlanner {
         alive_(bake_.progress),
         looks_(source, high, bake_, plan_, cache) {
     plan_.wanted = options.max_error;
+    may_leave_map_out_ = options.may_leave_map_out && options.bounds.empty();
+    if (options.choose_rays) leave_to_rays(options.bounds, bake_);
     bits_ = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
     for (const MapInfo& info : maps()) {
       const auto asked = std::count(bake_.maps.begin(), bake_.maps.end(), info.kind);
@@ -89,7 +84,26 @@ class LightPlanner {
     looks_.take_pictures(options_.screen);
     looks_.make_levels(kMostFaces);
     first_map();
-    while (plan_.trials.size() < (best_reached() ? kMostTrials : kMostTrialsToReach)) {
+    search();
+    bake_all_maps();
+    while (!all_reached(plan_.bounds) && plan_.chosen.size < largest_) {
+      // A map of this size does not do for another map, whatever the mesh is.
+      std::erase_if(sizes_, [&](std::uint32_t size) { return size <= plan_.chosen.size; });
+      best_.reset();
+      earlier_ = plan_.trials.size();
+      const LightTrial next = *best_expected();
+      try_map(next_level_, next.size);
+      search();
+      bake_all_maps();
+    }
+    plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds);
+    fill_trade();
+    return std::move(plan_);
+  }
+
+  /// The lightest with maps of the sizes that are left.
+  void search() {
+    while (plan_.trials.size() - earlier_ < (best_reached() ? kMostTrials : kMostTrialsToReach)) {
       std::optional<LightTrial> next = best_expected();
       // What was expected to do and did not: a little more of it.
       while (next && !best_reached() && was_made(*next) && next_level_ > 0) {
@@ -101,8 +115,6 @@ class LightPlanner {
         break;
       }
     }
-    fill_trade();
-    return finished();
   }
 
   /// Errors of maps of one size were known from other meshes alone: whether it was less than expected.
@@ -196,10 +208,10 @@ class LightPlanner {
   std::vector<std::pair<std::size_t, std::uint32_t>> pairs() {
     std::vector<std::pair<std::size_t, std::uint32_t>> result;
     std::vector<std::uint32_t> sizes = sizes_;
-    if (options_.may_leave_map_out) sizes.insert(sizes.begin(), 0);
+    if (may_leave_map_out_) sizes.insert(sizes.begin(), 0);
     // What was tried last is about right, and tells what is far more.
     const auto first = std::find(sizes.begin(), sizes.end(), plan_.trials.back().size);
-    std::rotate(sizes.begin(), first, sizes.end());
+    if (first != sizes.end()) std::rotate(sizes.begin(), first, sizes.end());
     double least = std::numeric_limits<double>::infinity();
     for (const std::uint32_t size : sizes) {
       std::size_t finest = 0;
@@ -340,7 +352,7 @@ class LightPlanner {
   void fill_trade() {
     for (const auto& [level, size] : pairs()) plan_.trade.push_back(trial_of(level, size));
     for (const auto& [level, node] : looks_.model().known()) {
-      if (options_.may_leave_map_out) plan_.outlook.push_back(trial_of(level, 0));
+      if (may_leave_map_out_) plan_.outlook.push_back(trial_of(level, 0));
       for (const std::uint32_t size : sizes_) plan_.outlook.push_back(trial_of(level, size));
       plan_.levels.push_back(
           {looks_.levels().faces(level), looks_.levels().vertices(level), node.plain, node.limit});
@@ -349,21 +361,20 @@ class LightPlanner {
   }
 
   /// Bakes all maps, as asked for.
-  LightBake finished() {
+  void bake_all_maps() {
     plan_.low = std::move(best_->low);
     plan_.simplified = std::move(best_->simplified);
     plan_.chosen = best_->trial;
-    if (plan_.chosen.size != 0) {
-      plan_.unwrapped = std::move(best_->unwrapped);
-      plan_.bake = std::move(best_->bake);
-      plan_.bake.progress = bake_.progress;
-      plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
-      plan_.drawn = rounded(std::move(plan_.drawn), bits_);
-      const NormalProbe probe(impl_of(source_), plan_.low, looks_.shown());
-      plan_.chosen.measured = probe.with_map(plan_.drawn, plan_.bake).mean_degrees;
-    }
-    plan_.reached = plan_.chosen.measured <= options_.max_error;
-    return std::move(plan_);
+    if (plan_.chosen.size == 0) return;
+    plan_.unwrapped = std::move(best_->unwrapped);
+    plan_.bake = std::move(best_->bake);
+    plan_.bake.progress = bake_.progress;
+    plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
+    plan_.drawn = rounded(std::move(plan_.drawn), bits_);
+    const NormalProbe probe(impl_of(source_), plan_.low, looks_.shown());
+    plan_.chosen.measured = probe.with_map(plan_.drawn, plan_.bake).mean_degrees;
+    plan_.bounds =
+        reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
   }
 
   const Source& source_;
@@ -374,6 +385,8 @@ class LightPlanner {
   std::uint32_t bits_ = 8, largest_ = 0;
   std::vector<std::uint32_t> channels_, sizes_;
   double seams_ = 10;  // vertices that seams add, over the square root of positions
+  bool may_leave_map_out_ = true;
+  std::size_t earlier_ = 0;  // trials with maps that turned out too small for another map
   std::size_t next_level_ = 0;
   std::optional<Made> best_;
   LightBake plan_;

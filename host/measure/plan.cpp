@@ -10,7 +10,9 @@
 
 #include "bake/pipeline.h"
 #include "kiln/progress.h"
+#include "measure/bounds.h"
 #include "measure/normal_probe.h"
+#include "measure/outlook.h"
 
 namespace kiln {
 namespace {
@@ -31,56 +33,17 @@ constexpr double kLevel = 1.05;
 // What is expected to miss the error by less may reach it.
 constexpr double kNear = 1.04;
 
-/// How errors fall with the size of the map: e(s) = limit + 1 / (1 / range + rate s^2). A tiny map is as bad
-/// as can be, a large one is off by the square of its texels' size.
-class Outlook {
- public:
-  /// \param plain  the error without any map: what a tiny one comes to, as long as nothing else is known
-  Outlook(double limit, double plain) : limit_(limit), range_(std::max(plain - limit, kLeast)) {}
-
-  /// Takes what a map of a size turned out to reach.
-  void measured(std::uint32_t size, double error) {
-    const double above = std::max({error - limit_, 1e-3 * limit_, kLeast});
-    const double texels = 1.0 * size * size;
-    // Where charts have few texels, a tiny map is worse than none, and how much worse is not known.
-    range_ = std::max(range_, 2 * above);
-    rate_ = (1 / above - 1 / range_) / texels;
-    if (texels_ > 0) {
-      // Two sizes tell both.
-      const double rate = (1 / above - 1 / above_) / (texels - texels_);
-      const double start = 1 / above - rate * texels;
-      if (rate > 0 && start > 0) {
-        rate_ = rate;
-        range_ = 1 / start;
-      }
-    }
-    texels_ = texels;
-    above_ = above;
-  }
-
-  /// The same rate, with another limit: of another way to match.
-  Outlook with_limit(double limit) const {
-    Outlook other = *this;
-    other.limit_ = limit;
-    return other;
-  }
-
-  double limit() const { return limit_; }
-  double error(std::uint32_t size) const { return limit_ + 1 / (1 / range_ + rate_ * size * size); }
-
- private:
-  static constexpr double kLeast = 1e-6;
-  double limit_, range_;
-  double rate_ = 0;
-  double texels_ = 0, above_ = 0;  // of the last map
-};
-
 /// The two layouts turned out not to agree, at one size or another, or nothing lies at the same UVs.
 struct Unfit {};
 
 /// Whether a bake had texels, and found a point for none of them.
 bool found_nothing(const BakeReport& report) {
   return report.samples != 0 && report.missed == report.samples;
+}
+
+double missed_share(const BakeReport& report) {
+  if (report.samples == 0) return 1;
+  return static_cast<double>(report.missed) / static_cast<double>(report.samples);
 }
 
 class Planner {
@@ -293,6 +256,13 @@ class Planner {
     bake.method = method;
     bake.visibility.at = VisibilityAt::vertex;
     std::erase(bake.fallback, method);
+    if (!options_.bounds.empty() && !all_maps_) {
+      bake.maps = {MapKind::normal};
+      bake.transfers.clear();
+      bake.own_maps.clear();
+    } else if (options_.choose_rays) {
+      leave_to_rays(options_.bounds, bake);
+    }
     // How many trials there will be is not known: progress says what is going on.
     if (options_.bake.progress) {
       bake.progress = [this, doing](double, std::string_view) {
@@ -352,18 +322,12 @@ class Planner {
   }
 
   double measured(Baked baked, Outlook& outlook) {
-    const BakeOptions& options = baked.options;
     BakeResult& result = baked.result;
     PlanTrial& trial = baked.trial;
     const Stopwatch watch;
     const BakeReport& report = result.report;
-    trial.missed = report.samples != 0
-                       ? static_cast<double>(report.missed) / static_cast<double>(report.samples)
-                       : 1;
-    const auto normal = std::find_if(result.maps.begin(), result.maps.end(),
-                                     [](const BakedMap& m) { return m.kind == MapKind::normal; });
-    const Image& drawn = baked.drawn.pixels.empty() ? normal->image : baked.drawn;
-    trial.error = probe_->with_map(drawn, options);
+    trial.missed = missed_share(report);
+    trial.error = with_map(baked);
     if (report.recall) trial.lost = report.recall->lost;
     planned_.seconds_measure += watch.total();
     planned_.trials.push_back(trial);
@@ -387,8 +351,37 @@ class Planner {
 
   PlannedBake finished(double wanted) {
     planned_.wanted = wanted;
-    planned_.reached = best_finds_ && planned_.chosen.error.mean_degrees <= wanted;
+    if (!options_.bounds.empty()) reach_bounds();
+    planned_.reached =
+        best_finds_ && planned_.chosen.error.mean_degrees <= wanted && all_reached(planned_.bounds);
     return std::move(planned_);
+  }
+
+  /// Bakes all maps with the way to match that was chosen, ever larger until each is within its bound.
+  void reach_bounds() {
+    const MatchMethod method = planned_.chosen.method;
+    all_maps_ = true;
+    for (std::uint32_t size = std::min(planned_.chosen.width, planned_.chosen.height);;) {
+      Baked all = baked(method, size);
+      const Stopwatch watch;
+      planned_.bounds =
+          reached_bounds(impl_of(source_), low_, all.options, options_.bounds, all.result);
+      all.trial.error = with_map(all);
+      planned_.seconds_measure += watch.total();
+      if (all.result.report.recall) all.trial.lost = all.result.report.recall->lost;
+      all.trial.missed = missed_share(all.result.report);
+      planned_.trials.push_back(all.trial);
+      planned_.chosen = all.trial;
+      planned_.result = std::move(all.result);
+      if (all_reached(planned_.bounds) || size == largest()) return;
+      size = next(size);
+    }
+  }
+
+  NormalError with_map(const Baked& baked) const {
+    const Image& drawn =
+        baked.drawn.pixels.empty() ? baked.result.map(MapKind::normal).image : baked.drawn;
+    return probe_->with_map(drawn, baked.options);
   }
 
   const Source& source_;
@@ -402,6 +395,7 @@ class Planner {
   PlannedBake planned_;
   double best_error_ = 0, best_weighed_ = 0;
   bool best_finds_ = false;
+  bool all_maps_ = false;  // bakes make all maps, where bounds are reached after the normal map's
 };
 
 }  // namespace
@@ -419,6 +413,7 @@ PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOption
     throw Error(ErrorCode::usage,
                 "A plan measures normal maps, but none is among the maps: add it.");
   }
+  check_bounds(options.bake, options.bounds);
   return Planner(source, low, options).run();
 }
 

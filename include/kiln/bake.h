@@ -137,6 +137,7 @@ struct BakeReport {
   double seconds_image = 0;                    ///< Padding and encoding
   double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
   std::vector<IdEntry> ids;                    ///< The legend of the map id, where it was baked
+  std::optional<OcclusionReport> occlusion;    ///< Where ao or bent_normal was baked
   std::vector<MapError> errors;                ///< Where BakeOptions::report_errors asks for them
   double seconds_errors = 0;                   ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once

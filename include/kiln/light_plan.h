@@ -30,6 +30,10 @@ struct LightPlanOptions {
   /// The mean angle, degrees, between rendered normals of the light mesh with its map and those of the dense
   /// one. Above 0.
   double max_error = 0;
+  /// Of other maps that are baked, each once. A map that is too small for one of them is left out of the choice.
+  std::vector<MapBound> bounds = {};
+  /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
+  bool choose_rays = true;
   /// Pixels that the mesh's pictures are wide, at the largest size at which it will be seen, 16 to 16384. Then
   /// what is finer than a pixel does not count: mean normals of pixels are compared. 0: endlessly many pixels.
   std::uint32_t screen = 0;
@@ -84,11 +88,13 @@ struct LightBake {
   std::vector<LightTrial> outlook;  ///< Expected, of `levels` with each size
   std::vector<LightLevel> levels;   ///< That were looked at, by rising faces
   double wanted = 0;                ///< LightPlanOptions::max_error
-  bool reached = false;             ///< `chosen` was measured within `wanted`
-  bool cancelled = false;           ///< By BakeOptions::progress
-  double seconds_simplify = 0;      ///< Making light meshes
-  double seconds_unwrap = 0;        ///< Laying them out
-  double seconds_measure = 0;       ///< Looking at them and at maps
+  bool reached =
+      false;  ///< `chosen` was measured within `wanted`, and each of `bounds` within its own
+  std::vector<MapReached> bounds;  ///< Of LightPlanOptions::bounds, what `result` reaches
+  bool cancelled = false;          ///< By BakeOptions::progress
+  double seconds_simplify = 0;     ///< Making light meshes
+  double seconds_unwrap = 0;       ///< Laying them out
+  double seconds_measure = 0;      ///< Looking at them and at maps
 };
 
 /// Bytes of a light mesh with square maps. This and split_vertices(): any thread, nothing is kept.

@@ -37,9 +37,20 @@ enum class Bitangent {
   vertex,  ///< At the corners, and interpolated: Unity's way, and shaders with a bitangent a vertex
 };
 
-/// Rays over the hemisphere of the high poly's points, for the maps ao, bent_normal and thickness.
+/// How light around the high poly's points is gathered.
+enum class OcclusionBy {
+  rays,   ///< Rays over the hemisphere of each sample
+  views,  ///< Depth views of all that occludes, from all around; each sample looks into every one. For the maps
+          ///< ao and bent_normal, without a distance, and with faces that occlude from both sides
+  automatic,  ///< Two views a ray, where views serve and are expected to take less time; else rays. Beyond 64 rays
+              ///< views come less near than rays do
+};
+
+/// Light over the hemisphere of the high poly's points, for the maps ao, bent_normal and thickness.
 struct OcclusionOptions {
-  std::uint32_t rays = 64;  ///< A sample, 1 to 4096; spread by the cosine to the normal
+  OcclusionBy by = OcclusionBy::rays;
+  std::uint32_t views = 512;  ///< Directions of OcclusionBy::views, all around: 16 to 4096
+  std::uint32_t rays = 64;    ///< A sample, 1 to 4096; spread by the cosine to the normal
   /// How far something occludes; for thickness what is as thick as white. Above 0. None given: for ao and
   /// bent_normal all that is there, for thickness a tenth of the diagonal.
   std::optional<Length> distance = {};
@@ -80,10 +91,36 @@ struct IdEntry {
   std::uint64_t triangles = 0;   ///< Of the high poly
 };
 
+/// What gathered the light (OcclusionBy).
+struct OcclusionReport {
+  OcclusionBy by = OcclusionBy::rays;  ///< Rays or views
+  std::uint32_t views = 0;             ///< Directions; 0: rays
+  std::uint32_t view_size = 0;         ///< Pixels a side of each; 0: rays
+};
+
+/// The largest error that a map may have.
+struct MapBound {
+  MapKind kind = {};  ///< A map that is baked, but not of names, of coverage or of single texels
+  /// Root mean square, in the map's unit: degrees of unit vectors, CIE 1976 differences of colours, world units
+  /// of places and distances, shares of 1 of all else. Above 0.
+  double max_error = 0;
+};
+
+/// What a map that a plan bakes has reached: at some 2,000 points spread over the UVs, between what a renderer
+/// reads there (bilinear) and the high poly's own value, of 4096 rays and the finest footprint.
+struct MapReached {
+  MapKind kind = {};                                ///< The map
+  std::string_view unit;                            ///< Of both errors: "degrees", "ΔE"...
+  double wanted = 0;                                ///< MapBound::max_error
+  double error = 0;                                 ///< Root mean square
+  std::uint32_t points = 0;                         ///< Compared
+  bool reached() const { return error <= wanted; }  ///< It is within what was asked for
+};
+
 /// How far a map is from an independent, finer evaluation at some of its texels (BakeOptions::report_errors).
 struct MapError {
   MapKind kind = MapKind::normal;  ///< The map
-  std::string_view unit;           ///< Of the figures: "degrees", "world units", "1/255"...
+  std::string_view unit;           ///< Of the figures: "degrees", "world units", "1/255", "ΔE"...
   double rms = 0;                  ///< Root of the mean square
   double mean = 0;                 ///< Of the magnitudes
   double p95 = 0;                  ///< 95% of the texels are not above
@@ -132,6 +169,8 @@ struct MapInfo {
   bool takes_max_error = false;  ///< It obeys OcclusionOptions::max_error
   bool takes_back_faces =
       false;  ///< It obeys OcclusionOptions::back_faces, by_high, by_low and by_others
+  bool takes_views =
+      false;  ///< It obeys OcclusionOptions::by and views; others of rays are of rays always
   bool takes_curvature_radius = false;  ///< It obeys BakeOptions::curvature_radius
   bool takes_light = false;             ///< It obeys BakeOptions::light
   bool takes_id_by = false;             ///< It obeys BakeOptions::id_by

@@ -15,6 +15,11 @@ struct PlanOptions {
   /// The mean angle, degrees, between rendered normals of the light mesh with its map and those of the
   /// dense one that is to be reached. 0: what larger maps would not improve by more than 5%.
   double max_error = 0;
+  /// Of other maps that are baked, each once. Where the map that reaches `max_error` is too small for one of
+  /// them, all maps are made larger, until each is within its bound.
+  std::vector<MapBound> bounds = {};
+  /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
+  bool choose_rays = true;
   /// Everything but the method. Its size is the largest that the map may have.
   BakeOptions bake;
 };
@@ -54,11 +59,12 @@ struct PlannedBake {
   /// Where UVs and the first way that searches do not reach the error: what no map can get below, however it is matched, since
   /// a place shows one normal to all sides but the dense mesh has another behind it from each.
   double least = 0;
-  PlanTrial chosen;            ///< The trial that `result` is of
-  NormalError without_map;     ///< The light mesh's own normals, measured alike
-  double wanted = 0;           ///< Degrees; with max_error 0: what that came to
-  bool reached = false;        ///< `chosen` is within `wanted`
-  double seconds_measure = 0;  ///< Of measuring, beside the bakes
+  PlanTrial chosen;         ///< The trial that `result` is of
+  NormalError without_map;  ///< The light mesh's own normals, measured alike
+  double wanted = 0;        ///< Degrees; with max_error 0: what that came to
+  bool reached = false;     ///< `chosen` is within `wanted`, and each of `bounds` within its own
+  std::vector<MapReached> bounds;  ///< Of PlanOptions::bounds, what `result` reaches
+  double seconds_measure = 0;      ///< Of measuring, beside the bakes
 };
 
 /// Bakes with the cheapest plan that reaches an error: the way to match that costs least on a mesh of this

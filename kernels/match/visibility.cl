@@ -28,7 +28,7 @@
 // pixel of a view may be missed, as in any depth map.
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
-#include "match/visibility_lanes.clh"
+#include "accel/visibility_lanes.clh"
 #include "match/visibility_mean.clh"
 #include "shared/common.h"
 #include "shared/visibility.h"

@@ -209,6 +209,67 @@ TEST(LightCommand, LevelsAppearTogetherOrNotAtAll) {
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "2", "--reasons"}, "--reasons");
 }
 
+TEST(LightCommand, BoundsErrorsOfSeveralMaps) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const ProcessResult done =
+      dense.bake("several", {"--max-error", "ao=128/255,normal=12", "--maps", "normal,ao"});
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  const auto plan = dense.report("several")["plan"];
+  EXPECT_EQ(plan["wanted_degrees"], 12);
+  ASSERT_EQ(plan["bounds"].size(), 1U);
+  EXPECT_EQ(plan["bounds"][0]["map"], "ao");
+  EXPECT_DOUBLE_EQ(plan["bounds"][0]["wanted"], 128.0 / 255);
+  EXPECT_LE(plan["bounds"][0]["rms"], 128.0 / 255);
+  const ProcessResult not_reached = dense.bake(
+      "beyond", {"--max-error", "normal=12,ao=1e-9", "--maps", "normal,ao", "--ao-rays", "4"});
+  EXPECT_EQ(not_reached.exit_code, 1);
+  for (const auto& [bound, word] :
+       std::vector<std::pair<std::string, std::string>>{{"ao=2/255", "normal=DEGREES"},
+                                                        {"normal=12,ao", "names no map"},
+                                                        {"normal=12,ao=few", "2/255"},
+                                                        {"normal=12,ao=-1", "2/255"},
+                                                        {"normal=12,ao=1/0", "2/255"},
+                                                        {"normal=12,ao=1,ao=2", "two errors"},
+                                                        {"normal=12,height=1", "'height'"},
+                                                        {"normal=12,", "names no map"}}) {
+    const ProcessResult bad = dense.bake("bad", {"--max-error", bound, "--maps", "normal,ao"});
+    EXPECT_EQ(bad.exit_code, 2) << bound;
+    EXPECT_NE(bad.errors.find(word), std::string::npos) << bad.errors;
+  }
+}
+
+TEST(LightCommand, GathersLightByViews) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const std::vector<std::string> plain = {"--faces", "200", "--maps", "ao"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), plain.begin(), plain.end());
+    return more;
+  };
+  const ProcessResult done = dense.bake("views", with({"--ao-by", "views", "--ao-views", "32"}));
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  EXPECT_EQ(dense.report("views")["options"]["ao_by"], "views");
+  EXPECT_EQ(dense.report("views")["options"]["ao_views"], 32);
+  ASSERT_EQ(dense.bake("auto", with({"--ao-by", "auto"})).exit_code, 0);
+  EXPECT_EQ(dense.report("auto")["options"]["ao_by"], "rays");
+  const auto refuses = [&](const std::vector<std::string>& more, const std::string& word) {
+    const ProcessResult bad = dense.bake("bad", with(more));
+    EXPECT_EQ(bad.exit_code, 2) << bad.errors;
+    EXPECT_NE(bad.errors.find(word), std::string::npos) << bad.errors;
+  };
+  refuses({"--ao-views", "32"}, "--ao-by views");
+  refuses({"--ao-by", "views", "--ao-distance", "1%"}, "--ao-distance");
+  refuses({"--ao-by", "views", "--ao-error", "0.01"}, "--ao-error");
+  refuses({"--ao-by", "views", "--ao-ignore-back-faces"}, "--ao-ignore-back-faces");
+  refuses({"--ao-by", "views", "--ao-rays", "8"}, "--ao-rays");
+  refuses({"--ao-by", "views", "--ao-views", "8"}, "--ao-views");
+  const ProcessResult other =
+      dense.bake("bad", {"--faces", "200", "--maps", "height", "--ao-by", "views"});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.errors.find("ao or bent_normal"), std::string::npos) << other.errors;
+}
+
 TEST(LightCommand, ExitsWith1WhereTheErrorIsOutOfReach) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;

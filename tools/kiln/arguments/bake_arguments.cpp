@@ -2,6 +2,7 @@
 
 #include "arguments/bake_flags.h"
 #include "arguments/bake_values.h"
+#include "arguments/map_bounds.h"
 
 namespace kiln::cli {
 
@@ -81,19 +82,15 @@ std::string criterion_name(ViewCriterion criterion) {
   return name_of(criterion_values(), criterion);
 }
 
-namespace {
-constexpr std::string_view kOfNormals = "normal=";
-}  // namespace
-
-bool bounds_normals(const BakeArguments& a) { return a.max_error.starts_with(kOfNormals); }
+bool bounds_maps(const BakeArguments& a) { return a.max_error.find('=') != std::string::npos; }
 
 std::string angle_bound(const BakeArguments& a) {
-  if (bounds_normals(a)) return a.max_error.substr(kOfNormals.size());
+  if (bounds_maps(a)) return normal_bound(a.max_error);
   return a.max_angle.empty() && a.match == kAutomatic ? a.max_error : a.max_angle;
 }
 
 std::string deviation_bound(const BakeArguments& a) {
-  if (bounds_normals(a)) return "";
+  if (bounds_maps(a)) return "";
   return a.max_angle.empty() && a.match == kAutomatic ? "" : a.max_error;
 }
 

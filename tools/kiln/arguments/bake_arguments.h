@@ -64,6 +64,8 @@ struct BakeArguments {
   std::uint32_t samples = 1;
   std::string gutter = "16";
   bool mips = false;
+  std::string ao_by = "rays";
+  std::uint32_t ao_views = OcclusionOptions{}.views;
   std::uint32_t ao_rays = 64;
   std::string ao_distance;
   bool ao_ignore_back_faces = false;
@@ -132,8 +134,8 @@ bool by_visibility(const BakeArguments& arguments);
 std::string angle_bound(const BakeArguments& arguments);
 std::string deviation_bound(const BakeArguments& arguments);
 
-/// Whether --max-error is "normal=DEGREES", an angle between rendered normals.
-bool bounds_normals(const BakeArguments& arguments);
+/// Whether --max-error names maps, the normal map first of all: "normal=DEGREES", an angle between rendered normals.
+bool bounds_maps(const BakeArguments& arguments);
 /// Whether faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
 bool plans_light(const BakeArguments& arguments);
 

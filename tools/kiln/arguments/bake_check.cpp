@@ -2,6 +2,7 @@
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
+#include "arguments/map_bounds.h"
 #include "arguments/option_table.h"
 #include "arguments/packs.h"
 #include "arguments/parse.h"
@@ -58,6 +59,7 @@ void check_lods(const BakeArguments& a) {
 
 /// Flags of a plan of light mesh, map and match together.
 void check_light_plan(const BakeArguments& a) {
+  map_bounds(a);
   const bool plans = plans_light(a);
   if (!a.screen.empty()) {
     parse_pixels("--screen", a.screen);
@@ -68,7 +70,7 @@ void check_light_plan(const BakeArguments& a) {
     }
   }
   if (!plans) {
-    if (a.match != kAutomatic && bounds_normals(a)) {
+    if (a.match != kAutomatic && bounds_maps(a)) {
       fail("--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
     }
     return;
@@ -202,6 +204,27 @@ void check_maps(const BakeArguments& a) {
   }
 }
 
+/// How the light of ao and bent_normal is gathered.
+void check_occlusion(const BakeArguments& a) {
+  const auto given = [&](const char* flag) { return a.given.contains(flag); };
+  if (a.ao_by == "rays" && given("--ao-views")) {
+    fail("--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
+  }
+  if (a.ao_by != "views") return;
+  for (const char* flag : {"--ao-distance", "--ao-ignore-back-faces", "--ao-error"}) {
+    if (!given(flag)) continue;
+    fail(std::string(flag) +
+         " is for rays, since a depth view shows the first face alone: leave it out, or --ao-by "
+         "views.");
+  }
+  const bool other = std::any_of(a.maps.begin(), a.maps.end(), [](const std::string& name) {
+    return find_map(name).takes_rays && !find_map(name).takes_views;
+  });
+  if (given("--ao-rays") && !other) {
+    fail("--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
+  }
+}
+
 /// How files hold maps.
 void check_files(const BakeArguments& a) {
   parse_packs(a);
@@ -253,6 +276,7 @@ void check(const BakeArguments& a) {
   check_visibility(a);
   check_fallback(a);
   check_height_field(a);
+  check_occlusion(a);
   check_files(a);
   if (a.raw && !is_exr(image_options(a)))
     fail("--raw writes negative values, which PNG cannot hold: add --format exr.");

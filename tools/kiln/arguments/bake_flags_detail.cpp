@@ -1,9 +1,22 @@
 #include "arguments/bake_flags.h"
+#include "arguments/bake_values.h"
 
 namespace kiln::cli {
 
 void add_detail_flags(CLI::App& command, BakeArguments& a) {
   const char* const group_occlusion = "Occlusion (--maps ao, bent_normal, thickness)";
+  command
+      .add_option("--ao-by", a.ao_by,
+                  "What gathers ao and bent_normal: rays; views (depth views of all that darkens, "
+                  "from all around: no grain); or auto (views where they are expected to be "
+                  "faster)")
+      ->check(one_of(occlusion_by_values()))
+      ->capture_default_str()
+      ->group(group_occlusion);
+  command.add_option("--ao-views", a.ao_views, "With --ao-by views: their directions, 16 to 4096")
+      ->check(CLI::Range(16U, 4096U))
+      ->capture_default_str()
+      ->group(group_occlusion);
   command
       .add_option("--ao-rays", a.ao_rays,
                   "Rays a sample, 1 to 4096: more rays, less grain in ambient occlusion (ao), bent "

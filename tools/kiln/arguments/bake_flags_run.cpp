@@ -33,7 +33,9 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
                   "Without LOW and --faces: normal=DEGREES, the fewest bytes of light mesh and "
                   "maps whose rendered normals are this near on average; or P%, few triangles that "
                   "stay within this share of the diagonal (default 0.2%). With --match auto and "
-                  "without --max-angle: the older name of that")
+                  "without --max-angle: the older name of that. normal=DEGREES,MAP=E...: errors "
+                  "of several maps at once (degrees, world units, colour differences, or shares "
+                  "of 1 such as 2/255)")
       ->group(group_low);
   command
       .add_option("--screen", a.screen,

@@ -64,6 +64,8 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.flip_y = a.flip_y;
   options.two_component = a.two_component;
   options.raw = a.raw;
+  options.occlusion.by = occlusion_by_values().at(a.ao_by);
+  options.occlusion.views = a.ao_views;
   options.occlusion.rays = a.ao_rays;
   options.occlusion.back_faces = !a.ao_ignore_back_faces;
   const auto named = [&](const char* name) {

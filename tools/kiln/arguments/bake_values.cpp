@@ -44,6 +44,12 @@ const std::map<std::string, RayRule>& ray_rule_values() {
   return values;
 }
 
+const std::map<std::string, OcclusionBy>& occlusion_by_values() {
+  static const std::map<std::string, OcclusionBy> values = {
+      {"rays", OcclusionBy::rays}, {"views", OcclusionBy::views}, {"auto", OcclusionBy::automatic}};
+  return values;
+}
+
 const std::map<std::string, RayDirection>& ray_direction_values() {
   static const std::map<std::string, RayDirection> values = {{"auto", RayDirection::automatic},
                                                              {"averaged", RayDirection::averaged},

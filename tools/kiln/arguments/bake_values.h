@@ -18,6 +18,7 @@ const std::map<std::string, Triangulation>& triangulation_values();
 const std::map<std::string, MissPolicy>& miss_values();
 const std::map<std::string, RayTraversal>& traversal_values();
 const std::map<std::string, RayRule>& ray_rule_values();
+const std::map<std::string, OcclusionBy>& occlusion_by_values();
 const std::map<std::string, RayDirection>& ray_direction_values();
 const std::map<std::string, VisibilityAt>& visibility_at_values();
 const std::map<std::string, VisibilityTest>& visibility_test_values();

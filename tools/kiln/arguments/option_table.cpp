@@ -32,6 +32,7 @@ bool has_mips(const MapInfo& map) { return has_padding(map) && map.type != MapTy
 
 bool takes_rays(const MapInfo& map) { return map.takes_rays; }
 bool takes_back_faces(const MapInfo& map) { return map.takes_back_faces; }
+bool takes_views(const MapInfo& map) { return map.takes_views; }
 bool takes_max_error(const MapInfo& map) { return map.takes_max_error; }
 bool takes_light(const MapInfo& map) { return map.takes_light; }
 bool takes_id_by(const MapInfo& map) { return map.takes_id_by; }
@@ -84,6 +85,8 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--flip-y", .map = holds_directions},
     OptionRow{.flag = "--two-component", .map = holds_directions},
     OptionRow{.flag = "--raw", .map = holds_directions},
+    OptionRow{.flag = "--ao-by", .map = takes_views},
+    OptionRow{.flag = "--ao-views", .map = takes_views},
     OptionRow{.flag = "--ao-rays", .map = takes_rays},
     OptionRow{.flag = "--ao-distance", .map = takes_rays},
     OptionRow{.flag = "--ao-ignore-back-faces", .map = takes_back_faces},

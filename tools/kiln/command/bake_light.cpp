@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "arguments/bake_values.h"
+#include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
 #include "command/bake_run.h"
@@ -15,6 +16,8 @@ LightPlanOptions light_options(const BakeRun& run) {
   LightPlanOptions options;
   const char* flag = a.max_angle.empty() ? "--max-error" : "--max-angle";
   options.max_error = parse_degrees(flag, angle_bound(a));
+  options.bounds = map_bounds(a);
+  options.choose_rays = !a.given.contains("--ao-rays");
   if (!a.screen.empty()) options.screen = parse_pixels("--screen", a.screen);
   options.choose_match = a.match == kAutomatic;
   options.choose_samples = !a.given.contains("--samples");
@@ -69,6 +72,8 @@ Json trials_json(const std::vector<LightTrial>& trials) {
 }  // namespace
 
 Warning light_not_reached(const LightBake& light, const std::string& place) {
+  if (light.chosen.measured <= light.wanted)
+    return bounds_not_reached(light.bounds, light.chosen.size);
   char text[320];
   std::snprintf(
       text, sizeof text,
@@ -76,6 +81,16 @@ Warning light_not_reached(const LightBake& light, const std::string& place) {
       "of %.3g degrees%s; what is written reaches %.3g. Allow a larger map, or accept more.",
       light.wanted, place.c_str(), light.chosen.measured);
   return {"error-not-reached", text, 1};
+}
+
+Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size) {
+  std::string text = "With maps of " + size_text(size) +
+                     " texels these are further off than --max-error asks for:";
+  for (const MapReached& map : bounds) {
+    if (!map.reached()) text += " " + describe(map) + ".";
+  }
+  return {"error-not-reached",
+          text + " Allow a larger --size, give more --ao-rays to maps of rays, or accept more.", 1};
 }
 
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings) {
@@ -157,6 +172,7 @@ Json light_json(const LightBake& light, std::uint32_t screen) {
           {"trials", trials_json(light.trials)},
           {"trade", trials_json(light.trade)},
           {"levels", levels},
+          {"bounds", bounds_json(light.bounds)},
           {"seconds",
            {{"simplify", light.seconds_simplify},
             {"unwrap", light.seconds_unwrap},

@@ -1,4 +1,5 @@
 // The report of a bake, as JSON.
+#include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "command/bake_run.h"
 
@@ -36,6 +37,7 @@ Json plan_json(const PlannedBake& planned) {
           {"seconds_measure", planned.seconds_measure},
           {"least_degrees", planned.least},
           {"limits", limits},
+          {"bounds", bounds_json(planned.bounds)},
           {"trials", trials}};
 }
 

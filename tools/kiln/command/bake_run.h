@@ -87,6 +87,9 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
 
 /// What to plan.
 LightPlanOptions light_options(const BakeRun& run);
+/// Of maps that a plan's largest size does not do for.
+Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size);
+
 /// Plans the light mesh, its map and the match together, and makes them. \returns false where it was cancelled
 bool make_light(BakeRun& run, const Source& source);
 /// Takes what was planned for the run's mesh and maps.

@@ -1,6 +1,7 @@
 // What a bake says at its end.
 #include <cstdio>
 
+#include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "command/bake_run.h"
 
@@ -215,6 +216,11 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
     for (const std::string& line : lod_table(*run.lods)) console.line(line);
   }
   if (run.planned) console.line(summary(*run.planned));
+  for (const MapReached& map : run.planned ? run.planned->bounds
+                               : run.light ? run.light->bounds
+                                           : std::vector<MapReached>()) {
+    console.line(describe(map));
+  }
   if (report.views) console.line(summary(*report.views, source.diagonal));
   if (report.uv) console.line(summary(*report.uv, source.diagonal));
   if (run.parts) {

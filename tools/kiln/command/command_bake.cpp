@@ -5,6 +5,7 @@
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
+#include "arguments/map_bounds.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -20,6 +21,9 @@ namespace kiln::cli {
 namespace {
 
 Warning not_reached(const PlannedBake& planned) {
+  if (planned.chosen.error.mean_degrees <= planned.wanted) {
+    return bounds_not_reached(planned.bounds, planned.chosen.width);
+  }
   char text[320];
   std::snprintf(
       text, sizeof text,
@@ -181,6 +185,8 @@ bool make_maps(BakeRun& run, const Source& source) {
   } else if (run.arguments.match == kAutomatic) {
     PlanOptions plan_options;
     plan_options.bake = run.options;
+    plan_options.bounds = map_bounds(run.arguments);
+    plan_options.choose_rays = !run.arguments.given.contains("--ao-rays");
     if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
       plan_options.max_error =
           parse_degrees(run.arguments.max_angle.empty() ? "--max-error" : "--max-angle", bound);
@@ -235,7 +241,7 @@ int run_bake(const BakeArguments& given) {
   BakeRun run(given);
   BakeArguments& arguments = run.arguments;
   if (is_height_field(given.high) && !given.given.contains("--match")) arguments.match = "uv";
-  if (bounds_normals(arguments) && !arguments.given.contains("--match")) {
+  if (bounds_maps(arguments) && !arguments.given.contains("--match")) {
     arguments.match = kAutomatic;
   }
   part_maps(arguments);

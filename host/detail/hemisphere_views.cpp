@@ -1,0 +1,95 @@
+#include "detail/hemisphere_views.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <string>
+
+#include "accel/depth_views.h"
+#include "accel/ray.h"
+#include "mesh/usable.h"
+#include "shared/visibility.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+constexpr std::uint32_t kViewsAtATime = 32;  // 64 MiB of keys, 32 MiB of depths
+// What may lie this much nearer than a sample, in pixels, without hiding it: the surface bends within a pixel.
+constexpr float kBiasPixels = 0.5F;
+
+// Pictures are about as fine as the map, within these.
+constexpr std::uint32_t kLeastSize = 256, kMostSize = 512;
+
+}  // namespace
+
+std::uint32_t HemisphereViews::size_for(std::uint32_t width, std::uint32_t height) {
+  return std::bit_ceil(std::clamp(std::max(width, height), kLeastSize, kMostSize));
+}
+
+HemisphereViews::HemisphereViews(cl::Context& context, std::vector<Vec3> positions,
+                                 std::span<const Triangle> triangles, std::uint32_t directions,
+                                 std::uint32_t size, Traversal traversal)
+    : context_(context),
+      size_(size),
+      scalar_(choose_traversal(context, traversal) == Traversal::gpu) {
+  double radius = 0;
+  for (const Vec3& p : positions) {
+    if (is_finite(p)) radius = std::max(radius, length(Vec3d(p)));
+  }
+  int exponent = 0;
+  std::frexp(radius, &exponent);
+  if (radius > 0.5) scale_ = static_cast<float>(std::ldexp(0.5, -exponent));  // exact
+  for (Vec3& p : positions) p = {p.x * scale_, p.y * scale_, p.z * scale_};
+  raster_.emplace(context, positions, triangles);
+  for (const Vec3d& toward : spread_directions(directions)) {
+    kiln_view view = make_view(toward, raster_->radius(), size_);
+    view.flags = KILN_RASTER_TWO_SIDED;
+    views_.push_back(view);
+  }
+}
+
+void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
+                          std::uint32_t capacity, const cl::Array<float>& sums,
+                          const cl::Array<float>& lean, std::uint32_t lean_plane) {
+  const std::uint64_t pixels = DepthKeys::count(size_, size_);
+  const std::uint32_t batch =
+      std::min({DepthViews::batch_size(context_, size_), kViewsAtATime, directions()});
+  if (depths_.empty()) {
+    keys_ = DepthKeys(context_, pixels * batch);
+    depths_ = cl::Array<float>(context_, std::size_t{size_} * size_ * batch);
+  }
+  std::string defines = scalar_ ? "-DKILN_VISIBILITY_SCALAR=1" : "";
+  if (!lean.empty()) defines += (scalar_ ? " " : "") + std::string("-DKILN_HEMISPHERE_LEAN=1");
+  const cl::Kernel add = context_.kernel("hemisphere_views", "kiln_hemisphere_views", defines);
+  const cl::Kernel depths = context_.kernel("hemisphere_views", "kiln_hemisphere_depths", defines);
+  for (std::uint32_t first = 0; first < directions(); first += batch) {
+    const std::uint32_t number = std::min(batch, directions() - first);
+    const std::span<kiln_view> views = std::span(views_).subspan(first, number);
+    for (std::uint32_t k = 0; k < number; ++k) {
+      views[k].first = static_cast<std::uint32_t>(pixels) * k;
+    }
+    const cl::Array<kiln_view> on_device(context_, std::span<const kiln_view>(views));
+    raster_->draw(views, keys_);
+    kiln_hemisphere_views_params params{};
+    params.count = count;
+    params.capacity = capacity;
+    params.lean_plane = lean_plane;
+    params.view_count = number;
+    params.view_size = size_;
+    params.first_view = first;
+    params.bias = kBiasPixels / views[0].scale;
+    params.scale = scale_;
+    const std::size_t rows = std::size_t{size_} * KILN_RASTER_TILES(size_) * number;
+    context_.launch(depths, rows, kLocal, params, on_device, keys_.keys, keys_.drawn, depths_);
+    const std::size_t items = scalar_ ? count : capacity / KILN_VISIBILITY_SAMPLES;
+    if (lean.empty()) {
+      context_.launch(add, items, kLocal, params, on_device, depths_, points, sums);
+    } else {
+      context_.launch(add, items, kLocal, params, on_device, depths_, points, sums, lean);
+    }
+    context_.finish();  // the views on the device go
+  }
+}
+
+}  // namespace kiln

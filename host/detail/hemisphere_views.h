@@ -1,0 +1,51 @@
+// Depth views of all that occludes, from all around, that samples look into.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "accel/device_bvh.h"
+#include "accel/raster.h"
+#include "cl/context.h"
+#include "kiln/source.h"
+#include "shared/hemisphere_views.h"
+
+namespace kiln {
+
+/// Adds up directions that samples see (kernels/detail/hemisphere_views.cl). Directions are added in their order,
+/// so that sums depend on nothing but the sample.
+class HemisphereViews {
+ public:
+  /// Pixels a side of each picture, for maps of a size.
+  static std::uint32_t size_for(std::uint32_t width, std::uint32_t height);
+
+  /// \param positions  of what occludes, anywhere; not empty
+  /// \param size       pixels a side of each picture
+  /// \param traversal  gpu: one sample a work-item
+  HemisphereViews(cl::Context& context, std::vector<Vec3> positions,
+                  std::span<const Triangle> triangles, std::uint32_t directions, std::uint32_t size,
+                  Traversal traversal);
+
+  /// \param points      position, normal and face normal, 9 planes of `capacity`
+  /// \param capacity    a multiple of KILN_VISIBILITY_SAMPLES; planes are 0 from `count` on
+  /// \param sums        KILN_HEMISPHERE_VIEW_SUMS planes of `capacity`
+  /// \param lean        3 planes of lean_plane, at least `capacity`; empty: not wanted
+  void add(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
+           const cl::Array<float>& sums, const cl::Array<float>& lean, std::uint32_t lean_plane);
+
+  std::uint32_t directions() const { return static_cast<std::uint32_t>(views_.size()); }
+
+ private:
+  cl::Context& context_;
+  std::uint32_t size_;
+  bool scalar_;
+  float scale_ = 1;  // of the points: they lie within 0.5 of the origin then
+  std::optional<Rasterizer> raster_;
+  std::vector<kiln_view> views_;
+  DepthKeys keys_;
+  cl::Array<float> depths_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,166 @@
+// Hemispheres gathered by depth views, and what occludes.
+#include <algorithm>
+#include <cmath>
+
+#include "detail/hemisphere_rays.h"
+#include "detail/hemispheres.h"
+#include "shared/visibility.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocal = 64;
+
+// With twice as many views as rays, ambient occlusion comes as near to the truth, up to so many rays (measured on
+// the bunny, tools/bench/README.md). Beyond, pixels of the views are what is missing.
+constexpr std::uint32_t kViewsARay = 2, kMostRays = 64, kFewestViews = 16;
+// What a view costs, in rays: for itself, for each triangle and for each sample; and how much less views must take.
+constexpr double kView = 10000, kTriangle = 0.15, kSample = 0.125, kLess = 0.7;
+
+/// How many samples the low poly covers, by its UVs.
+double samples_of(const BakeOptions& options, const LowSurface& surface) {
+  double area = 0;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    if (surface.usable[t] == 0) continue;
+    const auto& [a, b, c] = surface.triangles[t];
+    area += std::abs((double{b.uv.x} - a.uv.x) * (double{c.uv.y} - a.uv.y) -
+                     (double{c.uv.x} - a.uv.x) * (double{b.uv.y} - a.uv.y)) /
+            2;
+  }
+  return std::min(area, 1.0) * options.width * options.height * options.samples * options.samples;
+}
+
+}  // namespace
+
+std::uint32_t views_for(const MapRequest& request) {
+  const OcclusionOptions& asked = request.options.occlusion;
+  if (asked.by == OcclusionBy::rays) return 0;
+  if (asked.by == OcclusionBy::views) return asked.views;
+  if (asked.distance || !asked.back_faces || asked.max_error > 0 || asked.rays > kMostRays)
+    return 0;
+  const double samples = samples_of(request.options, request.surface);
+  double triangles = 0;
+  if (asked.by_high) triangles += static_cast<double>(request.source.triangles.size());
+  if (asked.by_low) triangles += static_cast<double>(request.surface.triangles.size());
+  for (const Mesh* mesh : asked.by_others) {
+    triangles += static_cast<double>(mesh->triangles.size());
+  }
+  const std::uint32_t views = std::max(kFewestViews, kViewsARay * asked.rays);
+  const double by_views = views * (kView + kTriangle * triangles + kSample * samples);
+  return by_views < kLess * asked.rays * samples ? views : 0;
+}
+
+Hemispheres::Occluding Hemispheres::all_occluding() const {
+  Occluding all;
+  const auto add = [&](std::span<const Vec3> points, std::span<const Triangle> faces) {
+    const auto first = static_cast<std::uint32_t>(all.positions.size());
+    all.positions.insert(all.positions.end(), points.begin(), points.end());
+    for (const Triangle& t : faces) {
+      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+  };
+  if (by_high_) add(source_.positions, source_.triangles);
+  for (const Mesh& other : others_) add(other.positions, other.triangles);
+  for (std::size_t i = 0; by_low_ && i < surface_.triangles.size(); ++i) {
+    if (surface_.usable[i] == 0) continue;
+    const auto& [a, b, c] = surface_.triangles[i];
+    const std::array<Vec3, 3> points{a.position, b.position, c.position};
+    const std::array<Triangle, 1> face{Triangle{0, 1, 2}};
+    add(points, face);
+  }
+  return all;
+}
+
+const RayCaster& Hemispheres::occluders() {
+  if (by_high_ && !by_low_ && others_.empty()) return source_.rays();
+  if (all_occluders_) return *all_occluders_;
+  const Occluding all = all_occluding();
+  all_occluders_.emplace(context_, all.positions, all.triangles, source_.traversal);
+  return *all_occluders_;
+}
+
+/// \param points  KILN_HEMISPHERE_PLANES planes of `stride`, of all of a band's samples
+void Hemispheres::make_points(const TexelBand& band, const Correspondence& match, bool second,
+                              std::uint32_t stride, const cl::Array<float>& points) {
+  upload();
+  kiln_hemisphere_params params{};
+  params.count = band.sample_count;
+  params.stride = stride;
+  params.low_capacity = band.capacity;
+  params.hit_capacity = match.capacity;
+  params.keep = keep_ && !second ? 1 : 0;
+  params.two_sided = two_sided_ ? 1 : 0;
+  params.push = 1;
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_points"), stride, kLocal, params,
+                  band.triangle, band.barycentric, band.points, shading_, match.triangle,
+                  match.barycentric, positions_, triangles_, source_.attributes.normal_indices,
+                  source_.attributes.normals, points);
+}
+
+void Hemispheres::see(const TexelBand& band, const Correspondence& match, bool second) {
+  Sums& sums = sums_[second ? 1 : 0];
+  if (sums.has_open) return;
+  if (!views_) {
+    Occluding all = all_occluding();
+    views_.emplace(context_, std::move(all.positions), all.triangles, view_directions_,
+                   HemisphereViews::size_for(width_, height_), source_.traversal);
+  }
+  const std::uint32_t capacity = (band.sample_count + KILN_VISIBILITY_SAMPLES - 1) /
+                                 KILN_VISIBILITY_SAMPLES * KILN_VISIBILITY_SAMPLES;
+  const cl::Array<float> points(context_, std::size_t{KILN_HEMISPHERE_PLANES} * capacity);
+  const cl::Array<float> seen(context_, std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * capacity);
+  context_.fill(seen, 0.0F);
+  if (wants_lean_) {
+    make_room(context_, sums.lean, std::size_t{3} * std::max(plane_of(band), capacity));
+    context_.fill(sums.lean, 0.0F);
+  }
+  make_points(band, match, second, capacity, points);
+  views_->add(points, band.sample_count, capacity, seen, sums.lean, plane_of(band));
+  sums.seen.resize(std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * band.sample_count);
+  for (std::size_t p = 0; p < KILN_HEMISPHERE_VIEW_SUMS; ++p) {
+    seen.read(context_, std::span(sums.seen).subspan(p * band.sample_count, band.sample_count),
+              p * capacity);
+  }
+  sums.has_open = true;
+}
+
+void Hemispheres::report(BakeReport& report) const {
+  report.occlusion.emplace();
+  if (view_directions_ == 0) return;
+  report.occlusion = {OcclusionBy::views, view_directions_,
+                      HemisphereViews::size_for(width_, height_)};
+}
+
+/// Even and odd directions are two estimates of each texel, which are smoothed over the surface, across seams, as
+/// far as that loses nothing.
+std::vector<float> Hemispheres::open_by_views(const TexelBand& band, const Correspondence& match,
+                                              bool second) {
+  see(band, match, second);
+  make_turns(band);  // picked with the samples
+  const std::vector<float>& seen = sums_[second ? 1 : 0].seen;
+  const std::size_t plane = band.sample_count;
+  std::vector<float> shares(plane);
+  const Shared shared = prepare_filter(band, match, second);
+  const std::size_t texels = shared.first.size() - 1;
+  if (texels == 0) return shares;
+  std::vector<float> pairs(2 * texels);
+  for (std::size_t t = 0; t < texels; ++t) {
+    for (std::size_t half = 0; half < 2; ++half) {
+      double open = 0, all = 0;
+      for (std::size_t s = shared.first[t]; s < shared.first[t + 1]; ++s) {
+        open += seen[half * plane + shared.samples[s]];
+        all += seen[(2 + half) * plane + shared.samples[s]];
+      }
+      pairs[2 * t + half] = all > 0 ? static_cast<float>(open / all) : 0.0F;
+    }
+  }
+  const ShareFilter::Result smooth = filter_->run(pairs);
+  for (std::size_t t = 0; t < texels; ++t) {
+    for (std::size_t s = shared.first[t]; s < shared.first[t + 1]; ++s) {
+      shares[shared.samples[s]] = smooth.shares[t];
+    }
+  }
+  return shares;
+}
+
+}  // namespace kiln

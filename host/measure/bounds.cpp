@@ -1,0 +1,190 @@
+#include "measure/bounds.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "bake/map_units.h"
+#include "bake/pipeline.h"
+#include "detail/registry.h"
+#include "image/gutter.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kPoints = 2000;
+// Texels a side of the grid that they are centres of.
+constexpr double kFewest = 47, kMost = 1021;
+constexpr std::uint32_t kRays = 4096, kFinest = 16384;
+// Of a bound of the map ao: what its rays may take.
+constexpr double kOfRays = 0.5;
+
+/// Rows of the maps that the options ask for, and of those that they bring along.
+struct Rows {
+  explicit Rows(const BakeOptions& bake) : own(own_rows(bake)), asked(bake.maps) {}
+  /// Null where no such map is baked.
+  const MapRow* find(MapKind kind) const {
+    for (const MapRow& row : own) {
+      if (row.info.kind == kind) return &row;
+    }
+    return std::find(asked.begin(), asked.end(), kind) != asked.end() ? &map_row(kind) : nullptr;
+  }
+  std::vector<MapRow> own;
+  std::vector<MapKind> asked;
+};
+
+bool has_errors(const MapRow& row) {
+  return row.info.type != MapType::id && row.info.type != MapType::coverage && !row.of_texels;
+}
+
+double scale_of(const MapRow& row) { return unit_of(row).name == "1/255" ? 255 : 1; }
+
+/// Texels a side, an odd number, so that `kPoints` of them are covered.
+std::uint32_t grid_of(const Mesh& low) {
+  double area = 0;
+  for (const Triangle& t : low.uv_triangles) {
+    const Vec2 &a = low.uvs[t[0]], &b = low.uvs[t[1]], &c = low.uvs[t[2]];
+    const double twice =
+        (double{b.x} - a.x) * (double{c.y} - a.y) - (double{c.x} - a.x) * (double{b.y} - a.y);
+    if (std::isfinite(twice)) area += std::abs(twice) / 2;
+  }
+  const double side = std::sqrt(kPoints / std::clamp(area, 1e-6, 1.0));
+  return static_cast<std::uint32_t>(std::clamp(side, kFewest, kMost)) | 1U;
+}
+
+/// Points of the surface alone, each map's own value there.
+BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bounds,
+                          const BakeResult& result, std::uint32_t side) {
+  BakeOptions options = bake;
+  const auto wanted = [&](std::string_view name) {
+    return std::any_of(bounds.begin(), bounds.end(),
+                       [&](const MapBound& bound) { return bound.kind.name == name; });
+  };
+  std::erase_if(options.maps, [&](MapKind kind) { return !wanted(kind.name); });
+  std::erase_if(options.transfers, [&](const Transfer& map) { return !wanted(map.name); });
+  std::erase_if(options.own_maps, [&](const OwnMap& map) { return !wanted(map.name); });
+  // Views are as fine as those of the map.
+  if (result.report.views) options.views.size = result.report.views->size;
+  options.width = options.height = side;
+  options.samples = 1;
+  options.occlusion.rays = kRays;
+  options.occlusion.by = OcclusionBy::rays;
+  options.occlusion.max_error = 0;
+  options.raw = true;
+  options.two_component = options.mips = options.report_errors = options.keep_match = false;
+  options.recall = options.fallback_blend = 0;
+  options.recall_vertices = false;
+  options.gutter = 0;
+  options.progress = {};
+  return options;
+}
+
+/// A map's value between its texels' centres, with directions along the axes.
+std::array<float, 4> look_up(const MapRow& row, const BakeOptions& bake, const Image& image,
+                             double u, double v) {
+  const double x = std::clamp(u * image.width - 0.5, 0.0, image.width - 1.0);
+  const double y = std::clamp(v * image.height - 0.5, 0.0, image.height - 1.0);
+  const auto left = static_cast<std::uint32_t>(x), top = static_cast<std::uint32_t>(y);
+  const std::uint32_t right = std::min(left + 1, image.width - 1);
+  const std::uint32_t below = std::min(top + 1, image.height - 1);
+  const double across = x - left, down = y - top;
+  const auto at = [&](std::uint32_t column, std::uint32_t line, std::uint32_t c) {
+    return double{image.pixels[(std::size_t{line} * image.width + column) * image.channels + c]};
+  };
+  std::array<float, 4> value{};
+  for (std::uint32_t c = 0; c < image.channels; ++c) {
+    const double upper = at(left, top, c) * (1 - across) + at(right, top, c) * across;
+    const double lower = at(left, below, c) * (1 - across) + at(right, below, c) * across;
+    value[c] = static_cast<float>(upper * (1 - down) + lower * down);
+  }
+  if (row.info.type != MapType::unit_vector) return value;
+  for (std::size_t c = 0; c < 3 && !bake.raw; ++c) value[c] = 2 * value[c] - 1;
+  if (bake.two_component) {
+    value[2] = std::sqrt(std::max(0.0F, 1 - value[0] * value[0] - value[1] * value[1]));
+  }
+  return value;
+}
+
+}  // namespace
+
+void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
+  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
+  if (bounds.empty()) return;
+  const Rows rows(bake);
+  for (const MapBound& bound : bounds) {
+    const std::string name(bound.kind.name);
+    if (bound.kind == MapKind::normal) {
+      fail("bounds has the map normal, whose error max_error bounds: leave one of them out.");
+    }
+    const MapRow* row = rows.find(bound.kind);
+    if (row == nullptr)
+      fail("An error is bound of the map " + name + ", which is not baked: add it.");
+    if (!has_errors(*row)) {
+      fail("An error is bound of the map " + name + ", which has none: leave the bound out.");
+    }
+    if (!std::isfinite(bound.max_error) || !(bound.max_error > 0)) {
+      fail("The error of the map " + name + " is " + std::to_string(bound.max_error) +
+           ": it must be finite and above 0.");
+    }
+    if (std::count_if(bounds.begin(), bounds.end(),
+                      [&](const MapBound& other) { return other.kind == bound.kind; }) > 1) {
+      fail("The map " + name + " has two bounds: leave one of them out.");
+    }
+  }
+}
+
+void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
+  if (bake.occlusion.max_error > 0 || bake.occlusion.by == OcclusionBy::views) return;
+  const Rows rows(bake);
+  for (const MapBound& bound : bounds) {
+    if (rows.find(bound.kind)->info.takes_max_error && bound.max_error <= 1) {
+      bake.occlusion.max_error = kOfRays * bound.max_error;
+    }
+  }
+}
+
+std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low,
+                                       const BakeOptions& bake, std::span<const MapBound> bounds,
+                                       const BakeResult& result) {
+  std::vector<MapReached> reached;
+  if (bounds.empty()) return reached;
+  BakeProgress(bake.progress).at(0, "measuring errors");
+  const std::uint32_t side = grid_of(low);
+  const BakeOptions options = point_options(bake, bounds, result, side);
+  Clusters clusters;
+  const std::uint32_t finer = std::max(1U, kFinest / side);
+  const BakeResult points = Pipeline({high, low, options, finer}, Bands::pass).run(clusters);
+  const Rows rows(bake);
+  for (const MapBound& bound : bounds) {
+    const MapRow& row = *rows.find(bound.kind);
+    const Image& exact = points.map(bound.kind).image;
+    const Image& baked = result.map(bound.kind).image;
+    MapReached map;
+    map.kind = row.info.kind;
+    map.unit = unit_of(row).name;
+    if (map.unit == "1/255") map.unit = "";
+    map.wanted = bound.max_error;
+    double squares = 0;
+    for (std::size_t i = 0; i < points.coverage.size(); ++i) {
+      if (points.coverage[i] != kCoverageBaked) continue;
+      const double u = (static_cast<double>(i % side) + 0.5) / side;
+      const double v = (static_cast<double>(i / side) + 0.5) / side;
+      const std::array<float, 4> value = look_up(row, bake, baked, u, v);
+      const double error =
+          map_difference(row, value.data(), &exact.pixels[i * exact.channels]) / scale_of(row);
+      squares += error * error;
+      ++map.points;
+    }
+    if (map.points != 0) map.error = std::sqrt(squares / map.points);
+    reached.push_back(map);
+  }
+  return reached;
+}
+
+bool all_reached(std::span<const MapReached> bounds) {
+  return std::all_of(bounds.begin(), bounds.end(),
+                     [](const MapReached& map) { return map.reached(); });
+}
+
+}  // namespace kiln

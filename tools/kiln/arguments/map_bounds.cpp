@@ -1,0 +1,113 @@
+#include "arguments/map_bounds.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <string_view>
+
+#include "arguments/parse.h"
+#include "arguments/transfers.h"
+
+namespace kiln::cli {
+namespace {
+
+constexpr std::string_view kNormal = "normal";
+
+[[noreturn]] void bad(const BakeArguments& a, const std::string& what) {
+  throw Error(ErrorCode::usage, "--max-error is '" + a.max_error + "': " + what);
+}
+
+std::vector<std::string_view> items_of(std::string_view list) {
+  std::vector<std::string_view> items;
+  for (;;) {
+    const std::size_t comma = list.find(',');
+    items.push_back(list.substr(0, comma));
+    if (comma == std::string_view::npos) return items;
+    list.remove_prefix(comma + 1);
+  }
+}
+
+/// A number, or two with a stroke between them. 0: it is neither, or not above 0.
+double above_0(std::string_view text) {
+  const auto number = [](std::string_view part) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+    const bool good = error == std::errc() && end == part.data() + part.size();
+    return good && std::isfinite(value) && value > 0 ? value : 0.0;
+  };
+  const std::size_t stroke = text.find('/');
+  if (stroke == std::string_view::npos) return number(text);
+  const double below = number(text.substr(stroke + 1));
+  return below > 0 ? number(text.substr(0, stroke)) / below : 0;
+}
+
+}  // namespace
+
+std::string normal_bound(const std::string& max_error) {
+  for (const std::string_view item : items_of(max_error)) {
+    const std::size_t sign = item.find('=');
+    if (sign != std::string_view::npos && item.substr(0, sign) == kNormal) {
+      return std::string(item.substr(sign + 1));
+    }
+  }
+  return "";
+}
+
+std::vector<MapBound> map_bounds(const BakeArguments& a) {
+  std::vector<MapBound> bounds;
+  if (!bounds_maps(a)) return bounds;
+  std::vector<std::string_view> named;
+  const std::vector<std::string> own = own_map_names(a);
+  for (const std::string_view item : items_of(a.max_error)) {
+    const std::size_t sign = item.find('=');
+    if (sign == std::string_view::npos) {
+      bad(a, "'" + std::string(item) + "' names no map: give MAP=ERROR, such as ao=2/255.");
+    }
+    const std::string_view name = item.substr(0, sign);
+    if (std::find(named.begin(), named.end(), name) != named.end()) {
+      bad(a, std::string(name) + " has two errors: leave one of them out.");
+    }
+    named.push_back(name);
+    if (name == kNormal) continue;
+    if (std::find(a.maps.begin(), a.maps.end(), name) == a.maps.end() &&
+        std::find(own.begin(), own.end(), name) == own.end()) {
+      bad(a, "no map '" + std::string(name) + "' is baked: add it to --maps, or leave it out.");
+    }
+    const double error = above_0(item.substr(sign + 1));
+    if (error == 0) {
+      bad(a, "the error of " + std::string(name) +
+                 " must be a number or a fraction above 0, such as 2/255.");
+    }
+    bounds.push_back({MapKind{name}, error});
+  }
+  if (std::find(named.begin(), named.end(), kNormal) == named.end()) {
+    bad(a, "add normal=DEGREES, since match and faces are chosen by the normals.");
+  }
+  return bounds;
+}
+
+std::string describe(const MapReached& map) {
+  char text[160];
+  const std::string unit = map.unit.empty() ? "" : " " + std::string(map.unit);
+  std::snprintf(text, sizeof text,
+                "%s: %.3g%s off, %.3g wanted (root mean square at %s points of the surface)",
+                std::string(map.kind.name).c_str(), map.error, unit.c_str(), map.wanted,
+                with_commas(map.points).c_str());
+  return text;
+}
+
+Json bounds_json(const std::vector<MapReached>& bounds) {
+  Json json = Json::array();
+  for (const MapReached& map : bounds) {
+    json.push_back({{"map", map.kind.name},
+                    {"unit", map.unit},
+                    {"wanted", map.wanted},
+                    {"rms", map.error},
+                    {"points", map.points},
+                    {"reached", map.reached()}});
+  }
+  return json;
+}
+
+}  // namespace kiln::cli
