@@ -1,4 +1,4 @@
-// Nearest points of the dense mesh.
+// Nearest points of the high poly.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct ClosestQuery {
   bool two_sided = false;  ///< Also faces whose normal points away from the sample's direction
 };
 
-/// Finds the nearest point of the dense mesh (Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods
+/// Finds the nearest point of the high poly (Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods
 /// and Assessment for Detail-Recovery", section 3.1).
 ///
 /// Exact but for rounding (the bound is in kernels/lib/nearest.clh). Ties go to the smaller triangle

@@ -1,4 +1,4 @@
-// The hierarchy of the dense mesh on the device, for all who walk it: rays and nearest points.
+// The hierarchy of the high poly on the device, for all who walk it: rays and nearest points.
 #pragma once
 
 #include <cstdint>

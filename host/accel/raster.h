@@ -1,4 +1,4 @@
-// Depth views of the dense mesh: software z-buffer with triangle ids.
+// Depth views of the high poly: software z-buffer with triangle ids.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Rays against the dense mesh.
+// Rays against the high poly.
 #pragma once
 
 #include <cstdint>

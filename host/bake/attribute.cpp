@@ -33,7 +33,7 @@ void check(const Source::Impl& high, const Match& match, std::size_t values,
   if (values != expected) {
     throw Error(ErrorCode::usage,
                 std::to_string(values) + " values were given, but " + std::to_string(channels) +
-                    " for each of the dense mesh's " + std::to_string(high.positions.size()) +
+                    " for each of the high poly's " + std::to_string(high.positions.size()) +
                     " vertices are " + std::to_string(expected) + ".",
                 "attribute-size");
   }

@@ -53,7 +53,7 @@ class FallbackBlend {
 
  private:
   std::uint32_t width_, height_, reach_;
-  std::vector<std::uint32_t> triangle_;  // of the light mesh, of each texel; gone after plan()
+  std::vector<std::uint32_t> triangle_;  // of the low poly, of each texel; gone after plan()
   std::vector<std::uint8_t> decider_;    // of each texel
   std::vector<std::uint32_t> cost_;      // from the border, in kStraight a texel
   Correspondence found_, other_;

@@ -1,4 +1,4 @@
-// A cage by what lies above and below the light mesh.
+// A cage by what lies above and below the low poly.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-// Shares of the dense mesh's diagonal.
+// Shares of the high poly's diagonal.
 constexpr double kDistance = 0.04;  // how far to look where nobody says
 constexpr double kMargin =
     0.0025;  // that shells lie off the mesh and its faces, where there is room
@@ -67,7 +67,7 @@ std::uint64_t count_flat(const Mesh& low, const std::vector<Vec3>& directions) {
 Warning flat_vertices(std::uint64_t count) {
   return {"cage-flat",
           std::to_string(count) +
-              " vertices of the light mesh are on both sides of a card without thickness, so the "
+              " vertices of the low poly are on both sides of a card without thickness, so the "
               "cage stays on them: give each side vertices a little apart, or leave the cage out.",
           count};
 }

@@ -24,18 +24,17 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
   return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
 }
 
-/// A length as long as the dense mesh is likely a slip: of a unit, or of a % sign.
+/// A length as long as the high poly is likely a slip: of a unit, or of a % sign.
 void warn_about_length(const char* name, const std::optional<Length>& length, const Frame& frame,
                        std::vector<Warning>& warnings) {
   if (!length) return;
   const double diagonals = to_frame(*length, frame) / (frame.diagonal * frame.scale);
   if (!(diagonals > 1)) return;
   char text[256];
-  std::snprintf(
-      text, sizeof text,
-      "%s is %.3g times as long as the dense mesh's diagonal of %.4g: rays of that length "
-      "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
-      name, diagonals, frame.diagonal);
+  std::snprintf(text, sizeof text,
+                "%s is %.3g times as long as the high poly's diagonal of %.4g: rays of that length "
+                "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
+                name, diagonals, frame.diagonal);
   warnings.push_back({"far-rays", text, 1});
 }
 
@@ -132,7 +131,7 @@ void warn_about_duplicates(const Source::Impl& source, const BakeOptions& option
   report.warnings.push_back(
       {"duplicate-triangles",
        std::to_string(count) +
-           " triangles of the dense mesh lie exactly on others, corner by corner; the first of "
+           " triangles of the high poly lie exactly on others, corner by corner; the first of "
            "each stands for all. Weld the mesh, or remove copies of parts.",
        count});
 }
@@ -154,7 +153,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   report.max_distance = options.match == nullptr ? request.distance * unit : 0;
   if (options.match == nullptr && request.cage && request.distance <= *request.cage) {
     report.warnings.push_back({"short-rays",
-                               "Rays start at the cage and end before they reach the light mesh: "
+                               "Rays start at the cage and end before they reach the low poly: "
                                "max_distance should be about twice BakeOptions::cage.",
                                1});
   }

@@ -241,8 +241,8 @@ void Pipeline::warn_about_pixels() {
   report.warnings.push_back(
       {"coarse-views",
        "A pixel of the depth views is " + std::to_string(report.views->pixel / radius) +
-           " times the light mesh's radius, so they show next to nothing of it: raise views.size, "
-           "cut away what lies far from it in the dense mesh, or use rays.",
+           " times the low poly's radius, so they show next to nothing of it: raise views.size, "
+           "cut away what lies far from it in the high poly, or use rays.",
        1});
 }
 

@@ -20,7 +20,7 @@ constexpr std::uint32_t kDirections = 64;
 constexpr double kSteepest = 0.5;  // cosine to the light face
 constexpr double kSteps = 1.5;     // of samples, within which one stands for a place
 constexpr float kOff = 1e-5F;      // off the place's own face
-constexpr float kFar = 4;          // beyond the dense mesh, frame units
+constexpr float kFar = 4;          // beyond the high poly, frame units
 constexpr std::size_t kGrain = 1 << 14;
 constexpr std::size_t kFilterBits = 1 << 20;
 constexpr std::size_t kAtOnce = 1 << 20;  // rays
@@ -48,7 +48,7 @@ cl::Array<float> points_of(cl::Context& context, const std::vector<Recall::Place
   return {context, std::span<const float>(planes)};
 }
 
-/// The light mesh's usable faces, for searches of the nearest point.
+/// The low poly's usable faces, for searches of the nearest point.
 struct LowFaces {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
@@ -78,7 +78,7 @@ struct LowFaces {
   }
 };
 
-/// How far from the light mesh samples may find points.
+/// How far from the low poly samples may find points.
 double reach_of(const MatchRequest& request) {
   if (request.cage) return std::max(*request.cage, request.distance - *request.cage);
   return request.cage_mesh ? request.distance / 2 : request.distance;

@@ -1,4 +1,4 @@
-// What a bake leaves out of the dense mesh: see RecallReport.
+// What a bake leaves out of the high poly: see RecallReport.
 #pragma once
 
 #include <array>
@@ -15,10 +15,10 @@
 
 namespace kiln {
 
-/// Places of the dense mesh, and which of them the samples of a map stand for, band by band.
+/// Places of the high poly, and which of them the samples of a map stand for, band by band.
 class Recall {
  public:
-  /// A place of the dense mesh, frame units.
+  /// A place of the high poly, frame units.
   struct Place {
     Vec3 position, normal;  ///< Unit, of the face
   };

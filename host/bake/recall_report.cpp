@@ -51,7 +51,7 @@ std::string advice(const BakeOptions& options) {
   if (options.ray.rule == RayRule::nearest) {
     return "rays stop at nearer faces: take RayRule::outermost.";
   }
-  return "raise max_distance, or give the light mesh a part of its own there.";
+  return "raise max_distance, or give the low poly a part of its own there.";
 }
 
 }  // namespace
@@ -100,8 +100,7 @@ void warn_about_loss(const RecallReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
   if (recall.lost < kWarnFrom) return;
   char text[160];
-  std::snprintf(text, sizeof text,
-                "%.1f%% of what views show of the dense mesh near the light one ",
+  std::snprintf(text, sizeof text, "%.1f%% of what views show of the high poly near the light one ",
                 100 * recall.lost);
   std::string message = text;
   std::snprintf(text, sizeof text, "is on no texel, most of it (%.1f%%) around ",

@@ -16,12 +16,12 @@ namespace {
 /// What helps where samples are missed.
 std::string miss_advice(const BakeReport& report) {
   if (report.uv) {
-    return "the dense mesh's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
+    return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
            "nearest points decide the rest (BakeOptions::fallback ray or closest).";
   }
   if (!report.views) {
     return "raise max_distance, check that both meshes lie in the same place, or add two_sided "
-           "where the dense mesh's faces are turned inside out.";
+           "where the high poly's faces are turned inside out.";
   }
   std::string advice =
       "let rays or nearest points decide them (BakeOptions::fallback ray or closest), ";
@@ -101,7 +101,7 @@ void warn_about_misses(BakeReport& report) {
                                           static_cast<double>(report.samples));
     report.warnings.push_back(
         {"many-misses",
-         std::to_string(percent) + "% of the samples found no point of the dense mesh" +
+         std::to_string(percent) + "% of the samples found no point of the high poly" +
              (report.uv ? ": " : " within the distance: ") + miss_advice(report),
          report.missed});
   }

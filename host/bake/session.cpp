@@ -139,7 +139,7 @@ void check_range(const char* what, std::uint32_t first, std::size_t count, std::
   if (first <= size && count <= size - first) return;
   throw Error(ErrorCode::usage, std::string(what) + " " + std::to_string(first) + " to " +
                                     std::to_string(first + count) +
-                                    " were given, but the dense mesh has " + std::to_string(size) +
+                                    " were given, but the high poly has " + std::to_string(size) +
                                     ".");
 }
 

@@ -57,7 +57,7 @@ class Ids : public PointFunction {
                                                               : source.objects;
       if (names.of.size() != source.triangles.size() || names.names.empty()) {
         throw Error(ErrorCode::input,
-                    std::string("The dense mesh has no ") + kind +
+                    std::string("The high poly has no ") + kind +
                         ", which the map id was to tell apart: give an OBJ with them, or tell "
                         "connected parts apart.");
       }
@@ -69,7 +69,7 @@ class Ids : public PointFunction {
     }
     for (const std::uint32_t number : number_) {
       if (number >= legend_.size()) {
-        throw Error(ErrorCode::input, "A triangle of the dense mesh has a name that is not there.");
+        throw Error(ErrorCode::input, "A triangle of the high poly has a name that is not there.");
       }
       ++legend_[number].triangles;
     }

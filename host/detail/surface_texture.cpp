@@ -13,7 +13,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     : source_(source), picture_of_material_(texture.image_of), plain_(texture.plain) {
   const std::string map(name);
   if (!has_uvs(source)) {
-    throw Error(ErrorCode::input, "The dense mesh has no UVs, over which the texture of the map " +
+    throw Error(ErrorCode::input, "The high poly has no UVs, over which the texture of the map " +
                                       map + " lies: give it a layout, or leave the map out.");
   }
   if (picture_of_material_.empty() && texture.images.size() != 1) {
@@ -25,8 +25,8 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
   if (!picture_of_material_.empty() && picture_of_material_.size() != names) {
     throw Error(ErrorCode::input, "The texture of the map " + map + " is for " +
                                       std::to_string(picture_of_material_.size()) +
-                                      " materials, but the dense mesh has " +
-                                      std::to_string(names) + ".");
+                                      " materials, but the high poly has " + std::to_string(names) +
+                                      ".");
   }
   for (const std::shared_ptr<const Image>& image : texture.images) {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map + " is missing.");

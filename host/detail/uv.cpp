@@ -13,7 +13,7 @@ MapRow uv_map() {
     const Source::Impl& source = request.source;
     if (!has_uvs(source)) {
       throw Error(ErrorCode::input,
-                  "The dense mesh has no UVs, which the map uv holds: give it a layout, or leave "
+                  "The high poly has no UVs, which the map uv holds: give it a layout, or leave "
                   "the map out.");
     }
     return make_point_map(request, uv_map().info, [&source](const DensePoint& point, float* value) {

@@ -7,7 +7,7 @@ namespace kiln {
 
 void check_vertex_colors(const Source::Impl& source, const char* map, const char* remedy) {
   if (!source.colors.empty() && source.colors.size() == source.positions.size()) return;
-  throw Error(ErrorCode::input, std::string("The dense mesh has no colours at its vertices, which "
+  throw Error(ErrorCode::input, std::string("The high poly has no colours at its vertices, which "
                                             "the map ") +
                                     map + " holds: " + remedy);
 }

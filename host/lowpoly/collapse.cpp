@@ -17,7 +17,7 @@ constexpr double border_weight = 10;
 /// go first and triangles stay even.
 constexpr double length_weight = 1e-5;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
-/// them for good would leave the slivers of a dense mesh (at a sphere's poles) to stay as they are.
+/// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
 constexpr double penalty = 6;
 /// At a hub, costs may be out of date by this share.
 constexpr double stale = 1.01;

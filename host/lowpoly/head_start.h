@@ -1,4 +1,4 @@
-// A very dense mesh brought near its goal fast.
+// A very high poly brought near its goal fast.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// A light mesh from a dense one: see kiln/lowpoly.h.
+// A low poly from a dense one: see kiln/lowpoly.h.
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -89,7 +89,7 @@ std::size_t SimplifyLevels::vertices(std::size_t level) const {
 }
 
 Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
-  const std::vector<Warning> warnings = impl_->report.warnings;  // of the dense mesh
+  const std::vector<Warning> warnings = impl_->report.warnings;  // of the high poly
   impl_->options.faces = impl_->asked.at(level);
   Mesh mesh = impl_->job->run(impl_->results.at(level), report != nullptr);
   keep_names(impl_->high, mesh);

@@ -1,4 +1,4 @@
-// What a light mesh may not have: folds, triangles without area, new holes.
+// What a low poly may not have: folds, triangles without area, new holes.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// Triangles that a light mesh should not have.
+/// Triangles that a low poly should not have.
 struct Flaws {
   std::vector<std::uint32_t>
       folded;  ///< They face away from the dense surface, or lie on a neighbour.
@@ -22,7 +22,7 @@ struct Flaws {
   std::size_t count() const { return folded.size() + flat.size() + facing_down.size(); }
 };
 
-/// Compares a light mesh with the dense one that it stands for. Coordinates of about unit size.
+/// Compares a low poly with the dense one that it stands for. Coordinates of about unit size.
 class SimplifyCheck {
  public:
   /// Spans must outlive this.

@@ -18,9 +18,9 @@ namespace {
 /// more.
 constexpr std::size_t direct_limit = 100'000;
 constexpr std::size_t head_start_share = 4;
-/// Samples of the dense mesh that the deviation is measured at, at most.
+/// Samples of the high poly that the deviation is measured at, at most.
 constexpr std::uint64_t most_samples = 1 << 18;
-/// And while looking for the light mesh that meets a bound.
+/// And while looking for the low poly that meets a bound.
 constexpr std::uint64_t guiding_samples = 1 << 14;
 /// How often flaws are looked for and mended.
 constexpr int mending_rounds = 4;
@@ -29,15 +29,14 @@ void warn_of_flaws(SimplifyReport& report) {
   const auto warn = [&](const char* code, std::uint64_t count, const char* what) {
     if (count == 0) return;
     report.warnings.push_back(
-        {code,
-         std::to_string(count) + what + "; ask for more faces, or repair the dense mesh there",
+        {code, std::to_string(count) + what + "; ask for more faces, or repair the high poly there",
          count});
   };
   warn("folded-triangles", report.folded,
-       " triangles of the light mesh face away from the dense surface and could not be mended");
+       " triangles of the low poly face away from the dense surface and could not be mended");
   warn("flat-triangles", report.without_area,
-       " triangles of the light mesh have no area and could not be mended");
-  warn("new-holes", report.holes, " holes of the light mesh are not in the dense one");
+       " triangles of the low poly have no area and could not be mended");
+  warn("new-holes", report.holes, " holes of the low poly are not in the dense one");
 }
 
 }  // namespace
@@ -96,7 +95,7 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
   return found - std::min(found, flaws.count());
 }
 
-/// Counts what is left: folds, triangles without area, and holes that the dense mesh does not have.
+/// Counts what is left: folds, triangles without area, and holes that the high poly does not have.
 bool SimplifyJob::is_good(const SimplifyResult& result) {
   const Flaws flaws = check_.find(result.points, result.triangles);
   report_.folded = flaws.folded.size() + flaws.facing_down.size();
@@ -107,7 +106,7 @@ bool SimplifyJob::is_good(const SimplifyResult& result) {
   return flaws.none() && report_.holes == 0;
 }
 
-/// The dense mesh, or what a head start leaves of it on the way to a number of faces.
+/// The high poly, or what a head start leaves of it on the way to a number of faces.
 Work SimplifyJob::start(std::size_t faces) const {
   const std::size_t near_goal = std::max(direct_limit, head_start_share * faces);
   Work work = dense_;
@@ -138,7 +137,7 @@ Mesh SimplifyJob::run(SimplifyResult mended, bool with_deviation) {
   return finish(mended);
 }
 
-/// The light mesh, mended; from the dense mesh itself where a head start left what cannot be mended.
+/// The low poly, mended; from the high poly itself where a head start left what cannot be mended.
 SimplifyResult SimplifyJob::solve() {
   const bool by_error = options_.faces == 0;
   const Work work = start(options_.faces);

@@ -1,4 +1,4 @@
-// simplify() at work: the dense mesh, ways down from it, what is mended and checked.
+// simplify() at work: the high poly, ways down from it, what is mended and checked.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace kiln {
 
-/// A light mesh at about unit size.
+/// A low poly at about unit size.
 struct SimplifyResult {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;

@@ -1,4 +1,4 @@
-// Many light meshes of one dense mesh, from one run of collapses.
+// Many low polys of one high poly, from one run of collapses.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 namespace kiln {
 
 /// The meshes that simplify() passes on its way down. Each is the very mesh that simplify() makes of that
-/// number of faces, as long as none has more than 25,000 faces or the dense mesh has at most 100,000;
+/// number of faces, as long as none has more than 25,000 faces or the high poly has at most 100,000;
 /// else the smaller ones may differ a little, since finer meshes need a finer head start.
 class SimplifyLevels {
  public:

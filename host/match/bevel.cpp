@@ -17,7 +17,7 @@ constexpr std::size_t kRings = 24;        // distances from an edge
 constexpr std::size_t kMostPlaces = 8;    // along an edge
 constexpr std::size_t kMostEdges = 4096;  // that are looked at
 constexpr std::size_t kRays = 1 << 18;    // altogether, about
-// Shares of the dense mesh's diagonal.
+// Shares of the high poly's diagonal.
 constexpr double kFarthest = 0.04, kLeast = 0.0005, kUnknown = 0.01;
 constexpr double kParallel = 5;        // degrees
 constexpr double kNearUsual = 1.25;    // times the usual angle, on faces that are nowhere parallel
@@ -70,7 +70,7 @@ struct Profile {
 
   struct End {
     double bevel = kNone;  ///< Where it ends; infinity: nowhere
-    double gap = 0;        ///< How far out the dense mesh lies there
+    double gap = 0;        ///< How far out the high poly lies there
   };
 
   End end(double farthest) const {

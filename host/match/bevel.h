@@ -1,4 +1,4 @@
-// How far the dense mesh's bevels reach from the light mesh's hard edges.
+// How far the high poly's bevels reach from the low poly's hard edges.
 #pragma once
 
 #include <vector>
@@ -16,9 +16,9 @@ struct Bevels {
   float median = 0;           ///< Of those found; 0 where none was
 };
 
-/// Looks at the dense mesh along the light faces' own normals, at several places along each hard edge and
-/// several distances from it. A bevel ends where the dense mesh is parallel to the face; rays turn over two
-/// fifths of its width, or over twice what the dense mesh lies farther out on both sides, where that is more.
+/// Looks at the high poly along the light faces' own normals, at several places along each hard edge and
+/// several distances from it. A bevel ends where the high poly is parallel to the face; rays turn over two
+/// fifths of its width, or over twice what the high poly lies farther out on both sides, where that is more.
 /// \param reach  how far to look each way
 /// \param parts  places find their own part alone; may be null
 Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const HardEdges& hard,

@@ -92,12 +92,12 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
       return double{planes[axis * plane + i]} / frame_.scale + frame_.center[axis];
     };
     throw Error(ErrorCode::input,
-                "The cage '" + hull_->name + "' does not enclose the light mesh: from " +
+                "The cage '" + hull_->name + "' does not enclose the low poly: from " +
                     numbers(world(0), world(1), world(2)) + " along " + numbers(d.x, d.y, d.z) +
                     " no ray leaves it. It has " + std::to_string(hull_->triangles.size()) +
-                    " triangles, not the light mesh's " + std::to_string(hull_->low_triangles) +
-                    " in their order, so it must be a closed hull that is wound as the light mesh "
-                    "is. Push it out there; or copy the light mesh and move its vertices.");
+                    " triangles, not the low poly's " + std::to_string(hull_->low_triangles) +
+                    " in their order, so it must be a closed hull that is wound as the low poly "
+                    "is. Push it out there; or copy the low poly and move its vertices.");
   }
   return ways;
 }

@@ -16,7 +16,7 @@ class CageReach {
  public:
   CageReach() = default;
   /// \param surface  of a hull, it is told how long rays are: LowSurface::cage_length
-  /// \throws Error(input) where a hull does not enclose the light mesh
+  /// \throws Error(input) where a hull does not enclose the low poly
   CageReach(cl::Context& context, const Frame& frame, LowSurface& surface);
 
   bool writes() const { return writes_; }
@@ -34,7 +34,7 @@ class CageReach {
   cl::Array<float> outer_;  ///< See LowSurface::shell
   std::shared_ptr<const CageHull> hull_;
   std::unique_ptr<RayCaster> rays_;
-  std::vector<float> ways_;  ///< To a hull, from places all over the light mesh
+  std::vector<float> ways_;  ///< To a hull, from places all over the low poly
 };
 
 }  // namespace kiln

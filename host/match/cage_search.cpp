@@ -16,7 +16,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPlaces = 1 << 18;
-// Shares of the dense mesh's diagonal.
+// Shares of the high poly's diagonal.
 constexpr double kFarthest = 0.25;    // that a solid may reach out
 constexpr double kDeepest = 0.1;      // that a face may lie in
 constexpr double kCovered = 0.001;    // nearer below another part nobody sees a place
@@ -171,7 +171,7 @@ class Search {
     return any;
   }
 
-  /// Faces that lie much nearer to another place of the light mesh belong there: rays slip past a stamp on a
+  /// Faces that lie much nearer to another place of the low poly belong there: rays slip past a stamp on a
   /// wall beside them, or past the edge of another part. These places take the nearest face instead.
   void leave_out_foreign(const LowRays& low) {
     const std::vector<std::uint8_t> foreign = foreign_faces(low);
@@ -259,7 +259,7 @@ class Search {
   CageNeeds needs_;
   std::size_t count_ = 0;
   std::vector<float> points_;  ///< Seven planes, after turning
-  std::vector<float> limit_;   ///< Where the light mesh begins again
+  std::vector<float> limit_;   ///< Where the low poly begins again
   std::vector<float> height_;  ///< Of the places' faces, outward
 };
 

@@ -11,10 +11,10 @@
 
 namespace kiln {
 
-/// Of places all over the light mesh, along the directions of the bake. Frame units.
+/// Of places all over the low poly, along the directions of the bake. Frame units.
 struct CageNeeds {
   SurfacePlaces places;
-  std::vector<std::uint8_t> counts;  ///< 0: another part of the light mesh covers it
+  std::vector<std::uint8_t> counts;  ///< 0: another part of the low poly covers it
   std::vector<std::uint8_t> found;   ///< It has a face
   std::vector<float> outward,
       outward_most;                        ///< From where rays meet the face first: at least, below

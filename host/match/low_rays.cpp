@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-// The light mesh's own face, and those beside it, are met at 0.
+// The low poly's own face, and those beside it, are met at 0.
 constexpr float kOwnFace = 8 * KILN_BVH_EPSILON;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// How far rays may go before they meet the light mesh again.
+// How far rays may go before they meet the low poly again.
 #pragma once
 
 #include <memory>
@@ -12,15 +12,15 @@
 
 namespace kiln {
 
-/// The light mesh as rays meet it.
+/// The low poly as rays meet it.
 class LowRays {
  public:
   LowRays(cl::Context& context, const LowSurface& surface);
 
-  /// How far out each sample may look: up to `farthest`, or to the light mesh; 0 within another part of it.
+  /// How far out each sample may look: up to `farthest`, or to the low poly; 0 within another part of it.
   std::vector<float> limits(cl::Context& context, const TexelBand& samples, float farthest) const;
 
-  /// How far points are from the light mesh, up to `farthest`. \param points  seven planes, as TexelBand's
+  /// How far points are from the low poly, up to `farthest`. \param points  seven planes, as TexelBand's
   std::vector<float> distances(cl::Context& context, const std::vector<float>& points,
                                float farthest) const;
 

@@ -115,7 +115,7 @@ void check_match(const Match& match, const BakeOptions& options, std::uint64_t s
 void check_source(const Match& match, std::uint64_t source_triangles) {
   if (match.source_triangles == source_triangles) return;
   throw Error(ErrorCode::input,
-              "The saved match does not fit: it refers to a dense mesh of " +
+              "The saved match does not fit: it refers to a high poly of " +
                   std::to_string(match.source_triangles) + " triangles, this one has " +
                   std::to_string(source_triangles) + ". Give the same mesh, or match again.",
               "match-source");

@@ -19,7 +19,7 @@ Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t sample
 
 /// Checks that a match holds together and fits this map and source. \throws Error(input)
 void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles);
-/// The last part of it: the dense mesh's number of triangles.
+/// The last part of it: the high poly's number of triangles.
 void check_source(const Match& match, std::uint64_t source_triangles);
 
 /// What a match belongs to. The same on every machine and number of threads.

@@ -1,4 +1,4 @@
-// Rays that take the outermost face within their reach that the light mesh does not hide.
+// Rays that take the outermost face within their reach that the low poly does not hide.
 #pragma once
 
 #include <memory>
@@ -7,10 +7,10 @@
 
 namespace kiln {
 
-/// Of the faces of the dense mesh within the distance that face the sample, the one farthest out along its
-/// direction: what a viewer there sees. Two bounds, both by the light mesh:
-/// - The ray ends where it enters the light mesh again: what lies beyond is another part's, or a fold's.
-/// - Where it leaves the light mesh instead, the sample lies inside of another part, and nobody sees it:
+/// Of the faces of the high poly within the distance that face the sample, the one farthest out along its
+/// direction: what a viewer there sees. Two bounds, both by the low poly:
+/// - The ray ends where it enters the low poly again: what lies beyond is another part's, or a fold's.
+/// - Where it leaves the low poly instead, the sample lies inside of another part, and nobody sees it:
 ///   the nearest face counts, as by RayRule::nearest.
 /// Where at most one face lies outward, the answer is that of RayRule::nearest to the bit.
 std::unique_ptr<Matcher> outermost_matcher(const MatchRequest& request);

@@ -14,7 +14,7 @@ constexpr std::size_t kLocal = 64;
 
 /// What a part's matcher is told of; it stays in its place.
 struct Part {
-  std::vector<std::uint32_t> triangles;  ///< Of the dense mesh
+  std::vector<std::uint32_t> triangles;  ///< Of the high poly
   std::unique_ptr<Source::Impl> source;
   LowSurface surface;
   std::unique_ptr<Matcher> matcher;

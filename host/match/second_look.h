@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// A matcher whose misses look once more, along averaged directions: a corner of the light mesh may stand over
-/// the dense mesh's rounding, with nothing under it.
+/// A matcher whose misses look once more, along averaged directions: a corner of the low poly may stand over
+/// the high poly's rounding, with nothing under it.
 std::unique_ptr<Matcher> second_look(std::unique_ptr<Matcher> first, const MatchRequest& request);
 
 }  // namespace kiln

@@ -24,7 +24,7 @@ class SomeSamples {
                    band.points);
   }
 
-  /// Where on the light mesh they lie. \param triangle, u, v  of all of the band
+  /// Where on the low poly they lie. \param triangle, u, v  of all of the band
   void take_places(const std::vector<std::uint32_t>& samples,
                    const std::vector<std::uint32_t>& triangle, const std::vector<float>& u,
                    const std::vector<float>& v) {

@@ -1,4 +1,4 @@
-// Places spread over the light mesh, as a match takes samples.
+// Places spread over the low poly, as a match takes samples.
 #pragma once
 
 #include <cstdint>

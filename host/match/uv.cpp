@@ -38,7 +38,7 @@ std::string percent(double share) {
 }
 
 std::string triangles(std::uint64_t count) {
-  return std::to_string(count) + " triangle" + (count == 1 ? "" : "s") + " of the dense mesh";
+  return std::to_string(count) + " triangle" + (count == 1 ? "" : "s") + " of the high poly";
 }
 
 }  // namespace
@@ -203,7 +203,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
                                             : static_cast<double>(found.overlapping) /
                                                   static_cast<double>(found.covered);
   if (overlap > options.warn_overlap || overlap > options.max_overlap) {
-    const std::string text = "UV triangles of the dense mesh overlap on " + percent(overlap) +
+    const std::string text = "UV triangles of the high poly overlap on " + percent(overlap) +
                              " of the samples they "
                              "cover, for example triangles " +
                              std::to_string(found.overlap->lower) + " and " +
@@ -271,7 +271,7 @@ class UvMatcher : public Matcher {
         options_(request.uv) {}
 
   void run(const TexelBand& band, Correspondence& match) override {
-    // Also where the band has no samples: the dense mesh may overlap there.
+    // Also where the band has no samples: the high poly may overlap there.
     raster_.match(band, match, true);
     if (band.sample_count == 0) return;
     raster_.distance(band, match);

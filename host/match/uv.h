@@ -1,4 +1,4 @@
-// Matching by UVs: where the dense mesh's layout lies over the light one's.
+// Matching by UVs: where the high poly's layout lies over the light one's.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// The dense mesh's UV triangles, laid out over a map's samples: tasks of a triangle each (a tile of a
+/// The high poly's UV triangles, laid out over a map's samples: tasks of a triangle each (a tile of a
 /// large one), in order of their rows.
 struct UvLayout {
   std::uint32_t shift = 0;
@@ -35,7 +35,7 @@ enum class UvPath {
   runs,       ///< A work-item a run of rows
 };
 
-/// Draws the dense mesh's UV triangles and looks up who covers each sample.
+/// Draws the high poly's UV triangles and looks up who covers each sample.
 class UvRaster {
  public:
   UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,

@@ -1,4 +1,4 @@
-// The points of the dense mesh with given UVs, wherever those lie.
+// The points of the high poly with given UVs, wherever those lie.
 #pragma once
 
 #include <cstdint>

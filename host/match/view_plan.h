@@ -22,15 +22,15 @@ ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Trian
 double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t size);
 
-/// What views must show: everything within reach of the light mesh, and no more, so that a floor or a stray
-/// face of the dense mesh far away does not take the pixels; all of the dense mesh where that is not much
-/// more. The dense mesh stays within what can be drawn: 60,000 pixels.
-/// \param reach  frame units  \param dense_radius  of the dense mesh around the frame's origin
+/// What views must show: everything within reach of the low poly, and no more, so that a floor or a stray
+/// face of the high poly far away does not take the pixels; all of the high poly where that is not much
+/// more. The high poly stays within what can be drawn: 60,000 pixels.
+/// \param reach  frame units  \param dense_radius  of the high poly around the frame's origin
 ViewArea view_area(const LowSurface& surface, double reach, double dense_radius);
 void widen(ViewArea& area, double dense_radius, std::uint32_t size);
 
 /// The direction from which all faces of both meshes are seen from the front, where there is one: the
-/// dense mesh may be a height field, which one view shows. \param least  cosine for every face
+/// high poly may be a height field, which one view shows. \param least  cosine for every face
 std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
                                             std::span<const Triangle> triangles,
                                             const LowSurface& surface);

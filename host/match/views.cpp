@@ -90,7 +90,7 @@ class ViewMatcher : public Matcher {
     directions_.insert(directions_.end(), spread.begin(), spread.end());
   }
 
-  /// Samples of a small map of the same light mesh.
+  /// Samples of a small map of the same low poly.
   TexelBand probe_samples(const LowSurface& surface) const {
     TexelOptions options;
     options.width = options.height = kProbeMap;

@@ -1,4 +1,4 @@
-// From where each place of the light mesh is seen, past the mesh itself (Tarini, Cignoni, Scopigno,
+// From where each place of the low poly is seen, past the mesh itself (Tarini, Cignoni, Scopigno,
 // "Visibility Based Methods and Assessment for Detail-Recovery", 2003, section 3.3).
 //
 // The forms used here follow the method's description, and were not checked against the equations as

@@ -1,4 +1,4 @@
-// What viewing rays show of the light mesh, its match and the dense mesh (Tarini, Cignoni, Scopigno 2003,
+// What viewing rays show of the low poly, its match and the high poly (Tarini, Cignoni, Scopigno 2003,
 // sections 4.1 and 4.2).
 #include <algorithm>
 #include <array>
@@ -44,7 +44,7 @@ std::vector<Vec3> test_directions(const AssessOptions& options) {
   return held_out_views(options.directions, avoid, few ? 0.5 : 0.02);
 }
 
-/// Unit normals of the dense mesh's faces; 0 where they have no area.
+/// Unit normals of the high poly's faces; 0 where they have no area.
 std::vector<float> dense_normals(const Source::Impl& source) {
   std::vector<float> normals(3 * source.triangles.size(), 0.0F);
   parallel_for(source.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {

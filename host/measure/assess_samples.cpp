@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kGrain = 1 << 14;
 
-/// Of every triangle of the light mesh: unit normal, and surface area over texture area.
+/// Of every triangle of the low poly: unit normal, and surface area over texture area.
 struct LowFaces {
   std::vector<Vec3> normal;
   std::vector<double> density;

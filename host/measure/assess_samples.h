@@ -12,7 +12,7 @@ namespace kiln {
 
 struct AssessedSamples {
   std::vector<std::size_t> element;     ///< Of the match's grid
-  std::vector<std::uint32_t> triangle;  ///< Of the light mesh
+  std::vector<std::uint32_t> triangle;  ///< Of the low poly
   std::vector<Vec3> position;           ///< p, frame units
   std::vector<Vec3> normal;             ///< Unit, of the light triangle
   std::vector<double> area;  ///< Of the light surface that the sample stands for, frame units

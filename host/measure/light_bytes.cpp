@@ -1,4 +1,4 @@
-// What light meshes weigh.
+// What low polys weigh.
 #include <algorithm>
 
 #include "kiln/light_plan.h"

@@ -31,11 +31,11 @@ void check_light_plan(const LightPlanOptions& options) {
     fail("bake_light: it measures normal maps, but none is among the maps: add it");
   }
   if (bake.cage_mesh != nullptr || bake.parts != nullptr || bake.match != nullptr) {
-    fail("bake_light: a cage mesh, parts and a saved match belong to a given light mesh");
+    fail("bake_light: a cage mesh, parts and a saved match belong to a given low poly");
   }
   if (bake.method == MatchMethod::uv || bake.method == MatchMethod::axis) {
     fail("bake_light: matching by " + std::string(bake.method.name) +
-         " is for a light mesh of your own");
+         " is for a low poly of your own");
   }
 }
 

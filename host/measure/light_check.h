@@ -1,4 +1,4 @@
-// What a plan of a light mesh takes.
+// What a plan of a low poly takes.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace kiln {
 /// Texels a side.
 inline constexpr std::uint32_t kSmallestMap = 16;
 
-/// \throws Error(usage) for options out of range, or that belong to a given light mesh
+/// \throws Error(usage) for options out of range, or that belong to a given low poly
 void check_light_plan(const LightPlanOptions& options);
 
 }  // namespace kiln

@@ -53,7 +53,7 @@ DenseShown shown_to_plans(const Source& source, std::uint32_t screen) {
 }
 
 void LightLooks::take_pictures(std::uint32_t screen) {
-  say(0, "looking at the dense mesh");
+  say(0, "looking at the high poly");
   const Stopwatch watch;
   shown_ = shown_to_plans(source_, screen);
   plan_.seconds_measure += watch.total();
@@ -81,7 +81,7 @@ void LightLooks::make_levels(std::uint32_t most) {
 }
 
 LightModel::Node LightLooks::look(std::size_t level) {
-  say(0.2, "looking at light meshes");
+  say(0.2, "looking at low polys");
   const Stopwatch simplifying;
   const Mesh mesh = levels_->mesh(level);
   plan_.seconds_simplify += simplifying.total();

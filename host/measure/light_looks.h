@@ -1,4 +1,4 @@
-// Looking at light meshes of one dense mesh: how near each gets without a map and with an endless one.
+// Looking at low polys of one high poly: how near each gets without a map and with an endless one.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,18 @@
 
 namespace kiln {
 
-/// What plans see of the dense mesh.
+/// What plans see of the high poly.
 /// \param screen  pixels that pictures are wide; 0: endlessly many
 DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
 /// A map as files of so many bits hold it.
 Image rounded(Image map, std::uint32_t bits);
 
-/// Pictures of the dense mesh, light meshes of all numbers of faces, and what is known of them.
+/// Pictures of the high poly, low polys of all numbers of faces, and what is known of them.
 class LightLooks {
  public:
   /// \param bake  how to match; may be changed by choose_match(). All outlive this
   /// \param plan  where seconds are added to
-  /// \param cache  light meshes that are known, or become so
+  /// \param cache  low polys that are known, or become so
   LightLooks(const Source& source, const Mesh& high, BakeOptions& bake, LightBake& plan,
              LevelCache& cache)
       : source_(source), high_(high), bake_(bake), plan_(plan), cache_(cache) {}
@@ -33,7 +33,7 @@ class LightLooks {
   /// The first of the ways that gets nearest, on one mesh.
   void choose_match(std::size_t level);
 
-  /// What a light mesh of any layout can do.
+  /// What a low poly of any layout can do.
   LightModel::Node look_with(const NormalProbe& probe) const;
 
   const DenseShown& shown() const { return shown_; }

@@ -1,4 +1,4 @@
-// How the error of rendered normals depends on a light mesh's faces and its map's size.
+// How the error of rendered normals depends on a low poly's faces and its map's size.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// A model of e(level, size). Levels are light meshes by falling number of faces.
+/// A model of e(level, size). Levels are low polys by falling number of faces.
 class LightModel {
  public:
   struct Node {

@@ -1,4 +1,4 @@
-// Plans of light meshes that share what they simplify.
+// Plans of low polys that share what they simplify.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// Light meshes of one dense mesh, by the faces of the finest.
+/// Low polys of one high poly, by the faces of the finest.
 using LevelCache = std::map<std::uint32_t, std::shared_ptr<const SimplifyLevels>>;
 
 /// bake_light(), its options checked.

@@ -91,7 +91,7 @@ class LodMaker {
     level.light.wanted = options_.plan.max_error;
     level.light.bake = first().bake;
     make_simpler();
-    progress.at(0, "looking at the dense mesh");
+    progress.at(0, "looking at the high poly");
     const Stopwatch watch;
     const DenseShown shown = shown_to_plans(source_, screen);
     // Those before `most` are too many faces or as many as the level before has.
@@ -101,7 +101,7 @@ class LodMaker {
     level.light.chosen.faces = before;  // Where none does, this level is left out.
     level.light.chosen.bytes = chain_.levels.back().light.chosen.bytes;
     while (begin < end) {
-      progress.at(0.5, "looking at light meshes");
+      progress.at(0.5, "looking at low polys");
       const std::size_t middle = begin + (end - begin) / 2;
       const LightTrial trial = try_mesh(middle, shown, level.light);
       if (trial.measured <= options_.plan.max_error) {

@@ -1,4 +1,4 @@
-// Rendered normals of a light mesh against the dense one's, again and again: what does not depend on the
+// Rendered normals of a low poly against the dense one's, again and again: what does not depend on the
 // map is found once.
 #pragma once
 
@@ -16,14 +16,14 @@
 
 namespace kiln {
 
-/// What the dense mesh shows in pictures: found once for any number of light meshes.
+/// What the high poly shows in pictures: found once for any number of low polys.
 struct DenseShown {
   std::vector<Picture> pictures;
   PictureHits hits;
 };
 
-/// Places that pictures from many sides show on both meshes: points of the light mesh with their texture
-/// coordinates, and the dense mesh's normal in the same pixel. What a picture of the light mesh would show
+/// Places that pictures from many sides show on both meshes: points of the low poly with their texture
+/// coordinates, and the high poly's normal in the same pixel. What a picture of the low poly would show
 /// is looked up there (bilinear, as kernels/render.cl does it), so that measuring one more map casts no
 /// ray. Pixels are point samples, so fewer of them estimate the same mean.
 ///
@@ -31,19 +31,19 @@ struct DenseShown {
 /// points are what a map of endless size would show.
 class NormalProbe {
  public:
-  /// \param views   where pictures are taken from; the dense mesh fills them
+  /// \param views   where pictures are taken from; the high poly fills them
   /// \param pixels  a side of each, a multiple of 8
-  /// \param raster  find the dense mesh's pixels by drawing it, and not by rays: where there is no hierarchy.
+  /// \param raster  find the high poly's pixels by drawing it, and not by rays: where there is no hierarchy.
   ///                Then what is seen from behind does not count
   /// \throws Error(input) as LowSurface::of
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
               const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster);
 
-  /// In pictures of which the dense mesh's side is known. Where a pixel has several points, normals are
+  /// In pictures of which the high poly's side is known. Where a pixel has several points, normals are
   /// compared by their means over each pixel that both meshes cover whole.
   NormalProbe(const Source::Impl& source, const Mesh& low, const DenseShown& dense);
 
-  /// Of the light mesh's own normals.
+  /// Of the low poly's own normals.
   NormalError without_map() const;
 
   /// \param map  n/2 + 1/2, as Scene takes it
@@ -63,7 +63,7 @@ class NormalProbe {
   Limit limit(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const;
 
   /// The share of a way's error that no map whatever can get below, however it is matched: a place of the
-  /// light mesh shows one normal to all directions, but the dense mesh has another behind it from each. Of
+  /// low poly shows one normal to all directions, but the high poly has another behind it from each. Of
   /// some places and the pictures' directions that see them, the mean error of each place's best normal,
   /// over that of the normals that the way found. A little too low where few directions see a place.
   double least_share(const Limit& limit) const;
@@ -91,7 +91,7 @@ class NormalProbe {
   static Image pixel_means(const Image& points, std::uint32_t each);
 
   const Source::Impl& source_;
-  mutable BandReads reads_;  ///< Of the dense mesh's normals
+  mutable BandReads reads_;  ///< Of the high poly's normals
   RayCaster light_;
   std::vector<Vec3d> toward_;  ///< Of the pictures
   double start_ = 0;           ///< How far from the middle their rays start
@@ -100,7 +100,7 @@ class NormalProbe {
   std::vector<kiln_low_shading> shading_;
   std::vector<Place> places_;
   std::uint32_t points_a_pixel_ = 1;
-  Image reference_;  ///< The dense mesh's normals, one row
+  Image reference_;  ///< The high poly's normals, one row
   std::uint64_t one_sided_ = 0;
   TexelBand band_;  ///< The places as samples of a map of one row
 };

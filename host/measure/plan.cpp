@@ -156,7 +156,7 @@ class Planner {
   }
 
   /// Whether one way gets nearer than another with a lower limit. Seen from aslant, heights far off the
-  /// light mesh may look worse than none; what then finds less than UVs do is no better for it.
+  /// low poly may look worse than none; what then finds less than UVs do is no better for it.
   bool gains(MatchMethod method, double limit, MatchMethod other, double other_limit) const {
     const bool finds_less =
         other == MatchMethod::uv && limit_of(method).missed > limit_of(other).missed + kFewMissed;

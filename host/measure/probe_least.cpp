@@ -59,7 +59,7 @@ double NormalProbe::least_share(const Limit& limit) const {
   std::vector<std::vector<std::pair<Vec3d, double>>> seen(kPlaces);
   for (std::size_t i = 0; i < count; ++i) {
     const Look& look = looks[i];
-    // Hidden by another part of the light mesh?
+    // Hidden by another part of the low poly?
     if (distance[i] < look.distance - 1e-4 * start_ || triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::size_t t = triangle[i];
     std::array<Vec3d, 3> corner, shading;

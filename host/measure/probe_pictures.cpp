@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint32_t kTile = PictureGrid::kPictureTile;
 constexpr std::size_t kGrain = 1 << 12;
 
-/// A box around the dense mesh: frames the same pictures for both meshes.
+/// A box around the high poly: frames the same pictures for both meshes.
 Mesh box_of(const Source::Impl& source) {
   Vec3d low{1e300, 1e300, 1e300};
   Vec3d high{-1e300, -1e300, -1e300};
@@ -130,7 +130,7 @@ PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
   return hits;
 }
 
-/// The same of the dense mesh, drawn. No weights: they follow from the pixel.
+/// The same of the high poly, drawn. No weights: they follow from the pixel.
 /// \param needed  which pictures; the others stay empty
 PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
                            const std::vector<bool>& needed) {
@@ -164,7 +164,7 @@ PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture
   return hits;
 }
 
-/// The dense mesh's shading normal where a pixel's ray meets a triangle, turned to the viewer.
+/// The high poly's shading normal where a pixel's ray meets a triangle, turned to the viewer.
 Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
                    const std::vector<float>& normals, const Picture& picture, const Vec3d& pixel,
                    std::uint32_t triangle) {

@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// A camera in the dense mesh's frame.
+/// A camera in the high poly's frame.
 struct Picture {
   Vec3d right, up, toward;
   Vec3d middle;
@@ -53,10 +53,10 @@ inline constexpr std::uint32_t kScreenSubpixels = 3;
 
 /// Pixels looked at of pictures of a size on screen, a side.
 inline constexpr std::uint32_t kScreenPixels = 24;
-/// How far from the middle rays to the dense mesh start: it lies within a radius of 1.
+/// How far from the middle rays to the high poly start: it lies within a radius of 1.
 inline constexpr double kDenseStart = 1.5;
 
-/// Pictures that the dense mesh fills.
+/// Pictures that the high poly fills.
 std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<ViewAngles>& views,
                                  const PictureGrid& grid);
 
@@ -64,12 +64,12 @@ std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<V
 PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
                          const std::vector<Picture>& pictures, double start);
 
-/// The same of the dense mesh, drawn; of pictures whose pixels are points.
+/// The same of the high poly, drawn; of pictures whose pixels are points.
 /// \param needed  which pictures; the others stay empty
 PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
                            const std::vector<bool>& needed);
 
-/// The dense mesh's shading normal where a pixel's ray meets a triangle, turned to the viewer.
+/// The high poly's shading normal where a pixel's ray meets a triangle, turned to the viewer.
 Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
                    const std::vector<float>& normals, const Picture& picture, const Vec3d& pixel,
                    std::uint32_t triangle);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr const char* kInner = "inner";
 
-/// The corners of triangles [first, first + those of the light mesh); none where a vertex of the light mesh
+/// The corners of triangles [first, first + those of the low poly); none where a vertex of the low poly
 /// would lie in two places.
 std::vector<Vec3> corners_of(const Mesh& low, const Mesh& cage, std::span<const Vec3> positions,
                              std::size_t first) {

@@ -1,4 +1,4 @@
-// A cage mesh as the light mesh's triangles take it.
+// A cage mesh as the low poly's triangles take it.
 #pragma once
 
 #include <memory>
@@ -17,10 +17,10 @@ struct CageHull {
   std::string name;
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  std::size_t low_triangles = 0;  ///< How many it would have as a copy of the light mesh
+  std::size_t low_triangles = 0;  ///< How many it would have as a copy of the low poly
 };
 
-/// See CageKind. Positions are in the frame, three a triangle of the light mesh.
+/// See CageKind. Positions are in the frame, three a triangle of the low poly.
 struct CageCorners {
   CageKind kind = CageKind::offsets;
   std::vector<Vec3> outer;               ///< Of CageKind::offsets and shells

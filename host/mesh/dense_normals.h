@@ -1,4 +1,4 @@
-// The dense mesh's normals, kept up to date as it moves.
+// The high poly's normals, kept up to date as it moves.
 #pragma once
 
 #include <cstdint>

@@ -10,12 +10,12 @@
 namespace kiln {
 
 /// Maps world coordinates to the frame and back: frame = (world - center) * scale. The scale is a
-/// power of two, so that scaling is exact; the dense mesh's bounding box has a diagonal in (0.5, 1]
+/// power of two, so that scaling is exact; the high poly's bounding box has a diagonal in (0.5, 1]
 /// there. Scenes of 1e-30 or 1e30 units, or far from the origin, thus meet the kernels alike.
 struct Frame {
   std::array<double, 3> center{};
   double scale = 1;
-  double diagonal = 1;  ///< Of the dense mesh's bounding box, in world units.
+  double diagonal = 1;  ///< Of the high poly's bounding box, in world units.
 
   /// From the finite vertices that triangles use. \throws Error(input) where there are none or all
   /// coincide.

@@ -1,4 +1,4 @@
-// Hard edges: where the normals of a light mesh's faces part.
+// Hard edges: where the normals of a low poly's faces part.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Shading frames of the light mesh, as the kernels that write and read normal maps take them.
+// Shading frames of the low poly, as the kernels that write and read normal maps take them.
 #pragma once
 
 #include <vector>

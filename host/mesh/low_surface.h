@@ -1,4 +1,4 @@
-// The light mesh made ready for sampling.
+// The low poly made ready for sampling.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Per-corner data of the light mesh, in the frame of the dense one. All vectors have one entry a
+/// Per-corner data of the low poly, in the frame of the dense one. All vectors have one entry a
 /// triangle, three corners each, in the mesh's triangle order.
 struct LowSurface {
   struct Corner {

@@ -1,4 +1,4 @@
-// Single open sheets of a light mesh: leaf cards, decals, planes under a relief.
+// Single open sheets of a low poly: leaf cards, decals, planes under a relief.
 #pragma once
 
 #include <vector>

@@ -182,8 +182,8 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     throw Error(
         ErrorCode::input,
         "No " + std::string(kind_of(names.by).one) +
-            (names.by == PartsBy::list ? " of the light mesh has a pair in the list: '"
-                                       : " of the light mesh has its name in the dense one: '") +
+            (names.by == PartsBy::list ? " of the low poly has a pair in the list: '"
+                                       : " of the low poly has its name in the dense one: '") +
             of_low.used.front() + "' is nearest to '" +
             nearest_name(of_low.used.front(), of_high.used) +
             (names.by == PartsBy::name ? "'. The patterns of part names say which belong together."

@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// How a light mesh's triangles hang together.
+/// How a low poly's triangles hang together.
 struct SurfaceTopology {
   std::vector<std::array<std::uint32_t, 3>>
       vertices;  ///< Of each triangle; those at one place are one

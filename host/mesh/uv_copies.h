@@ -1,4 +1,4 @@
-// Parts of a light mesh that share their texels on purpose: mirrored halves, repeated screws.
+// Parts of a low poly that share their texels on purpose: mirrored halves, repeated screws.
 #pragma once
 
 #include "kiln/mesh.h"

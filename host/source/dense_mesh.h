@@ -1,4 +1,4 @@
-// The dense mesh: on the host in the working frame, and on the device as its users need it.
+// The high poly: on the host in the working frame, and on the device as its users need it.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace kiln {
 
-/// The dense mesh's attributes on the device. Both arrays end in one number more, for kernels that read four
+/// The high poly's attributes on the device. Both arrays end in one number more, for kernels that read four
 /// at a time.
 struct SourceAttributes {
   cl::Array<std::uint32_t> normal_indices;  ///< [3 * triangles + 1]

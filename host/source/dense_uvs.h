@@ -1,4 +1,4 @@
-// Whether the dense mesh's UVs can be used.
+// Whether the high poly's UVs can be used.
 #pragma once
 
 #include "source/dense_mesh.h"

@@ -1,4 +1,4 @@
-// Turns the directions of texel samples: along the light mesh's own normals, and at its hard edges averaged.
+// Turns the directions of texel samples: along the low poly's own normals, and at its hard edges averaged.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// How far samples on open sheets of a light mesh may look where nothing is near.
+// How far samples on open sheets of a low poly may look where nothing is near.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 namespace kiln {
 
 /// Writes the reach of samples (TexelBand::points, the last plane): that of their sheet (mesh/open_sheets.h),
-/// 0 where they are on none. Does nothing for light meshes without sheets.
+/// 0 where they are on none. Does nothing for low polys without sheets.
 class SheetReach {
  public:
   SheetReach() = default;

@@ -135,7 +135,7 @@ std::string number(double value) {
 
 std::string triangles_are(std::uint64_t count) {
   return std::to_string(count) +
-         (count == 1 ? " triangle of the light mesh " : " triangles of the light mesh ");
+         (count == 1 ? " triangle of the low poly " : " triangles of the low poly ");
 }
 
 std::string uv_of_triangle(const LowSurface& surface, std::size_t t) {

@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// The scan-convertible pieces of a light mesh, in ascending order of triangles.
+/// The scan-convertible pieces of a low poly, in ascending order of triangles.
 struct TexelPieces {
   std::uint32_t shift = 0;  ///< Fixed-point bits below one sample, 10 to 28
   std::vector<kiln_texel_piece> pieces;

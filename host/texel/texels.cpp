@@ -160,7 +160,7 @@ void TexelSampler::Impl::warn_about_overlaps() {
   report.warnings.insert(
       report.warnings.begin(),
       {"uv-overlap",
-       "UV triangles of the light mesh overlap on " + std::to_string(report.overlapping_samples) +
+       "UV triangles of the low poly overlap on " + std::to_string(report.overlapping_samples) +
            " samples (" + share(report.overlapping_samples, report.samples) +
            " of those covered), for example triangles " + std::to_string(overlap.lower) + " and " +
            std::to_string(overlap.upper) + " at texel column " + std::to_string(overlap.column) +

@@ -1,4 +1,4 @@
-// Texel samples: the points of the light mesh that texels stand for.
+// Texel samples: the points of the low poly that texels stand for.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct TexelBand {
   cl::Array<std::uint32_t> texel_index;  ///< [texel_count] (row - first_row) * width + column
   cl::Array<std::uint32_t> texel_first;  ///< [texel_count + 1] first sample of each texel
   cl::Array<std::uint32_t> sample_slot;  ///< [sample_count] place within the texel: sy * N + sx
-  cl::Array<std::uint32_t> triangle;     ///< [sample_count] triangle of the light mesh
+  cl::Array<std::uint32_t> triangle;     ///< [sample_count] triangle of the low poly
   cl::Array<float> barycentric;          ///< 2 planes: weights of corner 1 and corner 2
   cl::Array<float> points;               ///< 7 planes: position x y z, unit direction x y z, reach
                                          ///< (length of the direction before normalising)
@@ -46,7 +46,7 @@ struct TexelReport {
                                           ///< "low-degenerate": count, rule and an example
 };
 
-/// Scan-converts the UV charts of a light mesh, band by band.
+/// Scan-converts the UV charts of a low poly, band by band.
 ///
 /// A sample is covered where its centre lies inside a UV triangle by the top-left rule, in fixed
 /// point, so that triangles that share an edge cover each sample once. Where triangles overlap the

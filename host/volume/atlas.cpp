@@ -279,7 +279,7 @@ Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t 
               "leave small parts out (min_part), let parts, holes and handles go "
               "(keep_topology = false), or ask for a larger map (ExtractOptions::size).");
     }
-    throw Error(ErrorCode::usage, "The light mesh has " + std::to_string(corners.size()) +
+    throw Error(ErrorCode::usage, "The low poly has " + std::to_string(corners.size()) +
                                       " charts, too many for " + map +
                                       ": ask for a larger map, or for fewer faces or a larger "
                                       "error.");

@@ -1,4 +1,4 @@
-// Charts of the light mesh's polygons in one texture.
+// Charts of the low poly's polygons in one texture.
 #pragma once
 
 #include <cstdint>

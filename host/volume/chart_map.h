@@ -1,4 +1,4 @@
-// The light mesh laid out by few large charts, and its map.
+// The low poly laid out by few large charts, and its map.
 #pragma once
 
 #include "cl/context.h"
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// A light mesh by large charts.
+/// A low poly by large charts.
 struct ChartLayout {
   Mesh mesh;
   UnwrapReport unwrapped;

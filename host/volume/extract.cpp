@@ -1,4 +1,4 @@
-// The light mesh and its map, step by step.
+// The low poly and its map, step by step.
 #include "volume/extract.h"
 
 #include <algorithm>
@@ -72,7 +72,7 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
   }
   if (!light.reached) {
     report.warnings.push_back({"faces-not-reached",
-                               "The light mesh has " + std::to_string(light.faces) +
+                               "The low poly has " + std::to_string(light.faces) +
                                    " faces instead of " + std::to_string(options.faces) +
                                    ": fewer would change the surface's topology.",
                                light.faces});
@@ -83,7 +83,7 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
         report.used.kept_faces == 0 ? "." : "; keeping all of them takes " + kept + " faces.";
     report.warnings.push_back({"topology-changed",
                                std::to_string(light.changed_topology) +
-                                   " vertices of the light mesh stand for more than one sheet: "
+                                   " vertices of the low poly stand for more than one sheet: "
                                    "parts, holes or handles were lost there" +
                                    why,
                                light.changed_topology});

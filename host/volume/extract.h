@@ -1,4 +1,4 @@
-// A light mesh with its map from a contour that is there.
+// A low poly with its map from a contour that is there.
 #pragma once
 
 #include "cl/context.h"

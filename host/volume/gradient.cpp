@@ -1,4 +1,4 @@
-// Normals of a volume's field at the texels of a light mesh.
+// Normals of a volume's field at the texels of a low poly.
 #include "kiln/gradient.h"
 
 #include <algorithm>
@@ -244,7 +244,7 @@ void check(const Mesh& low, const GradientOptions& options) {
   }
   if (low.uv_triangles.size() != low.triangles.size() ||
       low.normal_triangles.size() != low.triangles.size()) {
-    throw Error(ErrorCode::input, "Light mesh '" + low.name +
+    throw Error(ErrorCode::input, "Low poly '" + low.name +
                                       "' lacks UVs or normals: both are needed for every corner.");
   }
 }

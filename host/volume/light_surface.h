@@ -1,4 +1,4 @@
-// The light mesh's polygons, chosen from the tree of vertices.
+// The low poly's polygons, chosen from the tree of vertices.
 #pragma once
 
 #include <array>

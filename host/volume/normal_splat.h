@@ -1,4 +1,4 @@
-// The light mesh's normal map, from the fine vertices.
+// The low poly's normal map, from the fine vertices.
 #pragma once
 
 #include "cl/context.h"

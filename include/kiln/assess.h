@@ -25,7 +25,7 @@ struct Distribution {
 struct RayMeasure {
   double mean = 0;  ///< Over those rays
   double rms = 0;   ///< Root of the mean square
-  /// Of the rays that show a matched place of the light mesh, how many have this quantity, 0 to 1.
+  /// Of the rays that show a matched place of the low poly, how many have this quantity, 0 to 1.
   double share = 0;
 };
 
@@ -62,15 +62,15 @@ struct AssessOptions {
 /// Tarini, Cignoni, Scopigno, "Visibility based methods and assessment for detail-recovery" (2003),
 /// section 4. Positions are compared as numbers, never as colours.
 ///
-/// A viewing ray comes from a test direction d and shows a point p of the light mesh where it meets a
+/// A viewing ray comes from a test direction d and shows a point p of the low poly where it meets a
 /// front face first; back faces hide what is behind them and are not looked at. Rays lie as evenly as the
 /// pixels of an orthogonal picture, without a size of pixels: each texel stands for its area times the
 /// cosine at which d sees it. Texels without a match have no ray.
 struct MatchAssessment {
   bool cancelled = false;     ///< The progress callback said stop: the figures are empty
-  std::uint64_t samples = 0;  ///< Of the match that the light mesh covers
+  std::uint64_t samples = 0;  ///< Of the match that the low poly covers
   std::uint64_t missed = 0;   ///< Of these, without a point
-  double diagonal = 0;        ///< Of the dense mesh's bounding box, world units
+  double diagonal = 0;        ///< Of the high poly's bounding box, world units
 
   /// Section 4.1: the distance between F(p) and the point that the same ray meets first on the dense
   /// mesh, where that is a front face. World units.

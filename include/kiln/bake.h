@@ -27,7 +27,7 @@ struct BakeOptions {
   /// One or more, none twice.
   std::vector<MapKind> maps = std::vector<MapKind>(1, MapKind::normal);
 
-  MatchMethod method = MatchMethod::ray;  ///< How points of the dense mesh are found
+  MatchMethod method = MatchMethod::ray;  ///< How points of the high poly are found
   ViewOptions views = {};                 ///< For MatchMethod::views; its directions for axis
   VisibilityOptions visibility = {};      ///< For MatchMethod::visibility and hybrid
   UvOptions uv = {};                      ///< For MatchMethod::uv
@@ -43,7 +43,7 @@ struct BakeOptions {
   /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look); with a
   /// cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal; with a cage,
   /// twice its distance (twice the longest one of a cage mesh). Without either, rays that miss on an open
-  /// sheet of the light mesh, such as a leaf card, look again as far as half the sheet's diagonal.
+  /// sheet of the low poly, such as a leaf card, look again as far as half the sheet's diagonal.
   std::optional<Length> max_distance = {};
   std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
   /// ... or from this mesh: see CageKind for the three forms it may have. find_cage() (kiln/cage.h) makes one.
@@ -85,7 +85,7 @@ struct BakeOptions {
   /// another (Wang et al., section 6), as it does where mip-maps are made from the image alone.
   bool mips = false;
 
-  /// Places of the dense mesh that RecallReport looks at, 0 (none) to 2^20. For matches that search its
+  /// Places of the high poly that RecallReport looks at, 0 (none) to 2^20. For matches that search its
   /// hierarchy (MatchInfo::tells_recall), not for saved ones, and not in sessions. The standard error of a
   /// share p is sqrt(p (1 - p) / places): 0.1% for 1% of 8192.
   std::uint32_t recall = 8192;
@@ -105,8 +105,8 @@ struct SwitchReport {
 
 /// What a bake came to.
 struct BakeReport {
-  std::uint64_t texels = 0;   ///< Covered by the light mesh
-  std::uint64_t samples = 0;  ///< Covered by the light mesh
+  std::uint64_t texels = 0;   ///< Covered by the low poly
+  std::uint64_t samples = 0;  ///< Covered by the low poly
   std::uint64_t outward = 0;  ///< Samples whose ray hit outwards
   std::uint64_t inward = 0;   ///< Samples whose ray hit inwards
   std::uint64_t cage = 0;     ///< Samples whose ray came from the cage
@@ -115,7 +115,7 @@ struct BakeReport {
   std::uint64_t by_uv = 0;    ///< Samples that took the point with their own UV
   /// Samples whose ray outwards passed over a nearer face (RayRule::outermost)
   std::uint64_t passed_over = 0;
-  std::uint64_t uv_copies = 0;           ///< Triangles of the light mesh that share others' texels
+  std::uint64_t uv_copies = 0;           ///< Triangles of the low poly that share others' texels
   std::uint64_t missed = 0;              ///< Samples without a point
   std::uint64_t gutter_texels = 0;       ///< Texels that padding filled
   double max_distance = 0;               ///< As used, world units
@@ -131,7 +131,7 @@ struct BakeReport {
   std::optional<RecallReport> recall;          ///< Where it was asked for and can be told
   double seconds_recall = 0;                   ///< Telling it
   double seconds_build = 0;                    ///< Structures of the source, made for this bake
-  double seconds_texels = 0;                   ///< Samples of the light mesh
+  double seconds_texels = 0;                   ///< Samples of the low poly
   double seconds_match = 0;                    ///< The match and its fallbacks
   double seconds_detail = 0;                   ///< Reading of the maps' values
   double seconds_image = 0;                    ///< Padding and encoding
@@ -150,7 +150,7 @@ struct BakeResult {
   std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
   std::optional<Match> match;          ///< Where BakeOptions::keep_match asks for it
   std::vector<Recalled>
-      recalled;  ///< Per vertex of the dense mesh, where recall_vertices asks for it
+      recalled;  ///< Per vertex of the high poly, where recall_vertices asks for it
   std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for
   BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
@@ -162,7 +162,7 @@ struct BakeResult {
   const BakedMap& map(MapKind kind, std::uint32_t cluster = 0) const;
 };
 
-/// Bakes maps of the dense mesh for the light one.
+/// Bakes maps of the high poly for the light one.
 ///
 /// The same input gives the same bytes on every run, number of threads and conforming device, and however
 /// many threads bake from one source at the same time; each needs its own result alone. Memory is

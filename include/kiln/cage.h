@@ -14,10 +14,10 @@ namespace KILN_PUBLIC kiln {
 
 /// A cage that was found, and what there is to say of it.
 struct FoundCage {
-  /// Two shells of the light mesh's triangles (CageKind::shells): group "outer" first, then "inner". For
+  /// Two shells of the low poly's triangles (CageKind::shells): group "outer" first, then "inner". For
   /// BakeOptions::cage_mesh; save_obj() and load_mesh() give it back to the bit.
   Mesh mesh;
-  std::uint64_t samples = 0;  ///< Places of the light mesh that were looked at
+  std::uint64_t samples = 0;  ///< Places of the low poly that were looked at
   /// Of these, over which the outer shell cannot stay below the next face: what is needed elsewhere on their
   /// triangles comes first. Mostly they lie where parts touch, and nobody sees them.
   std::uint64_t conflicts = 0;
@@ -27,23 +27,23 @@ struct FoundCage {
 
 /// Finds a cage: per vertex, how far out rays start and how far in they end.
 ///
-/// Places all over the light mesh, about 2^18, look along the bake's own directions (`ray.direction`) for the
+/// Places all over the low poly, about 2^18, look along the bake's own directions (`ray.direction`) for the
 /// outermost face that fits them, as RayRule::outermost has it, up to `max_distance` both ways (none given: 4%
-/// of the dense mesh's diagonal). The outer shell takes in what the faces around a vertex need anywhere, not at
-/// the vertex alone, and a quarter more. It stays below the next face above, of the dense mesh or of another
+/// of the high poly's diagonal). The outer shell takes in what the faces around a vertex need anywhere, not at
+/// the vertex alone, and a quarter more. It stays below the next face above, of the high poly or of another
 /// part of the light one. The inner shell ends above the next face below: a thin wall's other sheet, or another
 /// part. Both change gradually from vertex to vertex, and neither asks more of one than its faces do.
 ///
-/// `max_distance` says how far above the light mesh a solid may begin; it is taken in as a whole, however high
-/// it is. A face that lies nearer to another place of the light mesh, by half of the ray's way, belongs there.
+/// `max_distance` says how far above the low poly a solid may begin; it is taken in as a whole, however high
+/// it is. A face that lies nearer to another place of the low poly, by half of the ray's way, belongs there.
 ///
 /// Takes of the options `method` (rays as a fallback do not turn), `ray.direction`, `ray.edge_width`,
 /// `max_distance`, `two_sided` and `parts`.
 /// Deterministic on any number of threads. Lifetimes and threads as bake().
-/// \throws Error(usage) for an option out of its range; Error(input) for a light mesh without UVs; Error(device)
+/// \throws Error(usage) for an option out of its range; Error(input) for a low poly without UVs; Error(device)
 FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& options = {});
 
-/// The light mesh, each vertex moved along the direction in which rays leave there: the cage that
+/// The low poly, each vertex moved along the direction in which rays leave there: the cage that
 /// BakeOptions::cage stands for. Vertices without a direction in common stay. The UVs are left out.
 /// \param distance  world units
 /// \throws Error(usage) for a distance that is not finite; Error(input) for a mesh that is no mesh

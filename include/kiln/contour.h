@@ -149,13 +149,13 @@ struct ExtractReport {
   ContourReport contour;        ///< Of the full-resolution surface
   ExtractUsed used;             ///< The options as given or as chosen
   std::uint64_t clusters = 0;   ///< Inner nodes of the tree of vertices
-  std::uint64_t faces = 0;      ///< Triangles of the light mesh
+  std::uint64_t faces = 0;      ///< Triangles of the low poly
   std::uint64_t quads = 0;      ///< Polygons it was made of: quads, and triangles where cells of
   std::uint64_t triangles = 0;  ///< several sizes meet
   std::uint64_t parts = 0;      ///< Connected parts of the full contour
   std::uint64_t dropped_parts = 0;       ///< ... left out for being small
   double error = 0;                      ///< Greatest root mean square distance of a vertex, cells
-  std::uint64_t non_manifold_edges = 0;  ///< Edges of the light mesh with more than two triangles
+  std::uint64_t non_manifold_edges = 0;  ///< Edges of the low poly with more than two triangles
   std::uint64_t charts = 0;              ///< Of the layout: by pairs, one for each polygon
   double texels_per_cell = 0;            ///< Side of a cell in texels of the map
   double coverage = 0;  ///< Share of the map that charts cover; by pairs, their borders, too
@@ -168,9 +168,9 @@ struct ExtractReport {
   std::vector<Warning> warnings;  ///< Of all steps
 };
 
-/// A light mesh with its normal map.
+/// A low poly with its normal map.
 struct ExtractResult {
-  Mesh mesh;             ///< The light mesh, with UVs and smooth normals
+  Mesh mesh;             ///< The low poly, with UVs and smooth normals
   Image normal_map;      ///< 3 channels; outside the charts (1/2, 1/2, 1)
   ExtractReport report;  ///< What it came to
 };
@@ -178,24 +178,24 @@ struct ExtractResult {
 /// Texels a cell from which on extract() warns ("map-too-fine").
 inline constexpr double kMapTooFine = 4;
 
-/// A light mesh with a normal map straight from a volume (Barry and Wood, "Direct Extraction of Normal
+/// A low poly with a normal map straight from a volume (Barry and Wood, "Direct Extraction of Normal
 /// Mapped Meshes from Volume Data").
 ///
 /// The vertices of the full-resolution contour are gathered bottom-up through an octree: those that
 /// touch within a node become one, whose quadric error function is their sum and which is kept in the
 /// node's box. A node's vertex may stand for its children where the surface that it replaces is a disk and
-/// meets the node's edges and faces as one sheet does, so that the light mesh is a manifold of the same
+/// meets the node's edges and faces as one sheet does, so that the low poly is a manifold of the same
 /// topology (Schaefer, Ju, Warren 2007, "Manifold Dual Contouring", section 3: it allows more than the
 /// criterion of Ju et al. 2002, section 4.1, which permits only one sheet a cell).
 ///
-/// Each polygon of the light mesh is a chart, unless ExtractOptions::unwrap says charts. The fine vertices of the clusters that it spans are
+/// Each polygon of the low poly is a chart, unless ExtractOptions::unwrap says charts. The fine vertices of the clusters that it spans are
 /// projected onto it and their normals splatted into the map; other texels are filled smoothly within
 /// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
 /// blends neighbours. Along an edge its charts hold the same normals, but across creases of 30 degrees and
 /// more; what that changes fades out within a cell. Large charts are laid out by unwrap(), and read the
 /// polygons' texels, twice as fine: both sides of their seams hold the same.
 /// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
-/// of them, which is no better and may be worse than the light mesh's own normals ("map-too-fine").
+/// of them, which is no better and may be worse than the low poly's own normals ("map-too-fine").
 /// Threads, lifetimes and callbacks as contour().
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
 ///         for; Error(input) where it is too small for those that the topology keeps

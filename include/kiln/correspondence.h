@@ -30,8 +30,8 @@ struct Match {
   std::uint32_t height = 0;            ///< map height * samples
   std::uint32_t samples = 1;           ///< N x N a texel
   std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
-  std::uint64_t source_hash = 0;  ///< Of the dense mesh's triangles and positions; 0: not known
-  std::uint64_t low_hash = 0;     ///< Of the light mesh's triangles, positions and UVs
+  std::uint64_t source_hash = 0;       ///< Of the high poly's triangles and positions; 0: not known
+  std::uint64_t low_hash = 0;          ///< Of the low poly's triangles, positions and UVs
   std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
   std::vector<float> u;                 ///< Weight of the triangle's corner 1
   std::vector<float> v;                 ///< Weight of the triangle's corner 2

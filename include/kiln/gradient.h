@@ -16,7 +16,7 @@ namespace KILN_PUBLIC kiln {
 struct GradientError {
   std::uint64_t texels = 0;  ///< Compared
   std::uint64_t empty =
-      0;  ///< ... where the map has no direction: the light mesh's own normal counts
+      0;  ///< ... where the map has no direction: the low poly's own normal counts
   double mean_degrees = 0;    ///< Over the compared texels
   double rms_degrees = 0;     ///< Root of the mean square
   double median_degrees = 0;  ///< Half of the texels are not above
@@ -25,7 +25,7 @@ struct GradientError {
   double max_degrees = 0;     ///< The greatest angle
 };
 
-/// Along which line through a point of the light mesh its point of the surface is looked for.
+/// Along which line through a point of the low poly its point of the surface is looked for.
 enum class GradientLine {
   shading,  ///< The corners' normals, interpolated and made unit: as rays are cast
   face,     ///< The triangle's own normal: as the direct map projects
@@ -38,7 +38,7 @@ struct GradientOptions {
   GradientLine line = GradientLine::shading;  ///< Where the surface is looked for
 };
 
-/// What a normal map of a volume's surface should hold: at each texel of a light mesh the normal of the
+/// What a normal map of a volume's surface should hold: at each texel of a low poly the normal of the
 /// volume's own field.
 ///
 /// A texel counts where its centre lies in a UV triangle (of several, the first), and stands for the point
@@ -65,7 +65,7 @@ class GradientReference {
   GradientReference(const Volume& volume, const ContourOptions& contour, const Mesh& low,
                     const GradientOptions& options);
 
-  std::uint64_t covered() const { return covered_; }          ///< Texels of the light mesh
+  std::uint64_t covered() const { return covered_; }          ///< Texels of the low poly
   std::uint64_t no_surface() const { return no_surface_; }    ///< ... without a place within reach
   std::uint64_t cut() const { return cut_; }                  ///< ... on the volume's closed border
   std::uint64_t no_gradient() const { return no_gradient_; }  ///< ... where the field is flat
@@ -73,7 +73,7 @@ class GradientReference {
   /// \param map  object space, n/2 + 1/2 in the first three channels, as large as `size` says
   /// \throws Error(input) for another size or too few channels
   GradientError compare(const Image& map) const;
-  /// The light mesh's own interpolated normals: no map at all.
+  /// The low poly's own interpolated normals: no map at all.
   GradientError compare_without_map() const;
 
  private:

@@ -14,7 +14,7 @@ struct HeightFieldOptions {
   double height = 1;  ///< World units of a value of 1 (PNG: white); may be negative
 };
 
-/// The dense mesh of an image of heights, for terrains and walls: a vertex a pixel, two triangles a cell.
+/// The high poly of an image of heights, for terrains and walls: a vertex a pixel, two triangles a cell.
 ///
 /// Pixels are points: the outermost ones lie on the border, so that (columns - 1) x (rows - 1) cells span
 /// `width` x `depth`. Row 0 is at the largest y. UVs are those of the plane: u along +X and v along +Y over
@@ -26,7 +26,7 @@ struct HeightFieldOptions {
 ///         small, or holds a value that is not finite
 Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options = {});
 
-/// The light mesh of a height field that is none: a rectangle of two triangles in z = 0 under the whole of
+/// The low poly of a height field that is none: a rectangle of two triangles in z = 0 under the whole of
 /// it, with the same layout.
 Mesh height_field_plane(const Image& image, const HeightFieldOptions& options = {});
 

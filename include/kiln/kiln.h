@@ -1,5 +1,5 @@
 /// \file
-/// Kiln bakes the detail of dense meshes into the textures of light ones. This header includes the
+/// Kiln bakes the detail of high polys into the textures of low polys. This header includes the
 /// whole public API but for kiln/opencl.h, which needs OpenCL's headers; each part's header documents it.
 #pragma once
 

@@ -12,7 +12,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What a light mesh and its maps come to in a renderer's memory.
+/// What a low poly and its maps come to in a renderer's memory.
 ///
 /// A vertex takes 24 bytes: position 12, normal 4, tangent 4, UV 4; without a map 16. A vertex at a seam counts
 /// once a side. An index takes 2 bytes, 4 beyond 65,536 vertices. Maps have mip-maps, which add a third. A texel
@@ -27,7 +27,7 @@ struct LightBytes {
 
 /// The error to reach, how large the mesh will be seen, and what to bake.
 struct LightPlanOptions {
-  /// The mean angle, degrees, between rendered normals of the light mesh with its map and those of the dense
+  /// The mean angle, degrees, between rendered normals of the low poly with its map and those of the dense
   /// one. Above 0.
   double max_error = 0;
   /// Of other maps that are baked, each once. A map that is too small for one of them is left out of the choice.
@@ -39,7 +39,7 @@ struct LightPlanOptions {
   std::uint32_t screen = 0;
   /// Choose how to match; else BakeOptions::method does.
   bool choose_match = true;
-  /// The light mesh's own normals may do, without a map.
+  /// The low poly's own normals may do, without a map.
   bool may_leave_map_out = true;
   /// Choose BakeOptions::samples; else they stay.
   bool choose_samples = true;
@@ -48,10 +48,10 @@ struct LightPlanOptions {
   /// What to bake. Its size is the largest that maps may have; they are square, 16 texels a side at least. With
   /// the map MapKind::normal. No cage mesh, no parts, no saved match.
   BakeOptions bake = {};
-  UnwrapMethod unwrap = UnwrapMethod::charts;  ///< How the light mesh is laid out
+  UnwrapMethod unwrap = UnwrapMethod::charts;  ///< How the low poly is laid out
 };
 
-/// A light mesh with a map of a size: expected, or made and measured.
+/// A low poly with a map of a size: expected, or made and measured.
 struct LightTrial {
   std::uint64_t faces = 0;                ///< Triangles
   std::uint64_t positions = 0;            ///< Vertices before seams split them
@@ -60,7 +60,7 @@ struct LightTrial {
   std::uint32_t size = 0;                 ///< Texels a side; 0: no map
   std::uint32_t samples = 1;              ///< BakeOptions::samples
   std::uint32_t bits = 8;                 ///< A channel
-  MatchMethod method = MatchMethod::ray;  ///< How points of the dense mesh are found
+  MatchMethod method = MatchMethod::ray;  ///< How points of the high poly are found
   LightBytes bytes;                       ///< In memory
   double expected = 0;                    ///< Mean angle, degrees, by the model
   double measured = -1;  ///< Mean angle, degrees, of the map itself; below 0: not made
@@ -92,12 +92,12 @@ struct LightBake {
       false;  ///< `chosen` was measured within `wanted`, and each of `bounds` within its own
   std::vector<MapReached> bounds;  ///< Of LightPlanOptions::bounds, what `result` reaches
   bool cancelled = false;          ///< By BakeOptions::progress
-  double seconds_simplify = 0;     ///< Making light meshes
+  double seconds_simplify = 0;     ///< Making low polys
   double seconds_unwrap = 0;       ///< Laying them out
   double seconds_measure = 0;      ///< Looking at them and at maps
 };
 
-/// Bytes of a light mesh with square maps. This and split_vertices(): any thread, nothing is kept.
+/// Bytes of a low poly with square maps. This and split_vertices(): any thread, nothing is kept.
 /// \param vertices  after splitting at seams
 /// \param size      texels a side; 0: no maps
 /// \param channels  of each map
@@ -109,8 +109,8 @@ std::uint64_t split_vertices(const Mesh& mesh);
 
 /// Chooses faces, map size, samples, match and bits together: the fewest bytes that reach an error.
 ///
-/// One run of simplify() gives light meshes of all numbers of faces. Of a few, pictures from kPlanViews directions
-/// are compared with the dense mesh's: p, the error of the mesh's own normals, and f, that of a map of endless
+/// One run of simplify() gives low polys of all numbers of faces. Of a few, pictures from kPlanViews directions
+/// are compared with the high poly's: p, the error of the mesh's own normals, and f, that of a map of endless
 /// size. A map of s texels a side then has the error e = f + 1 / (1 / (p - f) + h(s)). One bake with its mip-maps
 /// tells h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
 /// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,

@@ -11,7 +11,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// A chain of light meshes, each for half the size on screen of the one before.
+/// A chain of low polys, each for half the size on screen of the one before.
 struct LodOptions {
   /// The error that every level is to reach, and what to bake. `screen` is the largest size at which the first
   /// level will be seen. The last one's, screen / 2^(levels - 1), must be 16 pixels or more.
@@ -41,7 +41,7 @@ struct LodChain {
   bool cancelled = false;         ///< By BakeOptions::progress; then `levels` is not whole.
 };
 
-/// Plans a chain of light meshes: bake_light() for `screen`, half of it, a quarter and so on.
+/// Plans a chain of low polys: bake_light() for `screen`, half of it, a quarter and so on.
 ///
 /// With shared UVs, the first level is planned so, with a map. The others are simplified from it, with its seams
 /// and layout (SimplifyOptions::keep_uvs): few faces with which its map, rounded as it is saved, stays within the

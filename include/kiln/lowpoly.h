@@ -29,7 +29,7 @@ struct SimplifyOptions {
 struct SimplifyReport {
   std::uint64_t input_faces = 0;  ///< Triangles of the given mesh, unusable ones included.
   std::uint64_t faces = 0;        ///< Triangles of the result.
-  /// Measured deviation: the largest distance from a sample of the dense mesh to the light one, as a
+  /// Measured deviation: the largest distance from a sample of the high poly to the light one, as a
   /// share of the diagonal. Samples are the corners and centroids of the dense triangles, or up to
   /// 262,144 of them evenly spaced.
   double error = 0;
@@ -39,7 +39,7 @@ struct SimplifyReport {
   /// Triangles that face away from the dense surface, or down in a height field, and stayed so.
   std::uint64_t folded = 0;
   std::uint64_t without_area = 0;  ///< Triangles without area that stayed so.
-  std::uint64_t holes = 0;         ///< Loops of open edges beyond those of the dense mesh.
+  std::uint64_t holes = 0;         ///< Loops of open edges beyond those of the high poly.
   std::uint64_t charts = 0;        ///< With keep_uvs: connected pieces of the layout that is left.
   double coverage = 0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1.
   double seconds = 0;   ///< That it took
@@ -56,9 +56,9 @@ struct SimplifyReport {
 /// so; where the mesh has fewer, all are kept ("faces-above-input"). With a bound instead, the result's
 /// measured error never exceeds it.
 ///
-/// What was made is compared with the dense mesh: triangles that face away from the surface near them, lie
-/// back to back with a neighbour where the dense mesh has no such edge, have no area, or (of a height field)
-/// face down are mended, and holes that the dense mesh does not have are looked for. The report counts them;
+/// What was made is compared with the high poly: triangles that face away from the surface near them, lie
+/// back to back with a neighbour where the high poly has no such edge, have no area, or (of a height field)
+/// face down are mended, and holes that the high poly does not have are looked for. The report counts them;
 /// what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
 /// The result has smooth angle-weighted normals and the input's name, place and units (same origin); UVs
@@ -142,7 +142,7 @@ struct UnwrapReport {
 /// \param report  where to write what was done; may be null
 /// \throws Error(usage) for options out of range, Error(input) where no triangle has any area
 /// Cost of pairs: about 10 ms for 5,000 triangles, 2 s for a million, on one core. Of charts: see
-/// tools/bench/README.md; meant for light meshes.
+/// tools/bench/README.md; meant for low polys.
 Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options = {}, UnwrapReport* report = nullptr);
 
 }  // namespace kiln

@@ -129,9 +129,9 @@ struct MapError {
   std::string_view against;        ///< What they were compared with, in words
 };
 
-/// What a sample gets for which no point of the dense mesh was found.
+/// What a sample gets for which no point of the high poly was found.
 enum class MissPolicy {
-  keep,  ///< The light mesh's own interpolated normal (Wang et al., section 2)
+  keep,  ///< The low poly's own interpolated normal (Wang et al., section 2)
   fill,  ///< Filled from neighbouring texels of the map, like the gutter
   mark,  ///< Magenta (1, 0, 1), to be seen
 };

@@ -79,11 +79,11 @@ enum class VisibilityAt {
 /// How it is found out whether a place is seen from a direction.
 enum class VisibilityTest {
   automatic,  ///< views, but for vertices rays
-  views,      ///< Pictures of the light mesh: as fine as their pixels
+  views,      ///< Pictures of the low poly: as fine as their pixels
   rays,       ///< Rays from the place: exact
 };
 
-/// From where the light mesh is likely to be looked at. +Y is up.
+/// From where the low poly is likely to be looked at. +Y is up.
 enum class ViewLikelihood {
   all,      ///< From all around alike
   horizon,  ///< From the side: the squared cosine of the angle to the horizon
@@ -92,7 +92,7 @@ enum class ViewLikelihood {
 };
 
 /// For MatchMethod::visibility and hybrid. The direction of a place is the mean of all directions, out of
-/// many spread evenly, that see it past the light mesh itself, each weighted by the cosine at which it
+/// many spread evenly, that see it past the low poly itself, each weighted by the cosine at which it
 /// sees the face (what counting pixels in pictures comes to) and by how likely a view from there is.
 struct VisibilityOptions {
   VisibilityAt at = VisibilityAt::texel;            ///< Where directions are gathered
@@ -121,7 +121,7 @@ struct VisibilityOptions {
 
 /// How far MatchMethod::uv trusts the layouts. Shares, 0 or more; infinity for no bound.
 struct UvOptions {
-  double warn_overlap = 0;    ///< Warns where more of the dense mesh's samples are covered twice,
+  double warn_overlap = 0;    ///< Warns where more of the high poly's samples are covered twice,
   double max_overlap = 0.05;  ///< ... and refuses
   /// Warns where the 95th percentile of the distances between the surfaces exceeds this share of the diagonal,
   double warn_distance = 0.01;
@@ -174,7 +174,7 @@ struct VisibilityReport {
 
 /// Whether the layouts are fit for matching by UVs: the dense one must not overlap, and both must agree.
 struct UvReport {
-  std::uint64_t covered = 0;  ///< Samples of the map that the dense mesh's UV triangles cover
+  std::uint64_t covered = 0;  ///< Samples of the map that the high poly's UV triangles cover
   std::uint64_t overlapping =
       0;  ///< ... more than one of them; the one with the lowest index counts
   /// Two dense triangles that cover one texel.
@@ -201,7 +201,7 @@ struct MatchInfo {
   bool may_follow = true;         ///< It can be one of BakeOptions::fallback
   bool looks_far = true;          ///< It obeys BakeOptions::max_distance
   bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh, and ray.rule
-  bool along_low = false;         ///< It looks along the light mesh's directions: BakeOptions::ray
+  bool along_low = false;         ///< It looks along the low poly's directions: BakeOptions::ray
   bool takes_parts = false;       ///< It obeys BakeOptions::parts
   bool tells_recall = false;      ///< It obeys BakeOptions::recall
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions

@@ -62,7 +62,7 @@ NormalError compare_normals(const Image& reference, const Image& other);
 /// -2 where one does. Pictures as for NormalComparison::add, which also says what is thrown.
 Image normal_angles(const Image& reference, const Image& other);
 
-/// How far matched points lie from the light mesh.
+/// How far matched points lie from the low poly.
 struct DistanceError {
   std::uint64_t samples = 0;  ///< That found a point
   std::uint64_t missed = 0;   ///< That did not

@@ -21,25 +21,25 @@ enum class PartsBy {
 
 /// A pair of a list. Names are patterns, in which `*` is any text.
 struct PartPair {
-  std::string low;                ///< Of the light mesh's groups
-  std::vector<std::string> high;  ///< Of the dense mesh's groups: any of these
+  std::string low;                ///< Of the low poly's groups
+  std::vector<std::string> high;  ///< Of the high poly's groups: any of these
 };
 
 /// Which parts of two meshes belong together, by their names. A pattern is text with `*` for any
 /// text, also none; its first `*` is the part's name.
 struct PartNames {
-  std::vector<std::string> low = {"*_low"};                ///< For PartsBy::name: the light mesh's
-  std::vector<std::string> high = {"*_high", "*_high_*"};  ///< For PartsBy::name: the dense mesh's
+  std::vector<std::string> low = {"*_low"};                ///< For PartsBy::name: the low poly's
+  std::vector<std::string> high = {"*_high", "*_high_*"};  ///< For PartsBy::name: the high poly's
   PartsBy by = PartsBy::name;                              ///< Which names
   std::vector<PartPair> list = {};  ///< For PartsBy::list: the first that fits counts
 };
 
-/// Pairs of parts: samples on a part of the light mesh find points of its part of the dense mesh alone.
+/// Pairs of parts: samples on a part of the low poly find points of its part of the high poly alone.
 struct Parts {
   std::uint32_t count = 0;          ///< Parts are 0 to count - 1
   std::vector<std::string> names;   ///< Of each part; the last one may be "", what has no pair
-  std::vector<std::uint32_t> low;   ///< Part of each triangle of the light mesh
-  std::vector<std::uint32_t> high;  ///< Part of each triangle of the dense mesh
+  std::vector<std::uint32_t> low;   ///< Part of each triangle of the low poly
+  std::vector<std::uint32_t> high;  ///< Part of each triangle of the high poly
   std::vector<Warning> warnings;  ///< unmatched-parts: groups without a pair, and the nearest name
 };
 

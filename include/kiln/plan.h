@@ -12,7 +12,7 @@ namespace KILN_PUBLIC kiln {
 
 /// The error to reach, and what to bake.
 struct PlanOptions {
-  /// The mean angle, degrees, between rendered normals of the light mesh with its map and those of the
+  /// The mean angle, degrees, between rendered normals of the low poly with its map and those of the
   /// dense one that is to be reached. 0: what larger maps would not improve by more than 5%.
   double max_error = 0;
   /// Of other maps that are baked, each once. Where the map that reaches `max_error` is too small for one of
@@ -36,7 +36,7 @@ struct PlanTrial {
   std::uint32_t height = 0;               ///< Of the map, texels
   NormalError error;  ///< Over kPlanViews directions of kPlanPixels x kPlanPixels pixels
   double missed = 0;  ///< Share of samples
-  /// Share of the dense mesh that no sample stands for (RecallReport::lost); 0 where that is not known
+  /// Share of the high poly that no sample stands for (RecallReport::lost); 0 where that is not known
   double lost = 0;
   double seconds =
       0;  ///< Of the bake; structures of the source that it was the first to need included
@@ -57,10 +57,10 @@ struct PlannedBake {
   std::vector<PlanTrial> trials;  ///< In order
   std::vector<PlanLimit> limits;  ///< Of the ways to match that were looked at, in order
   /// Where UVs and the first way that searches do not reach the error: what no map can get below, however it is matched, since
-  /// a place shows one normal to all sides but the dense mesh has another behind it from each.
+  /// a place shows one normal to all sides but the high poly has another behind it from each.
   double least = 0;
   PlanTrial chosen;         ///< The trial that `result` is of
-  NormalError without_map;  ///< The light mesh's own normals, measured alike
+  NormalError without_map;  ///< The low poly's own normals, measured alike
   double wanted = 0;        ///< Degrees; with max_error 0: what that came to
   bool reached = false;     ///< `chosen` is within `wanted`, and each of `bounds` within its own
   std::vector<MapReached> bounds;  ///< Of PlanOptions::bounds, what `result` reaches
@@ -73,13 +73,13 @@ struct PlannedBake {
 /// Pictures of both meshes are taken once. The points that they show are matched as texels would be, which
 /// tells what a way to match reaches with a map of endless size, f, without baking one. A small map is
 /// baked and measured there, and errors of larger ones follow from e(s) = f + 1 / (1 / (p - f) + r s^2), p
-/// being the error without any map: within 4% on light meshes of 1,500 to 3,000 faces, worse where many
+/// being the error without any map: within 4% on low polys of 1,500 to 3,000 faces, worse where many
 /// charts have few texels, and then the next map tells more. The next that is baked is the smallest that is
 /// expected to reach the error. What is said to be reached is always measured on the very map that is
 /// returned.
 ///
 /// Ways to match are looked at in the order of their cost, and only where those before them are not
-/// expected to reach the error. Where the dense mesh has UVs that are fit for it (BakeOptions::uv), matching
+/// expected to reach the error. Where the high poly has UVs that are fit for it (BakeOptions::uv), matching
 /// by UVs comes before all others, since it searches nothing; else it is left out. Then views first for meshes of more than two million triangles, for which
 /// building a hierarchy takes longest; else rays first, and views last, where rays miss points or another
 /// way gets nearer than they do. None but these is looked at where the error is below what any map
@@ -87,7 +87,7 @@ struct PlannedBake {
 /// larger maps would not improve on by 5%; what gains less than 3% on those before it does not
 /// count as nearer. With a cage, rays alone.
 ///
-/// A trial that loses parts of the dense mesh is worth less than its error says, since what lies below them
+/// A trial that loses parts of the high poly is worth less than its error says, since what lies below them
 /// may look smoother: what it lost counts as without a map, so its error is raised by lost * without_map. A
 /// trial is chosen by this, and the error said to be reached is the measured one.
 /// Lifetimes, threads, tangents and welding as bake(). BakeOptions::progress comes on the caller's thread: ten

@@ -39,7 +39,7 @@ struct ReasonCount {
   std::uint64_t samples = 0;         ///< How many, above 0
   std::uint32_t column = 0;          ///< Of an example: texels from the left,
   std::uint32_t row = 0;             ///< ... and from the top
-  std::array<double, 3> position{};  ///< Of the example on the light mesh, world units
+  std::array<double, 3> position{};  ///< Of the example on the low poly, world units
   double distance = 0;               ///< For Reason::far: of the nearest one found, world units
 };
 

@@ -8,13 +8,13 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What a bake leaves out of the dense mesh, which no measure over the light mesh can tell: of all that
-/// views from outside show of the dense mesh near the light one, the share that no sample stands for.
+/// What a bake leaves out of the high poly, which no measure over the low poly can tell: of all that
+/// views from outside show of the high poly near the light one, the share that no sample stands for.
 ///
-/// Places lie evenly over the dense mesh's area. A place counts where it lies within the match's distance
-/// of the light mesh, where its face is turned by less than 60 degrees against the light mesh's there (a
+/// Places lie evenly over the high poly's area. A place counts where it lies within the match's distance
+/// of the low poly, where its face is turned by less than 60 degrees against the low poly's there (a
 /// map along that normal cannot hold steeper ones), and by how much of it 64 directions all around see past
-/// the dense mesh: the sum of their cosines, which is how many pixels of pictures would show it. A sample
+/// the high poly: the sum of their cosines, which is how many pixels of pictures would show it. A sample
 /// stands for a place where its point lies within one and a half samples' steps of it, and its face does
 /// not look the other way. Layers closer than that are one.
 struct RecallReport {
@@ -24,9 +24,9 @@ struct RecallReport {
   std::array<double, 3> where{};  ///< A place in the middle of that part, world units
 };
 
-/// Per vertex of the dense mesh: whether a sample stands for it.
+/// Per vertex of the high poly: whether a sample stands for it.
 enum class Recalled : std::uint8_t {
-  beside,  ///< Does not count: unseen, steep, or not near the light mesh
+  beside,  ///< Does not count: unseen, steep, or not near the low poly
   held,    ///< A sample stands for it
   lost,    ///< None does
 };

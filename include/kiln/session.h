@@ -19,17 +19,17 @@ struct Rectangle {
   friend bool operator==(const Rectangle&, const Rectangle&) = default;
 };
 
-/// Where the dense mesh may move, and how rays are cast.
+/// Where the high poly may move, and how rays are cast.
 struct SessionOptions {
-  /// The box that the dense mesh moves in. None given: its own at first. Decides rounding and what a share
+  /// The box that the high poly moves in. None given: its own at first. Decides rounding and what a share
   /// of the diagonal is; positions may leave it, but not by more than about its size.
   std::optional<Bounds> bounds = {};
   RayTraversal traversal = RayTraversal::automatic;  ///< As for Source
 };
 
-/// A bake of a dense mesh that changes (Gumbau, Gonzalez, Chover 2006).
+/// A bake of a high poly that changes (Gumbau, Gonzalez, Chover 2006).
 ///
-/// Everything stays on the device: samples of the light mesh, their correspondences, the dense mesh, its
+/// Everything stays on the device: samples of the low poly, their correspondences, the high poly, its
 /// hierarchy. After positions or normals change, only what depends on them is done again:
 ///   - MatchMethod::uv without a fallback: correspondences stay, since UVs do; the texels whose triangles'
 ///     normals changed are read anew, and their gutter.
@@ -47,20 +47,20 @@ class BakeSession {
  public:
   /// \param options  as for bake(), but match and progress must be empty, and clusters of visibility and
   ///                 blending with a fallback are left out
-  /// \throws Error as bake(); Error(input) for a dense mesh with a corner that is not finite
+  /// \throws Error as bake(); Error(input) for a high poly with a corner that is not finite
   BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options = {},
               const SessionOptions& session = {});
   ~BakeSession();
   BakeSession(BakeSession&&) noexcept;  ///< The other may then only be assigned to or destroyed
   BakeSession& operator=(BakeSession&&) noexcept;  ///< As the constructor
 
-  /// Changes positions of the dense mesh's vertices [first, first + count), in its units. Where the mesh
+  /// Changes positions of the high poly's vertices [first, first + count), in its units. Where the mesh
   /// has no normals of its own, those around them follow. The span is not kept.
   /// \throws Error(usage) for a range beyond the mesh's, a position that is not finite or too far out of
   ///         the bounds; nothing is changed then
   void set_positions(std::uint32_t first, std::span<const Vec3> positions);
 
-  /// Changes entries [first, first + count) of the dense mesh's pool of normals; of any length above 0. The
+  /// Changes entries [first, first + count) of the high poly's pool of normals; of any length above 0. The
   /// span is not kept.
   /// \throws Error(usage) for a range beyond the pool (a mesh without normals has none), or a normal
   ///         without direction; nothing is changed then
@@ -101,7 +101,7 @@ class BakeSession {
 /// view improves the correspondence that is there, and none is drawn twice. After any views the match is,
 /// to the bit, what bake() finds with the same directions in the same order.
 /// Thread safety: one thread at a time for each session; sessions of one Source may run beside each other.
-/// Lifetimes: it holds the Source and a copy of the light mesh. The progress callback is not called.
+/// Lifetimes: it holds the Source and a copy of the low poly. The progress callback is not called.
 class ViewSession {
  public:
   /// \param options  size, samples, max_distance, two_sided and of the views size (0: by the mesh's
@@ -114,7 +114,7 @@ class ViewSession {
 
   /// What one view brought.
   struct Step {
-    std::uint64_t samples = 0;  ///< Of the light mesh
+    std::uint64_t samples = 0;  ///< Of the low poly
     std::uint64_t decided = 0;  ///< By any view so far
     std::uint64_t changed = 0;  ///< That this view newly decided, or decided better
   };

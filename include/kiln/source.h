@@ -28,7 +28,7 @@ struct Bounds {
   static Bounds of(const Mesh& mesh);
 };
 
-/// The dense mesh on the device: triangles, hierarchy, normals. Built once, baked from many times,
+/// The high poly on the device: triangles, hierarchy, normals. Built once, baked from many times,
 /// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy, say, which
 /// rays and nearest points walk) are made at their first use, by the first thread that needs one; others
 /// wait for it.
@@ -37,7 +37,7 @@ struct Bounds {
 /// are the same bytes as one after another.
 /// Lifetimes: it copies what it needs of the mesh and holds the Device; both may go.
 /// Welding: vertices with exactly equal positions count as one where normals are computed; see Mesh.
-/// Mesh::tangents of the dense mesh are not read: for its normal textures MikkTSpace computes them.
+/// Mesh::tangents of the high poly are not read: for its normal textures MikkTSpace computes them.
 class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same answer to the bit

@@ -27,7 +27,7 @@ struct Vec3 {
 /// Three indices, counter-clockwise seen from outside.
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// A length in world units, or as a share of the dense mesh's bounding-box diagonal.
+/// A length in world units, or as a share of the high poly's bounding-box diagonal.
 struct Length {
   double value = 0;      ///< World units, or the share: 0.02 is 2%
   bool relative = true;  ///< `value` is a share of the diagonal

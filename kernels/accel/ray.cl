@@ -1,4 +1,4 @@
-// Nearest hits of rays that leave samples of the light mesh, on the dense mesh.
+// Nearest hits of rays that leave samples of the low poly, on the high poly.
 //
 // Algorithm: a hierarchy of 8-wide nodes (see shared/bvh.h) walked nearest child first, and a
 // watertight triangle test (see lib/triangle.clh) that all variants share. Ties in t go to the smaller
@@ -8,7 +8,7 @@
 // Which hit counts (shared/ray.h): the smallest t; or outward first, the nearest t >= 0, else the
 // nearest t < 0; or the outermost, the greatest t. An outermost ray also says whether hits of two or
 // more different t >= 0 lie on it: only there can its answer differ from outward first, and the host
-// looks again (host/match/outermost.cpp) whether the light mesh lies between.
+// looks again (host/match/outermost.cpp) whether the low poly lies between.
 //
 // | kernel                  | global size         | local | reads, writes a sample            |
 // | kiln_ray_closest_beam   | samples / 64, up    | 64    | 24 B (28 with reach) + tree, 17 B |

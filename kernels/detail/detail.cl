@@ -1,6 +1,6 @@
 // Detail: what to read at the corresponding points (D), and averaging samples to texels.
 //
-// Normals of the dense mesh are interpolated at the matched point and expressed in the light mesh's
+// Normals of the high poly are interpolated at the matched point and expressed in the low poly's
 // frame: MikkTSpace's tangent frame (Mikkelsen 2008), object space, or the face's own frame (Wang,
 // Froehlich, Goebel, "Fast Normal Map Generation for Simplified Meshes", section 3). The tangent frame is
 // interpolated and not normalised, as shaders do it, and inverted exactly: so decoding with
@@ -20,14 +20,14 @@
 // kiln_detail_resolve  texels            64     reads 12 B + 13 B a sample, writes 13 B (scattered)
 //
 // Neighbouring samples mostly lie in one light triangle: eight that do read its attributes once. They read the
-// dense mesh's normals and their indices four numbers at a time: both arrays end in one more.
+// high poly's normals and their indices four numbers at a time: both arrays end in one more.
 //
 // Strengths: one pass; half the memory traffic at one sample a texel (kiln_detail_texel). Limits: barycentric
 // interpolation only.
 
 #include "detail/detail.clh"
 
-/// What samples read of the light mesh, and the dense surface's normals at their points.
+/// What samples read of the low poly, and the dense surface's normals at their points.
 typedef struct detail_group {
   detail_low low;
   lanes3 normal;

@@ -4,7 +4,7 @@
 // kiln_session_gather  chosen texels  64     reads 12 B + 24 B a sample, writes 24 B a sample
 #include "shared/common.h"
 
-/// Copies the light mesh's points and the correspondences of chosen texels' samples.
+/// Copies the low poly's points and the correspondences of chosen texels' samples.
 kernel void kiln_session_gather(const uint count,
                                 const uint capacity,
                                 const uint match_capacity,

@@ -1,6 +1,6 @@
-// Matching by UVs: the dense mesh's triangles, drawn where they lie in the texture.
+// Matching by UVs: the high poly's triangles, drawn where they lie in the texture.
 //
-// Purpose: where both meshes' UVs lie over each other, the point of the dense mesh that a sample stands
+// Purpose: where both meshes' UVs lie over each other, the point of the high poly that a sample stands
 // for is the one with the sample's UV; nothing is searched (Gumbau, Gonzalez, Chover, "Fast GPU-based
 // normal map generation for simplified models", WSCG 2006). They let a GPU's rasteriser draw the
 // triangles; here edge functions do, exactly.

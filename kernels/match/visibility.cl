@@ -1,4 +1,4 @@
-// Visibility directions: from where each place of the light mesh is seen, past the mesh itself.
+// Visibility directions: from where each place of the low poly is seen, past the mesh itself.
 //
 // After Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for Detail-Recovery" (2003),
 // section 3.3: the mesh is drawn from many directions all around, and each place adds up the directions
@@ -313,7 +313,7 @@ kernel void kiln_visibility_link(const uint count, global const uint* restrict l
 /// \param field  means of directions, their length being what all have in common: of texels, or [3 *
 ///               triangles] of corners; w is 1, or 0 where there is none
 /// \param chart  of each triangle
-/// \param normals  of the light mesh's faces
+/// \param normals  of the low poly's faces
 kernel void kiln_visibility_direct(
     const kiln_visibility_band params, global const uint* restrict texel_index,
     global const uint* restrict texel_first, global const uint* restrict sample_slot,

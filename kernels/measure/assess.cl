@@ -1,8 +1,8 @@
-// Assess: what viewing rays from many directions show of a light mesh, its match and the dense mesh.
+// Assess: what viewing rays from many directions show of a low poly, its match and the high poly.
 //
 // Tarini, Cignoni, Scopigno 2003, "Visibility based methods and assessment for detail-recovery", sections
 // 4.1 and 4.2. For each direction: samples that face it are aimed at the viewer; rays (occlusion.cl) find
-// which of them the light mesh hides, and rays (ray.cl) what the viewer sees of the dense mesh instead of
+// which of them the low poly hides, and rays (ray.cl) what the viewer sees of the high poly instead of
 // the others; distances add up. One work-item owns a sample's sums, in the directions' order.
 //
 // kernel               global   local  memory traffic an item
@@ -45,7 +45,7 @@ kernel void kiln_assess_aim(const kiln_assess_params params, global const float*
 
 /// Adds the distances from matches to the rays, and takes the directions of hidden samples away.
 /// \param offsets  from the sample to its match
-/// \param hidden   by the light mesh; 0 where no ray was cast
+/// \param hidden   by the low poly; 0 where no ray was cast
 /// \param sums     KILN_ASSESS_SUMS planes
 kernel void kiln_assess_gather(const kiln_assess_params params,
                                global const float* restrict normals,
@@ -68,10 +68,10 @@ kernel void kiln_assess_gather(const kiln_assess_params params,
   assess_add(sums + KILN_ASSESS_SEEN * plane, i, plane, cosine, sqrt(dot3(across, across)));
 }
 
-/// Adds the distances from matches to what the rays meet first on the dense mesh, where they meet a front
+/// Adds the distances from matches to what the rays meet first on the high poly, where they meet a front
 /// face.
 /// \param points         aimed samples; those without a direction have no ray
-/// \param dense_normals  unit normals of the dense mesh's faces
+/// \param dense_normals  unit normals of the high poly's faces
 /// \param triangle       that the ray meets, or KILN_NO_TRIANGLE
 /// \param distance       along the direction, from the sample
 kernel void kiln_assess_compare(

@@ -1,4 +1,4 @@
-// Structs of the detail family: reading the dense mesh's normals into the light mesh's frames.
+// Structs of the detail family: reading the high poly's normals into the low poly's frames.
 #ifndef KILN_SHARED_DETAIL_H
 #define KILN_SHARED_DETAIL_H
 

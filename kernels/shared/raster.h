@@ -1,4 +1,4 @@
-// Depth views: an orthographic picture of the dense mesh, a key a pixel.
+// Depth views: an orthographic picture of the high poly, a key a pixel.
 #ifndef KILN_SHARED_RASTER_H
 #define KILN_SHARED_RASTER_H
 
@@ -51,7 +51,8 @@ struct kiln_view {
   kiln_float top;
   kiln_uint width;
   kiln_uint height;
-  kiln_uint first;  ///< Its first pixel within the array of keys: a multiple of KILN_RASTER_TILE_PIXELS
+  kiln_uint
+      first;  ///< Its first pixel within the array of keys: a multiple of KILN_RASTER_TILE_PIXELS
   kiln_uint flags;
 };
 typedef struct kiln_view kiln_view;

@@ -18,20 +18,20 @@ typedef struct kiln_texel_piece {
   kiln_long c[3];
   kiln_int a[3];
   kiln_int b[3];
-  kiln_uint triangle;   // of the light mesh
-  kiln_uint first;      // first piece of the same triangle (more than one where it was clipped)
-  kiln_uint closed;     // bit k: a sample on edge k belongs to this piece (top-left rule)
-  kiln_uint drop;       // the E_k are shifted right by this to fit 31 bits ...
+  kiln_uint triangle;  // of the low poly
+  kiln_uint first;     // first piece of the same triangle (more than one where it was clipped)
+  kiln_uint closed;    // bit k: a sample on edge k belongs to this piece (top-left rule)
+  kiln_uint drop;      // the E_k are shifted right by this to fit 31 bits ...
 } kiln_texel_piece;
 KILN_CHECK_SIZE(kiln_texel_piece, 64);
 
 /// What is interpolated over a piece.
 typedef struct kiln_texel_corners {
-  kiln_float position[9];   // index = 3 * corner + component
+  kiln_float position[9];  // index = 3 * corner + component
   kiln_float direction[9];
-  kiln_float weight1[3];    // the triangle's barycentrics at the piece's corners
+  kiln_float weight1[3];  // the triangle's barycentrics at the piece's corners
   kiln_float weight2[3];
-  kiln_float reciprocal;    // ... and multiplied by this to give barycentrics
+  kiln_float reciprocal;  // ... and multiplied by this to give barycentrics
   kiln_float padding[3];
 } kiln_texel_corners;
 KILN_CHECK_SIZE(kiln_texel_corners, 112);
@@ -40,31 +40,31 @@ KILN_CHECK_SIZE(kiln_texel_corners, 112);
 /// slots: texel by texel along a Morton curve, within a texel row by row.
 typedef struct kiln_texel_params {
   kiln_uint block_count;
-  kiln_uint group_count;       // groups of 8 slots in a block, the last one padded
-  kiln_uint block_texels;      // texels in a block
-  kiln_uint texel_samples;     // samples in a texel, N * N
-  kiln_uint samples;           // N
-  kiln_uint shift;             // fixed-point bits below one sample
-  kiln_int sample_width;       // of the map, in samples
+  kiln_uint group_count;    // groups of 8 slots in a block, the last one padded
+  kiln_uint block_texels;   // texels in a block
+  kiln_uint texel_samples;  // samples in a texel, N * N
+  kiln_uint samples;        // N
+  kiln_uint shift;          // fixed-point bits below one sample
+  kiln_int sample_width;    // of the map, in samples
   kiln_int sample_height;
-  kiln_uint width;             // of the map, in texels
-  kiln_uint first_row;         // of the band, in texels
-  kiln_uint capacity;          // elements of one plane of barycentric and points
+  kiln_uint width;      // of the map, in texels
+  kiln_uint first_row;  // of the band, in texels
+  kiln_uint capacity;   // elements of one plane of barycentric and points
   kiln_uint padding;
 } kiln_texel_params;
 KILN_CHECK_SIZE(kiln_texel_params, 48);
 
 /// Where a block lies, what may touch it, and where its results go.
 typedef struct kiln_texel_block {
-  kiln_int x;                  // first sample
+  kiln_int x;  // first sample
   kiln_int y;
-  kiln_uint list_begin;        // pieces that may touch it, in ascending order
+  kiln_uint list_begin;  // pieces that may touch it, in ascending order
   kiln_uint list_end;
 } kiln_texel_block;
 KILN_CHECK_SIZE(kiln_texel_block, 16);
 
 /// Results of the covering pass: bits of a block's count.
-#define KILN_TEXEL_SAMPLES(count) ((count) & 0x3FFu)
+#define KILN_TEXEL_SAMPLES(count) ((count)&0x3FFu)
 #define KILN_TEXEL_TEXELS(count) (((count) >> 10) & 0x3FFu)
 #define KILN_TEXEL_OVERLAPS(count) (((count) >> 20) & 0x3FFu)
 

@@ -1,10 +1,10 @@
-// Structs of the uv family: drawing the dense mesh's UV triangles.
+// Structs of the uv family: drawing the high poly's UV triangles.
 #ifndef KILN_SHARED_UV_H
 #define KILN_SHARED_UV_H
 
 #include "shared/common.h"
 
-/// A UV triangle of the dense mesh in fixed point (host/uv_grid.h): a sample is 2^shift units wide.
+/// A UV triangle of the high poly in fixed point (host/uv_grid.h): a sample is 2^shift units wide.
 typedef struct kiln_uv_piece {
   kiln_int x[3];
   kiln_int y[3];
@@ -36,9 +36,9 @@ KILN_CHECK_SIZE(kiln_uv_task, 16);
 typedef struct kiln_uv_params {
   kiln_uint first_task;
   kiln_uint task_count;
-  kiln_int row_begin;     // rows of samples in the band
+  kiln_int row_begin;  // rows of samples in the band
   kiln_int row_end;
-  kiln_uint sample_width; // of the map
+  kiln_uint sample_width;  // of the map
   kiln_uint shift;
   kiln_uint samples;      // N
   kiln_uint width;        // of the map, texels

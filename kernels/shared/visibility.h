@@ -1,4 +1,4 @@
-// Visibility directions: from where the light mesh's surface is seen.
+// Visibility directions: from where the low poly's surface is seen.
 #ifndef KILN_SHARED_VISIBILITY_H
 #define KILN_SHARED_VISIBILITY_H
 
@@ -29,13 +29,13 @@
 #define KILN_VISIBILITY_NO_LINK 0xFFFFFFFFu
 
 struct kiln_visibility_params {
-  kiln_uint count;       ///< Items
-  kiln_uint capacity;    ///< Elements of one plane of the points and of the sums
+  kiln_uint count;     ///< Items
+  kiln_uint capacity;  ///< Elements of one plane of the points and of the sums
   kiln_uint view_count;
-  kiln_uint view_size;   ///< Pixels a side
-  kiln_float bias;       ///< What lies this much nearer than a sample does not hide it; frame units
-  kiln_float scale;      ///< Points are multiplied by this
-  kiln_uint out_capacity;  ///< Of what kiln_visibility_prepare writes
+  kiln_uint view_size;  ///< Pixels a side
+  kiln_float bias;      ///< What lies this much nearer than a sample does not hide it; frame units
+  kiln_float scale;     ///< Points are multiplied by this
+  kiln_uint out_capacity;     ///< Of what kiln_visibility_prepare writes
   kiln_uint first_direction;  ///< Of the batch
 };
 typedef struct kiln_visibility_params kiln_visibility_params;
@@ -49,8 +49,8 @@ struct kiln_visibility_band {
   kiln_uint first_row;     ///< Of the band
   kiln_uint width;         ///< Of the map
   kiln_uint height;
-  kiln_uint samples;       ///< N: N x N a texel
-  kiln_uint field_width;   ///< 0: the field is one of corners
+  kiln_uint samples;      ///< N: N x N a texel
+  kiln_uint field_width;  ///< 0: the field is one of corners
   kiln_uint field_height;
   kiln_uint hybrid;
   kiln_uint padding[2];

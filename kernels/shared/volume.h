@@ -74,7 +74,7 @@ KILN_CHECK_SIZE(kiln_volume_vertex, 24);
 /// Eigenvalues below this share of the largest do not move a vertex off the crossings' mean.
 #define KILN_VOLUME_EIGEN_LIMIT 0.05f
 
-/// A polygon of the light mesh and its rectangle of texels: one triangle, or two that share the edge from
+/// A polygon of the low poly and its rectangle of texels: one triangle, or two that share the edge from
 /// corner 0 to corner 2: (0, 1, 2) and (0, 2, 3). Texels are local to the rectangle, rows from the top;
 /// whole numbers are their centres.
 typedef struct kiln_volume_chart {
@@ -84,10 +84,10 @@ typedef struct kiln_volume_chart {
   kiln_float weights[2][2][3];  ///< ... at a texel (x, y, 1)
   kiln_float texel[4][2];       ///< Of the corners
   kiln_float normal[2][3];      ///< Of the triangles, unit
-  kiln_uint corner[4];          ///< Vertices of the light mesh
+  kiln_uint corner[4];          ///< Vertices of the low poly
   kiln_uint size[2];            ///< Width, height
   kiln_uint first_texel;        ///< In the pool, at level 0
-  kiln_uint triangle;           ///< The first of its triangles in the light mesh
+  kiln_uint triangle;           ///< The first of its triangles in the low poly
   kiln_uint triangles;          ///< 1 or 2
   kiln_uint corners;            ///< 3 or 4
   kiln_uint place[2];           ///< Of its first texel in the map

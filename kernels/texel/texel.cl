@@ -1,4 +1,4 @@
-// Scan conversion of the light mesh's UV triangles into samples.
+// Scan conversion of the low poly's UV triangles into samples.
 //
 // Purpose: for every sample of a band of the map, the UV triangle that covers it, and for the covered
 // ones, compacted, the barycentric weights, the point on the surface and the direction rays leave in.

@@ -1,4 +1,4 @@
-// Directions that stand on the light mesh's faces, and meet at its hard edges.
+// Directions that stand on the low poly's faces, and meet at its hard edges.
 //
 // Purpose: rays along averaged normals lean over whole faces of a box, and details on it come out skewed;
 // rays along the faces' own normals leave gaps at edges. Between them: with s the distance to the nearest

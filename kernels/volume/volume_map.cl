@@ -63,7 +63,7 @@ static uint map_project(global const kiln_volume_chart* chart, float3 point, flo
   return best;
 }
 
-/// leaves: fine vertices by vertex of the light mesh, from leaf_begins[v] on. splatted: texels known.
+/// leaves: fine vertices by vertex of the low poly, from leaf_begins[v] on. splatted: texels known.
 kernel void kiln_volume_map_splat(const kiln_volume_level params,
                                   global const kiln_volume_chart* restrict charts,
                                   global const uint* restrict leaf_begins,
@@ -195,7 +195,7 @@ static float3 map_interpolate(global const float* corners, float3 weights) {
 }
 
 /// Turns level 0 into what the map holds. In tangent space x T + y B + z N gives back the normal, with the
-/// light mesh's frame interpolated and not normalised, as shaders do it (Mikkelsen 2008).
+/// low poly's frame interpolated and not normalised, as shaders do it (Mikkelsen 2008).
 kernel void kiln_volume_map_encode(const kiln_volume_level params,
                                    global const kiln_volume_chart* restrict charts,
                                    global const uint* restrict row_charts,

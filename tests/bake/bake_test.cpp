@@ -48,7 +48,7 @@ bool look_up(const BakeResult& baked, const Vec2& uv, Vec3d& value) {
   return true;
 }
 
-/// Mean angle between a map, looked up at random points of the light mesh, and the exact normal where
+/// Mean angle between a map, looked up at random points of the low poly, and the exact normal where
 /// the point's ray meets the exact surface.
 /// \param surface  signed: above 0 outside the exact surface
 template <typename Surface, typename Normal>
@@ -83,7 +83,7 @@ double mean_error(const Mesh& low, const BakeResult& baked, bool tangent_space,
     const Vec3d point = mix(corners[0].position, corners[1].position, corners[2].position);
     Vec3d direction = mix(corners[0].direction, corners[1].direction, corners[2].direction);
     direction = direction * (1 / length(direction));
-    // The light mesh lies within 0.1 of the surface everywhere: bisection on the ray.
+    // The low poly lies within 0.1 of the surface everywhere: bisection on the ray.
     double inside = -0.15;
     double outside = 0.15;
     for (int step = 0; step < 50; ++step) {
@@ -112,7 +112,7 @@ double torus_surface(const Vec3d& p) {
   const double tube = std::hypot(ring - test::BumpyTorus::major_radius, p.y);
   // The angles as shapes.h has them: around the axis, and around the tube from the outer equator.
   const double v = std::atan2(p.y, ring - test::BumpyTorus::major_radius);
-  // Which way u runs is found from the dense mesh's first vertices in a test below.
+  // Which way u runs is found from the high poly's first vertices in a test below.
   const double u = std::atan2(-p.z, p.x);
   return tube - test::BumpyTorus::minor_radius - test::BumpyTorus::height(u, v);
 }
@@ -336,7 +336,7 @@ TEST(Bake, MissPoliciesDoWhatTheySay) {
       EXPECT_TRUE(std::equal(k, k + 3, m) && std::equal(k, k + 3, f));
     } else if (keep.coverage[i] == 2) {
       ++missed;
-      // The light mesh's own normal is straight up in its own frame.
+      // The low poly's own normal is straight up in its own frame.
       EXPECT_NEAR(k[0], 0.5, 1e-4);
       EXPECT_NEAR(k[1], 0.5, 1e-4);
       EXPECT_NEAR(k[2], 1, 1e-4);

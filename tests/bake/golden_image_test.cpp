@@ -262,7 +262,7 @@ TEST(Golden, Meshes) {
   KILN_FINISH_GROUP(group);
 }
 
-// ---- dense meshes that change ---------------------------------------------------------------------
+// ---- high polys that change ---------------------------------------------------------------------
 
 TEST(Golden, Sessions) {
   KILN_REQUIRE_GOLDEN_DEVICE();

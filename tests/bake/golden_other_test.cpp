@@ -1,4 +1,4 @@
-// Golden hashes of plans, light meshes, terrains, volumes and pictures: see golden_test.cpp.
+// Golden hashes of plans, low polys, terrains, volumes and pictures: see golden_test.cpp.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -12,15 +12,15 @@
 
 namespace kiln::test {
 
-/// The light mesh: a smooth body of six charts, one of them mirrored and one turned, over a floor of one
+/// The low poly: a smooth body of six charts, one of them mirrored and one turned, over a floor of one
 /// chart. Without normals. One cell of its 4 x 2 layout stays empty.
 Mesh golden_low();
 
-/// The dense mesh for it, with the same layout: waves all over, a pit too deep to reach, a horn that leans
+/// The high poly for it, with the same layout: waves all over, a pit too deep to reach, a horn that leans
 /// over, a hole, and a floor that drops at one side. Without normals.
 Mesh golden_high();
 
-/// The light mesh's topology around both meshes, nearer in some places than in others.
+/// The low poly's topology around both meshes, nearer in some places than in others.
 Mesh golden_cage();
 
 /// Gives each vertex one normal, bent away from the surface's own.

@@ -82,7 +82,7 @@ TEST(Reasons, AreThoseOfEachStrip) {
   EXPECT_NEAR(count_of(reasons, Reason::far)->distance, 0.5, 1e-5);
 }
 
-/// Half of the light mesh is paired with what lies elsewhere.
+/// Half of the low poly is paired with what lies elsewhere.
 TEST(Reasons, NameOtherParts) {
   KILN_REQUIRE_DEVICE();
   Mesh low = test::plane(2, 1), high = low;
@@ -102,7 +102,7 @@ TEST(Reasons, NameOtherParts) {
   EXPECT_EQ(result.report.missed, 128U);
 }
 
-/// A light mesh whose directions point through its own back.
+/// A low poly whose directions point through its own back.
 TEST(Reasons, NameFolds) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::plane(1, 1);

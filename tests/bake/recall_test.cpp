@@ -1,4 +1,4 @@
-// Recall against geometry: what share of the dense mesh a bake leaves out, by construction.
+// Recall against geometry: what share of the high poly a bake leaves out, by construction.
 #include <gtest/gtest.h>
 
 #include <algorithm>

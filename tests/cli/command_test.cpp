@@ -23,7 +23,7 @@ using test::ProcessOptions;
 using test::ProcessResult;
 using test::run_kiln;
 
-/// Writes a scene of a bumpy sphere and its light mesh; returns the folder.
+/// Writes a scene of a bumpy sphere and its low poly; returns the folder.
 fs::path make_scene(std::uint32_t faces = 20000) {
   const fs::path folder = test::scratch_folder();
   save_obj(test::BumpySphere::dense(faces), folder / "high.obj");
@@ -536,7 +536,7 @@ TEST(Command, NamesTheFileAndTheRemedyForBadInput) {
   expect_bad_high(write("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), {"range.obj", "9"});
   expect_bad_high(write("nan.obj", "v nan 0 0\nv nan 0 0\nv 0 nan 0\nf 1 2 3\n"), {"nan"});
 
-  // The light mesh.
+  // The low poly.
   const std::string plain = write("plain.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   expect_failure({"bake", high, plain, "--out", out}, 3, {"plain", "UV", "--unwrap"}, out);
   const std::string zero =
@@ -634,7 +634,7 @@ TEST(Command, LosesNoFileOfTheUser) {
   expect_failure({"bake", high, low, "--out", scene, "--json", scene / "low_normal.png"}, 2,
                  {"low_normal.png", "Two outputs"});
   expect_failure({"bake", high, low, "--out", scene, "--save-match", scene / "m.png"}, 2, {".exr"});
-  // A light mesh of the user's that has the name of the one that would be made.
+  // A low poly of the user's that has the name of the one that would be made.
   std::ofstream(scene / "high_low.obj") << "# mine\n";
   expect_failure({"bake", high, "--out", scene, "--size", "64"}, 5, {"high_low.obj", "--force"});
   EXPECT_EQ(run_kiln({"bake", high, "--out", scene, "--size", "64", "--force"}).exit_code, 0);
@@ -659,7 +659,7 @@ TEST(Command, ASavedMatchBelongsToItsMeshes) {
   Mesh other = test::BumpySphere::light();
   other.positions[5].x += 0.001F;
   save_obj(other, scene / "other.obj");
-  expect_failure(bake(scene / "other.obj", {"--load-match", match}), 3, {"another light mesh"});
+  expect_failure(bake(scene / "other.obj", {"--load-match", match}), 3, {"another low poly"});
 }
 
 TEST(Command, ReadsItsOwnFormsOfMapsAndMasks) {

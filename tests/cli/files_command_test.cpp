@@ -1,4 +1,4 @@
-// Several files of the dense and of the light mesh in one bake.
+// Several files of the dense and of the low poly in one bake.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -80,7 +80,7 @@ TEST(FilesCommand, MatchesPartsOfSeveralFilesByTheirNames) {
   EXPECT_EQ(report["inputs"]["low"]["files"].size(), 2U);
   EXPECT_EQ(report["inputs"]["low"]["quads"], 2);
   EXPECT_EQ(report["ids"][1]["name"], "upper_high");
-  // The upper plate's dense mesh lies between the lower plate and its own.
+  // The upper plate's high poly lies between the lower plate and its own.
   const Image image = load_image(plates.folder / "out" / "lower_low_distance.exr");
   EXPECT_NEAR(*image.at(8, 16), 0.012, 1e-5);
   EXPECT_NEAR(*image.at(14, 16), 0.012, 1e-5);

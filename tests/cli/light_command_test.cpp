@@ -1,4 +1,4 @@
-// A light mesh, its map and the match, planned together at the command line.
+// A low poly, its map and the match, planned together at the command line.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -338,7 +338,7 @@ TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
 TEST(MeasureCommand, LeavesOutWhatFindsNothing) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_layouts();
-  // Half of the light mesh's layout lies beside the unit square, and the dense one's beside the rest.
+  // Half of the low poly's layout lies beside the unit square, and the dense one's beside the rest.
   Mesh low = load_mesh(scene / "low.obj"), high = load_mesh(scene / "high.obj");
   for (Vec2& uv : low.uvs) uv.x += 0.5F;
   for (Vec2& uv : high.uvs) uv.x *= 0.4F;

@@ -1,4 +1,4 @@
-// A PNG or EXR as a dense mesh.
+// A PNG or EXR as a high poly.
 #include <cstdio>
 
 #include "image_fuzz.h"

@@ -1,4 +1,4 @@
-// Height fields as dense meshes.
+// Height fields as high polys.
 #include "kiln/height_field.h"
 
 #include <gtest/gtest.h>

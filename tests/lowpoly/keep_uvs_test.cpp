@@ -168,7 +168,7 @@ void expect_layout_kept(const Mesh& high, std::uint32_t faces) {
   std::sort(distances.begin(), distances.end());
   EXPECT_LT(distances[distances.size() * 95 / 100], 0.01);
 
-  // Vertices of seams stay vertices of seams: position and UV of each are the dense mesh's.
+  // Vertices of seams stay vertices of seams: position and UV of each are the high poly's.
   std::set<std::array<float, 5>> corners;
   const auto key = [](const Mesh& mesh, std::size_t t, std::size_t k) {
     const Vec3& p = mesh.positions[mesh.triangles[t][k]];

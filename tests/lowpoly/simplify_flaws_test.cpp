@@ -33,7 +33,7 @@ struct Pulled {
   Mesh light = shrunk(test::icosphere(3), 0.28F);
   std::vector<Vec3d> points;
 
-  /// The light mesh with one vertex pulled along the sphere over its neighbours.
+  /// The low poly with one vertex pulled along the sphere over its neighbours.
   explicit Pulled(std::uint32_t vertex) : points(doubles(light.positions)) {
     std::uint32_t neighbour = vertex;
     for (const Triangle& t : light.triangles) {
@@ -89,7 +89,7 @@ TEST(SimplifyFlaws, AVertexPulledOverItsNeighboursFoldsTriangles) {
 }
 
 TEST(SimplifyFlaws, AThinPlateHasSharpEdgesButNoFold) {
-  // Two sides of a plate 0.002 thick, whose rim the light mesh leaves out.
+  // Two sides of a plate 0.002 thick, whose rim the low poly leaves out.
   const auto plate = [](std::uint32_t n, double rim) {
     Mesh mesh;
     for (std::uint32_t side = 0; side < 2; ++side) {

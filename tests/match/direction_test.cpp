@@ -266,7 +266,7 @@ TEST(Direction, BlendsPaint) {
   }
 }
 
-/// A session whose dense mesh moves finds bevels anew.
+/// A session whose high poly moves finds bevels anew.
 TEST(Direction, SessionsFollowBevels) {
   KILN_REQUIRE_DEVICE();
   const Mesh low = test::cube(2), before = rounded_cube(0.05), after = rounded_cube(0.1);

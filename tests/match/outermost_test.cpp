@@ -1,4 +1,4 @@
-// The outermost rule: what it takes is what outside views show; it does not reach past the light mesh; where
+// The outermost rule: what it takes is what outside views show; it does not reach past the low poly; where
 // there is nothing to choose it is the nearest rule to the bit.
 #include <gtest/gtest.h>
 
@@ -138,7 +138,7 @@ Mesh plate_under_slab(double bottom, double top, double lift) {
   return both;
 }
 
-/// A slab close over a plate is not the plate's, since the light mesh has a slab of its own there: neither
+/// A slab close over a plate is not the plate's, since the low poly has a slab of its own there: neither
 /// from below it, nor from inside, where it sinks into the plate.
 TEST(Outermost, DoesNotReachPastTheLightMesh) {
   KILN_REQUIRE_DEVICE();

@@ -133,7 +133,7 @@ void expect_as_reference(const Mesh& dense, const Mesh& low, const BakeOptions& 
     ASSERT_NEAR(match.v[i], ours[i].v, 4e-7) << i;
     const Vec3d point = at(dense, ours[i].triangle, ours[i].u, ours[i].v);
     const double distance = length(point - at(low, lows[i].triangle, lows[i].u, lows[i].v));
-    // The light mesh's point is rounded in the working frame: a few units in the last place of 1.
+    // The low poly's point is rounded in the working frame: a few units in the last place of 1.
     ASSERT_NEAR(std::abs(match.distance[i]), distance, 1e-5) << i;
     sum += distance;
     distances.push_back(distance);

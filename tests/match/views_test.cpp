@@ -339,7 +339,7 @@ TEST(ViewsFailing, ThinSheetsKeepTheirSides) {
 
 TEST(ViewsFailing, AClosedHoleIsUndecidedNotWrong) {
   KILN_REQUIRE_DEVICE();
-  // The paper's figure 6: the light mesh closes the torus's hole. Nothing of the torus is within 0.1 of
+  // The paper's figure 6: the low poly closes the torus's hole. Nothing of the torus is within 0.1 of
   // the plate's middle.
   const Mesh high = test::torus(200, 80, 1, 0.35);
   const Mesh plate = test::plane(4, 4, 0.6, 0.6);

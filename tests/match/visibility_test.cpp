@@ -31,7 +31,7 @@ double angle(const Vec3d& a, const Vec3d& b) {
   return std::atan2(length(cross(a, b)), dot(a, b)) / kDegree;
 }
 
-/// Triangles without UVs, as a light mesh whose UVs do not matter.
+/// Triangles without UVs, as a low poly whose UVs do not matter.
 Mesh with_uvs(Mesh mesh) {
   mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
   mesh.uv_triangles.assign(mesh.triangles.size(), {0, 1, 2});

@@ -1,4 +1,4 @@
-// Chains of light meshes: each within the error at its size, each lighter than the one before.
+// Chains of low polys: each within the error at its size, each lighter than the one before.
 #include "kiln/lod.h"
 
 #include <gtest/gtest.h>

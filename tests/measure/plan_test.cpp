@@ -160,8 +160,8 @@ TEST(Plan, MeasuresTheSameWithoutAHierarchy) {
   const NormalProbe rays(impl_of(source), pair.low, nullptr, Pictures::views(), kPlanPixels, false);
   const NormalProbe drawn(impl_of(source), pair.low, nullptr, Pictures::views(), kPlanPixels, true);
   const Image& map = baked.maps[0].image;
-  const NormalError a = rays.with_map(map, NormalMapSpace::tangent, false);
-  const NormalError b = drawn.with_map(map, NormalMapSpace::tangent, false);
+  const NormalError a = rays.with_map(map, {});
+  const NormalError b = drawn.with_map(map, {});
   EXPECT_GT(a.pixels, 10000U);
   EXPECT_NEAR(static_cast<double>(a.pixels), static_cast<double>(b.pixels), 0.002 * a.pixels);
   EXPECT_NEAR(a.mean_degrees, b.mean_degrees, 0.002 * a.mean_degrees);
@@ -179,8 +179,8 @@ TEST(Plan, MeasuresAnOpenMeshTheSameWithoutAHierarchy) {
   const Image map = bake(source, low, plan_options(0, 512).bake).maps[0].image;
   const NormalProbe rays(impl_of(source), low, nullptr, Pictures::views(), kPlanPixels, false);
   const NormalProbe drawn(impl_of(source), low, nullptr, Pictures::views(), kPlanPixels, true);
-  const NormalError a = rays.with_map(map, NormalMapSpace::tangent, false);
-  const NormalError b = drawn.with_map(map, NormalMapSpace::tangent, false);
+  const NormalError a = rays.with_map(map, {});
+  const NormalError b = drawn.with_map(map, {});
   EXPECT_NEAR(static_cast<double>(b.pixels), 0.5 * static_cast<double>(a.pixels), 0.05 * a.pixels);
   EXPECT_NEAR(a.mean_degrees, b.mean_degrees, 0.05 * a.mean_degrees);
 }
@@ -322,7 +322,7 @@ TEST(Plan, TakesUvsBeforeAllElseWhereLayoutsAgree) {
 
 TEST(Plan, ATrialThatFindsNothingIsNeverTheResult) {
   KILN_REQUIRE_DEVICE();
-  // Half of the light mesh's layout lies beside the unit square; the dense one's lies beside the rest.
+  // Half of the low poly's layout lies beside the unit square; the dense one's lies beside the rest.
   Waves pair;
   for (Vec2& uv : pair.low.uvs) uv.x += 0.5F;
   for (Vec2& uv : pair.high.uvs) uv.x *= 0.4F;

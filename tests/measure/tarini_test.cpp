@@ -93,7 +93,7 @@ TEST(Tarini, BackFacesHideAndAreNotLookedAt) {
   EXPECT_EQ(a.object_space.share, 0);
   EXPECT_EQ(a.object_space.mean, 0);
   EXPECT_EQ(a.fields.object_space.pixels[0], -1);
-  // Of what the light mesh alone says, nothing changes.
+  // Of what the low poly alone says, nothing changes.
   EXPECT_NEAR(a.image_space.mean, 20 * 2.0 / 3, 20 * 0.03);
   // Over a front face, the back face still hides it.
   Mesh both = wide_triangle(1);

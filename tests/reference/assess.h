@@ -14,7 +14,7 @@ namespace kiln::reference {
 
 using Place = std::array<double, 3>;
 
-/// A texel of a match: where its centre lies on the light mesh, and F of that.
+/// A texel of a match: where its centre lies on the low poly, and F of that.
 struct AssessTexel {
   std::size_t element = 0;  ///< Of the match
   std::uint32_t triangle = 0;
@@ -30,7 +30,7 @@ std::vector<AssessTexel> assess_texels(const Mesh& high, const Mesh& low, const 
 struct RaySums {
   double seen = 0;                              ///< Rays that show the texel
   double across = 0, across_square = 0;         ///< Times the distance from F(p) to the ray
-  double met = 0, apart = 0, apart_square = 0;  ///< Those that meet a front face of the dense mesh
+  double met = 0, apart = 0, apart_square = 0;  ///< Those that meet a front face of the high poly
   bool near_edge = false;  ///< A ray passes an edge so closely that it may go either way
 };
 

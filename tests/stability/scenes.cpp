@@ -128,7 +128,7 @@ FailureScene deep_hole() {
 
 FailureScene open_border() {
   FailureScene scene{"open border",
-                     "The dense mesh ends before the light one; right: matches where there is "
+                     "The high poly ends before the light one; right: matches where there is "
                      "something above, and none elsewhere.",
                      patch(24, lifted(0.02), 0.8), plane(1, 1)};
   scene.judge = [](double u, double v, std::uint32_t triangle, double) {
@@ -143,7 +143,7 @@ FailureScene open_border() {
 
 FailureScene hole() {
   FailureScene scene{
-      "hole in the dense mesh",
+      "hole in the high poly",
       "A round hole, with another surface below, which is seen through it; right: that "
       "surface within the hole, and the upper one elsewhere.",
       patch(48, lifted(0.02)), plane(1, 1)};
@@ -165,7 +165,7 @@ FailureScene hole() {
 
 FailureScene flipped_faces() {
   FailureScene scene{"flipped faces",
-                     "Every fifth face of the dense mesh looks the wrong way; right: any match.",
+                     "Every fifth face of the high poly looks the wrong way; right: any match.",
                      patch(24, lifted(0.02)), plane(1, 1)};
   for (std::size_t t = 0; t < scene.high.triangles.size(); t += 5) {
     std::swap(scene.high.triangles[t][1], scene.high.triangles[t][2]);
@@ -176,7 +176,7 @@ FailureScene flipped_faces() {
 
 FailureScene fans() {
   FailureScene scene{"non-manifold fans",
-                     "Upright fins stand on the dense mesh's edges, four faces an edge; right: the "
+                     "Upright fins stand on the high poly's edges, four faces an edge; right: the "
                      "ground, seen from above.",
                      patch(24, lifted(0.02)), plane(1, 1)};
   const std::size_t ground = scene.high.triangles.size();
@@ -243,7 +243,7 @@ FailureScene slivers() {
 
 FailureScene duplicates() {
   FailureScene scene{"duplicate faces",
-                     "Every face of the dense mesh comes three times; right: its first copy.",
+                     "Every face of the high poly comes three times; right: its first copy.",
                      patch(24, lifted(0.02)), plane(1, 1)};
   const std::vector<Triangle> once = scene.high.triangles;
   for (int copy = 0; copy < 2; ++copy) {
@@ -268,7 +268,7 @@ FailureScene coincident() {
 }
 
 FailureScene far_away() {
-  FailureScene scene{"light mesh far from the dense one",
+  FailureScene scene{"low poly far from the dense one",
                      "The sheet is five times as far away as is looked; right: no match.",
                      patch(24, lifted(0.5)), plane(1, 1)};
   scene.judge = [](double, double, std::uint32_t triangle, double) {

@@ -38,7 +38,7 @@ const std::vector<Expected> kExpected = {
     {"open border",
      {{"closest", 0.25, 0.36, 0, 0}, {"views", 0.01, 0.1, 0, 0}},
      {"ray", "ray, cage", "visibility", "hybrid"}},
-    {"hole in the dense mesh",
+    {"hole in the high poly",
      {{"closest", 0.005, 0.05, 0, 0}, {"views", 0, 0.03, 0, 0}},
      {"ray", "ray, cage", "visibility", "hybrid"}},
     {"flipped faces",
@@ -51,7 +51,7 @@ const std::vector<Expected> kExpected = {
     {"slivers", {{"views", 0, 0.6, 0, 0}}, {"ray", "closest", "visibility", "hybrid"}},
     {"duplicate faces", {}, {"ray", "ray, cage", "closest", "views", "visibility", "hybrid"}},
     {"coincident surfaces", {}, {"ray", "ray, cage", "closest", "views", "visibility", "hybrid"}},
-    {"light mesh far from the dense one",
+    {"low poly far from the dense one",
      {},
      {"ray", "ray, cage", "closest", "views", "visibility", "hybrid"}},
     {"normals of zero length",
@@ -98,7 +98,7 @@ TEST(Stability, SmallDisturbancesMoveTheMapLittle) {
     for (const auto& [name, disturbance] : disturbances()) {
       SCOPED_TRACE(way.name + ", " + name);
       const Movement movement = measure_movement(*device(), way, disturbance);
-      // A millionth of the diagonal tilts the dense mesh's faces by some ten thousandths of a degree.
+      // A millionth of the diagonal tilts the high poly's faces by some ten thousandths of a degree.
       EXPECT_LT(movement.mean_degrees, 0.005);
       // What depends on directions in the world sees others where the scene is turned.
       const bool turned = disturbance == Disturbance::rotate || disturbance == Disturbance::mirror;

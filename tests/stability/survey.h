@@ -25,7 +25,7 @@ enum class Disturbance {
   rotate,     ///< Both meshes by one angle around one axis
   scale,      ///< By 1000
   translate,  ///< By 100 diagonals
-  permute,    ///< The dense mesh's triangles and vertices
+  permute,    ///< The high poly's triangles and vertices
   mirror,     ///< x becomes -x, faces keep their sides
 };
 std::vector<std::pair<std::string, Disturbance>> disturbances();

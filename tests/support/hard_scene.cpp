@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t kDirections = 512;
 constexpr float kFar = 4;      // beyond any scene of about unit size
-constexpr float kOwn = 1e-4F;  // the light mesh's own face
+constexpr float kOwn = 1e-4F;  // the low poly's own face
 
 /// Samples as rays towards one direction.
 cl::Array<float> towards(cl::Context& context, const AssessedSamples& samples, const Vec3& w) {

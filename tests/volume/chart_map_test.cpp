@@ -1,4 +1,4 @@
-// Light meshes of volumes by large charts: few vertices, and a map that is as good as that of the polygons.
+// Low polys of volumes by large charts: few vertices, and a map that is as good as that of the polygons.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Light meshes with normal maps straight from volumes: what they hold, and how near they are.
+// Low polys with normal maps straight from volumes: what they hold, and how near they are.
 #include <gtest/gtest.h>
 
 #include <algorithm>

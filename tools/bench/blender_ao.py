@@ -3,7 +3,7 @@
     python tools/bench/blender_ao.py HIGH.ply LOW.obj SIZE RAYS OUT.exr
 
 Prints one JSON line: seconds of the bake alone, by the clock and by the processors, and of reading both meshes.
-Selected to active, both meshes smooth, cage extrusion 0.02 d and ray distance 0.04 d with d the dense mesh's
+Selected to active, both meshes smooth, cage extrusion 0.02 d and ray distance 0.04 d with d the high poly's
 largest extent, margin 16, distance unbounded: the settings of the reference in ../shared/data.
 """
 import json

@@ -3,7 +3,7 @@
     blender --background --factory-startup --python tools/bench/blender_bake.py -- HIGH.ply LOW.obj SIZE OUT.exr
 
 Prints one JSON line: seconds of the bake alone, and of reading both meshes. Selected to active, both meshes
-smooth, cage extrusion 0.02 d and ray distance 0.04 d with d the dense mesh's largest extent, margin 16: the
+smooth, cage extrusion 0.02 d and ray distance 0.04 d with d the high poly's largest extent, margin 16: the
 settings of the reference in ../shared/data. Made for Blender 3.4 (Debian 12).
 """
 import json

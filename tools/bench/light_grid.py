@@ -2,7 +2,7 @@
 
     python3 tools/bench/light_grid.py KILN OUT_DIR HIGH:DEGREES [HIGH:DEGREES ...] [--step 0.95] [--repeat 3]
 
-For each dense mesh: the plan; then, for every size of maps, light meshes from as many faces as the plan's bytes
+For each high poly: the plan; then, for every size of maps, low polys from as many faces as the plan's bytes
 and 5% more allow, down in steps of 5%, until two in a row miss the error. All go the same way: `kiln bake --faces
 --size` with the plan's samples and bits, then `kiln render --json`, whose 30 views around measure all of them.
 The error to reach is the one that was asked for, as these pictures measure it: times the plan's error by pictures

@@ -2,7 +2,7 @@
 //
 // progress_bench [FACES [CANCELS [MATCH]]]   default: 10000000 faces, 8 cancels, ray
 //
-// A source of a dense mesh is built and a map of 2048² baked from it, once to the end and then again and again,
+// A source of a high poly is built and a map of 2048² baked from it, once to the end and then again and again,
 // cancelled later each time. Give POCL_CACHE_DIR an empty folder, and the first run also compiles all kernels.
 #include <sys/resource.h>
 

@@ -108,7 +108,7 @@ class RayBench {
   }
 
   void occlusion_rays(std::size_t count) {
-    // From points of the dense mesh, triangle by triangle, in cosine-distributed directions.
+    // From points of the high poly, triangle by triangle, in cosine-distributed directions.
     std::mt19937 random(1);
     std::uniform_real_distribution<float> uniform(0, 1);
     std::vector<float> host(7 * count);

@@ -4,10 +4,10 @@
 
 Needs PyPI's numpy and trimesh; rows of meshoptimizer, pymeshlab and bpy are left out where these are missing.
 bpy and pymeshlab may not load into one process: ask for them one at a time with --ways. Every
-light mesh goes the same way: charts by kiln, normals baked by rays to --size texels a side, rendered by
+low poly goes the same way: charts by kiln, normals baked by rays to --size texels a side, rendered by
 kiln beside the high poly. Prints one JSON line each:
 
-    faces       triangles of the light mesh
+    faces       triangles of the low poly
     seconds     of simplifying alone (kiln: as reported)
     degrees     mean angle between rendered normals and the high poly's, with the map
     silhouette  pixels that only one of the two covers, as a share of those that both cover

@@ -1,6 +1,6 @@
 // Matching by UVs: the kernels' time, and milliseconds a re-bake of a mesh that moves.
 //
-// uv_bench [CELLS [SIZE...]]   default: 176 (61,952 triangles; the paper's dense mesh has 61,644), 512 1024
+// uv_bench [CELLS [SIZE...]]   default: 176 (61,952 triangles; the paper's high poly has 61,644), 512 1024
 //
 // "cover", "match", "distance" and "detail" are the kernels of a bake, enqueued and waited for, with nothing
 // of the host's in between but the launches. Re-bakes are whole: new positions in, encoded map with gutter

@@ -1,4 +1,4 @@
-// Light meshes with maps from volumes: time by stage.
+// Low polys with maps from volumes: time by stage.
 //
 // volume_bench [FACES [MAP]]   default: 3000, 1024. Volumes of 356 x 161 x 251 (the dragon's of Barry and
 // Wood), 256^3 and 512^3 voxels of 8 bits: a ball with bumps, hollow within, scaled to the volume's sides.
@@ -39,7 +39,7 @@ void measure(const Device& device, const Volume& volume, const ExtractOptions& o
   for (int round = -1; round < kRounds; ++round) {  // the first warms up
     ExtractReport report = extract(device, volume, options).report;
     if (report.faces > options.faces || report.non_manifold_edges != 0) {
-      throw Error(ErrorCode::internal, "The light mesh is not what was asked for.");
+      throw Error(ErrorCode::internal, "The low poly is not what was asked for.");
     }
     if (round >= 0) reports.push_back(std::move(report));
   }

@@ -52,7 +52,7 @@ std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
 /// All that may throw.
 int run(int argc, char** argv) {
   using namespace kiln;
-  CLI::App app("Kiln bakes the detail of dense meshes into the textures of light ones.", "kiln");
+  CLI::App app("Kiln bakes the detail of high polys into the textures of low polys.", "kiln");
   app.set_version_flag("--version", std::string("kiln ") + version());
   app.require_subcommand(1);
   app.footer(

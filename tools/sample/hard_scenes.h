@@ -1,4 +1,4 @@
-// Hard-surface scenes: a dense mesh of closed parts that float, touch and sink in, and a light one with hard
+// Hard-surface scenes: a high poly of closed parts that float, touch and sink in, and a light one with hard
 // edges and UVs.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace kiln::sample {
 
-/// A raised disc: where its axis leaves the light mesh, along what, and what it rises to.
+/// A raised disc: where its axis leaves the low poly, along what, and what it rises to.
 struct Stamp {
   Point at, normal;
   double radius = 0, height = 0;
@@ -19,7 +19,7 @@ struct Stamp {
 
 struct HardScene {
   Mesh high, low;
-  std::vector<Stamp> stamps;  ///< Those that stand on flat faces of the light mesh
+  std::vector<Stamp> stamps;  ///< Those that stand on flat faces of the low poly
 };
 
 /// "cube": bevelled, with 18 raised discs that float, touch or sink in. "cylinder": of 12 sides, with panels

@@ -1,4 +1,4 @@
-// kiln_sample: writes a dense mesh, a volume or a height field made by formula, to try Kiln and to measure it on.
+// kiln_sample: writes a high poly, a volume or a height field made by formula, to try Kiln and to measure it on.
 #include <algorithm>
 #include <bit>
 #include <charconv>

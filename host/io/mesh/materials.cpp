@@ -128,9 +128,8 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     texture.image_of.push_back(entry->second);
   }
   if (materials.empty()) {
-    throw Error(
-        ErrorCode::input,
-        "The dense mesh has no materials: give the picture itself, or an OBJ with its MTL.");
+    throw Error(ErrorCode::input,
+                "The high poly has no materials: give the picture itself, or an OBJ with its MTL.");
   }
   return texture;
 }

@@ -10,13 +10,13 @@ void add_file_list_flags(CLI::App& command, BakeArguments& a) {
   const char* const group_files = "More files";
   command
       .add_option("--high", a.more_high,
-                  "Another file of the dense mesh, beside HIGH. May be given again. Names stay; a "
+                  "Another file of the high poly, beside HIGH. May be given again. Names stay; a "
                   "file without groups or objects is one of the file's name")
       ->allow_extra_args(false)
       ->group(group_files);
   command
       .add_option("--low", a.more_low,
-                  "Another file of the light mesh, beside LOW. May be given again. All share one "
+                  "Another file of the low poly, beside LOW. May be given again. All share one "
                   "UV layout and one map; where they overlap, a warning says so")
       ->allow_extra_args(false)
       ->group(group_files);
@@ -25,10 +25,10 @@ void add_file_list_flags(CLI::App& command, BakeArguments& a) {
 void add_bake_options(CLI::App& command, BakeArguments& a) {
   command
       .add_option("HIGH", a.high,
-                  "The dense mesh (PLY, OBJ, STL, OFF), or a height field (PNG, EXR)")
+                  "The high poly (PLY, OBJ, STL, OFF), or a height field (PNG, EXR)")
       ->required();
   command.add_option("LOW", a.low,
-                     "The light mesh, with UVs; left out, Kiln makes one from HIGH (of a height "
+                     "The low poly, with UVs; left out, Kiln makes one from HIGH (of a height "
                      "field a plane, or with --faces or --max-error a simplified one)");
   command
       .add_option("--out", a.out, "Folder for the maps (made where only its last part is missing)")

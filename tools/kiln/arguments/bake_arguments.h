@@ -85,7 +85,7 @@ struct BakeArguments {
   std::string max_error;
   std::string max_angle;
   std::string screen;
-  std::uint32_t lods = 0;       // 0: one light mesh
+  std::uint32_t lods = 0;       // 0: one low poly
   std::string lod_uvs = "own";  // own, shared
   bool unwrap = false;          // whether --unwrap was given
   std::string unwrap_method;    // charts, pairs; empty: charts
@@ -129,7 +129,7 @@ PartNames part_names(const BakeArguments& arguments);
 /// Whether directions of visibility are asked for.
 bool by_visibility(const BakeArguments& arguments);
 
-/// The angle that --match auto is to reach, and how far a light mesh that Kiln makes may deviate; empty where
+/// The angle that --match auto is to reach, and how far a low poly that Kiln makes may deviate; empty where
 /// nothing is said. --max-error is the second one, but beside --match auto alone the first one's older name.
 std::string angle_bound(const BakeArguments& arguments);
 std::string deviation_bound(const BakeArguments& arguments);
@@ -142,7 +142,7 @@ bool plans_light(const BakeArguments& arguments);
 /// Whether all levels of detail share one layout and its maps.
 bool shares_uvs(const BakeArguments& arguments);
 
-/// Whether the light mesh is a plane of Kiln's, under a height field.
+/// Whether the low poly is a plane of Kiln's, under a height field.
 bool onto_plane(const BakeArguments& arguments);
 
 bool is_exr(const SaveImageOptions& options);

@@ -35,15 +35,15 @@ void check_fallback(const BakeArguments& a) {
   }
 }
 
-/// Flags of a chain of light meshes.
+/// Flags of a chain of low polys.
 void check_lods(const BakeArguments& a) {
   if (a.given.contains("--lod-uvs") && a.lods == 0) {
-    fail("--lod-uvs is for several light meshes: add --lod N, or leave it out.");
+    fail("--lod-uvs is for several low polys: add --lod N, or leave it out.");
   }
   if (a.lods == 0) return;
   if (!plans_light(a) || a.screen.empty()) {
     fail(
-        "--lod plans each light mesh for a size on screen: give --max-error normal=DEGREES and "
+        "--lod plans each low poly for a size on screen: give --max-error normal=DEGREES and "
         "--screen, and neither LOW nor --faces.");
   }
   const std::uint32_t least = 16U << (a.lods - 1);
@@ -53,11 +53,11 @@ void check_lods(const BakeArguments& a) {
          std::to_string(least) + "px or more, or fewer levels.");
   }
   if (!a.save_match.empty() || a.reasons) {
-    fail("--save-match and --reasons are of one light mesh: leave them out, or --lod.");
+    fail("--save-match and --reasons are of one low poly: leave them out, or --lod.");
   }
 }
 
-/// Flags of a plan of light mesh, map and match together.
+/// Flags of a plan of low poly, map and match together.
 void check_light_plan(const BakeArguments& a) {
   map_bounds(a);
   const bool plans = plans_light(a);
@@ -65,7 +65,7 @@ void check_light_plan(const BakeArguments& a) {
     parse_pixels("--screen", a.screen);
     if (!plans) {
       fail(
-          "--screen is for a light mesh that Kiln plans: give --max-error normal=DEGREES, and "
+          "--screen is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
           "neither LOW nor --faces.");
     }
   }
@@ -96,7 +96,7 @@ void check_light_plan(const BakeArguments& a) {
 void check_low(const BakeArguments& a) {
   const bool automatic = a.match == kAutomatic;
   if (!automatic && !a.max_angle.empty()) {
-    fail("--max-angle is for --match auto: leave it out, or --max-error bounds the light mesh.");
+    fail("--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
   }
   check_light_plan(a);
   check_lods(a);
@@ -105,16 +105,16 @@ void check_low(const BakeArguments& a) {
     fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");
   }
   if (!a.low.empty() && (a.faces != 0 || bounded)) {
-    fail("--faces and --max-error are for making a light mesh, but LOW '" + a.low +
+    fail("--faces and --max-error are for making a low poly, but LOW '" + a.low +
          "' was given: leave one of them out.");
   }
   if (a.low.empty() && a.unwrap && a.unwrap_method == "given") {
     fail(
-        "--unwrap alone is for a given LOW; a light mesh that Kiln makes is always unwrapped: say "
+        "--unwrap alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "
         "how, --unwrap=charts or --unwrap=pairs, or leave it out.");
   }
   if (a.low.empty() && a.unwrap && is_height_field(a.high)) {
-    fail("--unwrap is not for a light mesh of a height field, which lies over the image as it is.");
+    fail("--unwrap is not for a low poly of a height field, which lies over the image as it is.");
   }
   if (a.low.empty() && !a.cage_mesh.empty()) {
     fail("--cage-mesh needs the LOW that it belongs to.");

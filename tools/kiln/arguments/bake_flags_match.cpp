@@ -155,13 +155,13 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
           "the first corner; shortest: along the shorter diagonal")
       ->check(one_of(triangulation_values()))
       ->capture_default_str()
-      ->group("The light mesh");
+      ->group("The low poly");
   command
       .add_flag(
           "--split-at-seams", a.split_at_seams,
           "Make LOW's UV seams hard edges, so that no gradient runs across them. The LOW that "
           "has them is written beside the maps: use it")
-      ->group("The light mesh");
+      ->group("The low poly");
   command
       .add_option("--recall", a.recall,
                   "At how many places of HIGH to look whether a texel stands for them; 0: none")

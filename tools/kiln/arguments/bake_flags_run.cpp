@@ -24,13 +24,13 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
   const char* const group_heights = "The height field (HIGH is a PNG or EXR; --match is uv then)";
   add_height_options(command, a.heights, group_heights);
 
-  const char* const group_low = "The light mesh";
+  const char* const group_low = "The low poly";
   command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
       ->check(CLI::Range(1U, 100000000U))
       ->group(group_low);
   command
       .add_option("--max-error", a.max_error,
-                  "Without LOW and --faces: normal=DEGREES, the fewest bytes of light mesh and "
+                  "Without LOW and --faces: normal=DEGREES, the fewest bytes of low poly and "
                   "maps whose rendered normals are this near on average; or P%, few triangles that "
                   "stay within this share of the diagonal (default 0.2%). With --match auto and "
                   "without --max-angle: the older name of that. normal=DEGREES,MAP=E...: errors "
@@ -45,7 +45,7 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
   command
       .add_option(
           "--lod", a.lods,
-          "With --screen: N light meshes, 2 to 8, each planned for half the size on screen "
+          "With --screen: N low polys, 2 to 8, each planned for half the size on screen "
           "of the one before (NAME_lod0, NAME_lod1...; NAME_lods.json says which takes over "
           "where)")
       ->check(CLI::Range(2U, 8U))
@@ -59,7 +59,7 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
   command
       .add_flag(
           "--unwrap{given}", a.unwrap_method,
-          "Give LOW new UVs, and write it beside the maps. How the light mesh is laid out, "
+          "Give LOW new UVs, and write it beside the maps. How the low poly is laid out, "
           "with LOW or without: --unwrap=charts (few large ones, default) or --unwrap=pairs (of "
           "triangles)")
       ->check(CLI::IsMember({"given", "charts", "pairs"}))
@@ -75,7 +75,7 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
       ->group(group_run);
   command
       .add_flag("--force", a.force,
-                "Write over a light mesh that Kiln did not write, and over maps of another LOW")
+                "Write over a low poly that Kiln did not write, and over maps of another LOW")
       ->group(group_run);
   command
       .add_option("--device", a.device,

@@ -1,4 +1,4 @@
-// The dense mesh as commands take it: a mesh file, or a height field.
+// The high poly as commands take it: a mesh file, or a height field.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -27,10 +27,10 @@ bool is_height_field(const std::string& path);
 /// \throws Error(usage) for an extent that is none
 HeightFieldOptions height_field_options(const HeightArguments& arguments);
 
-/// What the dense mesh may be, for help texts.
+/// What the high poly may be, for help texts.
 constexpr const char* kDenseKinds = "PLY, OBJ, STL, OFF; or a height field: PNG, EXR";
 
-/// A dense mesh, and what it was made of where it is a height field.
+/// A high poly, and what it was made of where it is a height field.
 struct DenseInput {
   Mesh mesh;
   std::optional<Image> heights;
@@ -43,7 +43,7 @@ DenseInput load_dense(const std::vector<std::string>& files, const HeightArgumen
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
                       std::vector<Warning>& warnings);
 
-/// How far matching by UVs trusts the layouts of a dense mesh and of a light one. Those of a height field
+/// How far matching by UVs trusts the layouts of a high poly and of a light one. Those of a height field
 /// agree by make; how far the surfaces are apart is what is baked, so its heights are allowed for.
 UvOptions uv_options(const DenseInput& dense, UvOptions options = {});
 

@@ -39,7 +39,7 @@ std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
 
 Length parse_length(const char* flag, const std::string& text) {
   constexpr const char* kExpected =
-      "a length such as 0.05, or a share of the dense mesh's diagonal such as 2%";
+      "a length such as 0.05, or a share of the high poly's diagonal such as 2%";
   std::string_view number = text;
   const bool relative = !number.empty() && number.back() == '%';
   if (relative) number.remove_suffix(1);

@@ -1,4 +1,4 @@
-// Textures of the dense mesh that a bake carries over.
+// Textures of the high poly that a bake carries over.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// How a light mesh is laid out, as --unwrap says.
+// How a low poly is laid out, as --unwrap says.
 #pragma once
 
 #include <cstdint>

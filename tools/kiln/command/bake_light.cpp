@@ -1,4 +1,4 @@
-// A bake whose light mesh, map and match are planned together.
+// A bake whose low poly, map and match are planned together.
 #include <algorithm>
 #include <cstdio>
 
@@ -77,7 +77,7 @@ Warning light_not_reached(const LightBake& light, const std::string& place) {
   char text[320];
   std::snprintf(
       text, sizeof text,
-      "No light mesh with maps up to the given --size is expected to reach a mean error "
+      "No low poly with maps up to the given --size is expected to reach a mean error "
       "of %.3g degrees%s; what is written reaches %.3g. Allow a larger map, or accept more.",
       light.wanted, place.c_str(), light.chosen.measured);
   return {"error-not-reached", text, 1};
@@ -97,7 +97,7 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
   const std::uint64_t light = split_vertices(low), dense = high.positions.size();
   if (2 * light <= dense) return;
   warnings.push_back({"low-heavy",
-                      "The light mesh has " + with_commas(light) +
+                      "The low poly has " + with_commas(light) +
                           " vertices, more than half of the dense one's " + with_commas(dense) +
                           ": ask for fewer faces, or accept more error.",
                       light});
@@ -222,7 +222,7 @@ bool save_light_plot(BakeRun& run) {
   plot.name = run.low.stem + "_plan";
   plot.data = {{"kind", "study"},
                {"title", "Faces against texels: " + run.low.stem},
-               {"x_title", "KiB of light mesh and maps"},
+               {"x_title", "KiB of low poly and maps"},
                {"x_ticks", std::move(ticks)},
                {"panels", Json::array({panel})}};
   return save_plots(run.arguments.out, {plot}, run.outputs, run.warnings);

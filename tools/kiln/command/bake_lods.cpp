@@ -1,4 +1,4 @@
-// A bake of several light meshes, each for a size on screen.
+// A bake of several low polys, each for a size on screen.
 #include <cstdio>
 #include <utility>
 

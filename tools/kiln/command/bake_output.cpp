@@ -160,7 +160,7 @@ bool save_maps(BakeRun& run) {
   return save_packs(run);
 }
 
-/// Files of maps whose light mesh has a name.
+/// Files of maps whose low poly has a name.
 void add_map_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options,
                      const std::string& stem, std::vector<fs::path>& outputs) {
   const fs::path folder = arguments.out;

@@ -70,7 +70,7 @@ struct BakeRun {
 
 // ---- bake_low.cpp ----
 
-/// The maps' stem; and of the light mesh that is written beside them, where one is.
+/// The maps' stem; and of the low poly that is written beside them, where one is.
 std::string low_stem(const BakeArguments& arguments);
 /// Of a level of detail.
 std::string lod_stem(const BakeArguments& arguments, std::size_t level);
@@ -80,7 +80,7 @@ const std::string& low_source(const BakeArguments& arguments);
 LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
                     std::vector<Warning>& warnings);
 
-/// Says so where a light mesh has more than half of the dense one's vertices.
+/// Says so where a low poly has more than half of the dense one's vertices.
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings);
 
 // ---- bake_light.cpp ----
@@ -90,11 +90,11 @@ LightPlanOptions light_options(const BakeRun& run);
 /// Of maps that a plan's largest size does not do for.
 Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size);
 
-/// Plans the light mesh, its map and the match together, and makes them. \returns false where it was cancelled
+/// Plans the low poly, its map and the match together, and makes them. \returns false where it was cancelled
 bool make_light(BakeRun& run, const Source& source);
 /// Takes what was planned for the run's mesh and maps.
 void take_light(BakeRun& run, LightBake planned);
-/// \param place  which of several light meshes, as in "at 600 pixels "; may be empty
+/// \param place  which of several low polys, as in "at 600 pixels "; may be empty
 Warning light_not_reached(const LightBake& light, const std::string& place = {});
 /// The trade that the plan made, as lines of a table.
 std::vector<std::string> trade_table(const LightBake& light);
@@ -104,7 +104,7 @@ bool save_light_plot(BakeRun& run);
 
 // ---- bake_lods.cpp ----
 
-/// Plans and makes a chain of light meshes; the first is the run's. \returns false where it was cancelled
+/// Plans and makes a chain of low polys; the first is the run's. \returns false where it was cancelled
 bool make_lods(BakeRun& run, const Source& source);
 /// Writes all levels, and NAME_lods.json. \returns false where it was cancelled
 bool save_lods(BakeRun& run);
@@ -117,7 +117,7 @@ std::string lods_file(const BakeArguments& arguments);
 
 /// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
 void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options);
-/// Writes the run's light mesh, if it was made, with its maps. \returns false where it was cancelled
+/// Writes the run's low poly, if it was made, with its maps. \returns false where it was cancelled
 bool save_low_and_maps(BakeRun& run);
 /// Writes all files. \returns false where it was cancelled
 bool save_outputs(BakeRun& run);

@@ -107,7 +107,7 @@ std::string summary(const PlannedBake& planned) {
 std::string summary(const UvReport& uv, double diagonal) {
   char text[320];
   std::snprintf(text, sizeof text,
-                "layouts: %s of the dense mesh's samples covered twice; surfaces %.3g%% of the "
+                "layouts: %s of the high poly's samples covered twice; surfaces %.3g%% of the "
                 "diagonal apart at the same UV on average, 95%% of the samples within %.3g%%",
                 percent(uv.overlapping, uv.covered).c_str(), 100 * uv.mean_distance / diagonal,
                 100 * uv.p95_distance / diagonal);

@@ -27,8 +27,8 @@ Warning not_reached(const PlannedBake& planned) {
   char text[320];
   std::snprintf(
       text, sizeof text,
-      "No way to match is expected to reach a mean error of %.3g degrees with this light mesh "
-      "and maps up to the given --size; the map written reaches %.3g. Give the light mesh more "
+      "No way to match is expected to reach a mean error of %.3g degrees with this low poly "
+      "and maps up to the given --size; the map written reaches %.3g. Give the low poly more "
       "faces, allow a larger map, or accept more.",
       planned.wanted, planned.chosen.error.mean_degrees);
   return {"error-not-reached", text, 1};
@@ -256,7 +256,7 @@ int run_bake(const BakeArguments& given) {
 
   const Device device = Device::open(arguments.device);
   if (!read_inputs(run)) return kExitCancelled;
-  if (!run.console.progress(kAtSource, "preparing the dense mesh")) return kExitCancelled;
+  if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
   const Source source(device, run.dense.mesh, traversal(arguments));
   run.stages.build = run.watch.lap();
   make_cage(run, source);

@@ -28,7 +28,7 @@ bool is_volume(const ChartArguments& a, const std::string& path) {
   return !a.surface.raw_size.empty() || is_volume_name(path);
 }
 bool has_volumes(const ChartArguments& a) { return is_volume(a, a.meshes.front()); }
-/// Among the dense meshes.
+/// Among the high polys.
 bool has_height_fields(const ChartArguments& a) {
   for (std::size_t i = 0; i < a.meshes.size(); i += 2) {
     if (is_height_field(a.meshes[i])) return true;
@@ -90,7 +90,7 @@ void check_meshes(const ChartArguments& a) {
   check_settings(a, chart_settings(), "meshes");
   if (a.meshes.size() % 2 != 0) {
     throw Error(ErrorCode::usage, "Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
-                                      "' has no LOW: give its light mesh, with UVs.");
+                                      "' has no LOW: give its low poly, with UVs.");
   }
 }
 
@@ -172,7 +172,7 @@ int run_chart_command(const ChartArguments& arguments) {
   prepare_output_folder(folder);
   const Device device = Device::open(arguments.device);
 
-  // What could stop a long run later stops it now: light meshes are read first, and dense ones looked for.
+  // What could stop a long run later stops it now: low polys are read first, and dense ones looked for.
   std::vector<Warning> warnings;
   std::vector<Mesh> lows;
   const std::size_t count = arguments.meshes.size() / 2;
@@ -268,7 +268,7 @@ Run add_chart(CLI::App& app) {
   auto a = std::make_shared<ChartArguments>();
   command
       ->add_option("HIGH", a->meshes,
-                   "Dense meshes (PLY, OBJ, STL, OFF) or height fields (PNG, EXR), each with its "
+                   "High polys (PLY, OBJ, STL, OFF) or height fields (PNG, EXR), each with its "
                    "light one, with UVs: a row of "
                    "panels a pair. Or volumes with --iso, a row of panels each")
       ->type_name("LOW [HIGH2 LOW2 ...]")

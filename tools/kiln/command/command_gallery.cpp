@@ -123,9 +123,9 @@ Run add_gallery(CLI::App& app) {
       "Pictures of every way to match side by side: the low poly with each map, where each is "
       "wrong, and where texels land on HIGH");
   auto a = std::make_shared<GalleryArguments>();
-  command->add_option("HIGH", a->high, std::string("The dense mesh (") + kDenseKinds + ")")
+  command->add_option("HIGH", a->high, std::string("The high poly (") + kDenseKinds + ")")
       ->required();
-  command->add_option("LOW", a->low, "The light mesh, with UVs")->required();
+  command->add_option("LOW", a->low, "The low poly, with UVs")->required();
   command
       ->add_option("--out", a->out,
                    "Folder for matches.png, error.png, samples.png, and "

@@ -222,11 +222,11 @@ Run add_measure(CLI::App& app) {
   a->matching_flags = add_matching_flags(*command, a->bake, own);
   std::vector<std::string> names;
   for (const auto& [name, kind] : study_kinds()) names.push_back(name);
-  command->add_option("HIGH", a->high, std::string("The dense mesh (") + kDenseKinds + ")")
+  command->add_option("HIGH", a->high, std::string("The high poly (") + kDenseKinds + ")")
       ->required();
   command->add_option(
       "LOW", a->low,
-      "The light mesh, with UVs; with --study views it may be left out: Kiln makes one");
+      "The low poly, with UVs; with --study views it may be left out: Kiln makes one");
   command
       ->add_option(
           "--match", a->matches,
@@ -247,7 +247,7 @@ Run add_measure(CLI::App& app) {
       ->check(CLI::Range(12U, 4096U));
   command
       ->add_option("--study", a->study,
-                   "What varies: the views matched from, the light mesh's faces, or its faces and "
+                   "What varies: the views matched from, the low poly's faces, or its faces and "
                    "the map's size")
       ->check(CLI::IsMember(names));
   command->add_option("--out", a->out,
@@ -266,7 +266,7 @@ Run add_measure(CLI::App& app) {
       ->check(CLI::Range(16U, 8192U));
   command
       ->add_option("--faces", a->faces,
-                   "--study views without LOW: triangles of the light mesh (default 2000)")
+                   "--study views without LOW: triangles of the low poly (default 2000)")
       ->check(CLI::Range(4U, 100000000U));
   command
       ->add_option("--max-distance", a->max_distance,

@@ -330,7 +330,7 @@ Run add_render(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--flip-y", a->flip_y, "The map's green points down (DirectX)");
   command->add_option("--reference", a->reference,
-                      "The dense mesh or height field, shown beside; also measures the difference");
+                      "The high poly or height field, shown beside; also measures the difference");
   add_height_options(*command, a->heights, "The height field (--reference is a PNG or EXR)");
   command->add_option("--out", a->out, "The picture to write (PNG)")->required();
   add_view_options(*command, a->view);

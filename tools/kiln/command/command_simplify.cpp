@@ -111,10 +111,10 @@ int run_simplify(const SimplifyArguments& arguments) {
 }  // namespace
 
 Run add_simplify(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("simplify", "Decimate a dense mesh and unwrap the result");
+  CLI::App* command = app.add_subcommand("simplify", "Decimate a high poly and unwrap the result");
   auto arguments = std::make_shared<SimplifyArguments>();
-  command->add_option("HIGH", arguments->high, "The dense mesh (PLY, OBJ, STL, OFF)")->required();
-  command->add_option("--out", arguments->out, "The light mesh to write (OBJ)")->required();
+  command->add_option("HIGH", arguments->high, "The high poly (PLY, OBJ, STL, OFF)")->required();
+  command->add_option("--out", arguments->out, "The low poly to write (OBJ)")->required();
   CLI::Option* faces =
       command
           ->add_option("--faces", arguments->faces,

@@ -70,7 +70,7 @@ SaveImageOptions save_options(const VolumeArguments& a) {
   return options;
 }
 
-/// The long way: the full contour as the dense mesh.
+/// The long way: the full contour as the high poly.
 struct Baked {
   BakeReport report;
   double contour = 0, build = 0, bake = 0;  // seconds
@@ -148,7 +148,7 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
   console.line(text);
   std::snprintf(
       text, sizeof text,
-      "light mesh: %s faces (%s quads, %s triangles), within %.3g cells, %s edges with more "
+      "low poly: %s faces (%s quads, %s triangles), within %.3g cells, %s edges with more "
       "than two faces",
       with_commas(r.faces).c_str(), with_commas(r.quads).c_str(), with_commas(r.triangles).c_str(),
       r.error, with_commas(r.non_manifold_edges).c_str());
@@ -316,7 +316,7 @@ int run_volume(const VolumeArguments& a) {
 
 Run add_volume(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "volume", "Extract a light mesh with a normal map straight from volume data");
+      "volume", "Extract a low poly with a normal map straight from volume data");
   auto arguments = std::make_shared<VolumeArguments>();
   VolumeArguments& a = *arguments;
   command

@@ -35,11 +35,11 @@ void check(const MeasureArguments& a) {
   }
   if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
   if (!a.low.empty() && a.study != "views") {
-    fail("--study " + a.study + " makes its own light meshes, but LOW '" + a.low +
+    fail("--study " + a.study + " makes its own low polys, but LOW '" + a.low +
          "' was given: leave it out.");
   }
   if (!a.low.empty() && a.faces) {
-    fail("--faces is for making a light mesh, but LOW '" + a.low +
+    fail("--faces is for making a low poly, but LOW '" + a.low +
          "' was given: leave one of them out.");
   }
   const auto varies = [&](bool given, const char* option, bool is_varied) {

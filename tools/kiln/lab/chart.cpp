@@ -17,7 +17,7 @@ BakeOptions rays(std::uint32_t samples) {
   return bake;
 }
 
-/// \param size  pixels a side; 0: by the dense mesh's density
+/// \param size  pixels a side; 0: by the high poly's density
 BakeOptions views(std::uint32_t count, std::uint32_t size = 0) {
   BakeOptions bake;
   bake.method = MatchMethod::views;
@@ -126,7 +126,7 @@ Baked bake_setting(const Device& device, const Mesh& high, const Mesh& low,
   return baked;
 }
 
-/// 1 where both maps have a texel of the light mesh and the reference found something for it.
+/// 1 where both maps have a texel of the low poly and the reference found something for it.
 Image common_texels(const ChartOptions& options, const BakeResult& reference,
                     const BakeResult& other) {
   constexpr std::uint8_t kBaked = 1;  // see BakeResult::coverage
@@ -285,7 +285,7 @@ std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const
   pair.low_name = low.name;
   pair.high_faces = high.triangles.size();
   pair.low_faces = low.triangles.size();
-  if (!progress(0, "preparing the dense mesh")) return std::nullopt;
+  if (!progress(0, "preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   const std::vector<ChartSetting> settings = fitting(source, high, low, options, pair);
   // A bake with all its measuring counts as two without.
@@ -316,7 +316,7 @@ std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const
   pair.least_angle_degrees = least_angle_degrees(pair.held_out, used);
   std::vector<ViewAngles> angles;
   for (const Vec3& toward : pair.held_out) angles.push_back(view_angles(toward));
-  stage = "drawing the dense mesh";
+  stage = "drawing the high poly";
   if (!show(0)) return std::nullopt;
   std::optional<Scene> high_scene(std::in_place, device, high);
   const NormalReference pictures(*high_scene, high, angles, kMeasuredSize);

@@ -49,9 +49,9 @@ struct ChartOptions {
   bool strict = false;
 };
 
-/// Of one timed run, with a dense mesh newly put on the device.
+/// Of one timed run, with a high poly newly put on the device.
 struct ChartSeconds {
-  double source = 0;  ///< Putting the dense mesh on the device
+  double source = 0;  ///< Putting the high poly on the device
   double build = 0, match = 0;
   double texels = 0, detail = 0, image = 0;
   double total = 0;  ///< All that, wall clock
@@ -64,7 +64,7 @@ enum class ChartMeasure {
   object_space,            ///< Tarini et al. 2003, section 4.1
   normalised_image_space,  ///< Section 4.2.1
   uniformity,              ///< Section 4.3
-  picture,                 ///< Rendered normals against the dense mesh's, over held-out views
+  picture,                 ///< Rendered normals against the high poly's, over held-out views
 };
 constexpr std::array<ChartMeasure, 5> kChartMeasures = {
     ChartMeasure::map, ChartMeasure::object_space, ChartMeasure::normalised_image_space,
@@ -92,7 +92,7 @@ struct ChartRow {
   bool front(ChartMeasure measure) const { return on_front[static_cast<std::size_t>(measure)]; }
 };
 
-/// One dense mesh and one light one.
+/// One high poly and one light one.
 struct ChartPair {
   std::string high_path, low_path;
   std::string high_name, low_name;
@@ -101,7 +101,7 @@ struct ChartPair {
   double max_distance = 0;         ///< World units
   std::vector<Vec3> held_out;      ///< Directions measured from
   double least_angle_degrees = 0;  ///< Between them and those matched from
-  NormalError without_map;         ///< The light mesh's own normals
+  NormalError without_map;         ///< The low poly's own normals
   std::vector<ChartRow> rows;      ///< As the options' settings, but for those left out
   std::vector<LeftOut> left_out;
   std::vector<Warning> warnings;  ///< Of HIGH

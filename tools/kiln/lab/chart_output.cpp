@@ -179,14 +179,14 @@ std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions&
       << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
       << ", driver " << markdown_cell(device.driver) << "), " << options.size << " x "
       << options.size
-      << " map. Seconds: from the dense mesh on the device to the correspondence (build and "
+      << " map. Seconds: from the high poly on the device to the correspondence (build and "
          "match), "
       << (options.repeat == 1 ? "one run"
                               : "the median of " + std::to_string(options.repeat) + " runs")
       << "; the bake beside it adds putting the mesh on the device, texels, detail and image, but "
          "no files. Errors are angles in degrees, mean / 95% / 99%: of the map's texels against "
          "the reference, rays with 4×4 samples a texel; and of the rendered normals against the "
-         "dense mesh's from "
+         "high poly's from "
       << kHeldOutViews
       << " directions that nothing is matched from. Object space (mean, % of the diagonal), "
          "normalised "

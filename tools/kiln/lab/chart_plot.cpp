@@ -36,7 +36,7 @@ std::string label_of(const ChartRow& row) {
 std::string title_of(const ChartPair& pair, ChartMeasure measure) {
   switch (measure) {
     case ChartMeasure::object_space:
-      return "Object space: from what the map shows to what the dense mesh shows";
+      return "Object space: from what the map shows to what the high poly shows";
     case ChartMeasure::normalised_image_space:
       return "Normalised image space: from a match to its ray, over its distance";
     case ChartMeasure::uniformity:
@@ -47,7 +47,7 @@ std::string title_of(const ChartPair& pair, ChartMeasure measure) {
   }
   char figure[32];
   std::snprintf(figure, sizeof figure, "%.2f", pair.without_map.mean_degrees);
-  return "Error of the picture: rendered normals to the dense mesh's (no map: " +
+  return "Error of the picture: rendered normals to the high poly's (no map: " +
          std::string(figure) + "°)";
 }
 

@@ -26,7 +26,7 @@ BakeOptions by_views() {
   return bake;
 }
 
-/// One size of map: the light mesh with its UVs is made once for all ways.
+/// One size of map: the low poly with its UVs is made once for all ways.
 struct Sized {
   VolumeSize size;
   ExtractResult light;
@@ -227,7 +227,7 @@ class Runner {
       if (!baked.empty() && baked[0].first->gradient.texels == 0) {
         throw Error(ErrorCode::input,
                     "None of the " + std::to_string(reference.covered()) +
-                        " texels of the light mesh of volume '" + volume_.name +
+                        " texels of the low poly of volume '" + volume_.name +
                         "' has the surface within reach: use a larger --max-distance or more "
                         "faces.");
       }
@@ -249,7 +249,7 @@ class Runner {
       dense_ = contour(device_, volume_, options_.extract.contour);
       const double contour_time = watch.lap();
       for (const Sized& sized : sizes_) {
-        if (!show("timing the light mesh" + which)) return false;
+        if (!show("timing the low poly" + which)) return false;
         watch.lap();
         const ExtractReport light =
             extract(device_, volume_, extract_options(options_, sized.size.size)).report;

@@ -22,7 +22,7 @@ struct VolumeWay {
   std::optional<BakeOptions> bake;  ///< The full contour baked so; else no bake
   bool every_size = false;          ///< At half and twice the size, too
 };
-constexpr const char* kNoMap = "none";        ///< The light mesh's own normals
+constexpr const char* kNoMap = "none";        ///< The low poly's own normals
 constexpr const char* kDirectMap = "direct";  ///< extract()'s map
 
 /// What is compared.
@@ -36,12 +36,12 @@ struct VolumeChartOptions {
   std::uint32_t repeat = 3;
 };
 
-/// Of one timed run, from the volume in memory to light mesh and map. What several ways share counts for each:
-/// the full contour, once; the light mesh and its UVs.
+/// Of one timed run, from the volume in memory to low poly and map. What several ways share counts for each:
+/// the full contour, once; the low poly and its UVs.
 struct VolumeSeconds {
   double contour = 0;  ///< The finest contour; for a bake as a mesh, too
   double light = 0;    ///< Simplifying, and UVs where there is a map
-  double build = 0;    ///< Putting the dense mesh on the device, structures
+  double build = 0;    ///< Putting the high poly on the device, structures
   double map = 0;      ///< Splatting; the rest of the bake
   double total = 0;    ///< Wall clock of all that
 };
@@ -71,10 +71,10 @@ struct VolumeRow {
   bool front(VolumeMeasure measure) const { return on_front[static_cast<std::size_t>(measure)]; }
 };
 
-/// The light mesh's atlas for one size of map, and what could be compared there.
+/// The low poly's atlas for one size of map, and what could be compared there.
 struct VolumeSize {
   std::uint32_t size = 0;
-  std::uint64_t covered = 0;                               ///< Texels of the light mesh
+  std::uint64_t covered = 0;                               ///< Texels of the low poly
   std::uint64_t no_surface = 0, cut = 0, no_gradient = 0;  ///< See GradientReference
   double texels_per_cell = 0;
 };

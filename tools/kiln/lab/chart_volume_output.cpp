@@ -32,7 +32,7 @@ std::string missed_text(const VolumeRow& row) {
          "%";
 }
 
-/// Texels that the map leaves out, although the light mesh has them.
+/// Texels that the map leaves out, although the low poly has them.
 std::string empty_text(const VolumeRow& row) {
   if (row.size == 0 || row.gradient.texels == 0) return "";
   return fixed_text(100 * static_cast<double>(row.gradient.empty) /
@@ -167,10 +167,10 @@ std::string volume_chart_table(const std::vector<VolumeChart>& charts,
   text << "# Maps from volumes: speed against accuracy\n\n"
        << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
        << ", driver " << markdown_cell(device.driver)
-       << "). Seconds: from the volume in memory to light mesh and object-space map there, "
+       << "). Seconds: from the volume in memory to low poly and object-space map there, "
        << (options.repeat == 1 ? "one run"
                                : "the median of " + std::to_string(options.repeat) + " runs")
-       << "; the full contour counts once for each way, also where a dense mesh is made of it. "
+       << "; the full contour counts once for each way, also where a high poly is made of it. "
           "Errors are angles in degrees, mean / root of the mean square / 95%: of the map's texels "
           "to the volume's gradient where the shading normal's line through the texel's point "
           "meets the surface, and where the triangle's normal's does; and of rendered normals to "
@@ -178,12 +178,12 @@ std::string volume_chart_table(const std::vector<VolumeChart>& charts,
        << kHeldOutViews
        << " directions that nothing is matched from. Missed: samples of the bake that found "
           "nothing; "
-          "empty: texels compared that the map leaves without a normal, where the light mesh's own "
+          "empty: texels compared that the map leaves without a normal, where the low poly's own "
           "counts. ●: nothing else is both faster and closer.\n";
   for (const VolumeChart& chart : charts) {
     text << "\n## " << markdown_cell(chart.name) << ", " << chart.voxels[0] << " × "
          << chart.voxels[1] << " × " << chart.voxels[2] << " voxels: full contour of "
-         << with_commas(chart.dense_triangles) << " faces, light mesh of "
+         << with_commas(chart.dense_triangles) << " faces, low poly of "
          << with_commas(chart.light.faces) << " (" << with_commas(chart.light.quads)
          << " quads)\n\n";
     for (const VolumeSize& size : chart.sizes) {
@@ -195,10 +195,9 @@ std::string volume_chart_table(const std::vector<VolumeChart>& charts,
            << with_commas(size.cut) << " on the volume's border, " << with_commas(size.no_gradient)
            << " where the field is flat\n";
     }
-    text
-        << "\n| way | seconds | contour | light mesh | build | map | missed | empty | error to the "
-           "gradient | | along the faces' normals | picture's error | |\n"
-        << "| --- | --: | --: | --: | --: | --: | --: | --: | --: | :-: | --: | --: | :-: |\n";
+    text << "\n| way | seconds | contour | low poly | build | map | missed | empty | error to the "
+            "gradient | | along the faces' normals | picture's error | |\n"
+         << "| --- | --: | --: | --: | --: | --: | --: | --: | --: | :-: | --: | --: | :-: |\n";
     for (const VolumeRow& row : chart.rows) {
       const VolumeSeconds& s = row.seconds;
       const auto& g = row.gradient;
@@ -224,7 +223,7 @@ Plot volume_chart_plot(const std::vector<VolumeChart>& charts, const VolumeChart
       {"kind", "chart"},
       {"title", "Normal maps from volumes: straight from the voxels, or the full contour baked"},
       {"subtitle", device.name + runs_note(options.repeat)},
-      {"seconds_title", "Seconds from the volume in memory to light mesh and map"}};
+      {"seconds_title", "Seconds from the volume in memory to low poly and map"}};
   for (const Style& style : kStyles) {
     const auto& rows = charts.front().rows;
     if (std::none_of(rows.begin(), rows.end(),

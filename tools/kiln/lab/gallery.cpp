@@ -116,7 +116,7 @@ Image normal_error_texture(const Device& device, const Scene& high, const Scene&
 std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, const Mesh& low,
                                     const GalleryOptions& options, const Progress& progress) {
   Gallery gallery;
-  if (!progress(0, "preparing the dense mesh")) return std::nullopt;
+  if (!progress(0, "preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   gallery.warnings = source.warnings();
   std::vector<std::string> methods = options.methods;

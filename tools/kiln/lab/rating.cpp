@@ -151,7 +151,7 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
                             const RatingOptions& options, const Progress& progress) {
   Ratings ratings;
   ratings.views = kHeldOutViews;
-  if (!progress(0, "preparing the dense mesh")) return std::nullopt;
+  if (!progress(0, "preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   ratings.diagonal = source.stats().diagonal;
   ratings.warnings = source.warnings();

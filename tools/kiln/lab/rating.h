@@ -37,8 +37,8 @@ struct Rating {
   std::optional<VisibilityAt> visibility_at;
   BakeReport bake;
   MatchAssessment match;
-  NormalError normal;  ///< Rendered normals against the dense mesh's, over held-out views
-  // With pictures, one channel: each field as it lies on the light mesh, and the error of the normal; degrees
+  NormalError normal;  ///< Rendered normals against the high poly's, over held-out views
+  // With pictures, one channel: each field as it lies on the low poly, and the error of the normal; degrees
   // -1 and -2 as normal_angles() has them.
   Image shape;                                 ///< Clay: shading for the others
   Image object_space, normalised, uniformity;  ///< Values as AssessmentFields, by pixel; -99 beside

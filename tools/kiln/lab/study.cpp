@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t kPictureSize = 640;  // pixels a side of the error picture's panels
 constexpr double kEnough = 0.05;             // see levels_off
 
-/// What is to be measured, in an order that makes each light mesh once.
+/// What is to be measured, in an order that makes each low poly once.
 std::vector<Setting> plan(const StudyOptions& options, const Mesh& high, const Mesh* low) {
   std::vector<Setting> settings;
   const auto add = [&](Curve curve, std::uint32_t views, std::uint32_t faces, std::uint32_t size) {
@@ -49,13 +49,13 @@ std::vector<Setting> plan(const StudyOptions& options, const Mesh& high, const M
   if (settings.empty()) {
     throw Error(ErrorCode::input, "'" + high.name + "' has " +
                                       std::to_string(high.triangles.size()) +
-                                      " triangles: a study of light meshes needs more than " +
+                                      " triangles: a study of low polys needs more than " +
                                       std::to_string(kStudyFaces[0]) + ".");
   }
   return settings;
 }
 
-/// The light meshes, each made where it is first needed.
+/// The low polys, each made where it is first needed.
 class LowMeshes {
  public:
   LowMeshes(const Mesh& high, const Mesh* given, double& seconds)
@@ -174,7 +174,7 @@ Study run_study(const Device& device, const Mesh& high, const Mesh* low,
   study.least_angle_degrees = least_angle_degrees(study.held_out, used);
 
   study.cancelled = true;  // until all is done
-  if (!progress(0, "preparing the dense mesh")) return study;
+  if (!progress(0, "preparing the high poly")) return study;
   const Source source(device, high);
   study.diagonal = source.stats().diagonal;
   study.warnings = source.warnings();

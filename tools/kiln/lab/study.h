@@ -20,7 +20,7 @@ struct StudyOptions {
   std::uint32_t views = 12;     ///< Matched from, where they do not vary
   std::uint32_t view_size = 0;  ///< Pixels a side of a depth view; 0: by the density of HIGH
   std::uint32_t size = 1024;    ///< Texels a side of the map, where it does not vary
-  std::uint32_t faces = 2000;   ///< Of the light mesh, where they do not vary and none is given
+  std::uint32_t faces = 2000;   ///< Of the low poly, where they do not vary and none is given
   Length max_distance = Length::share(0.02);
   bool z_up = false;  ///< In the error picture
 };
@@ -36,8 +36,8 @@ constexpr std::uint32_t kMeasuredSize = 512;  ///< Pixels a side of the pictures
 enum class Curve {
   paper,  ///< Depth views by the least depth difference, points left on the view's line
   kiln,  ///< Depth views as Kiln matches them by default: best angle, points moved to the normal's line
-  ray,   ///< Rays along the light mesh's normals: no views
-  none,  ///< No map at all: the light mesh's own normals
+  ray,   ///< Rays along the low poly's normals: no views
+  none,  ///< No map at all: the low poly's own normals
 };
 const char* curve_name(Curve curve);
 
@@ -48,11 +48,11 @@ struct Setting {
   std::uint32_t target_faces = 0;  ///< As asked; of a given LOW: its own
   std::uint32_t size = 0;          ///< Texels a side; 0: no map
 
-  std::uint64_t faces = 0;      ///< Of the light mesh
+  std::uint64_t faces = 0;      ///< Of the low poly
   std::uint32_t view_size = 0;  ///< Pixels a side; 0: not matched by views
   NormalError normal;           ///< Over the held-out views
   DistanceError distance;       ///< Of the match, light to dense, world units
-  DepthError depth;             ///< Of the light mesh over the held-out views; of StudyKind::faces
+  DepthError depth;             ///< Of the low poly over the held-out views; of StudyKind::faces
   double seconds_bake = 0, seconds_measure = 0;
   std::vector<Warning> warnings;
 };
@@ -72,7 +72,7 @@ struct Study {
   Image original;                  ///< HIGH, from the picture's view
   ErrorPicture worst, best;        ///< By mean angle, of the settings matched by views
   std::vector<Warning> warnings;   ///< Of HIGH and of LOW
-  double seconds_low = 0;          ///< Making light meshes
+  double seconds_low = 0;          ///< Making low polys
   bool cancelled = false;
 };
 
@@ -81,7 +81,7 @@ struct Study {
 Study run_study(const Device& device, const Mesh& high, const Mesh* low,
                 const StudyOptions& options, const Progress& progress);
 
-/// The settings of one curve, and of one light mesh where `target_faces` is given, in the study's order.
+/// The settings of one curve, and of one low poly where `target_faces` is given, in the study's order.
 std::vector<const Setting*> select(const Study& study, Curve curve, std::uint32_t target_faces = 0);
 
 /// The first of an ordered series whose mean angle is within 5% of the series' least: more than that (views,

@@ -97,9 +97,9 @@ Json faces_plot(const Study& study, const StudyOptions& options, const std::stri
                                    by_faces, [](const Setting& s) { return s.depth.mean; }));
   Json ticks = Json::array();
   for (const Setting* setting : own) ticks.push_back(setting->target_faces);
-  return {{"title", "Errors against the light mesh's faces: " + mesh + ", " +
+  return {{"title", "Errors against the low poly's faces: " + mesh + ", " +
                         plural(options.views, "view") + ", " + size_text(options.size)},
-          {"x_title", "Faces of the light mesh"},
+          {"x_title", "Faces of the low poly"},
           {"x_ticks", ticks},
           {"panels", {distances, depths, angles}}};
 }
@@ -152,7 +152,7 @@ Plot error_plot(const Study& study, const StudyOptions& options) {
   const std::string name = std::string("study_") + study_name(options.kind) + "_error";
   ValueTiles tiles;
   Json original = tiles.add_gray(gray(study.original));
-  original["captions"] = {"the dense mesh", "the original: its normals are the reference"};
+  original["captions"] = {"the high poly", "the original: its normals are the reference"};
   Json shown = Json::array({original});
   const auto add = [&](const char* rank, const ErrorPicture& picture) {
     // Pixels that neither mesh covers are -1, those that one does below.

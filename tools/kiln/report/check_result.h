@@ -20,7 +20,7 @@ std::string hint_of_boxes(const Mesh& high, const Mesh& low);
 /// \param otherwise  what else helps, such as ", or leave LOW out" \throws Error(input) where it has no UVs
 void check_has_uvs(const Mesh& low, const std::string& path, const std::string& otherwise);
 
-/// Reads a light mesh whose map is to be measured.
+/// Reads a low poly whose map is to be measured.
 /// \param otherwise  ends the message: ", or ..."
 /// \throws Error(input) where it has no UVs
 Mesh load_light(const std::string& path, const std::string& otherwise,

@@ -24,7 +24,7 @@ Json describe(const EdgeReport& edges);
 Json describe(const RecallReport& recall);
 Json describe(const SwitchReport& switches);
 Json describe(const UvReport& uv);
-/// What a light mesh was mended of, and what stayed.
+/// What a low poly was mended of, and what stayed.
 Json describe_flaws(const SimplifyReport& report);
 /// Texels and samples by status.
 Json describe_texels(const BakeReport& report);
