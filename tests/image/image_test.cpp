@@ -127,6 +127,10 @@ RC_GTEST_PROP(CompareImages, PercentilesAreOfNearestRank, ()) {
       const double y = 2.0 * static_cast<double>(b.pixels[3 * i + c]) - 1;
       dot += x * y, aa += x * x, bb += y * y;
     }
+    if (std::min(aa, bb) < 4e-4) {  // shorter than 0.01, or nearly so: no direction
+      mask.pixels[2 * i] = 0;
+      continue;
+    }
     angles.push_back(std::acos(std::clamp(dot / std::sqrt(aa * bb), -1.0, 1.0)) * 180 / M_PI);
     sum += angles.back();
   }
