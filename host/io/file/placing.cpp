@@ -322,11 +322,12 @@ void place_files(std::vector<HeldFile>& files) {
   HeldFile& file = files.front();
   file.sync();
   file.name();
+  const fs::path above = file.target.parent_path();  // nothing asks for memory from here on
   if (std::rename(file.temporary.path().c_str(), file.target.c_str()) != 0) {
     fail_to_write(file.destination, "", errno);
   }
   file.temporary.release();
-  const int folder = open(file.target.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int folder = open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;
   fsync(folder);
   close(folder);
