@@ -17,8 +17,8 @@ constexpr double flattened = 0.1;
 
 }  // namespace
 
-/// meshoptimizer leaves pairs of triangles back to back, and edges with four triangles, where the dense
-/// mesh had none: the former are removed, the latter cut. It also lets no triangle turn over, but as seen
+/// meshoptimizer leaves pairs of triangles back to back, and edges with four triangles, where the high
+/// poly had none: the former are removed, the latter cut. It also lets no triangle turn over, but as seen
 /// from the side: height fields are made flat for it, so that this is nearly as seen from above.
 void head_start(Work& work, std::size_t faces, double error, bool height_field) {
   static_assert(sizeof(Triangle) == 3 * sizeof(unsigned int) && sizeof(Vec3) == 3 * sizeof(float));

@@ -15,8 +15,8 @@ void check_uvs(const Source::Impl& source) {
   if (has_uvs(source)) return;
   throw Error(
       ErrorCode::input,
-      "The high poly has no UVs, which MatchMethod::uv finds its points by: give it the light "
-      "mesh's layout, or use another match, such as ray.");
+      "The high poly has no UVs, which MatchMethod::uv finds its points by: give it the low "
+      "poly's layout, or use another match, such as ray.");
 }
 
 /// The pieces of a run of triangles.

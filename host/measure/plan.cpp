@@ -183,8 +183,8 @@ class Planner {
   }
 
   /// Preparing depth views takes longer than all else where a hierarchy is there already. Where rays miss
-  /// nothing and no other way gets nearer than they do, it is not the match that is wrong, but what a light
-  /// mesh of this shape can show.
+  /// nothing and no other way gets nearer than they do, it is not the match that is wrong, but what a low
+  /// poly of this shape can show.
   bool may_help(MatchMethod method) const {
     if (methods_.front() == method) return true;
     const PlanLimit& first =

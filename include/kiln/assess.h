@@ -72,8 +72,8 @@ struct MatchAssessment {
   std::uint64_t missed = 0;   ///< Of these, without a point
   double diagonal = 0;        ///< Of the high poly's bounding box, world units
 
-  /// Section 4.1: the distance between F(p) and the point that the same ray meets first on the dense
-  /// mesh, where that is a front face. World units.
+  /// Section 4.1: the distance between F(p) and the point that the same ray meets first on the high
+  /// poly, where that is a front face. World units.
   RayMeasure object_space;
   /// Section 4.2: the distance from F(p) to the ray, world units.
   RayMeasure image_space;

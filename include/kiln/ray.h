@@ -11,8 +11,8 @@ namespace KILN_PUBLIC kiln {
 /// Which of the faces that a ray meets counts.
 enum class RayRule {
   /// The outermost one that faces the sample, but no farther out than where the ray meets the low poly
-  /// again: what lies beyond belongs to that part or fold of it. A sample inside another part of the light
-  /// mesh takes the nearest one.
+  /// again: what lies beyond belongs to that part or fold of it. A sample inside another part of the low
+  /// poly takes the nearest one.
   outermost,
   nearest,  ///< The nearest outward, else the nearest inward (Tarini et al., section 3.2)
 };

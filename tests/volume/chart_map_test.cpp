@@ -32,8 +32,8 @@ ExtractOptions by_charts(std::uint32_t faces, std::uint32_t size) {
   return options;
 }
 
-/// Mean angle between a raw object-space map and the ball's own normals, degrees, at points of the light
-/// mesh's triangles, read bilinearly.
+/// Mean angle between a raw object-space map and the ball's own normals, degrees, at points of the low
+/// poly's triangles, read bilinearly.
 double error_of_ball(const ExtractResult& result, std::uint32_t side) {
   const Mesh& mesh = result.mesh;
   const Image& map = result.normal_map;

@@ -43,8 +43,8 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
   command
       .add_option(
           "--max-angle", a.max_angle,
-          "For --match auto: the mean angle in degrees between rendered normals and the dense "
-          "mesh's that is to be reached (default: what the largest map would reach)")
+          "For --match auto: the mean angle in degrees between rendered normals and the high "
+          "poly's that is to be reached (default: what the largest map would reach)")
       ->group(group_match);
   command
       .add_option(

@@ -363,6 +363,7 @@ Run add_render(CLI::App& app) {
   return [a, command, matching] {
     for (const std::string& flag : given_flags(*command)) {
       if (matching.contains(flag)) a->bake.given.insert(flag);
+      if (flag == "--map-size") a->map_size_given = true;
     }
     return run_render(*a);
   };

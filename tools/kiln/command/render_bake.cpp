@@ -13,7 +13,8 @@ bool bakes(const RenderArguments& arguments) {
   // A cage alone is drawn, no more.
   const std::set<std::string> not_the_match = {"--high",           "--low",  "--triangulate",
                                                "--split-at-seams", "--cage", "--cage-mesh"};
-  return std::any_of(arguments.bake.given.begin(), arguments.bake.given.end(),
+  return arguments.map_size_given ||
+         std::any_of(arguments.bake.given.begin(), arguments.bake.given.end(),
                      [&](const std::string& flag) { return !not_the_match.contains(flag); });
 }
 
@@ -41,7 +42,7 @@ void check_bake(const RenderArguments& arguments) {
   if (!bakes(arguments)) return;
   if (arguments.reference.empty() || !arguments.normal.empty()) {
     throw Error(ErrorCode::usage,
-                *arguments.bake.given.begin() +
+                (arguments.map_size_given ? "--map-size" : *arguments.bake.given.begin()) +
                     " is for a map that is baked for the picture: add --reference HIGH, and leave "
                     "--normal out.");
   }

@@ -21,11 +21,12 @@ struct RenderArguments {
   std::optional<std::uint32_t> frames;
   BakeArguments bake;  // flags of the match; given ones are in bake.given
   std::uint32_t map_size = 1024;
+  bool map_size_given = false;
   std::string bitangent = "pixel";
   bool flip_y = false, flat = false, show_normals = false, error = false, quiet = false;
 };
 
-/// Whether a map is to be baked for the picture: a flag of the match was given.
+/// Whether a map is to be baked for the picture: a flag of the match was given, or --map-size.
 bool bakes(const RenderArguments& arguments);
 
 /// Whether a cage is drawn: one was given, and no map is baked with it.
