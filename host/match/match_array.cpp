@@ -144,11 +144,11 @@ void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t l
     if (saved == 0 || saved == given) return;
     throw Error(ErrorCode::input,
                 std::string("The saved match was made for another ") + which +
-                    " mesh. Give the same one, or match again.",
+                    " poly. Give the same one, or match again.",
                 id);
   };
-  check(match.source_hash, source_hash, "dense", "match-source");
-  check(match.low_hash, low_hash, "light", "match-low");
+  check(match.source_hash, source_hash, "high", "match-source");
+  check(match.low_hash, low_hash, "low", "match-low");
 }
 
 void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,
