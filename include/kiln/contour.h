@@ -100,9 +100,8 @@ struct ExtractOptions {
   /// With faces = 0: how far vertices may be from the planes of the crossings that they stand for: root
   /// mean square, in cells. Above 0.
   double error = 0.1;
-  /// Keep every part, hole and handle. Without, clusters count by their error alone, whatever they join:
-  /// the mesh stays closed and oriented, but edges may have more than two triangles
-  /// ("topology-changed").
+  /// Keep every part, hole and handle. Without, clusters count by their error alone: the mesh stays closed
+  /// and oriented, but edges may have more than two triangles ("topology-changed").
   bool keep_topology = true;
   /// Leave out connected parts with fewer fine vertices than this share of the largest one's, 0 to 1
   /// ("small-parts"): specks of noise.
@@ -110,15 +109,13 @@ struct ExtractOptions {
 
   std::uint32_t size = 1024;        ///< Side of the map, 16 to 8192 texels
   std::uint32_t border_texels = 2;  ///< Around each chart, 1 to 64
-  /// pairs: each polygon is a chart. charts: few large ones, by unwrap(); `border_texels` shrink where they
-  /// leave no room.
+  /// pairs: each polygon is a chart. charts: few large ones, by unwrap(), borders as there is room.
   UnwrapMethod unwrap = UnwrapMethod::pairs;
   NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent (MikkTSpace) or object
   bool flip_y = false;                             ///< Green down (DirectX)
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
 
-  /// What extract() chooses by what is in the volume, whatever is given above. ExtractReport::used says what
-  /// came out.
+  /// What extract() chooses by the volume, whatever is given above; ExtractReport::used says what came out.
   struct Choice {
     /// With faces = 0: the least error, `error` or more, that leaves at most a twentieth of the full
     /// contour's triangles (Barry and Wood, table 1: 80.6 to 99.97% less).
@@ -140,8 +137,7 @@ struct ExtractUsed {
   double min_part = 0;            ///< As ExtractOptions::min_part
   std::uint32_t size = 0;         ///< Side of the map, texels
   std::uint64_t aimed_faces = 0;  ///< Triangles aimed at; 0 where the error alone decides
-  std::uint64_t kept_faces =
-      0;  ///< Those that keeping the topology leaves, where it was let go for that
+  std::uint64_t kept_faces = 0;   ///< With the topology, where it was let go for that
 };
 
 /// What an extraction came to.
@@ -159,13 +155,12 @@ struct ExtractReport {
   std::uint64_t charts = 0;              ///< Of the layout: by pairs, one for each polygon
   double texels_per_cell = 0;            ///< Side of a cell in texels of the map
   double coverage = 0;  ///< Share of the map that charts cover; by pairs, their borders, too
-  std::uint64_t splatted_texels =
-      0;                        ///< That fine vertices fell into; the rest of the charts is filled
-  double seconds_simplify = 0;  ///< Tree of vertices and choice among them
-  double seconds_atlas = 0;     ///< Layout of the charts
-  double seconds_map = 0;       ///< Splatting, filling and encoding of normals
-  double seconds_total = 0;     ///< Of all steps
-  std::vector<Warning> warnings;  ///< Of all steps
+  std::uint64_t splatted_texels = 0;  ///< That fine vertices fell into; others are filled
+  double seconds_simplify = 0;        ///< Tree of vertices and choice among them
+  double seconds_atlas = 0;           ///< Layout of the charts
+  double seconds_map = 0;             ///< Splatting, filling and encoding of normals
+  double seconds_total = 0;           ///< Of all steps
+  std::vector<Warning> warnings;      ///< Of all steps
 };
 
 /// A low poly with its normal map.
