@@ -57,7 +57,7 @@ enum class CageKind {
 /// How far a cage mesh lies off the low poly. Lengths in world units, over the low poly's corners; of a
 /// hull over places spread over its faces, too.
 struct CageReport {
-  CageKind kind = CageKind::offsets;
+  CageKind kind = CageKind::offsets;  ///< What the cage mesh was taken for
   double outward_least = 0;   ///< Rays start so far out
   double outward_median = 0;  ///< The one in the middle
   double outward_most = 0;    ///< The farthest
