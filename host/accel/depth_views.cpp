@@ -8,7 +8,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 constexpr std::uint32_t kViewsPerLaunch = 64;  // bits of the kernel's `left_out`
 // Of the device's memory, for the keys of one batch.
 constexpr double kShareOfMemory = 0.25;

@@ -11,7 +11,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 // Bounds the work of one launch.
 constexpr std::uint32_t kPerLaunch = 1U << 22;
 constexpr std::size_t kViewsPerLaunch = 16;

@@ -12,7 +12,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 /// Of a step along a row or column, and aslant. Whole numbers, so that all orders of adding agree.
 constexpr std::uint32_t kStraight = 1000;
 constexpr std::uint32_t kDiagonal = 1414;

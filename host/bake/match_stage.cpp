@@ -76,7 +76,7 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
 }
 
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
-                   const LowSurface& surface, std::optional<EdgeReport>* report) {
+                   const LowSurface& surface, EdgeReport* report) {
   const RayDirection direction = options.ray.direction;
   if (options.match != nullptr || !match_row(options.method).info.along_low ||
       direction == RayDirection::averaged || has_offsets(surface)) {

@@ -31,7 +31,7 @@ struct Clusters {
 /// How the directions of samples turn, for matches that look along them; see RayOptions.
 /// \param report  out: where they turn at hard edges, how far off; may be null
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
-                   const LowSurface& surface, std::optional<EdgeReport>* report = nullptr);
+                   const LowSurface& surface, EdgeReport* report = nullptr);
 /// Whether they turn as the high poly says, and so change with it.
 bool turns_by_source(const BakeOptions& options);
 

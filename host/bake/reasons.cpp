@@ -14,7 +14,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 constexpr float kFar = 4;  // beyond any mesh, frame units
 
 class Explainer {

@@ -17,7 +17,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kDirections = 64;
-constexpr double kSteepest = 0.5;  // cosine to the light face
+constexpr double kSteepest = 0.5;  // cosine to the low poly's face
 constexpr double kSteps = 1.5;     // of samples, within which one stands for a place
 constexpr float kOff = 1e-5F;      // off the place's own face
 constexpr float kFar = 4;          // beyond the high poly, frame units

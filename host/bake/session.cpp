@@ -123,10 +123,14 @@ const BakeResult& BakeSession::Impl::bake() {
 
 BakeSession::BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options,
                          const SessionOptions& session)
-    : impl_(std::make_unique<Impl>(device, std::move(high), std::move(low), options, session)) {}
-BakeSession::~BakeSession() = default;
-BakeSession::BakeSession(BakeSession&&) noexcept = default;
-BakeSession& BakeSession::operator=(BakeSession&&) noexcept = default;
+    : impl_(new Impl(device, std::move(high), std::move(low), options, session)) {}
+BakeSession::~BakeSession() { delete impl_; }
+BakeSession::BakeSession(BakeSession&& other) noexcept
+    : impl_(std::exchange(other.impl_, nullptr)) {}
+BakeSession& BakeSession::operator=(BakeSession&& other) noexcept {
+  delete std::exchange(impl_, std::exchange(other.impl_, nullptr));
+  return *this;
+}
 
 const BakeResult& BakeSession::bake() { return impl_->bake(); }
 const Mesh& BakeSession::high() const { return impl_->high; }

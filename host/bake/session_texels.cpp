@@ -5,12 +5,6 @@
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
-namespace {
-
-constexpr std::size_t kLocal = 64;
-
-}  // namespace
-
 SessionTexels::SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width)
     : pipeline_(pipeline), triangles_(triangles), width_(width) {
   for (const PipelineBand& from : pipeline.bands()) {

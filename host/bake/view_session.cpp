@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "bake/pipeline.h"
 #include "kiln/session.h"
@@ -56,10 +57,14 @@ struct KILN_HIDDEN ViewSession::Impl {
 };
 
 ViewSession::ViewSession(const Source& source, const Mesh& low, const BakeOptions& options)
-    : impl_(std::make_unique<Impl>(source, low, options)) {}
-ViewSession::~ViewSession() = default;
-ViewSession::ViewSession(ViewSession&&) noexcept = default;
-ViewSession& ViewSession::operator=(ViewSession&&) noexcept = default;
+    : impl_(new Impl(source, low, options)) {}
+ViewSession::~ViewSession() { delete impl_; }
+ViewSession::ViewSession(ViewSession&& other) noexcept
+    : impl_(std::exchange(other.impl_, nullptr)) {}
+ViewSession& ViewSession::operator=(ViewSession&& other) noexcept {
+  delete std::exchange(impl_, std::exchange(other.impl_, nullptr));
+  return *this;
+}
 
 ViewSession::Step ViewSession::add(const Vec3& toward) {
   Impl& impl = *impl_;

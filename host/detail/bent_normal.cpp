@@ -5,8 +5,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
-
 class BentNormal : public MapMaker {
  public:
   explicit BentNormal(const MapRequest& request)

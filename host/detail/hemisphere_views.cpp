@@ -13,7 +13,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 constexpr std::uint32_t kViewsAtATime = 32;  // 64 MiB of keys, 32 MiB of depths
 // What may lie this much nearer than a sample, in pixels, without hiding it: the surface bends within a pixel.
 constexpr float kBiasPixels = 0.5F;

@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64, kLocalLanes = 8;
+constexpr std::size_t kLocalLanes = 8;
 // Samples whose rays are cast together: their data stays in a core's cache, and they lie close together.
 constexpr std::uint32_t kPiece = 1U << 14;
 // Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.

@@ -10,7 +10,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 // Picked samples are rounded up to so many.
 constexpr std::uint32_t kBlock = 64;
 constexpr std::uint32_t kMostRays = 4096;

@@ -9,11 +9,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
-
 // With twice as many views as rays, ambient occlusion comes as near to the truth, up to so many rays (measured on
 // the bunny, tools/bench/README.md). Beyond, pixels of the views are what is missing.
-constexpr std::uint32_t kViewsARay = 2, kMostRays = 64, kFewestViews = 16;
+constexpr std::uint32_t kViewsARay = 2, kMostRaysAsViews = 64, kFewestViews = 16;
 // What a view costs, in rays: for itself, for each triangle and for each sample; and how much less views must take.
 constexpr double kView = 10000, kTriangle = 0.15, kSample = 0.125, kLess = 0.7;
 
@@ -36,7 +34,7 @@ std::uint32_t views_for(const MapRequest& request) {
   const OcclusionOptions& asked = request.options.occlusion;
   if (asked.by == OcclusionBy::rays) return 0;
   if (asked.by == OcclusionBy::views) return asked.views;
-  if (asked.distance || !asked.back_faces || asked.max_error > 0 || asked.rays > kMostRays)
+  if (asked.distance || !asked.back_faces || asked.max_error > 0 || asked.rays > kMostRaysAsViews)
     return 0;
   const double samples = samples_of(request.options, request.surface);
   double triangles = 0;

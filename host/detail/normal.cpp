@@ -8,7 +8,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 // Samples of a work-item where vectors are written out.
 constexpr std::size_t kWide = 8;
 

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64, kGrain = 1 << 12;
+constexpr std::size_t kGrain = 1 << 12;
 // Bounds a launch, whatever the caller's function does.
 constexpr std::uint32_t kSamplesPerLaunch = 1U << 16;
 

@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64, kGrain = 1 << 14;
+constexpr std::size_t kGrain = 1 << 14;
 constexpr std::uint32_t kTile = 16;  // texels a side
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 

@@ -14,7 +14,6 @@ namespace {
 
 // Keys of a band: bounds the device's memory, keeps a launch short and the band in a cache.
 constexpr std::size_t kBandKeys = std::size_t{1} << 22;
-constexpr std::size_t kLocal = 64;
 
 // The mask on the device: 1 for a source, rows padded to a multiple of 8.
 std::vector<std::uint8_t> make_mask(const Image& image, const std::vector<std::uint8_t>& coverage,

@@ -23,7 +23,7 @@ bool differ(const Names& names) {
                      [&](std::uint32_t name) { return name != names.front(); });
 }
 
-/// The nearest dense triangles to four places of each light one.
+/// The high poly's nearest triangles to four places of each of the low poly's.
 std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> dense = frame.to_frame(high), light = frame.to_frame(low);

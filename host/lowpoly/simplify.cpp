@@ -1,4 +1,4 @@
-// A low poly from a dense one: see kiln/lowpoly.h.
+// A low poly from a high poly: see kiln/lowpoly.h.
 #include <chrono>
 #include <memory>
 #include <optional>

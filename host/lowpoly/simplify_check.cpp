@@ -13,13 +13,13 @@ namespace {
 
 /// Cosine of the angle between neighbours' normals from which on a triangle is looked at closely.
 constexpr double kSuspicious = -0.5;
-/// And at which it lies on its neighbour, if the dense surface has no such edge there.
+/// And at which it lies on its neighbour, if the high poly has no such edge there.
 constexpr double kBackToBack = -0.985;
-/// The dense surface has a sharp edge where normals this far apart are near each other.
+/// The high poly has a sharp edge where normals this far apart are near each other.
 constexpr double kSharp = -0.5;
 /// A triangle faces away where the best of the dense normals near it is below this.
 constexpr double kAway = -0.2;
-/// How far around a triangle the dense surface is looked for, a share of the diagonal.
+/// How far around a triangle the high poly is looked for, a share of the diagonal.
 constexpr double kReach = 0.02;
 /// Cells a side of the grid that finds dense triangles near some place.
 constexpr int kCells = 64;
@@ -103,7 +103,7 @@ void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
 
 }  // namespace
 
-/// Keeps a tree of the dense triangles around the candidates: most meshes have few of these.
+/// Keeps a tree of the high poly's triangles around the candidates: most meshes have few of these.
 void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
@@ -125,7 +125,7 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
   surface_ = std::make_unique<SurfaceDistance>(positions_, near_);
 }
 
-/// Whether the dense surface near each of four of its points faces the other way.
+/// Whether the high poly near each of four of its points faces the other way.
 bool SimplifyCheck::faces_away(const TriangleCorners& p) const {
   const Vec3d normal = unit_or_zero(normal_of(p));
   std::size_t away = 0;
@@ -146,7 +146,7 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p) const {
   return away >= 3;
 }
 
-/// Whether the dense surface turns sharply near the triangle, or is thin there.
+/// Whether the high poly turns sharply near the triangle, or is thin there.
 bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
   const Vec3d center = (p[0] + p[1] + p[2]) * (1.0 / 3);
   double radius = 0;

@@ -14,15 +14,14 @@ namespace kiln {
 
 /// Triangles that a low poly should not have.
 struct Flaws {
-  std::vector<std::uint32_t>
-      folded;  ///< They face away from the dense surface, or lie on a neighbour.
-  std::vector<std::uint32_t> flat;         ///< They have no area, as single precision holds them.
+  std::vector<std::uint32_t> folded;  ///< They face away from the high poly, or lie on a neighbour.
+  std::vector<std::uint32_t> flat;    ///< They have no area, as single precision holds them.
   std::vector<std::uint32_t> facing_down;  ///< Of a height field.
   bool none() const { return folded.empty() && flat.empty() && facing_down.empty(); }
   std::size_t count() const { return folded.size() + flat.size() + facing_down.size(); }
 };
 
-/// Compares a low poly with the dense one that it stands for. Coordinates of about unit size.
+/// Compares a low poly with the high poly that it stands for. Coordinates of about unit size.
 class SimplifyCheck {
  public:
   /// Spans must outlive this.
@@ -44,7 +43,7 @@ class SimplifyCheck {
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   bool height_field_;
-  std::vector<Triangle> near_;  ///< Dense triangles near the candidates.
+  std::vector<Triangle> near_;  ///< Triangles of the high poly near the candidates.
   std::unique_ptr<SurfaceDistance> surface_;
 };
 

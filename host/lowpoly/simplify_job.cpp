@@ -33,10 +33,10 @@ void warn_of_flaws(SimplifyReport& report) {
          count});
   };
   warn("folded-triangles", report.folded,
-       " triangles of the low poly face away from the dense surface and could not be mended");
+       " triangles of the low poly face away from the high poly and could not be mended");
   warn("flat-triangles", report.without_area,
        " triangles of the low poly have no area and could not be mended");
-  warn("new-holes", report.holes, " holes of the low poly are not in the dense one");
+  warn("new-holes", report.holes, " holes of the low poly are not in the high poly");
 }
 
 }  // namespace

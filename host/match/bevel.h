@@ -16,7 +16,7 @@ struct Bevels {
   float median = 0;           ///< Of those found; 0 where none was
 };
 
-/// Looks at the high poly along the light faces' own normals, at several places along each hard edge and
+/// Looks at the high poly along the low poly's faces' own normals, at several places along each hard edge and
 /// several distances from it. A bevel ends where the high poly is parallel to the face; rays turn over two
 /// fifths of its width, or over twice what the high poly lies farther out on both sides, where that is more.
 /// \param reach  how far to look each way

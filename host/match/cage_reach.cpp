@@ -12,7 +12,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 constexpr std::size_t kPlaces = 1 << 14;  // where a hull is tried before the bake
 constexpr float kFarthest = 4;            // beyond any mesh, frame units
 constexpr float kTouching = 8 * KILN_BVH_EPSILON;

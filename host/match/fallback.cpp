@@ -5,8 +5,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
-
 /// Copies some elements of one plane of an array. \param count  of the plane
 template <typename T>
 void pick(cl::Context& context, const cl::Array<T>& from, std::size_t from_offset,

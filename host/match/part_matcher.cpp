@@ -10,8 +10,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
-
 /// What a part's matcher is told of; it stays in its place.
 struct Part {
   std::vector<std::uint32_t> triangles;  ///< Of the high poly

@@ -46,7 +46,6 @@ class ShellMatcher : public Matcher {
   bool needs_band() const override { return true; }  // which triangle a sample lies on
 
  private:
-  static constexpr std::size_t kLocal = 64;
   cl::Context& context_;
   std::unique_ptr<Matcher> rays_;
   cl::Array<float> inner_;

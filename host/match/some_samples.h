@@ -51,7 +51,6 @@ class SomeSamples {
   TexelBand band;
 
  private:
-  static constexpr std::size_t kLocal = 64;
   cl::Context& context_;
   cl::Array<std::uint32_t> indices_;
 };

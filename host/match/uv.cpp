@@ -16,7 +16,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 constexpr std::uint32_t kTile = KILN_UV_TILE;
 
 /// Distances are told apart by their exponent and this many bits of the fraction.
@@ -130,11 +129,12 @@ void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_ti
     context_.launch(context_.kernel("uv", "kiln_uv_count"), end_row - first_row, kLocal, params,
                     lowest_, highest_, rows_);
     const std::vector<kiln_uv_row> rows = rows_.download(context_);
+    const bool first = counted_.overlapping == 0;
     for (const kiln_uv_row& row : rows) {
       counted_.covered += row.covered;
       counted_.overlapping += row.overlapping;
     }
-    if (!counted_.overlap && counted_.overlapping != 0) {
+    if (first && counted_.overlapping != 0) {
       const auto found = std::find_if(rows.begin(), rows.end(),
                                       [](const kiln_uv_row& row) { return row.overlapping != 0; });
       const auto row = first_row + static_cast<std::uint32_t>(found - rows.begin());
@@ -206,10 +206,10 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
     const std::string text = "UV triangles of the high poly overlap on " + percent(overlap) +
                              " of the samples they "
                              "cover, for example triangles " +
-                             std::to_string(found.overlap->lower) + " and " +
-                             std::to_string(found.overlap->upper) + " at texel column " +
-                             std::to_string(found.overlap->column) + ", row " +
-                             std::to_string(found.overlap->row);
+                             std::to_string(found.overlap.lower) + " and " +
+                             std::to_string(found.overlap.upper) + " at texel column " +
+                             std::to_string(found.overlap.column) + ", row " +
+                             std::to_string(found.overlap.row);
     if (overlap > options.max_overlap) {
       throw Error(ErrorCode::input,
                   text + ", which is more than " + percent(options.max_overlap) +

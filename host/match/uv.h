@@ -1,4 +1,4 @@
-// Matching by UVs: where the high poly's layout lies over the light one's.
+// Matching by UVs: where the high poly's layout lies over the low poly's.
 #pragma once
 
 #include <cstdint>

@@ -13,7 +13,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 constexpr std::uint32_t kViewsAtATime = 32;  // a few tenths of a second on two cores
 constexpr std::uint32_t kMostDirections = 4096;
 // Where a ray begins, in frame units: a face seen at the least cosine is left behind by then by more than

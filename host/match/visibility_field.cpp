@@ -12,7 +12,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 constexpr std::uint32_t kLargestField = 2048;
 constexpr std::size_t kGrain = 1 << 14;
 

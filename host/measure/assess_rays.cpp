@@ -13,7 +13,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 constexpr std::size_t kGrain = 1 << 15;
 // Frame units: what a ray passes over, so that a sample's own triangle does not hide it.
 constexpr float kSkip = 1e-5F;

@@ -1,4 +1,4 @@
-// The samples of a match, on the host: where each lies on the light surface and on the dense one.
+// The samples of a match, on the host: where each lies on the low poly and on the high poly.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@ struct AssessedSamples {
   std::vector<std::size_t> element;     ///< Of the match's grid
   std::vector<std::uint32_t> triangle;  ///< Of the low poly
   std::vector<Vec3> position;           ///< p, frame units
-  std::vector<Vec3> normal;             ///< Unit, of the light triangle
-  std::vector<double> area;  ///< Of the light surface that the sample stands for, frame units
-  std::vector<std::uint8_t> found;  ///< 0: missed
-  std::vector<Vec3d> match;         ///< F(p), frame units; 0 where missed
-  std::vector<Vec3> match_normal;   ///< Unit, of the dense triangle; 0 where it has no area
+  std::vector<Vec3> normal;             ///< Unit, of the low poly's triangle
+  std::vector<double> area;             ///< Of the low poly that the sample stands for, frame units
+  std::vector<std::uint8_t> found;      ///< 0: missed
+  std::vector<Vec3d> match;             ///< F(p), frame units; 0 where missed
+  std::vector<Vec3> match_normal;  ///< Unit, of the high poly's triangle; 0 where it has no area
 
   std::size_t size() const { return element.size(); }
 };

@@ -1,4 +1,4 @@
-// Rendered normals of a low poly against the dense one's, again and again: what does not depend on the
+// Rendered normals of a low poly against the high poly's, again and again: what does not depend on the
 // map is found once.
 #pragma once
 

@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrain = 1 << 12;
-/// Of the low poly, where it is seen from behind and the dense one was drawn.
+/// Of the low poly, where it is seen from behind and the high poly was drawn.
 constexpr std::uint32_t kUnseenTriangle = KILN_NO_TRIANGLE - 1;
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// Any closed mesh around the light one, in its frame.
+/// Any closed mesh around the low poly, in its frame.
 struct CageHull {
   std::string name;
   std::vector<Vec3> positions;
@@ -28,7 +28,7 @@ struct CageCorners {
   std::shared_ptr<const CageHull> hull;  ///< Of CageKind::hull
 };
 
-/// A mesh whose triangles are those of the light one, in order and with no vertex torn apart, has offsets; one
+/// A mesh whose triangles are those of the low poly, in order and with no vertex torn apart, has offsets; one
 /// with twice as many has shells where both halves are so; any other is a hull.
 /// \throws Error(input) for a mesh that is no mesh
 CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame);

@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Per-corner data of the low poly, in the frame of the dense one. All vectors have one entry a
+/// Per-corner data of the low poly, in the frame of the high poly. All vectors have one entry a
 /// triangle, three corners each, in the mesh's triangle order.
 struct LowSurface {
   struct Corner {

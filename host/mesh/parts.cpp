@@ -112,8 +112,8 @@ struct Groups {
                                                       : mesh.group_names;
     const Kind kind = kind_of(names.by);
     if (of->size() != mesh.triangles.size()) {
-      throw Error(ErrorCode::input, std::string(side == Side::low ? "The light" : "The dense") +
-                                        " mesh '" + mesh.name + "' has no " + kind.many +
+      throw Error(ErrorCode::input, std::string(side == Side::low ? "The low" : "The high") +
+                                        " poly '" + mesh.name + "' has no " + kind.many +
                                         " to pair: " + kind.advice + ".");
     }
     std::vector<bool> has(all.size());
@@ -141,8 +141,8 @@ void warn(Side side, const Groups& groups, const PartNames& names, const Groups&
   std::string kind = kind_of(names.by).one;
   kind[0] = static_cast<char>(kind[0] - 'a' + 'A');
   warnings.push_back({"unmatched-parts",
-                      kind + "s of the " + (side == Side::low ? "light" : "dense") +
-                          " mesh without a pair" +
+                      kind + "s of the " + (side == Side::low ? "low" : "high") +
+                          " poly without a pair" +
                           (names.by == PartsBy::list ? " in the list: " : " of their name: ") +
                           list + ". All that has no pair is matched together.",
                       count});
@@ -183,7 +183,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
         ErrorCode::input,
         "No " + std::string(kind_of(names.by).one) +
             (names.by == PartsBy::list ? " of the low poly has a pair in the list: '"
-                                       : " of the low poly has its name in the dense one: '") +
+                                       : " of the low poly has its name in the high poly: '") +
             of_low.used.front() + "' is nearest to '" +
             nearest_name(of_low.used.front(), of_high.used) +
             (names.by == PartsBy::name ? "'. The patterns of part names say which belong together."

@@ -1,4 +1,4 @@
-// Distance from points to a triangle mesh, on the host: how far a low poly strays from a dense one.
+// Distance from points to a triangle mesh, on the host: how far a low poly strays from a high poly.
 #pragma once
 
 #include <cstdint>
@@ -55,7 +55,7 @@ struct DistanceReport {
   std::uint64_t samples = 0;
 };
 
-/// Distances from the high poly to the light one, sampled at the dense triangles' centroids and
+/// Distances from the high poly to the low poly, sampled at the high poly's triangles' centroids and
 /// corners: all of them up to `max_samples`, else evenly spaced ones. Degenerate dense triangles are
 /// sampled like the others; all corners must be finite. Does not depend on threads.
 DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,

@@ -13,7 +13,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kLocal = 64;
 constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
 constexpr std::uint32_t kLargest = 2048;
 constexpr std::uint32_t kNotTimed = 2;

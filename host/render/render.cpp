@@ -12,7 +12,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kLocal = 64;
 constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
 constexpr std::uint32_t kMaxSamplesPerPart = 1 << 20;
 constexpr double kLeastZoom = 0.01, kMostZoom = 1e5;

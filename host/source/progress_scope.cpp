@@ -12,9 +12,8 @@ struct ProgressScope::Impl {
   Alive alive;
 };
 
-ProgressScope::ProgressScope(Progress progress)
-    : impl_(std::make_unique<Impl>(std::move(progress))) {}
-ProgressScope::~ProgressScope() = default;
+ProgressScope::ProgressScope(Progress progress) : impl_(new Impl(std::move(progress))) {}
+ProgressScope::~ProgressScope() { delete impl_; }
 
 void ProgressScope::at(double done, std::string_view stage) {
   const Progress tell = impl_->alive.progress();

@@ -5,8 +5,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
-
 void add(const Vec3& v, std::vector<float>& values) {
   values.insert(values.end(), {v.x, v.y, v.z});
 }

@@ -11,8 +11,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
-
 void check_options(const TexelOptions& options) {
   const auto in_range = [](std::uint32_t size) { return size >= 1 && size <= 16384; };
   if (!in_range(options.width) || !in_range(options.height)) {

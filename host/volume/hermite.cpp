@@ -11,7 +11,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
 // Vertices worked on at once: their error functions then stay in a CPU's caches.
 constexpr std::size_t kPartVertices = std::size_t{1} << 16;
 

@@ -13,8 +13,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocal = 64;
-
 template <typename Vector>
 auto view(const Vector& vector) {
   return std::span<const typename Vector::value_type>(vector.data(), vector.size());

@@ -10,7 +10,7 @@ std::uint32_t corner(std::uint32_t axis, std::uint32_t along, std::uint32_t u, s
   return along << axis | u << ((axis + 1) % 3) | v << ((axis + 2) % 3);
 }
 
-struct Sheets {
+struct SheetsOfCells {
   std::array<std::uint8_t, 12> parent{};
   std::uint32_t find(std::uint32_t edge) const {
     while (parent[edge] != edge) edge = parent[edge];
@@ -42,8 +42,8 @@ bool alternates(const Face& face, std::uint32_t signs) {
   return inside(0) == inside(2) && inside(1) == inside(3) && inside(0) != inside(1);
 }
 
-Sheets trace(std::uint32_t signs, std::uint32_t flipped) {
-  Sheets sheets;
+SheetsOfCells trace(std::uint32_t signs, std::uint32_t flipped) {
+  SheetsOfCells sheets;
   for (std::uint32_t edge = 0; edge < 12; ++edge) {
     sheets.parent[edge] = static_cast<std::uint8_t>(edge);
   }
@@ -84,7 +84,7 @@ PatchTable::PatchTable() {
       }
     }
     for (std::uint32_t flipped = 0; flipped < kFlips; ++flipped) {
-      const Sheets sheets = trace(signs, flipped);
+      const SheetsOfCells sheets = trace(signs, flipped);
       std::array<std::uint32_t, 12> number{};
       std::uint8_t count = 0;
       for (std::uint32_t edge = 0; edge < 12; ++edge) {

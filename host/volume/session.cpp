@@ -77,10 +77,14 @@ struct KILN_HIDDEN VolumeSession::Impl {
 };
 
 VolumeSession::VolumeSession(const Device& device, Volume volume, const ContourOptions& options)
-    : impl_(std::make_unique<Impl>(device, std::move(volume), options)) {}
-VolumeSession::~VolumeSession() = default;
-VolumeSession::VolumeSession(VolumeSession&&) noexcept = default;
-VolumeSession& VolumeSession::operator=(VolumeSession&&) noexcept = default;
+    : impl_(new Impl(device, std::move(volume), options)) {}
+VolumeSession::~VolumeSession() { delete impl_; }
+VolumeSession::VolumeSession(VolumeSession&& other) noexcept
+    : impl_(std::exchange(other.impl_, nullptr)) {}
+VolumeSession& VolumeSession::operator=(VolumeSession&& other) noexcept {
+  delete std::exchange(impl_, std::exchange(other.impl_, nullptr));
+  return *this;
+}
 
 ExtractResult VolumeSession::extract(const ExtractOptions& options) const {
   if (!(options.contour == impl_->options)) {

@@ -10,7 +10,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// A quantity over the light surface, by area: how much of the surface has which value.
+/// A quantity over the low poly, by area: how much of the surface has which value.
 struct Distribution {
   double area = 0;    ///< Of the surface where there is a value, world units squared
   double mean = 0;    ///< By area
@@ -45,8 +45,8 @@ struct AssessmentFields {
   Image uniformity;              ///< %: the mean over the texel's neighbours
   Image match_distance;          ///< World units
   Image
-      stretch;  ///< log2 of dense area over light area; -64 where there is no value, -63 where cells
-                ///< are folded over
+      stretch;  ///< log2 of the high poly's area over the low poly's; -64 where there is no value, -63 where cells
+      ///< are folded over
 };
 
 /// How assess() rates a match.
@@ -58,7 +58,7 @@ struct AssessOptions {
   Progress progress;        ///< Called between directions; may cancel. See Progress
 };
 
-/// How good a correspondence F from the light surface to the dense one is, without looking at any map:
+/// How good a correspondence F from the low poly to the high poly is, without looking at any map:
 /// Tarini, Cignoni, Scopigno, "Visibility based methods and assessment for detail-recovery" (2003),
 /// section 4. Positions are compared as numbers, never as colours.
 ///
@@ -88,14 +88,14 @@ struct MatchAssessment {
 
   // Kiln's own measures.
 
-  /// |F(p) - p| over the light surface.
+  /// |F(p) - p| over the low poly.
   Distribution match_distance;
-  /// Each place's mean of image_space, over the light surface: here what is seen from few directions
+  /// Each place's mean of image_space, over the low poly: here what is seen from few directions
   /// counts as much as what is seen from many.
   Distribution image_space_by_place;
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
-  /// How evenly F samples the dense surface, by areas. log2 of the dense area over the light area of each
+  /// How evenly F samples the high poly, by areas. log2 of its area over the low poly's area, of each
   /// cell between a texel and its neighbours to the right and below, of the same chart.
   Distribution stretch;     ///< Of |log2 - mean log2|: 0 is perfectly even
   double mean_stretch = 0;  ///< Mean log2

@@ -55,7 +55,7 @@ struct BakeOptions {
   const Parts* parts = nullptr;
   UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles of the same UVs is baked
   bool two_sided = false;  ///< Also hit back faces of the source; normals that point away
-                           ///< from the light surface are turned to it
+                           ///< from the low poly are turned to it
 
   NormalMapSpace space = NormalMapSpace::tangent;  ///< Of the maps of unit vectors
   Bitangent bitangent = Bitangent::pixel;          ///< Of NormalMapSpace::tangent
@@ -126,7 +126,7 @@ struct BakeReport {
   std::uint64_t blended_texels = 0;            ///< Of the method, that took some of the fallback's
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   std::optional<UvReport> uv;                  ///< Where matched by UVs
-  std::optional<EdgeReport> edges;             ///< Where rays turn at hard edges
+  EdgeReport edges;                            ///< Where rays turn at hard edges; else 0 of them
   std::optional<CageReport> cage_mesh;         ///< Where rays start from a mesh
   std::optional<RecallReport> recall;          ///< Where it was asked for and can be told
   double seconds_recall = 0;                   ///< Telling it
@@ -162,7 +162,7 @@ struct BakeResult {
   const BakedMap& map(MapKind kind, std::uint32_t cluster = 0) const;
 };
 
-/// Bakes maps of the high poly for the light one.
+/// Bakes maps of the high poly for the low poly.
 ///
 /// The same input gives the same bytes on every run, number of threads and conforming device, and however
 /// many threads bake from one source at the same time; each needs its own result alone. Memory is

@@ -31,7 +31,7 @@ struct FoundCage {
 /// outermost face that fits them, as RayRule::outermost has it, up to `max_distance` both ways (none given: 4%
 /// of the high poly's diagonal). The outer shell takes in what the faces around a vertex need anywhere, not at
 /// the vertex alone, and a quarter more. It stays below the next face above, of the high poly or of another
-/// part of the light one. The inner shell ends above the next face below: a thin wall's other sheet, or another
+/// part of the low poly. The inner shell ends above the next face below: a thin wall's other sheet, or another
 /// part. Both change gradually from vertex to vertex, and neither asks more of one than its faces do.
 ///
 /// `max_distance` says how far above the low poly a solid may begin; it is taken in as a whole, however high

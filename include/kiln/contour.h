@@ -244,7 +244,7 @@ class VolumeSession {
 
  private:
   struct KILN_OPAQUE Impl;
-  std::unique_ptr<Impl> impl_;
+  Impl* impl_;
 };
 
 }  // namespace kiln

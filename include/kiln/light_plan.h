@@ -27,8 +27,8 @@ struct LightBytes {
 
 /// The error to reach, how large the mesh will be seen, and what to bake.
 struct LightPlanOptions {
-  /// The mean angle, degrees, between rendered normals of the low poly with its map and those of the dense
-  /// one. Above 0.
+  /// The mean angle, degrees, between rendered normals of the low poly with its map and those of the high
+  /// poly. Above 0.
   double max_error = 0;
   /// Of other maps that are baked, each once. A map that is too small for one of them is left out of the choice.
   std::vector<MapBound> bounds = {};

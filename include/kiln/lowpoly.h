@@ -14,7 +14,7 @@ struct SimplifyOptions {
   /// Target number of triangles. 0: few that `max_error` allows ("model no more than the scene needs");
   /// found by a greedy search, so not the fewest there could be.
   std::uint32_t faces = 0;
-  /// With faces = 0: how far the dense surface may be from the light one anywhere, as a share of the
+  /// With faces = 0: how far the high poly may be from the low poly anywhere, as a share of the
   /// bounding box's diagonal; above 0, at most 1.
   double max_error = 0.002;
   /// The mesh is a height field: every z over the rectangle of its bounding box once, counter-clockwise from
@@ -29,14 +29,14 @@ struct SimplifyOptions {
 struct SimplifyReport {
   std::uint64_t input_faces = 0;  ///< Triangles of the given mesh, unusable ones included.
   std::uint64_t faces = 0;        ///< Triangles of the result.
-  /// Measured deviation: the largest distance from a sample of the high poly to the light one, as a
-  /// share of the diagonal. Samples are the corners and centroids of the dense triangles, or up to
+  /// Measured deviation: the largest distance from a sample of the high poly to the low poly, as a
+  /// share of the diagonal. Samples are the corners and centroids of the high poly's triangles, or up to
   /// 262,144 of them evenly spaced.
   double error = 0;
   double mean_error = 0;  ///< The mean distance of the same samples, as a share of the diagonal.
   std::uint64_t mended =
       0;  ///< Triangles that were folded, flat or facing down, and no longer are.
-  /// Triangles that face away from the dense surface, or down in a height field, and stayed so.
+  /// Triangles that face away from the high poly, or down in a height field, and stayed so.
   std::uint64_t folded = 0;
   std::uint64_t without_area = 0;  ///< Triangles without area that stayed so.
   std::uint64_t holes = 0;         ///< Loops of open edges beyond those of the high poly.

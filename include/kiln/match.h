@@ -153,7 +153,7 @@ struct ViewReport {
       coverage;             ///< Where chosen automatically: share of probed samples seen after each
   std::uint32_t size = 0;   ///< Pixels a side
   double pixel = 0;         ///< Side of a pixel, world units
-  double undersampled = 0;  ///< Share of the dense surface with triangles smaller than a pixel
+  double undersampled = 0;  ///< Share of the high poly with triangles smaller than a pixel
   bool height_field = false;  ///< Detected: one view
 };
 
@@ -172,20 +172,20 @@ struct VisibilityReport {
   double seconds = 0;  ///< Part of seconds_match
 };
 
-/// Whether the layouts are fit for matching by UVs: the dense one must not overlap, and both must agree.
+/// Whether the layouts are fit for matching by UVs: the high poly's must not overlap, and both must agree.
 struct UvReport {
   std::uint64_t covered = 0;  ///< Samples of the map that the high poly's UV triangles cover
   std::uint64_t overlapping =
       0;  ///< ... more than one of them; the one with the lowest index counts
-  /// Two dense triangles that cover one texel.
+  /// Two triangles of the high poly that cover one texel.
   struct Overlap {
-    std::uint32_t lower = 0;   ///< The dense triangle with the lower index
+    std::uint32_t lower = 0;   ///< The triangle with the lower index
     std::uint32_t upper = 0;   ///< The other one
     std::uint32_t column = 0;  ///< Of the texel
     std::uint32_t row = 0;     ///< Of the texel, from the top
   };
-  std::optional<Overlap> overlap;  ///< An example: the first by rows, then columns
-  std::uint64_t outside = 0;       ///< Dense triangles that reach out of the unit square
+  Overlap overlap;  ///< An example, where `overlapping` is above 0: the first by rows, then columns
+  std::uint64_t outside = 0;       ///< Triangles of the high poly that reach out of the unit square
   std::uint64_t without_area = 0;  ///< Without area in UV space, or not finite: they cover nothing
   double mean_distance = 0;        ///< Between the two surfaces at the same UV, world units
   double p95_distance = 0;         ///< 95th percentile of it, rounded up by at most one part in 512

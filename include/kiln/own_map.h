@@ -7,7 +7,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// A map of the caller's own: a function of the dense point in OpenCL C 1.2, run once a sample.
+/// A map of the caller's own: a function of the high poly's point in OpenCL C 1.2, run once a sample.
 ///
 /// The source defines `float4 kiln_map(const kiln_point* point)`; kernels/detail/own.clh documents the point and
 /// the ray caster. It may define further functions, and includes nothing. What it returns is averaged over a

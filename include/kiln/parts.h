@@ -43,7 +43,7 @@ struct Parts {
   std::vector<Warning> warnings;  ///< unmatched-parts: groups without a pair, and the nearest name
 };
 
-/// Pairs the parts of two meshes. By PartsBy::name the light `X_low` takes the dense `X_high` and `X_high_...`,
+/// Pairs the parts of two meshes. By PartsBy::name `X_low` takes `X_high` and `X_high_...`,
 /// whatever patterns say; a name that fits no pattern is a part's name itself, so `X` takes `X`, too. All that
 /// has no pair is one part of its own. Names alone count: nothing is welded. The result is the caller's own and
 /// fits these two meshes as long as their triangles stay. Thread safety: may be called from several threads.

@@ -13,7 +13,7 @@ namespace KILN_PUBLIC kiln {
 /// The error to reach, and what to bake.
 struct PlanOptions {
   /// The mean angle, degrees, between rendered normals of the low poly with its map and those of the
-  /// dense one that is to be reached. 0: what larger maps would not improve by more than 5%.
+  /// high poly that is to be reached. 0: what larger maps would not improve by more than 5%.
   double max_error = 0;
   /// Of other maps that are baked, each once. Where the map that reaches `max_error` is too small for one of
   /// them, all maps are made larger, until each is within its bound.

@@ -32,7 +32,7 @@ class ProgressScope {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Impl* const impl_;
 };
 
 }  // namespace kiln

@@ -18,7 +18,7 @@ enum class Reason : std::uint8_t {
   other_part,   ///< None: what the ray meets is of another part (BakeOptions::parts)
   back_face,    ///< None: what the ray meets looks away
   far,          ///< None: what the ray meets lies beyond max_distance
-  folded,       ///< None: rays leave the light face on its back, where the mesh is folded
+  folded,       ///< None: rays leave the low poly's face on its back, where the mesh is folded
   nothing,      ///< None: the ray meets nothing at all
 };
 

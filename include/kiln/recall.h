@@ -9,7 +9,7 @@
 namespace KILN_PUBLIC kiln {
 
 /// What a bake leaves out of the high poly, which no measure over the low poly can tell: of all that
-/// views from outside show of the high poly near the light one, the share that no sample stands for.
+/// views from outside show of the high poly near the low poly, the share that no sample stands for.
 ///
 /// Places lie evenly over the high poly's area. A place counts where it lies within the match's distance
 /// of the low poly, where its face is turned by less than 60 degrees against the low poly's there (a

@@ -72,7 +72,7 @@ class BakeSession {
 
   /// What the last bake() did.
   struct Update {
-    std::uint64_t triangles = 0;  ///< Dense ones whose corners or normals had changed
+    std::uint64_t triangles = 0;  ///< Of the high poly, whose corners or normals had changed
     std::uint64_t texels = 0;     ///< Read anew
     bool matched = false;         ///< Samples were matched
     /// What changed of the maps: all of it lies in this rectangle, and nothing outside is another byte than
@@ -94,7 +94,7 @@ class BakeSession {
 
  private:
   struct KILN_OPAQUE Impl;
-  std::unique_ptr<Impl> impl_;
+  Impl* impl_;
 };
 
 /// Matching by depth views one view at a time, as in an interactive session (Wang et al., section 2): each
@@ -126,7 +126,7 @@ class ViewSession {
 
  private:
   struct KILN_OPAQUE Impl;
-  std::unique_ptr<Impl> impl_;
+  Impl* impl_;
 };
 
 }  // namespace kiln

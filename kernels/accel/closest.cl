@@ -1,4 +1,4 @@
-// The nearest point of the high poly for each sample of the light one.
+// The nearest point of the high poly for each sample of the low poly.
 //
 // Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods and Assessment for Detail-Recovery", section
 // 3.1. Faces turned away from the sample's direction (their normal's product with it is below 0) are left

@@ -1,4 +1,4 @@
-// Views: matching samples of the low poly by depth views of the dense one.
+// Views: matching samples of the low poly by depth views of the high poly.
 //
 // Wang, Froehlich, Goebel, "Fast Normal Map Generation for Simplified Meshes", section 2: each sample is
 // projected into each view, and the view whose depth is nearest decides (or, section 6, the one that looks

@@ -1,4 +1,4 @@
-// Parts of hard-surface scenes: dense ones with exact normals, light ones with UVs.
+// Parts of hard-surface scenes: high polys with exact normals, low polys with UVs.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Hard-surface scenes: a high poly of closed parts that float, touch and sink in, and a light one with hard
+// Hard-surface scenes: a high poly of closed parts that float, touch and sink in, and a low poly with hard
 // edges and UVs.
 #pragma once
 

@@ -43,7 +43,7 @@ DenseInput load_dense(const std::vector<std::string>& files, const HeightArgumen
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
                       std::vector<Warning>& warnings);
 
-/// How far matching by UVs trusts the layouts of a high poly and of a light one. Those of a height field
+/// How far matching by UVs trusts the layouts of a high poly and of a low poly. Those of a height field
 /// agree by make; how far the surfaces are apart is what is baked, so its heights are allowed for.
 UvOptions uv_options(const DenseInput& dense, UvOptions options = {});
 

@@ -98,7 +98,7 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
   if (2 * light <= dense) return;
   warnings.push_back({"low-heavy",
                       "The low poly has " + with_commas(light) +
-                          " vertices, more than half of the dense one's " + with_commas(dense) +
+                          " vertices, more than half of the high poly's " + with_commas(dense) +
                           ": ask for fewer faces, or accept more error.",
                       light});
 }

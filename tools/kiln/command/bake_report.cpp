@@ -125,7 +125,7 @@ void add_parts(const BakeRun& run, Json& json) {
     json["cage"]["samples"] = run.cage->samples;
     json["cage"]["conflicts"] = run.cage->conflicts;
   }
-  if (report.edges) json["hard_edges"] = describe(*report.edges);
+  if (report.edges.edges != 0) json["hard_edges"] = describe(report.edges);
   if (report.recall) json["recall"] = describe(*report.recall);
   if (report.switches) json["switches"] = describe(*report.switches);
   if (report.switches_blended) {

@@ -80,7 +80,7 @@ const std::string& low_source(const BakeArguments& arguments);
 LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
                     std::vector<Warning>& warnings);
 
-/// Says so where a low poly has more than half of the dense one's vertices.
+/// Says so where a low poly has more than half of the high poly's vertices.
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings);
 
 // ---- bake_light.cpp ----

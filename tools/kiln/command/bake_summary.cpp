@@ -231,7 +231,7 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
                  " faces of LOW share texels with faces that are baked");
   }
   if (report.cage_mesh) console.line(summary(*report.cage_mesh, source.diagonal));
-  if (report.edges) console.line(summary(*report.edges, source.diagonal));
+  if (report.edges.edges != 0) console.line(summary(report.edges, source.diagonal));
   if (run.reasons) print_reasons(console, *run.reasons, report.samples);
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {

@@ -135,7 +135,7 @@ ChartOptions chart_options(const ChartArguments& a) {
   return options;
 }
 
-Json describe(const ChartArguments& a, const ChartOptions& options) {
+Json json_of(const ChartArguments& a, const ChartOptions& options) {
   Json names = Json::array();
   for (const ChartSetting& setting : options.settings) names.push_back(setting.name);
   return {{"size", options.size},
@@ -204,9 +204,9 @@ int run_chart_command(const ChartArguments& arguments) {
     std::optional<ChartPair> pair = run_chart(device, high, lows[i], own, show);
     if (!pair) return kExitCancelled;
     warnings.insert(warnings.end(), pair->warnings.begin(), pair->warnings.end());
-    Json json = {{"high", cli::describe(high, path)},
-                 {"low", cli::describe(lows[i], arguments.meshes[2 * i + 1])}};
-    json.update(cli::describe(*pair));
+    Json json = {{"high", describe(high, path)},
+                 {"low", describe(lows[i], arguments.meshes[2 * i + 1])}};
+    json.update(describe(*pair));
     pairs_json.push_back(std::move(json));
     pairs.push_back(std::move(*pair));
     seconds_chart += watch.lap();
@@ -222,9 +222,9 @@ int run_chart_command(const ChartArguments& arguments) {
   const fs::path report = outputs.back();
   const double seconds_save = watch.lap();
   const Json json = {{"version", version()},
-                     {"device", cli::describe(device.info())},
+                     {"device", describe(device.info())},
                      {"compile_seconds", device.compile_seconds()},
-                     {"options", describe(arguments, options)},
+                     {"options", json_of(arguments, options)},
                      {"pairs", pairs_json},
                      {"seconds",
                       {{"load", seconds_load},
@@ -233,7 +233,7 @@ int run_chart_command(const ChartArguments& arguments) {
                        {"total", watch.total()}}},
                      {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
                      {"outputs", outputs},
-                     {"warnings", cli::describe(warnings)}};
+                     {"warnings", describe(warnings)}};
   save_report(report, json);
 
   console.progress(1, "done");

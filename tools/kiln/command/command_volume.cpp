@@ -161,8 +161,8 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
   console.line(text);
 }
 
-Json describe(const VolumeArguments& a, const ExtractOptions& options) {
-  Json json = cli::describe(a.surface, options);
+Json json_of(const VolumeArguments& a, const ExtractOptions& options) {
+  Json json = describe(a.surface, options);
   json.update({{"match", a.match},
                {"size", options.choose.size ? Json("auto") : Json(options.size)},
                {"chart_border", options.border_texels},
@@ -232,10 +232,10 @@ int run_volume(const VolumeArguments& a) {
 
   if (!a.json.empty()) {
     Json json = {{"version", version()},
-                 {"device", kiln::cli::describe(device.info())},
-                 {"inputs", {{"volume", cli::describe(volume, a.volume)}}},
-                 {"options", describe(a, options)},
-                 {"used", cli::describe(r.used)},
+                 {"device", describe(device.info())},
+                 {"inputs", {{"volume", describe(volume, a.volume)}}},
+                 {"options", json_of(a, options)},
+                 {"used", describe(r.used)},
                  {"seconds",
                   {{"load", load_seconds},
                    {"scan", r.contour.seconds_scan},
@@ -271,7 +271,7 @@ int run_volume(const VolumeArguments& a) {
                    {"splatted_texels", baked ? Json() : Json(r.splatted_texels)}}},
                  {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
                  {"outputs", outputs},
-                 {"warnings", kiln::cli::describe(warnings)}};
+                 {"warnings", describe(warnings)}};
     if (baked) {
       json["bake"] = {
           {"dense_triangles", baked->triangles},

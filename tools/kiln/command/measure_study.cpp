@@ -70,7 +70,7 @@ StudyOptions study_options(const MeasureArguments& a) {
 }
 
 /// Options in force; null: varied by the study, or not used.
-Json describe(const MeasureArguments& a, const StudyOptions& options) {
+Json json_of(const MeasureArguments& a, const StudyOptions& options) {
   Json json = {{"study", a.study}, {"max_distance", a.max_distance}};
   const bool views = options.kind == StudyKind::views;
   json["views"] = views ? Json() : Json(options.views);
@@ -125,8 +125,8 @@ int run_one_study(const MeasureArguments& arguments) {
   const double seconds_save = watch.lap();
 
   if (!arguments.json.empty()) {
-    Json inputs = {{"high", cli::describe(high, arguments.high)}};
-    inputs["low"] = low ? cli::describe(*low, arguments.low) : Json();
+    Json inputs = {{"high", describe(high, arguments.high)}};
+    inputs["low"] = low ? describe(*low, arguments.low) : Json();
     double bake = 0;
     double measure = 0;
     for (const Setting& setting : study.settings) {
@@ -134,16 +134,16 @@ int run_one_study(const MeasureArguments& arguments) {
       measure += setting.seconds_measure;
     }
     Json json = {{"version", version()},
-                 {"device", cli::describe(device.info())},
+                 {"device", describe(device.info())},
                  {"inputs", inputs},
-                 {"options", describe(arguments, options)}};
-    json.update(cli::describe(study, options));
+                 {"options", json_of(arguments, options)}};
+    json.update(describe(study, options));
     json["seconds"] = {{"load", seconds_load},  {"low", study.seconds_low}, {"bake", bake},
                        {"measure", measure},    {"study", seconds_study},   {"save", seconds_save},
                        {"total", watch.total()}};
     json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
     json["outputs"] = outputs;
-    json["warnings"] = cli::describe(warnings);
+    json["warnings"] = describe(warnings);
     save_text(arguments.json, to_text(json));
   }
   console.progress(1, "done");

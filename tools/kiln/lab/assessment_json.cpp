@@ -3,7 +3,7 @@
 namespace kiln::cli {
 namespace {
 
-Json describe(const Distribution& d, double diagonal) {
+Json json_of(const Distribution& d, double diagonal) {
   return {{"mean", d.mean},
           {"rms", d.rms},
           {"median", d.median},
@@ -23,9 +23,7 @@ Json describe_length(const RayMeasure& m, double diagonal) {
           {"share_of_rays", m.share}};
 }
 
-Json describe(const Uniformity& u) {
-  return {{"mean_percent", u.mean_percent}, {"pairs", u.pairs}};
-}
+Json json_of(const Uniformity& u) { return {{"mean_percent", u.mean_percent}, {"pairs", u.pairs}}; }
 
 }  // namespace
 
@@ -37,13 +35,13 @@ Json describe_assessment(const MatchAssessment& a) {
   json["normalised_image_space"] = {{"mean", a.normalised_image_space.mean},
                                     {"rms", a.normalised_image_space.rms},
                                     {"share_of_rays", a.normalised_image_space.share}};
-  json["uniformity"] = describe(a.uniformity);
-  json["uniformity"]["across_seams"] = describe(a.uniformity_across_seams);
-  json["match_distance"] = describe(a.match_distance, a.diagonal);
-  json["image_space_by_place"] = describe(a.image_space_by_place, a.diagonal);
+  json["uniformity"] = json_of(a.uniformity);
+  json["uniformity"]["across_seams"] = json_of(a.uniformity_across_seams);
+  json["match_distance"] = json_of(a.match_distance, a.diagonal);
+  json["image_space_by_place"] = json_of(a.image_space_by_place, a.diagonal);
   json["never_visible"] = a.never_visible;
   json["stretch"] = {
-      {"mean_log2", a.mean_stretch}, {"deviation", describe(a.stretch, 1)}, {"cells", a.cells}};
+      {"mean_log2", a.mean_stretch}, {"deviation", json_of(a.stretch, 1)}, {"cells", a.cells}};
   json["fold_rate"] = a.folded;
   json["largest_jump"] = {{"distance", a.largest_jump},
                           {"of_diagonal", a.largest_jump / a.diagonal},

@@ -19,7 +19,7 @@ double matched_share(const BakeReport& report) {
                                    static_cast<double>(report.samples);
 }
 
-Json describe(const ChartSeconds& s) {
+Json json_of(const ChartSeconds& s) {
   return {{"correspondence", s.correspondence()},
           {"build", s.build},
           {"match", s.match},
@@ -40,18 +40,18 @@ Json describe_match(const ChartRow& row) {
   json["view_size_given"] = bake.views.size != 0;
   json["view_criterion"] = criterion_name(bake.views.criterion);
   json["view_refine"] = bake.views.refine;
-  json["views"] = cli::describe(*row.report.views);
+  json["views"] = describe(*row.report.views);
   return json;
 }
 
-Json describe(const ChartRow& row) {
+Json json_of(const ChartRow& row) {
   Json json = {{"name", row.setting.name},
                {"label", row.setting.label},
                {"family", family_name(row.setting.family)}};
   json.update(describe_match(row));
-  json["seconds"] = describe(row.seconds);
+  json["seconds"] = json_of(row.seconds);
   json["runs"] = Json::array();
-  for (const ChartSeconds& run : row.runs) json["runs"].push_back(describe(run));
+  for (const ChartSeconds& run : row.runs) json["runs"].push_back(json_of(run));
   json["texels"] = describe_texels(row.report);
   json["matched_share"] = matched_share(row.report);
   json["mean_distance"] = row.report.mean_abs_distance;
@@ -60,7 +60,7 @@ Json describe(const ChartRow& row) {
                        {"p99_angle_degrees", row.map_error.p99_angle_degrees},
                        {"max_angle_degrees", row.map_error.max_angle_degrees},
                        {"texels", row.map_error.compared}};
-  json["normal_error"] = cli::describe(row.normal_error);
+  json["normal_error"] = describe(row.normal_error);
   const MatchAssessment& match = row.match;
   json["object_space_percent"] = row.error(ChartMeasure::object_space);
   json["object_space_rms_percent"] = 100 * match.object_space.rms / match.diagonal;
@@ -74,7 +74,7 @@ Json describe(const ChartRow& row) {
   for (const ChartMeasure measure : kChartMeasures) {
     json["on_front"][measure_name(measure)] = row.front(measure);
   }
-  json["warnings"] = cli::describe(row.report.warnings);
+  json["warnings"] = describe(row.report.warnings);
   return json;
 }
 
@@ -174,27 +174,26 @@ std::string chart_data(const std::vector<ChartPair>& pairs) {
 std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions& options,
                         const DeviceInfo& device) {
   std::ostringstream text;
-  text
-      << "# Speed against accuracy\n\n"
-      << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
-      << ", driver " << markdown_cell(device.driver) << "), " << options.size << " x "
-      << options.size
-      << " map. Seconds: from the high poly on the device to the correspondence (build and "
-         "match), "
-      << (options.repeat == 1 ? "one run"
-                              : "the median of " + std::to_string(options.repeat) + " runs")
-      << "; the bake beside it adds putting the mesh on the device, texels, detail and image, but "
-         "no files. Errors are angles in degrees, mean / 95% / 99%: of the map's texels against "
-         "the reference, rays with 4×4 samples a texel; and of the rendered normals against the "
-         "high poly's from "
-      << kHeldOutViews
-      << " directions that nothing is matched from. Object space (mean, % of the diagonal), "
-         "normalised "
-         "image space (mean, 0 to 1) and uniformity (mean, %) are those of Tarini et al. 2003, "
-         "sections 4.1, 4.2.1 and 4.3, over viewing rays from "
-      << kAssessedDirections << " directions, of a map of " << kAssessedSize
-      << "²; match distance: the mean from the light surface to its matches, % of the diagonal. ●: "
-         "nothing else is both faster and closer.\n";
+  text << "# Speed against accuracy\n\n"
+       << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
+       << ", driver " << markdown_cell(device.driver) << "), " << options.size << " x "
+       << options.size
+       << " map. Seconds: from the high poly on the device to the correspondence (build and "
+          "match), "
+       << (options.repeat == 1 ? "one run"
+                               : "the median of " + std::to_string(options.repeat) + " runs")
+       << "; the bake beside it adds putting the mesh on the device, texels, detail and image, but "
+          "no files. Errors are angles in degrees, mean / 95% / 99%: of the map's texels against "
+          "the reference, rays with 4×4 samples a texel; and of the rendered normals against the "
+          "high poly's from "
+       << kHeldOutViews
+       << " directions that nothing is matched from. Object space (mean, % of the diagonal), "
+          "normalised "
+          "image space (mean, 0 to 1) and uniformity (mean, %) are those of Tarini et al. 2003, "
+          "sections 4.1, 4.2.1 and 4.3, over viewing rays from "
+       << kAssessedDirections << " directions, of a map of " << kAssessedSize
+       << "²; match distance: the mean from the low poly to its matches, % of the diagonal. ●: "
+          "nothing else is both faster and closer.\n";
   for (const ChartPair& pair : pairs) {
     text << "\n## " << markdown_cell(pair.high_name) << " (" << with_commas(pair.high_faces)
          << " faces) to " << markdown_cell(pair.low_name) << " (" << with_commas(pair.low_faces)
@@ -266,13 +265,13 @@ Json describe(const ChartPair& pair) {
                  {"size", kMeasuredSize},
                  {"least_angle_to_a_matching_view_degrees", pair.least_angle_degrees},
                  {"directions", held_out}}},
-               {"normal_error_without_map", cli::describe(pair.without_map)}};
+               {"normal_error_without_map", describe(pair.without_map)}};
   json["left_out"] = Json::array();
   for (const LeftOut& left : pair.left_out) {
     json["left_out"].push_back({{"setting", left.name}, {"reason", left.reason}});
   }
   json["settings"] = Json::array();
-  for (const ChartRow& row : pair.rows) json["settings"].push_back(describe(row));
+  for (const ChartRow& row : pair.rows) json["settings"].push_back(json_of(row));
   for (const ChartMeasure measure : kChartMeasures) {
     Json names = Json::array();
     for (const ChartRow* row : front_rows(pair, measure)) names.push_back(row->setting.name);

@@ -45,7 +45,7 @@ std::string angles_text(double mean, double rms, double p95) {
   return fixed_text(mean, 3) + " / " + fixed_text(rms, 2) + " / " + fixed_text(p95, 2);
 }
 
-Json describe(const GradientError& error) {
+Json json_of(const GradientError& error) {
   return {{"texels", error.texels},
           {"empty_texels", error.empty},
           {"mean_angle_degrees", error.mean_degrees},
@@ -56,7 +56,7 @@ Json describe(const GradientError& error) {
           {"max_angle_degrees", error.max_degrees}};
 }
 
-Json describe(const VolumeSeconds& s) {
+Json json_of(const VolumeSeconds& s) {
   return {{"total", s.total},
           {"contour", s.contour},
           {"light", s.light},
@@ -64,23 +64,23 @@ Json describe(const VolumeSeconds& s) {
           {"map", s.map}};
 }
 
-Json describe(const VolumeRow& row) {
+Json json_of(const VolumeRow& row) {
   Json json = {{"name", row.name},
                {"label", row.label},
                {"family", row.family},
                {"size", row.size == 0 ? Json() : Json(row.size)}};
-  json["seconds"] = describe(row.seconds);
+  json["seconds"] = json_of(row.seconds);
   json["runs"] = Json::array();
-  for (const VolumeSeconds& run : row.runs) json["runs"].push_back(describe(run));
-  json["gradient_error"] = describe(row.gradient);
-  json["gradient_error_along_face"] = describe(row.gradient_along_face);
-  json["normal_error"] = cli::describe(row.picture);
+  for (const VolumeSeconds& run : row.runs) json["runs"].push_back(json_of(run));
+  json["gradient_error"] = json_of(row.gradient);
+  json["gradient_error_along_face"] = json_of(row.gradient_along_face);
+  json["normal_error"] = describe(row.picture);
   for (const VolumeMeasure measure : kVolumeMeasures) {
     json["on_front"][measure_name(measure)] = row.front(measure);
   }
   if (row.report) {
     json["texels"] = describe_texels(*row.report);
-    json["warnings"] = cli::describe(row.report->warnings);
+    json["warnings"] = describe(row.report->warnings);
   }
   return json;
 }
@@ -107,7 +107,7 @@ Json describe(const VolumeChart& chart) {
                              {"flat_texels", size.no_gradient}});
   }
   json["settings"] = Json::array();
-  for (const VolumeRow& row : chart.rows) json["settings"].push_back(describe(row));
+  for (const VolumeRow& row : chart.rows) json["settings"].push_back(json_of(row));
   for (const VolumeMeasure measure : kVolumeMeasures) {
     json["front"][measure_name(measure)] = Json::array();
     for (const VolumeRow& row : chart.rows) {

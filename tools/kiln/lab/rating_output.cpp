@@ -20,7 +20,7 @@ std::string lost(const Rating& row) {
   return text;
 }
 
-Json describe(const Rating& row) {
+Json json_of(const Rating& row) {
   const MatchAssessment& a = row.match;
   Json json = {{"name", row.name},
                {"method", row.method},
@@ -29,12 +29,12 @@ Json describe(const Rating& row) {
   if (row.visibility_at)
     json["visibility_at"] = name_of(visibility_at_values(), *row.visibility_at);
   json["texels"] = describe_texels(row.bake);
-  json["recall"] = row.bake.recall ? cli::describe(*row.bake.recall) : Json();
+  json["recall"] = row.bake.recall ? describe(*row.bake.recall) : Json();
   json.update(describe_assessment(a));
-  json["rendered_normals"] = cli::describe(row.normal);
+  json["rendered_normals"] = describe(row.normal);
   json["seconds"] = {
       {"build", row.bake.seconds_build}, {"match", row.bake.seconds_match}, {"assess", a.seconds}};
-  json["warnings"] = cli::describe(row.bake.warnings);
+  json["warnings"] = describe(row.bake.warnings);
   return json;
 }
 
@@ -42,7 +42,7 @@ Json describe(const Rating& row) {
 
 Json describe(const Ratings& ratings) {
   Json rows = Json::array();
-  for (const Rating& row : ratings.rows) rows.push_back(describe(row));
+  for (const Rating& row : ratings.rows) rows.push_back(json_of(row));
   Json left_out = Json::array();
   for (const LeftOut& left : ratings.left_out) {
     left_out.push_back({{"method", left.name}, {"reason", left.reason}});
@@ -50,7 +50,7 @@ Json describe(const Ratings& ratings) {
   return {{"diagonal", ratings.diagonal},
           {"left_out", left_out},
           {"rendered_views", ratings.views},
-          {"without_map", cli::describe(ratings.without_map)},
+          {"without_map", describe(ratings.without_map)},
           {"methods", rows}};
 }
 

@@ -6,7 +6,7 @@
 namespace kiln::cli {
 namespace {
 
-Json describe(const Setting& setting, double diagonal) {
+Json json_of(const Setting& setting, double diagonal) {
   Json json = {{"curve", curve_name(setting.curve)}};
   const bool views = setting.views != 0;
   json["match"] = views ? "views" : setting.curve == Curve::ray ? Json("ray") : Json();
@@ -18,7 +18,7 @@ Json describe(const Setting& setting, double diagonal) {
   json["target_faces"] = setting.target_faces;
   json["faces"] = setting.faces;
   json["size"] = setting.size != 0 ? Json(setting.size) : Json();
-  json["normal_error"] = cli::describe(setting.normal);
+  json["normal_error"] = describe(setting.normal);
   if (setting.curve != Curve::none) {
     const DistanceError& d = setting.distance;
     const double samples = static_cast<double>(std::max<std::uint64_t>(1, d.samples + d.missed));
@@ -40,7 +40,7 @@ Json describe(const Setting& setting, double diagonal) {
                                 {"max", setting.depth.max}};
   }
   json["seconds"] = {{"bake", setting.seconds_bake}, {"measure", setting.seconds_measure}};
-  json["warnings"] = cli::describe(setting.warnings);
+  json["warnings"] = describe(setting.warnings);
   return json;
 }
 
@@ -180,7 +180,7 @@ std::vector<std::string> findings(const Study& study, const StudyOptions& option
 Json describe(const Study& study, const StudyOptions& options) {
   Json settings = Json::array();
   for (const Setting& setting : study.settings) {
-    settings.push_back(describe(setting, study.diagonal));
+    settings.push_back(json_of(setting, study.diagonal));
   }
   Json held_out = Json::array();
   for (const Vec3& d : study.held_out) held_out.push_back({d.x, d.y, d.z});

@@ -114,10 +114,10 @@ Json describe(const SwitchReport& switches) {
 
 Json describe(const UvReport& uv) {
   Json overlap;
-  if (uv.overlap) {
-    overlap = {{"triangles", {uv.overlap->lower, uv.overlap->upper}},
-               {"column", uv.overlap->column},
-               {"row", uv.overlap->row}};
+  if (uv.overlapping != 0) {
+    overlap = {{"triangles", {uv.overlap.lower, uv.overlap.upper}},
+               {"column", uv.overlap.column},
+               {"row", uv.overlap.row}};
   }
   return {{"covered", uv.covered},
           {"overlapping", uv.overlapping},
