@@ -1,6 +1,6 @@
 # Which files of the library are compiled as one: files of one room (kiln_compile_together).
 kiln_compile_together(host accel
-  accel/bvh.cpp accel/bvh_merge.cpp accel/bvh_refit.cpp accel/closest.cpp accel/depth_views.cpp
+  accel/bvh.cpp accel/bvh_merge.cpp accel/bvh_nodes.cpp accel/bvh_refit.cpp accel/closest.cpp accel/depth_views.cpp
   accel/device_bvh.cpp accel/raster_chunks.cpp accel/ray.cpp)
 kiln_compile_together(host bake
   bake/attribute.cpp bake/bake.cpp bake/check.cpp bake/errors.cpp bake/fallback_blend.cpp bake/find_cage.cpp

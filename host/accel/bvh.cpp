@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "accel/bvh_nodes.h"
 #include "accel/bvh_range.h"
 #include "base/parallel.h"
 #include "kiln/error.h"
@@ -24,13 +25,6 @@ using namespace bvh;
 // (each level divides by 8), so no tree is deeper than 26.
 constexpr std::uint32_t kSahLevels = 15;
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
-
-/// A finished subtree, with indices relative to its own arrays.
-struct Subtree {
-  std::vector<kiln_bvh_node> nodes;
-  std::vector<kiln_bvh_block> blocks;
-  std::uint32_t depth = 0;
-};
 
 class Builder {
  public:
@@ -70,13 +64,6 @@ class Builder {
   }
 
  private:
-  struct Task {
-    Range range;
-    std::uint32_t level = 0;
-    std::size_t node = 0;  ///< Where the subtree hangs: node and child of the top
-    int child = 0;
-  };
-
   /// Fills primitives_ with the usable triangles, in order. \returns the range of all of them
   Range gather() {
     constexpr std::size_t grain = 1 << 15;
@@ -272,24 +259,6 @@ class Builder {
     return count;
   }
 
-  static kiln_bvh_node empty_node() {
-    kiln_bvh_node node;
-    for (auto& axis : node.planes) {
-      std::fill(std::begin(axis[0]), std::end(axis[0]), kInfinity);
-      std::fill(std::begin(axis[1]), std::end(axis[1]), -kInfinity);
-    }
-    std::fill(std::begin(node.child), std::end(node.child), KILN_BVH_LEAF);
-    std::fill(std::begin(node.pad), std::end(node.pad), 0u);
-    return node;
-  }
-
-  static void set_box(kiln_bvh_node& node, int child, const Box& box) {
-    for (int axis = 0; axis < 3; ++axis) {
-      node.planes[axis][0][child] = box.lo[axis] - KILN_BVH_EPSILON;
-      node.planes[axis][1][child] = box.hi[axis] + KILN_BVH_EPSILON;
-    }
-  }
-
   std::uint32_t emit_block(const Range& range, Subtree& out) {
     kiln_bvh_block block;
     std::uint32_t found[KILN_BVH_LEAF_TRIANGLES] = {};
@@ -355,43 +324,6 @@ class Builder {
         }
       }
     }
-  }
-
-  static void join(Subtree& top, const std::vector<Task>& tasks,
-                   const std::vector<Subtree>& subtrees, Bvh& bvh) {
-    std::vector<std::size_t> first_node(tasks.size());
-    std::vector<std::size_t> first_block(tasks.size());
-    bvh.node_count = top.nodes.size();
-    bvh.block_count = top.blocks.size();
-    bvh.depth = top.depth;
-    for (std::size_t i = 0; i < tasks.size(); ++i) {
-      first_node[i] = bvh.node_count;
-      first_block[i] = bvh.block_count;
-      bvh.node_count += subtrees[i].nodes.size();
-      bvh.block_count += subtrees[i].blocks.size();
-      bvh.depth = std::max(bvh.depth, subtrees[i].depth);
-      top.nodes[tasks[i].node].child[tasks[i].child] = static_cast<std::uint32_t>(first_node[i]);
-    }
-    bvh.node_data = std::make_unique_for_overwrite<kiln_bvh_node[]>(bvh.node_count);
-    bvh.block_data = std::make_unique_for_overwrite<kiln_bvh_block[]>(bvh.block_count);
-    std::copy(top.nodes.begin(), top.nodes.end(), bvh.node_data.get());
-    std::copy(top.blocks.begin(), top.blocks.end(), bvh.block_data.get());
-    parallel_for(tasks.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const Subtree& subtree = subtrees[i];
-        std::copy(subtree.blocks.begin(), subtree.blocks.end(),
-                  bvh.block_data.get() + first_block[i]);
-        kiln_bvh_node* out = bvh.node_data.get() + first_node[i];
-        for (const kiln_bvh_node& node : subtree.nodes) {
-          *out = node;
-          for (int c = 0; c < KILN_BVH_WIDTH; ++c) {
-            const bool leaf = (node.child[c] & KILN_BVH_LEAF) != 0;
-            out->child[c] += static_cast<std::uint32_t>(leaf ? first_block[i] : first_node[i]);
-          }
-          ++out;
-        }
-      }
-    });
   }
 
   std::span<const Vec3> positions_;

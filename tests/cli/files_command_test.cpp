@@ -10,6 +10,7 @@
 
 #include "kiln/kiln.h"
 #include "support/environment.h"
+#include "support/json_file.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -18,12 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::ProcessResult;
+using test::read_json;
 using test::run_kiln;
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream in(path);
-  return nlohmann::json::parse(in);
-}
 
 /// A quad of side 1 at x and z, which takes UVs from u on.
 void write_plate(const fs::path& file, double x, double z, double u, const char* names = "") {

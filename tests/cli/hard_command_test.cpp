@@ -11,6 +11,7 @@
 
 #include "kiln/kiln.h"
 #include "support/environment.h"
+#include "support/json_file.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -19,12 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::ProcessResult;
+using test::read_json;
 using test::run_kiln;
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream in(path);
-  return nlohmann::json::parse(in);
-}
 
 /// Two plates that cross: X at z = 0, Y a little above its right half. The low poly has both at z = 0.05.
 Mesh crossing(const std::string& suffix, float x, float y) {

@@ -3,13 +3,13 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "kiln/kiln.h"
 #include "support/environment.h"
+#include "support/json_file.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -18,12 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::ProcessResult;
+using test::read_json;
 using test::run_kiln;
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream in(path);
-  return nlohmann::json::parse(in);
-}
 
 /// A bumpy sphere as a file.
 struct Dense {

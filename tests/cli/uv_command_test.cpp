@@ -3,11 +3,11 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "kiln/kiln.h"
 #include "support/environment.h"
+#include "support/json_file.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -17,12 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using test::ProcessResult;
+using test::read_json;
 using test::run_kiln;
-
-json read_json(const fs::path& path) {
-  std::ifstream stream(path);
-  return json::parse(stream);
-}
 
 /// A bumpy plane and a light one with the same layout, but for a shift of the dense one's.
 fs::path make_scene(float shift) {

@@ -7,6 +7,7 @@
 
 #include "kiln/kiln.h"
 #include "support/environment.h"
+#include "support/json_file.h"
 #include "support/process.h"
 #include "support/volumes.h"
 
@@ -16,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using test::ProcessResult;
+using test::read_json;
 using test::run_kiln;
 
 fs::path make_scene() {
@@ -31,11 +33,6 @@ fs::path make_scene() {
   raw.write(reinterpret_cast<const char*>(volume.voxels.data()),
             static_cast<std::streamsize>(volume.voxels.size()));
   return folder;
-}
-
-json read_json(const fs::path& path) {
-  std::ifstream stream(path);
-  return json::parse(stream);
 }
 
 std::string bytes(const fs::path& path) {

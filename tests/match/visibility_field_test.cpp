@@ -1,27 +1,29 @@
-// Fields of visibility directions on maps: across seams, filled, turned, and what bakes make of them.
+// Fields of visibility directions on maps: across seams, filled, and turned.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <numbers>
 
 #include "kiln/kiln.h"
 #include "match/visibility.h"
+#include "match/visibility_scene.h"
 #include "mesh/frame.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/surface_links.h"
-#include "reference/ray.h"
-#include "reference/visibility.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
 namespace kiln {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-using Cell = std::pair<int, int>;
+using test::Cell;
+using test::folded;
+using test::grid;
+using test::kCell;
+using test::kDegree;
+using test::whole_map;
 
 double angle(const Vec3d& a, const Vec3d& b) {
   return std::atan2(length(cross(a, b)), dot(a, b)) / kDegree;
@@ -52,46 +54,6 @@ struct Field {
     return values[4 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)) + 3] > 0;
   }
 };
-
-/// A grid of quads, each with UVs of its own: `place` says where the texels of a quad's corners (i, j) of
-/// {0, 1}^2 lie on a map of the given size.
-Mesh grid(int columns, int rows, const std::function<Vec3(int, int)>& position,
-          const std::function<Vec2(int, int, int, int)>& place, float width, float height) {
-  Mesh mesh;
-  mesh.name = "grid";
-  for (int r = 0; r <= rows; ++r) {
-    for (int c = 0; c <= columns; ++c) mesh.positions.push_back(position(c, r));
-  }
-  for (int r = 0; r < rows; ++r) {
-    for (int c = 0; c < columns; ++c) {
-      const auto vertex = [&](int i, int j) {
-        return static_cast<std::uint32_t>((r + j) * (columns + 1) + c + i);
-      };
-      const auto first = static_cast<std::uint32_t>(mesh.uvs.size());
-      for (const auto& [i, j] : {Cell{0, 0}, Cell{1, 0}, Cell{1, 1}, Cell{0, 1}}) {
-        const Vec2 texel = place(c, r, i, j);
-        mesh.uvs.push_back({texel.x / width, 1 - texel.y / height});
-      }
-      mesh.triangles.push_back({vertex(0, 0), vertex(1, 0), vertex(1, 1)});
-      mesh.triangles.push_back({vertex(0, 0), vertex(1, 1), vertex(0, 1)});
-      mesh.uv_triangles.push_back({first, first + 1, first + 2});
-      mesh.uv_triangles.push_back({first, first + 2, first + 3});
-    }
-  }
-  return mesh;
-}
-
-constexpr int kCell = 32;
-
-/// Strips of unit squares folded to and fro, row upon row: lengths stay, so texels can.
-Vec3 folded(int column, int row) {
-  const auto c = static_cast<float>(column);
-  return {0.75F * c, static_cast<float>(row), column % 2 == 0 ? 0.0F : 0.66143783F};
-}
-
-Vec2 whole_map(int c, int r, int i, int j) {
-  return {static_cast<float>(8 + kCell * (c + i)), static_cast<float>(8 + kCell * (r + j))};
-}
 
 /// Quads on their own, `gap` texels apart, every other one turned by a quarter.
 Vec2 cut_map(int c, int r, int i, int j, int gap) {
@@ -423,277 +385,6 @@ TEST(VisibilityField, HybridGoesFromVisibilityToTheNormal) {
   }
   // Deeper in the fold visibility counts for more.
   EXPECT_LT(least, most - 0.03);
-}
-
-TEST(VisibilityBake, FindsWhatTheOracleFinds) {
-  KILN_REQUIRE_DEVICE();
-  Mesh low = grid(4, 2, folded, whole_map, 256, 128);
-  low.name = "low";
-  // The dense one: the same strip with more folds on it.
-  const Mesh high = grid(
-      40, 20,
-      [](int c, int r) {
-        const double x = c / 10.0;
-        const double fold = x - 2 * std::floor(x / 2);
-        const double z = 0.66143783 * (fold < 1 ? fold : 2 - fold);
-        return Vec3{static_cast<float>(0.75 * x), static_cast<float>(0.1 * r),
-                    static_cast<float>(z + 0.03 * std::sin(2.1 * c + 1.3 * r))};
-      },
-      whole_map, 4096, 2048);
-  BakeOptions options;
-  options.width = 256;
-  options.height = 128;
-  options.method = MatchMethod::visibility;
-  options.visibility.test = VisibilityTest::rays;
-  options.visibility.smoothing = 0;
-  options.visibility.directions = 48;
-  options.max_distance = Length::absolute(0.2);
-  options.keep_match = true;
-  const Source source(*test::device(), high);
-  const BakeResult result = bake(source, low, options);
-
-  // Everything again, in double precision and by brute force.
-  const Frame frame = Frame::of(high);
-  const LowSurface surface = LowSurface::of(low, frame);
-  const std::vector<Vec3> low_positions = frame.to_frame(low);
-  const std::vector<Vec3> high_positions = frame.to_frame(high);
-  std::vector<reference::SeenDirection> directions;
-  for (const ProbeDirection& d : probe_directions(options.visibility)) {
-    const Vec3 toward = to_float(d.toward);
-    directions.push_back({{toward.x, toward.y, toward.z}, d.weight});
-  }
-  TexelSampler sampler(context_of(*test::device()), surface, {256, 128, 1, 1U << 22});
-  const TexelBand band = sampler.sample(0);
-  cl::Context& context = context_of(*test::device());
-  const std::vector<float> points = band.points.download(context);
-  const std::vector<std::uint32_t> triangle = band.triangle.download(context);
-  const std::vector<std::uint32_t> index = band.texel_index.download(context);
-  std::size_t doubtful = 0;
-  std::size_t found = 0;
-  std::size_t compared = 0;
-  for (std::size_t i = 0; i < band.sample_count; ++i) {
-    const std::array<double, 3> place = {points[i], points[i + band.capacity],
-                                         points[i + 2 * std::size_t{band.capacity}]};
-    const auto& t = surface.triangles[triangle[i]];
-    const Vec3d up = cross(Vec3d(t[1].position) - Vec3d(t[0].position),
-                           Vec3d(t[2].position) - Vec3d(t[0].position));
-    const Vec3d normal = up * (1 / length(up));
-    const reference::SeenSum seen =
-        reference::see(low_positions, low.triangles, place, {normal.x, normal.y, normal.z},
-                       directions, KILN_VISIBILITY_LEAST_COSINE, 1.0 / 65536, 8, 1e-4);
-    if (seen.doubtful > 0) {
-      ++doubtful;
-      continue;
-    }
-    Vec3d d{seen.sum[0], seen.sum[1], seen.sum[2]};
-    d = d * (1 / length(d));
-    const double rise = dot(d, normal);
-    if (rise < KILN_VISIBILITY_LEAST_RISE) {
-      d = d + normal * (KILN_VISIBILITY_LEAST_RISE - rise);
-      d = d * (1 / length(d));
-    }
-    reference::RaySearch search;
-    const double reach = 0.2 * frame.scale;
-    search.t_min = -reach;
-    search.t_max = reach;
-    search.nearest_outward_first = true;
-    search.keep = 1;
-    const reference::RayHit hit =
-        reference::cast_ray(high_positions, high.triangles, place, {d.x, d.y, d.z}, search);
-    ++compared;
-    const std::uint32_t ours = result.match->triangle[index[i]];
-    ASSERT_EQ(ours != KILN_NO_TRIANGLE, hit.found) << i;
-    if (!hit.found) continue;
-    ++found;
-    if (ours == hit.triangle) continue;
-    ASSERT_NEAR(result.match->distance[index[i]] * frame.scale, hit.t, 1e-5) << i;
-  }
-  EXPECT_GT(found, compared / 2);
-  EXPECT_LT(doubtful, compared / 3);
-  EXPECT_GT(compared, 5000U);
-}
-
-TEST(VisibilityBake, AllWaysFindTheSurface) {
-  KILN_REQUIRE_DEVICE();
-  const Mesh high = test::BumpyTorus::dense(40000);
-  const Mesh low = test::BumpyTorus::light();
-  const Source source(*test::device(), high);
-  const auto mean_error = [&](const BakeResult& result) {
-    // Of the point found to the exact surface's normal there: how well the map shows it.
-    return result.report.mean_abs_distance;
-  };
-  BakeOptions options;
-  options.width = 300;  // neither square nor a multiple of anything
-  options.height = 170;
-  options.max_distance = Length::absolute(0.1);
-  const double ray = mean_error(bake(source, low, options));
-  for (const MatchMethod method : {MatchMethod::visibility, MatchMethod::hybrid}) {
-    for (const VisibilityAt at : {VisibilityAt::texel, VisibilityAt::vertex, VisibilityAt::face}) {
-      for (const VisibilityTest test : {VisibilityTest::views, VisibilityTest::rays}) {
-        for (const std::uint32_t samples : {1U, 2U}) {
-          options.method = method;
-          options.samples = samples;
-          options.visibility.at = at;
-          options.visibility.test = test;
-          options.visibility.directions = 100;
-          const BakeResult result = bake(source, low, options);
-          EXPECT_EQ(result.report.missed, 0U);
-          EXPECT_NEAR(mean_error(result), ray, 0.2 * ray);
-          EXPECT_GT(result.report.visibility->mean_deviation, 0.5);
-          EXPECT_LT(result.report.visibility->mean_deviation, 0.8);
-        }
-      }
-    }
-  }
-}
-
-TEST(VisibilityBake, LargeMapsTakeASmallerField) {
-  KILN_REQUIRE_DEVICE();
-  const Mesh high = test::BumpyTorus::dense(20000);
-  const Mesh low = test::BumpyTorus::light();
-  BakeOptions options;
-  options.width = 4200;
-  options.height = 40;
-  options.gutter = 0;
-  options.method = MatchMethod::visibility;
-  options.visibility.directions = 32;
-  options.max_distance = Length::absolute(0.1);
-  const BakeResult result = bake(Source(*test::device(), high), low, options);
-  EXPECT_EQ(result.report.visibility->width, 1400U);
-  EXPECT_EQ(result.report.visibility->height, 14U);
-  EXPECT_EQ(result.report.missed, 0U);
-}
-
-TEST(VisibilityBake, TakesImperfectLightMeshes) {
-  KILN_REQUIRE_DEVICE();
-  const Mesh high = test::icosphere(4);
-  const Source source(*test::device(), high);
-  // A vertex that is nowhere, a triangle without area, three triangles at an edge, and one inside out.
-  Mesh low = test::uv_sphere(24, 12);
-  low.positions[30].y = std::nanf("");
-  low.triangles.push_back({5, 5, 6});
-  low.uv_triangles.push_back({5, 5, 6});
-  low.triangles.push_back(low.triangles[40]);
-  low.uv_triangles.push_back(low.uv_triangles[40]);
-  std::swap(low.triangles[60][0], low.triangles[60][1]);
-  std::swap(low.uv_triangles[60][0], low.uv_triangles[60][1]);
-  low.normals.clear();
-  low.normal_triangles.clear();
-  // And one that no texel lies on.
-  Mesh nowhere = test::uv_sphere(24, 12);
-  for (Vec2& uv : nowhere.uvs) uv = {0.5F + 1e-3F * uv.x, 0.5F + 1e-3F * uv.y};
-  BakeOptions options;
-  options.width = options.height = 64;
-  options.max_distance = Length::share(0.1);
-  for (const MatchMethod method : {MatchMethod::visibility, MatchMethod::hybrid}) {
-    for (const VisibilityAt at : {VisibilityAt::texel, VisibilityAt::vertex, VisibilityAt::face}) {
-      for (const VisibilityTest test : {VisibilityTest::views, VisibilityTest::rays}) {
-        options.method = method;
-        options.visibility.at = at;
-        options.visibility.test = test;
-        options.visibility.directions = 32;
-        const BakeResult result = bake(source, low, options);
-        EXPECT_GT(result.report.samples, 3000U);
-        EXPECT_LT(result.report.missed, result.report.samples / 20);
-        for (const float value : result.maps[0].image.pixels) ASSERT_TRUE(std::isfinite(value));
-        EXPECT_EQ(bake(source, nowhere, options).report.samples, 0U);
-      }
-    }
-  }
-  options.width = options.height = 1;
-  EXPECT_LE(bake(source, low, options).report.samples, 1U);
-}
-
-TEST(VisibilityBake, StopsWhereItIsTold) {
-  KILN_REQUIRE_DEVICE();
-  const Mesh high = test::BumpyTorus::dense(20000);
-  const Mesh low = test::BumpyTorus::light();
-  const Source source(*test::device(), high);
-  for (const VisibilityTest test : {VisibilityTest::views, VisibilityTest::rays}) {
-    BakeOptions options;
-    options.width = options.height = 128;
-    options.max_distance = Length::absolute(0.1);
-    options.method = MatchMethod::hybrid;
-    options.visibility.test = test;
-    double last = -1;
-    int asked = 0;
-    options.progress = [&](double done, std::string_view) {
-      EXPECT_GE(done, last);
-      last = done;
-      ++asked;
-      return true;
-    };
-    EXPECT_FALSE(bake(source, low, options).cancelled);
-    EXPECT_EQ(last, 1);
-    EXPECT_GT(asked, 15);
-    asked = 0;
-    options.progress = [&](double done, std::string_view stage) {
-      ++asked;
-      return stage != "visibility" || done < 0.2;
-    };
-    const BakeResult stopped = bake(source, low, options);
-    EXPECT_TRUE(stopped.cancelled);
-    EXPECT_TRUE(stopped.maps.empty());
-    EXPECT_GT(asked, 5);
-  }
-}
-
-TEST(SwitchedMethods, AreMeasuredWhereTheyMeet) {
-  KILN_REQUIRE_DEVICE();
-  // Rays find the middle of the plane, nearest points a rim of it, and what is farther keeps its normal.
-  Mesh high = test::plane(20, 20, 0.8, 0.8);
-  for (Vec3& p : high.positions) p.z += 0.03F;
-  high.normals = {{0.6F, 0, 0.8F}};
-  const Mesh low = test::plane(2, 2);
-  const Source source(*test::device(), high);
-  BakeOptions options;
-  options.width = options.height = 200;
-  options.space = NormalMapSpace::object;
-  options.max_distance = Length::absolute(0.05);
-  EXPECT_FALSE(bake(source, low, options).report.switches);
-  options.fallback = {MatchMethod::closest};
-  const double leap = std::acos(0.8) / kDegree;
-  for (const MatchMethod method : {MatchMethod::ray, MatchMethod::visibility}) {
-    options.method = method;
-    const BakeResult result = bake(source, low, options);
-    ASSERT_TRUE(result.report.switches);
-    // 160 texels a side of rays, and 8 more all around within sqrt(0.05^2 - 0.03^2) = 0.04.
-    const double inner = 4 * 160;
-    const double outer = 4 * 176;
-    EXPECT_NEAR(static_cast<double>(result.report.switches->sides), inner + outer, 40);
-    EXPECT_NEAR(result.report.switches->mean_degrees, leap * outer / (inner + outer), 1);
-    EXPECT_NEAR(result.report.switches->elsewhere_degrees, 0, 1e-3);
-  }
-  // Far enough, nothing is missed, and no seam is left.
-  options.max_distance = Length::absolute(0.5);
-  const BakeResult all = bake(source, low, options);
-  EXPECT_EQ(all.report.missed, 0U);
-  EXPECT_GT(all.report.switches->sides, 600U);
-  EXPECT_NEAR(all.report.switches->mean_degrees, 0, 1e-3);
-}
-
-TEST(VisibilityBake, ViewsDecideWhatRaysLeave) {
-  KILN_REQUIRE_DEVICE();
-  // A light plane wider than the dense one: past its rim only slanted lines find it.
-  Mesh high = test::plane(20, 20, 0.9, 0.9);
-  for (Vec3& p : high.positions) p.z += 0.05F;
-  const Mesh low = test::plane(2, 2);
-  const Source source(*test::device(), high);
-  BakeOptions options;
-  options.width = options.height = 128;
-  options.method = MatchMethod::hybrid;
-  options.max_distance = Length::absolute(0.1);
-  const BakeResult rays = bake(source, low, options);
-  EXPECT_GT(rays.report.missed, rays.report.samples / 10);
-  options.fallback = {MatchMethod::views};
-  options.views.count = 64;
-  options.views.refine = false;
-  const BakeResult both = bake(source, low, options);
-  EXPECT_GT(both.report.viewed, rays.report.missed / 10);
-  EXPECT_EQ(both.report.viewed + both.report.missed, rays.report.missed);
-  EXPECT_TRUE(both.report.views);
-  options.method = MatchMethod::views;
-  EXPECT_THROW(bake(source, low, options), Error);
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+// What the builder of the BVH writes: nodes of subtrees, and the tree that they are joined to.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <vector>
+
+#include "accel/bvh.h"
+#include "accel/bvh_range.h"
+
+namespace kiln::bvh {
+
+/// A finished subtree, with indices relative to its own arrays.
+struct Subtree {
+  std::vector<kiln_bvh_node> nodes;
+  std::vector<kiln_bvh_block> blocks;
+  std::uint32_t depth = 0;
+};
+
+/// A range whose subtree is still to be built.
+struct Task {
+  Range range;
+  std::uint32_t level = 0;
+  std::size_t node = 0;  ///< Where the subtree hangs: node and child of the top
+  int child = 0;
+};
+
+inline kiln_bvh_node empty_node() {
+  kiln_bvh_node node;
+  for (auto& axis : node.planes) {
+    std::fill(std::begin(axis[0]), std::end(axis[0]), kInfinity);
+    std::fill(std::begin(axis[1]), std::end(axis[1]), -kInfinity);
+  }
+  std::fill(std::begin(node.child), std::end(node.child), KILN_BVH_LEAF);
+  std::fill(std::begin(node.pad), std::end(node.pad), 0u);
+  return node;
+}
+
+inline void set_box(kiln_bvh_node& node, int child, const Box& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    node.planes[axis][0][child] = box.lo[axis] - KILN_BVH_EPSILON;
+    node.planes[axis][1][child] = box.hi[axis] + KILN_BVH_EPSILON;
+  }
+}
+
+/// Makes the tree of its top and of the subtrees, in order; the tasks say which of the top's children they are.
+void join(Subtree& top, const std::vector<Task>& tasks, const std::vector<Subtree>& subtrees,
+          Bvh& bvh);
+
+}  // namespace kiln::bvh

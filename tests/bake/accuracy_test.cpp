@@ -1,0 +1,207 @@
+// How exact bakes are: on analytic surfaces, and against the reference bake.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "kiln/bake.h"
+#include "kiln/kiln.h"
+#include "mesh/low_surface.h"
+#include "mesh/vector.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+double angle_degrees(const Vec3d& a, const Vec3d& b) {
+  return std::atan2(length(cross(a, b)), dot(a, b)) * 180 / M_PI;
+}
+
+/// A bilinear look-up as a renderer does it; false where a texel of the footprint was not baked.
+bool look_up(const BakeResult& baked, const Vec2& uv, Vec3d& value) {
+  const Image& image = baked.maps[0].image;
+  const double x = uv.x * image.width - 0.5;
+  const double y = (1 - uv.y) * image.height - 0.5;
+  const auto x0 = static_cast<long>(std::floor(x));
+  const auto y0 = static_cast<long>(std::floor(y));
+  value = {};
+  for (long dy = 0; dy < 2; ++dy) {
+    for (long dx = 0; dx < 2; ++dx) {
+      const long px = x0 + dx;
+      const long py = y0 + dy;
+      if (px < 0 || py < 0 || px >= static_cast<long>(image.width) ||
+          py >= static_cast<long>(image.height)) {
+        return false;
+      }
+      const auto ux = static_cast<std::size_t>(px);
+      const auto uy = static_cast<std::size_t>(py);
+      if (baked.coverage[uy * image.width + ux] != 1) return false;
+      const double weight = (dx ? x - x0 : 1 - (x - x0)) * (dy ? y - y0 : 1 - (y - y0));
+      const float* p = image.at(ux, uy);
+      value += Vec3d(p[0] * 2 - 1, p[1] * 2 - 1, p[2] * 2 - 1) * weight;
+    }
+  }
+  return true;
+}
+
+/// Mean angle between a map, looked up at random points of the low poly, and the exact normal where
+/// the point's ray meets the exact surface.
+/// \param surface  signed: above 0 outside the exact surface
+template <typename Surface, typename Normal>
+double mean_error(const Mesh& low, const BakeResult& baked, bool tangent_space,
+                  const Surface& surface, const Normal& exact_normal) {
+  Frame frame;  // identity: world units
+  const LowSurface prepared = LowSurface::of(low, frame);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  double sum = 0;
+  int count = 0;
+  for (int i = 0; i < 40000; ++i) {
+    const auto& corners = prepared.triangles[random() % prepared.triangles.size()];
+    double u = uniform(random);
+    double v = uniform(random);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    const auto mix = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+      return Vec3d(a) * (1 - u - v) + Vec3d(b) * u + Vec3d(c) * v;
+    };
+    const Vec2 uv = {static_cast<float>(corners[0].uv.x * (1 - u - v) + corners[1].uv.x * u +
+                                        corners[2].uv.x * v),
+                     static_cast<float>(corners[0].uv.y * (1 - u - v) + corners[1].uv.y * u +
+                                        corners[2].uv.y * v)};
+    Vec3d value;
+    if (!look_up(baked, uv, value)) continue;
+    if (tangent_space) {
+      const Vec3d n = mix(corners[0].normal, corners[1].normal, corners[2].normal);
+      const Vec3d t = mix(corners[0].tangent, corners[1].tangent, corners[2].tangent);
+      const Vec3d b = cross(n, t) * corners[0].sign;
+      value = t * value.x + b * value.y + n * value.z;
+    }
+    const Vec3d point = mix(corners[0].position, corners[1].position, corners[2].position);
+    Vec3d direction = mix(corners[0].direction, corners[1].direction, corners[2].direction);
+    direction = direction * (1 / length(direction));
+    // The low poly lies within 0.1 of the surface everywhere: bisection on the ray.
+    double inside = -0.15;
+    double outside = 0.15;
+    for (int step = 0; step < 50; ++step) {
+      const double middle = (inside + outside) / 2;
+      (surface(point + direction * middle) > 0 ? outside : inside) = middle;
+    }
+    sum += angle_degrees(value, exact_normal(point + direction * inside));
+    ++count;
+  }
+  EXPECT_GT(count, 20000);
+  return sum / count;
+}
+
+test::Vec3d to_test(const Vec3d& v) { return {v.x, v.y, v.z}; }
+Vec3d from_test(const test::Vec3d& v) { return {v.x, v.y, v.z}; }
+
+double sphere_surface(const Vec3d& p) {
+  return length(p) - test::BumpySphere::radius(to_test(p * (1 / length(p))));
+}
+Vec3d sphere_normal(const Vec3d& p) {
+  return from_test(test::BumpySphere::exact_normal(to_test(p)));
+}
+
+double torus_surface(const Vec3d& p) {
+  const double ring = std::hypot(p.x, p.z);
+  const double tube = std::hypot(ring - test::BumpyTorus::major_radius, p.y);
+  // The angles as shapes.h has them: around the axis, and around the tube from the outer equator.
+  const double v = std::atan2(p.y, ring - test::BumpyTorus::major_radius);
+  // Which way u runs is found from the high poly's first vertices in a test below.
+  const double u = std::atan2(-p.z, p.x);
+  return tube - test::BumpyTorus::minor_radius - test::BumpyTorus::height(u, v);
+}
+Vec3d torus_normal(const Vec3d& p) { return from_test(test::BumpyTorus::exact_normal(to_test(p))); }
+
+class Accuracy : public testing::TestWithParam<NormalMapSpace> {};
+
+BakeResult bake_pair(const Mesh& high, const Mesh& low, std::uint32_t size, NormalMapSpace space) {
+  const Source source(*test::device(), high);
+  BakeOptions options;
+  options.width = options.height = size;
+  options.max_distance = Length::absolute(0.15);
+  options.space = space;
+  return bake(source, low, options);
+}
+
+TEST_P(Accuracy, OfABumpySphereIsUnderAFifthOfADegreeAndFallsWithResolution) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(1000000);
+  const Mesh low = test::BumpySphere::light();
+  double last = 100;
+  for (const std::uint32_t size : {128U, 256U, 512U, 1024U}) {
+    const BakeResult baked = bake_pair(high, low, size, GetParam());
+    EXPECT_EQ(baked.report.missed, 0U);
+    const double error = mean_error(low, baked, GetParam() == NormalMapSpace::tangent,
+                                    sphere_surface, sphere_normal);
+    RecordProperty("degrees_at_" + std::to_string(size), std::to_string(error));
+    std::printf("bumpy sphere, %u^2: mean %.4f degrees\n", size, error);
+    EXPECT_LT(error, last);
+    last = error;
+  }
+  EXPECT_LT(last, 0.2);
+}
+
+TEST_P(Accuracy, OfABumpyTorusIsUnderAFifthOfADegreeAndFallsWithResolution) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpyTorus::dense(1000000);
+  for (std::size_t i = 0; i < high.positions.size(); i += 997) {
+    ASSERT_NEAR(torus_surface(Vec3d(high.positions[i])), 0, 1e-6)
+        << "the test's own surface is off";
+  }
+  const Mesh low = test::BumpyTorus::light();
+  double last = 100;
+  for (const std::uint32_t size : {128U, 256U, 512U, 1024U}) {
+    const BakeResult baked = bake_pair(high, low, size, GetParam());
+    EXPECT_EQ(baked.report.missed, 0U);
+    const double error =
+        mean_error(low, baked, GetParam() == NormalMapSpace::tangent, torus_surface, torus_normal);
+    std::printf("bumpy torus, %u^2: mean %.4f degrees\n", size, error);
+    EXPECT_LT(error, last);
+    last = error;
+  }
+  EXPECT_LT(last, 0.2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Spaces, Accuracy,
+                         testing::Values(NormalMapSpace::tangent, NormalMapSpace::object));
+
+/// The bunny with the reference's own rays (see the data's README).
+BakeOptions blender_options() {
+  BakeOptions options;
+  options.width = options.height = 1024;
+  options.cage = Length::share(0.012444);
+  options.max_distance = Length::share(0.024887);
+  return options;
+}
+
+TEST(Reference, BunnyAgreesWithBlendersBake) {
+  KILN_REQUIRE_DEVICE();
+  KILN_REQUIRE_DATA("bunny_blender_normal.exr");
+  const Mesh high = load_mesh(*test::shared_data("bunny_high.ply"));
+  const Mesh low = load_mesh(*test::shared_data("bunny_low.obj"));
+  const Source source(*test::device(), high);
+  const BakeResult baked = bake(source, low, blender_options());
+  const Image reference = load_image(*test::shared_data("bunny_blender_normal.exr"));
+  Image mask{1024, 1024, 1, std::vector<float>(1024 * 1024)};
+  std::uint64_t counted = 0;
+  for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
+    const float* p = &reference.pixels[i * reference.channels];
+    const bool theirs = p[0] + p[1] + p[2] > 0.1F;
+    mask.pixels[i] = baked.coverage[i] == 1 && theirs ? 1.0F : 0.0F;
+    counted += baked.coverage[i] == 1 && theirs;
+  }
+  EXPECT_GT(counted, baked.report.texels * 98 / 100);
+  const ImageDifference difference = compare_images(baked.maps[0].image, reference, &mask);
+  std::printf(
+      "against Blender: mean %.3f, 95%% %.3f, 99%% %.3f, max %.1f degrees over %llu texels\n",
+      difference.mean_angle_degrees, difference.p95_angle_degrees, difference.p99_angle_degrees,
+      difference.max_angle_degrees, static_cast<unsigned long long>(difference.compared));
+  EXPECT_LT(difference.mean_angle_degrees, 0.5);
+  EXPECT_LT(difference.p99_angle_degrees, 5);
+}
+
+}  // namespace
+}  // namespace kiln

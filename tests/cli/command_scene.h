@@ -1,0 +1,58 @@
+// What tests of the command share: a scene in files, and what holds of a failure.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln::test {
+
+/// Writes a scene of a bumpy sphere and its low poly; returns the folder.
+inline std::filesystem::path make_scene(std::uint32_t faces = 20000) {
+  const std::filesystem::path folder = scratch_folder();
+  save_obj(BumpySphere::dense(faces), folder / "high.obj");
+  save_obj(BumpySphere::light(), folder / "low.obj");
+  return folder;
+}
+
+inline std::vector<std::string> names(const std::filesystem::path& folder) {
+  std::vector<std::string> result;
+  if (!std::filesystem::exists(folder)) return result;  // made for nothing, so gone
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    if (!name.starts_with(".") || !name.ends_with(".kiln.json")) result.push_back(name);
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+/// Expects a failure with this code, one message that has all of `words`, and nothing in the folder.
+inline void expect_failure(const std::vector<std::string>& arguments, int code,
+                           const std::vector<std::string>& words,
+                           const std::filesystem::path& out = {}) {
+  const ProcessResult result = run_kiln(arguments);
+  EXPECT_EQ(result.exit_code, code) << result.errors;
+  for (const std::string& word : words) {
+    EXPECT_NE(result.errors.find(word), std::string::npos)
+        << "'" << word << "' in: " << result.errors;
+  }
+  std::size_t messages = 0;
+  for (std::size_t at = 0; (at = result.errors.find("kiln: ", at)) != std::string::npos; ++at)
+    ++messages;
+  EXPECT_EQ(messages, 1U) << result.errors;
+  if (!out.empty() && std::filesystem::exists(out)) {
+    EXPECT_TRUE(names(out).empty()) << names(out)[0];
+  }
+}
+
+}  // namespace kiln::test

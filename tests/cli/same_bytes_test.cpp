@@ -1,0 +1,163 @@
+// kiln bake gives the same bytes every time: on any number of threads, and with every implementation.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/command_scene.h"
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/json_file.h"
+#include "support/process.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::make_scene;
+using test::ProcessOptions;
+using test::ProcessResult;
+using test::read_json;
+using test::run_kiln;
+
+TEST(Command, GivesTheSameBytesEveryTime) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto bake = [&](const std::string& name, const std::vector<std::string>& more,
+                        const ProcessOptions& options) {
+    std::vector<std::string> arguments = {"bake",  scene / "high.obj", scene / "low.obj",
+                                          "--out", scene / name,       "--size",
+                                          "300",   "--max-distance",   "10%"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(arguments, options);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    std::ifstream file(scene / name / "low_normal.png", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string expected = bake("a", {}, {});
+  ASSERT_GT(expected.size(), 1000U);
+  EXPECT_TRUE(bake("b", {}, {}) == expected) << "run twice";
+  ProcessOptions one_thread;
+  one_thread.environment = {{"KILN_THREADS", "1"}, {"POCL_MAX_PTHREAD_COUNT", "1"}};
+  EXPECT_TRUE(bake("c", {}, one_thread) == expected) << "one thread";
+  EXPECT_TRUE(bake("d", {"--traversal", "gpu"}, {}) == expected) << "the other traversal";
+  EXPECT_TRUE(bake("e", {"--traversal", "cpu"}, one_thread) == expected);
+}
+
+TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  {
+    std::ofstream file(scene / "views.txt");
+    file << "# where visitors stand\n1 0.2 0 1\n\n0 0.2 1 2.5 # the entrance\n0 -1 0 0\n";
+  }
+  const auto bake = [&](const std::vector<std::string>& more, const ProcessOptions& options) {
+    std::vector<std::string> arguments = {"bake",
+                                          scene / "high.obj",
+                                          scene / "low.obj",
+                                          "--out",
+                                          scene / "out",
+                                          "--size",
+                                          "200",
+                                          "--max-distance",
+                                          "10%",
+                                          "--directions",
+                                          "96",
+                                          "--json",
+                                          scene / "report.json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(arguments, options);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    std::ifstream file(scene / "out" / "low_normal.png", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  ProcessOptions one_thread;
+  one_thread.environment = {{"KILN_THREADS", "1"}, {"POCL_MAX_PTHREAD_COUNT", "1"}};
+  ProcessOptions three_threads;
+  three_threads.environment = {{"KILN_THREADS", "3"}};
+  std::vector<std::string> all;
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"--match", "visibility"},
+        {"--match", "visibility", "--visibility-at", "vertex"},
+        {"--match", "visibility", "--visibility-at", "vertex", "--visibility-test", "views"},
+        {"--match", "visibility", "--visibility-at", "face"},
+        {"--match", "visibility", "--visibility-test", "rays", "--samples", "2"},
+        {"--match", "hybrid", "--visibility-smooth", "9"},
+        {"--match", "visibility", "--view-weight", "horizon"},
+        {"--match", "visibility", "--view-weight", scene / "views.txt"}}) {
+    const std::string expected = bake(options, {});
+    ASSERT_GT(expected.size(), 1000U);
+    EXPECT_TRUE(bake(options, one_thread) == expected) << options.back();
+    EXPECT_TRUE(bake(options, three_threads) == expected) << options.back();
+    std::vector<std::string> gpu = options;
+    gpu.insert(gpu.end(), {"--traversal", "gpu"});
+    EXPECT_TRUE(bake(gpu, {}) == expected) << options.back();
+    EXPECT_EQ(std::count(all.begin(), all.end(), expected), 0) << options.back();
+    all.push_back(expected);
+    const nlohmann::json report = read_json(scene / "report.json");
+    EXPECT_EQ(report["options"]["match"], options[1]);
+    EXPECT_EQ(report["options"]["directions"], 96);
+    const auto& visibility = report["visibility"];
+    EXPECT_GT(visibility["places"].get<int>(), 1000);
+    EXPECT_GT(visibility["seconds"].get<double>(), 0);
+    EXPECT_EQ(visibility["test"], report["options"]["visibility_test"]);
+    EXPECT_LE(visibility["directions"].get<int>(), 96);
+  }
+  // In words, too.
+  const ProcessResult said =
+      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
+                "64", "--match", "hybrid", "--fallback", "mark", "--max-distance", "0.1%"});
+  EXPECT_NE((said.output + said.errors).find("visibility from 512 directions"), std::string::npos)
+      << said.output << said.errors;
+}
+
+TEST(Command, GivesTheSameBytesOnOtherImplementations) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(2000);
+  const auto bake = [&](const std::string& name, const std::string& launcher,
+                        const ProcessOptions& options) {
+    std::vector<std::string> command = {test::kiln_command(),
+                                        "bake",
+                                        scene / "high.obj",
+                                        scene / "low.obj",
+                                        "--out",
+                                        scene / name,
+                                        "--size",
+                                        "48",
+                                        "--max-distance",
+                                        "10%",
+                                        "--samples",
+                                        "2"};
+    if (!launcher.empty()) command.insert(command.begin(), launcher);
+    const ProcessResult result = test::run_process(command, options);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    std::ifstream file(scene / name / "low_normal.png", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string expected = bake("here", "", {});
+  ASSERT_GT(expected.size(), 1000U);
+  bool any = false;
+  const fs::path rusticl = "/etc/OpenCL/vendors/rusticl.icd";
+  if (fs::exists(rusticl)) {
+    any = true;
+    ProcessOptions options;
+    options.environment = {{"OCL_ICD_VENDORS", rusticl}, {"RUSTICL_ENABLE", "llvmpipe"}};
+    options.timeout_seconds = 400;  // it compiles for long where its cache is cold
+    EXPECT_TRUE(bake("rusticl", "", options) == expected) << "rusticl";
+  }
+#ifdef __SANITIZE_ADDRESS__
+  const bool oclgrind = false;  // it is preloaded, and the sanitizer wants to come first
+#else
+  const bool oclgrind = fs::exists("/usr/bin/oclgrind");
+#endif
+  if (oclgrind) {
+    any = true;
+    EXPECT_TRUE(bake("oclgrind", "/usr/bin/oclgrind", {}) == expected) << "Oclgrind";
+  }
+  if (!any) GTEST_SKIP() << "no second OpenCL implementation is installed";
+}
+
+}  // namespace
+}  // namespace kiln
