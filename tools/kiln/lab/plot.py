@@ -131,7 +131,7 @@ def draw_panel(page, data, panel, corner, size):
     marks = [{**mark, "runs": [max(run, 1e-9) for run in mark["runs"]]} for mark in panel["marks"]]
     low, high, is_log, broken = error_axis([mark["error"] for mark in marks])
     axes = page.axes(*corner, *size)
-    style_axes(axes, data["seconds_title"] + " (logarithmic)",
+    style_axes(axes, panel.get("seconds_title", data["seconds_title"]) + " (logarithmic)",
                panel["unit"] + (" (logarithmic)" if is_log else " (not from 0)"))
     page.text(corner[0], corner[1] - 22, panel["title"])
     runs = [run for mark in marks for run in mark["runs"]]
