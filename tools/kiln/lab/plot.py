@@ -59,9 +59,15 @@ class Page:
         return np.array(artist.get_window_extent(self.renderer).extents)
 
     def legend(self, handles, y, loc, x=0.5):
-        self.figure.legend(handles=handles, loc=loc, ncol=len(handles), frameon=False,
-                           fontsize=NORMAL, bbox_to_anchor=(x, y / self.height), borderpad=0,
-                           columnspacing=1.4, handletextpad=0.5)
+        """In two lines where one is too wide."""
+        for lines in (1, 2):
+            made = self.figure.legend(handles=handles, loc=loc, frameon=False,
+                                      ncol=-(-len(handles) // lines), fontsize=NORMAL, bbox_to_anchor=(x, y / self.height), borderpad=0,
+                                      columnspacing=1.4, handletextpad=0.5)
+            left, _, right, _ = self.extent(made)
+            if lines == 2 or right - left <= self.width:
+                return
+            made.remove()
 
     def save(self, path):
         self.figure.savefig(sys.stdout.buffer if path == "-" else path, format="png", dpi=DPI,
