@@ -10,6 +10,11 @@
 namespace kiln::ocl {
 namespace {
 
+/// Before a source of the caller's: a function that forgets to return a value is an error, where the compiler can
+/// tell.
+constexpr const char* kStrict =
+    "\n#ifdef __clang__\n#pragma clang diagnostic error \"-Wreturn-type\"\n#endif\n";
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -49,6 +54,10 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   build_log(0, nullptr, &size);
   std::string log(size, '\0');
   build_log(size, log.data(), nullptr);
+  if (code == ErrorCode::input) {  // the caller's own source: no fault of the driver's
+    throw Error(code,
+                builds + " does not compile on " + info_.name + " (" + options + "):\n" + log);
+  }
   throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
                         status_name(status) + ". " + cache_hint(info_) + "The build log:\n" + log);
 }
@@ -136,7 +145,7 @@ Kernel Context::kernel_with(const std::string& family, const std::string& name,
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
     }
     const std::string source =
-        std::string(embedded_source(family)) + "\n#line 1 \"" + file + "\"\n" + more + "\n";
+        std::string(embedded_source(family)) + kStrict + "#line 1 \"" + file + "\"\n" + more + "\n";
     return build(source, "'" + more_name + "'", {}, ErrorCode::input);
   });
 }

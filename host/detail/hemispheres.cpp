@@ -19,6 +19,8 @@ constexpr std::size_t kLocalLanes = 8;
 constexpr std::uint32_t kPiece = 1U << 14;
 // Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.
 constexpr std::uint32_t kMostRays = 1U << 20;
+// From so many rays on, of at most so many samples, neighbours in a row have less in common than a sample's rays.
+constexpr std::uint32_t kManyRays = 512, kFewSamples = 1U << 14;
 
 // Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
 // off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
@@ -208,9 +210,11 @@ void Hemispheres::make_turns(const TexelBand& band) {
 
 void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, bool second,
                             const RaySet& set, const cl::Array<std::uint32_t>& turns,
-                            const Use& use) {
+                            bool turns_well, const Use& use) {
   upload();
-  const std::uint32_t piece = padded(std::min(kPiece, band.sample_count));
+  const bool by_sample = turns_well && set.count >= kManyRays && band.sample_count <= kFewSamples;
+  const std::uint32_t together = by_sample ? kMostRays / set.count : kPiece;
+  const std::uint32_t piece = padded(std::min(together, band.sample_count));
   const std::uint32_t capacity =
       std::min(kMostRays, static_cast<std::uint32_t>(std::uint64_t{piece} * set.count));
   if (ray_capacity_ < capacity) {
@@ -235,6 +239,7 @@ void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, 
   params.aligned = set.side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
   params.push = kPush;
   params.reach = thick_;
+  params.by_sample = by_sample ? 1 : 0;
   std::span<const std::uint32_t> triangle;
   if (params.keep == 0 && &band != &some_)
     triangle = reads_->read(match.triangle, band.sample_count);
@@ -254,12 +259,26 @@ void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, 
     const std::uint32_t most = ray_capacity_ / params.stride;
     for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
       params.rays = std::min(most, set.count - params.first_ray);
-      context_.launch(rays, std::size_t{params.stride} / kLanes * params.rays, kLocal, params,
-                      points_, turns, turn_table_, set.directions, set.rings, rays_);
+      const std::size_t items = by_sample
+                                    ? std::size_t{params.stride} * (padded(params.rays) / kLanes)
+                                    : std::size_t{params.stride} / kLanes * params.rays;
+      context_.launch(rays, items, kLocal, params, points_, turns, turn_table_, set.directions,
+                      set.rings, rays_);
       use(params, params.stride * params.rays);
     }
     context_.finish();
   }
+}
+
+void Hemispheres::add_open(const kiln_hemisphere_params& params,
+                           const cl::Array<std::uint32_t>& open) {
+  if (params.by_sample != 0) {
+    context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_own"), params.count, kLocal,
+                    params, hits_, open);
+    return;
+  }
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_open"), params.stride / kLanes,
+                  kLocalLanes, params, hits_, open);
 }
 
 void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool second) {
@@ -280,14 +299,13 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
   }
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(occluding_, back_faces_);
-  const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
   const cl::Kernel lean = context_.kernel("hemisphere", "kiln_hemisphere_lean");
   make_turns(band);
-  over_rays(band, match, second, rays_out_, turns_,
+  over_rays(band, match, second, rays_out_, turns_, !wants_lean_,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               make_room(context_, hits_, ray_capacity_);
               caster.occluded(rays_, count, ray_capacity_, query, hits_);
-              context_.launch(open, params.stride / kLanes, kLocalLanes, params, hits_, sums.open);
+              add_open(params, sums.open);
               if (!wants_lean_) return;
               context_.launch(lean, params.stride / kLanes, kLocalLanes, params, hits_, rays_,
                               sums.lean);
@@ -304,7 +322,7 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
   const RayQuery query = query_up_to(std::min(thick_, beyond_), true);
   const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
   make_turns(band);
-  over_rays(band, match, second, rays_in_, turns_,
+  over_rays(band, match, second, rays_in_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               if (first_hits_.capacity < ray_capacity_) {
                 first_hits_ = Correspondence();
@@ -350,7 +368,7 @@ std::vector<float> Hemispheres::lit(const TexelBand& band, const Correspondence&
   const RayQuery query = query_up_to(beyond_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   make_turns(band);
-  over_rays(band, match, second, rays_to_light_, turns_,
+  over_rays(band, match, second, rays_to_light_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               make_room(context_, hits_, ray_capacity_);
               caster.occluded(rays_, count, ray_capacity_, query, hits_);

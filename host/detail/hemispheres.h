@@ -140,9 +140,12 @@ class Hemispheres : public SharedWork {
   void cast(const TexelBand& band, const Correspondence& match, bool second);
   void measure(const TexelBand& band, const Correspondence& match, bool second);
   /// Makes rays, piece by piece, and gives each to `use` with what describes it.
+  /// With few samples of many rays and `turns_well`, a sample's rays lie one after another (by_sample).
   using Use = std::function<void(const kiln_hemisphere_params& params, std::uint32_t count)>;
   void over_rays(const TexelBand& band, const Correspondence& match, bool second, const RaySet& set,
-                 const cl::Array<std::uint32_t>& turns, const Use& use);
+                 const cl::Array<std::uint32_t>& turns, bool turns_well, const Use& use);
+  /// Adds what hits_ says to counts of open rays.
+  void add_open(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
 
   cl::Context& context_;
   const Source::Impl& source_;

@@ -63,7 +63,6 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
 void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
                              bool second, const RaySet& set, std::uint32_t turn, Counted& counted) {
   const RayQuery query = query_up_to(set.lit ? beyond_ : occluding_, back_faces_);
-  const cl::Kernel open = context_.kernel("hemisphere", "kiln_hemisphere_open");
   const cl::Kernel lean = context_.kernel("hemisphere", "kiln_hemisphere_lean");
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   const std::size_t plane = plane_of(band);
@@ -78,7 +77,7 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
       make_room(context_, some_lean_, 3 * own);
       context_.fill(some_lean_, 0.0F);
     }
-    over_rays(some_, some_match_, second, set, some_turns_,
+    over_rays(some_, some_match_, second, set, some_turns_, !set.lit && counted.lean.empty(),
               [&](const kiln_hemisphere_params& of, std::uint32_t all) {
                 make_room(context_, hits_, ray_capacity_);
                 group.caster->occluded(rays_, all, ray_capacity_, query, hits_);
@@ -87,7 +86,7 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
                   context_.launch(lit, lanes, kLocalLanes, of, hits_, rays_, some_open_);
                   return;
                 }
-                context_.launch(open, lanes, kLocalLanes, of, hits_, some_open_);
+                add_open(of, some_open_);
                 if (counted.lean.empty()) return;
                 context_.launch(lean, lanes, kLocalLanes, of, hits_, rays_, some_lean_);
               });

@@ -41,6 +41,8 @@ struct Cover {
 };
 
 std::int64_t wrapped(std::int64_t place, std::int64_t size) {
+  if (place >= 0 && place < size)
+    return place;  // nearly always, and a division takes as long as all else
   const std::int64_t rest = place % size;
   return rest < 0 ? rest + size : rest;
 }
@@ -144,23 +146,26 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value)
   Sides sides = given;
   for (std::array<double, 2>& side : sides) {
     // Over so many pictures the mean is the whole one's.
-    if (!(std::hypot(side[0], side[1]) < 1e6)) sides = {{{1, 0}, {0, 1}}};
+    if (!(side[0] * side[0] + side[1] * side[1] < 1e12)) sides = {{{1, 0}, {0, 1}}};
   }
   const double narrow = width_of(sides, levels_[0].width, levels_[0].height);
   std::size_t number = 0;
   if (narrow >= 2 * kAcross) number = static_cast<std::size_t>(std::log2(narrow / kAcross));
   number = std::min(number, levels_.size() - 1);
-  const auto parts_of = [&](const Level& level, std::size_t side) {
+  const auto parts_of = [&](std::size_t side) {
+    const Level& level = levels_[number];
     return std::max(1.0, std::ceil(length_on(sides[side], level.width, level.height)));
   };
-  while (number + 1 < levels_.size() &&
-         !(parts_of(levels_[number], 0) * parts_of(levels_[number], 1) <= kMostParts)) {
+  double along_a = parts_of(0), along_b = parts_of(1);
+  while (number + 1 < levels_.size() && !(along_a * along_b <= kMostParts)) {
     ++number;
+    along_a = parts_of(0);
+    along_b = parts_of(1);
   }
   const Level& level = levels_[number];
   const double most = kMostParts;  // of the last level: one texel, which holds the mean
-  const int columns = static_cast<int>(std::min(parts_of(level, 0), most));
-  const int rows = static_cast<int>(std::min(parts_of(level, 1), most / columns));
+  const int columns = static_cast<int>(std::min(along_a, most));
+  const int rows = static_cast<int>(std::min(along_b, most / columns));
   const double x = (u - std::floor(u)) * level.width - 0.5;
   const double y = (1 - (v - std::floor(v))) * level.height - 0.5;
   const double ax = sides[0][0] * level.width, ay = -sides[0][1] * level.height;

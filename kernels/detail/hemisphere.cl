@@ -14,6 +14,9 @@
 // sample has all of its rays in the end; only their order changes. Nearest hits are better off with rows
 // that run in all directions: beams of rays that lean differently widen until they meet everything.
 //
+// Where few samples, far apart, cast many rays each, a row would hold rays that have no node in common. There
+// the rays of one sample lie one after another (by_sample).
+//
 // Origins are pushed off the face, along its geometric normal, to the side that the ray leaves to: so no
 // ray meets the face that it starts from.
 //
@@ -23,6 +26,7 @@
 // kiln_hemisphere_points   samples, padded      64     reads 41 B + a triangle (gathered), writes 36 B
 // kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
 // kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
+// kiln_hemisphere_own      samples              64     reads 4 B + 1 B a ray, writes 4 B
 // kiln_hemisphere_lean     samples / 8          8      reads 104 B a row of rays, writes 96 B
 // kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
 // kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
@@ -166,7 +170,7 @@ static inline float8 hemisphere_dot(const float8 a[3], const float8 b[3]) {
 }
 
 /// Rays [first_ray, first_ray + rays) of samples [first, first + stride), a row a ray: position and
-/// direction. The direction stored is the ray's opposite, so that faces that look at the point are those
+/// direction. With by_sample the rays of a sample instead. The direction stored is the ray's opposite, so that faces that look at the point are those
 /// that look along it.
 /// \param turn_table  cosines, then sines
 /// \param directions  of each set: on the disk and over it, x, y and z, a plane each
@@ -179,21 +183,40 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
                                  global const uint* restrict rings,
                                  global float* restrict rays) {
 #pragma OPENCL FP_CONTRACT OFF
-  const uint groups = params.stride / LANES;
+  // A work-item has one ray of each of 8 samples, or 8 rays of one.
+  const bool own = params.by_sample != 0u;
+  const uint groups = own ? (params.rays + LANES - 1) / LANES : params.stride / LANES;
   const uint item = (uint)get_global_id(0);
-  if (item >= groups * params.rays) return;
-  const uint row = item / groups;
-  const uint lane = (item - row * groups) * LANES;
+  if (item >= groups * (own ? params.stride : params.rays)) return;
+  const uint outer = item / groups;
+  const uint inner = (item - outer * groups) * LANES;
+  const uint first_row = own ? inner : outer;
+  const uint lane = own ? outer : inner;
   const uint all = params.all_rays;
-  const uint ring_first = rings[params.first_ray + row];
-  const uint ring_size = rings[params.first_ray + row + all];
-  const uint8 code = vload8(0, turns + params.first + lane);
+  uint8 row = (uint8)(first_row);
+  uint8 ring_first = (uint8)(rings[params.first_ray + first_row]);
+  uint8 ring_size = (uint8)(rings[params.first_ray + first_row + all]);
+  uint8 code;
+  if (own) {
+    uint rows[LANES], firsts[LANES], sizes[LANES];
+    for (uint k = 0; k < LANES; ++k) {
+      rows[k] = min(first_row + k, params.rays - 1);
+      firsts[k] = rings[params.first_ray + rows[k]];
+      sizes[k] = rings[params.first_ray + rows[k] + all];
+    }
+    row = vload8(0, rows);
+    ring_first = vload8(0, firsts);
+    ring_size = vload8(0, sizes);
+    code = (uint8)(turns[params.first + lane]);
+  } else {
+    code = vload8(0, turns + params.first + lane);
+  }
   const uint8 set = code & (uint8)(KILN_HEMISPHERE_SETS - 1);
   const uint8 turn =
       (code >> (uint8)(KILN_HEMISPHERE_SET_BITS)) & (uint8)(KILN_HEMISPHERE_TURNS - 1);
   const uint8 back = (turn * (ring_size * params.aligned)) >> (uint8)(KILN_HEMISPHERE_TURN_BITS);
-  uint8 place = (uint8)(params.first_ray + row - ring_first + ring_size) - back;
-  place = select(place, place - ring_size, place >= (uint8)(ring_size));
+  uint8 place = (params.first_ray + row - ring_first + ring_size) - back;
+  place = select(place, place - ring_size, place >= ring_size);
 
   uint which[LANES], angle[LANES];
   float on_x[LANES], on_y[LANES], over[LANES], cosine[LANES], sine[LANES];
@@ -212,10 +235,12 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   const float8 y = s * disk_x + c * disk_y;
 
   const size_t stride = params.stride;
-  float8 n[3], push[3];
+  float8 from[3], n[3], push[3];
   for (int axis = 0; axis < 3; ++axis) {
-    n[axis] = vload8(0, points + (3 + axis) * stride + lane);
-    push[axis] = vload8(0, points + (6 + axis) * stride + lane);
+    global const float* at = points + axis * stride + lane;
+    from[axis] = own ? (float8)(at[0]) : vload8(0, at);
+    n[axis] = own ? (float8)(at[3 * stride]) : vload8(0, at + 3 * stride);
+    push[axis] = own ? (float8)(at[6 * stride]) : vload8(0, at + 6 * stride);
   }
   int8 live = (n[0] != 0.0f) | (n[1] != 0.0f) | (n[2] != 0.0f);
   if (params.lit != 0u) {
@@ -235,11 +260,23 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   }
   const float8 leaves = copysign((float8)(1.0f), hemisphere_dot(ray, push));
   const size_t plane = params.ray_capacity;
-  global float* to = rays + (size_t)row * stride + lane;
+  global float* to =
+      rays + (own ? (size_t)lane * params.rays + first_row : (size_t)first_row * stride + lane);
+  const uint whole = own ? params.rays - first_row : LANES;
   for (int axis = 0; axis < 3; ++axis) {
-    const float8 position = vload8(0, points + axis * stride + lane);
-    vstore8(position + leaves * push[axis], 0, to + axis * plane);
-    vstore8(-ray[axis], 0, to + (3 + axis) * plane);
+    const float8 origin = from[axis] + leaves * push[axis];
+    if (whole >= LANES) {
+      vstore8(origin, 0, to + axis * plane);
+      vstore8(-ray[axis], 0, to + (3 + axis) * plane);
+      continue;
+    }
+    float origins[LANES], along[LANES];
+    vstore8(origin, 0, origins);
+    vstore8(-ray[axis], 0, along);
+    for (uint k = 0; k < whole; ++k) {
+      to[k + axis * plane] = origins[k];
+      to[k + (3 + axis) * plane] = along[k];
+    }
   }
 }
 
@@ -266,6 +303,18 @@ kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
                                  global const uchar* restrict hit,
                                  global uint* restrict open) {
   HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + from)); })
+}
+
+/// The same where params.by_sample is 1.
+kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
+                                global const uchar* restrict hit,
+                                global uint* restrict open) {
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  global const uchar* own = hit + i * params.rays;
+  uint hits = 0;
+  for (uint ray = 0; ray < params.rays; ++ray) hits += own[ray];
+  open[params.first + i] += params.rays - hits;
 }
 
 /// The same of rays towards the light: samples that look away from it have none, and see nothing of it.

@@ -39,9 +39,10 @@ struct kiln_hemisphere_params {
   kiln_float light_x;      // unit, towards the light
   kiln_float light_y;
   kiln_float light_z;
+  kiln_uint by_sample;  // 1: a sample's rays lie one after another; 0: a row of rays holds one of each sample
 };
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
-KILN_CHECK_SIZE(kiln_hemisphere_params, 80);
+KILN_CHECK_SIZE(kiln_hemisphere_params, 84);
 
 struct kiln_pick_params {
   kiln_uint count;         // samples picked

@@ -71,6 +71,40 @@ const Row kMaps[] = {
      }},
 };
 
+/// Light by depth views.
+const Row kByViews[] = {
+    {"ao", [](BakeOptions&) {}},
+    {"bent_normal", [](BakeOptions& o) { o.maps = {MapKind{"bent_normal"}}; }},
+    {"both",
+     [](BakeOptions& o) {
+       o.maps = {MapKind{"ao"}, MapKind{"bent_normal"}};
+     }},
+    {"ao-views-16", [](BakeOptions& o) { o.occlusion.views = 16; }},
+    {"ao-samples-2", [](BakeOptions& o) { o.samples = 2; }},
+    {"ao-mark", [](BakeOptions& o) { o.miss = MissPolicy::mark; }},
+    {"ao-by-low",
+     [](BakeOptions& o) {
+       o.occlusion.by_high = false;
+       o.occlusion.by_low = true;
+     }},
+    {"bent-object",
+     [](BakeOptions& o) {
+       o.maps = {MapKind{"bent_normal"}};
+       o.space = NormalMapSpace::object;
+     }},
+};
+
+TEST(Golden, LightByViews) {
+  KILN_REQUIRE_GOLDEN_DEVICE();
+  GoldenGroup group("byviews");
+  BakeOptions options = sized(96, 64);
+  options.maps = {MapKind{"ao"}};
+  options.occlusion.by = OcclusionBy::views;
+  options.occlusion.views = 96;
+  group.check(Source(*test::device(), dressed_high()), golden_low(), options, kByViews);
+  KILN_FINISH_GROUP(group);
+}
+
 TEST(Golden, Maps) {
   KILN_REQUIRE_GOLDEN_DEVICE();
   GoldenGroup group("maps");

@@ -1,9 +1,12 @@
 // Textures, names, layers, packed channels and own maps from the command line.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -121,6 +124,15 @@ TEST(MapsCommand, TakesMapsOfYourOwn) {
   fs::remove_all(scene / "out");
   const ProcessResult broken = bake(scene, {"--maps", "mine=" + file});
   expect_refused(broken, 3, "mine.cl:2");
+  // It is the source's fault, so nothing is tried anew, and no cache is blamed.
+  EXPECT_EQ(broken.errors.find("once more"), std::string::npos) << broken.errors;
+  EXPECT_EQ(broken.errors.find("cache"), std::string::npos) << broken.errors;
+  for (const char* source : {"float4 kiln_map(const kiln_point* p) {\n}\n",  // gives nothing
+                             "float4 other(const kiln_point* p) { return (float4)(1.0f); }\n"}) {
+    std::ofstream(file) << source;
+    expect_refused(bake(scene, {"--maps", "mine=" + file}), 3, "mine.cl");
+    EXPECT_FALSE(fs::exists(scene / "out" / "low_mine.png"));
+  }
   EXPECT_FALSE(fs::exists(scene / "out" / "low_mine.png"));
   expect_refused(bake(scene, {"--maps", "mine=nowhere.cl"}), 3, "nowhere.cl");
   expect_refused(bake(scene, {"--maps", "normal=" + file}), 2, "normal");
@@ -149,6 +161,8 @@ TEST(MapsCommand, RefusesWhatIsNotThere) {
   expect_refused(bake(scene, {"--layers"}), 2, "--format exr");
   expect_refused(bake(scene, {"--transfer", "nowhere.png"}), 3, "nowhere.png");
   expect_refused(bake(scene, {"--transfer", "mtl:shine"}), 2, "mtl:color");
+  expect_refused(bake(scene, {"--transfer", brick + ":wall:srbg"}), 2, "'srbg' is no colour space");
+  expect_refused(bake(scene, {"--transfer", brick + ":wall:"}), 2, "linear");
   expect_refused(bake(scene, {"--transfer", brick + ":ao:srgb"}), 2, "'ao'");
   expect_refused(bake(scene, {"--transfer", brick, "--transfer", brick}), 2, "brick");
   expect_refused(bake(scene, {"--id-by", "group"}), 2, "--maps id");
@@ -160,6 +174,51 @@ TEST(MapsCommand, RefusesWhatIsNotThere) {
   fs::remove(scene / "high.mtl");
   expect_refused(bake(scene, {"--maps", "color"}), 3, "high.mtl");
   EXPECT_FALSE(fs::exists(scene / "out" / "low_color.png"));
+}
+
+// Pictures that cannot be baked: one message, exit code 3, and no map.
+TEST(MapsCommand, RefusesBadPictures) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const std::string brick = scene / "brick.png";
+  const auto refuse = [&](const Words& more, const std::string& word) {
+    const ProcessResult result = bake(scene, more);
+    expect_refused(result, 3, word);
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    EXPECT_TRUE(!fs::exists(scene / "out") || fs::is_empty(scene / "out"));
+  };
+  std::ofstream(scene / "empty.png");
+  refuse({"--transfer", scene / "empty.png"}, "empty");
+  std::ofstream(scene / "words.png") << "no picture";
+  refuse({"--transfer", scene / "words.png"}, "words.png");
+  std::string whole;
+  {
+    std::ifstream stream(brick, std::ios::binary);
+    whole.assign(std::istreambuf_iterator<char>(stream), {});
+  }
+  std::ofstream(scene / "cut.png", std::ios::binary) << whole.substr(0, whole.size() - 20);
+  refuse({"--transfer", scene / "cut.png"}, "truncated");
+  // 100,000 x 1 texels by its header alone: refused before anything is taken for it.
+  std::string wide = whole;
+  const std::string size("\x00\x01\x86\xa0\x00\x00\x00\x01", 8);
+  wide.replace(16, 8, size);
+  std::ofstream(scene / "wide.png", std::ios::binary) << wide;
+  refuse({"--transfer", scene / "wide.png"}, "wide.png");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  save_image({2, 1, 3, {nan, 0, 1, 1, 0, 0}}, scene / "nan.exr", {ImageFormat::exr_float});
+  const ProcessResult holes = bake(scene, {"--transfer", scene / "nan.exr"});
+  EXPECT_EQ(holes.exit_code, 0) << holes.errors;
+  EXPECT_NE(holes.errors.find("1 numbers that are NaN"), std::string::npos) << holes.errors;
+  fs::remove_all(scene / "out");
+  // Materials that name themselves, and a picture that is a file of materials.
+  std::ofstream(scene / "high.mtl") << "mtllib high.mtl\nnewmtl brick\nmap_Kd high.mtl\n";
+  refuse({"--maps", "color"}, "high.mtl");
+  // No UVs for the picture to lie over.
+  Mesh bare = test::plane(2, 1);
+  bare.uvs.clear();
+  bare.uv_triangles.clear();
+  save_obj(bare, scene / "high.obj");
+  refuse({"--transfer", brick}, "no UVs");
 }
 
 TEST(MapsCommand, DrawsMapsOverTheMesh) {

@@ -92,6 +92,18 @@ class Chart(Legible):
         self.assertEqual((page.width, page.height), (1900, 112 + 64 + 106 + 2 * (520 + 112)))
         self.expect_legible(page, 4 * 19 + 4 * 8)
 
+    def test_legends_too_wide_for_a_line_take_two(self):
+        for count, lines in ((3, 1), (10, 2)):
+            data = chart(self.ERRORS[:1])
+            data["styles"] += [{"family": "c", "title": f"a rather long name, {i}", "mark": "o",
+                                "color": "#0072b2"} for i in range(count - 2)]
+            page = page_of(data)
+            page.figure.draw(page.renderer)  # texts have no places before
+            legend, = page.figure.legends
+            self.assertEqual(len({round(page.extent(text)[1]) for text in legend.get_texts()}), lines)
+            self.assertGreaterEqual(page.extent(legend)[0], 0)
+            self.assertLessEqual(page.extent(legend)[2], page.width)
+
     def test_same_bytes(self):
         data = chart(self.ERRORS[:1])
         one, pixels = pixels_of(page_of(data))

@@ -28,8 +28,9 @@ std::vector<std::string_view> items_of(std::string_view list) {
   }
 }
 
-/// A number, or two with a stroke between them. 0: it is neither, or not above 0.
-double above_0(std::string_view text) {
+}  // namespace
+
+double fraction_above_0(std::string_view text) {
   const auto number = [](std::string_view part) {
     double value = 0;
     const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
@@ -41,8 +42,6 @@ double above_0(std::string_view text) {
   const double below = number(text.substr(stroke + 1));
   return below > 0 ? number(text.substr(0, stroke)) / below : 0;
 }
-
-}  // namespace
 
 std::string normal_bound(const std::string& max_error) {
   for (const std::string_view item : items_of(max_error)) {
@@ -74,7 +73,7 @@ std::vector<MapBound> map_bounds(const BakeArguments& a) {
         std::find(own.begin(), own.end(), name) == own.end()) {
       bad(a, "no map '" + std::string(name) + "' is baked: add it to --maps, or leave it out.");
     }
-    const double error = above_0(item.substr(sign + 1));
+    const double error = fraction_above_0(item.substr(sign + 1));
     if (error == 0) {
       bad(a, "the error of " + std::string(name) +
                  " must be a number or a fraction above 0, such as 2/255.");

@@ -49,6 +49,18 @@ std::optional<std::string> last_part(std::string& text) {
   return part;
 }
 
+/// Where no such file is there, but one before a colon is: the words after it are wrong. \throws Error(usage)
+void check_words(const std::string& text, const std::string& file) {
+  if (fs::exists(file)) return;
+  for (std::string rest = file; last_part(rest);) {
+    if (!fs::exists(rest)) continue;
+    throw Error(ErrorCode::usage, "--transfer '" + text + "': '" +
+                                      text.substr(text.rfind(':') + 1) +
+                                      "' is no colour space. Give FILE, FILE:NAME or "
+                                      "FILE:NAME:SPACE, where SPACE is srgb, linear or normal.");
+  }
+}
+
 bool asks(const BakeOptions& options, std::string_view map) {
   return std::find(options.maps.begin(), options.maps.end(), MapKind{map}) != options.maps.end();
 }
@@ -118,9 +130,10 @@ TransferArgument parse_transfer(const std::string& text) {
                       "': of materials it takes mtl:color, opacity, normals, roughness, metallic "
                       "or emission.");
     }
-  } else if (transfer.name.empty()) {
-    transfer.name = name_of_file(transfer.file);
+    return transfer;
   }
+  check_words(text, transfer.file);
+  if (transfer.name.empty()) transfer.name = name_of_file(transfer.file);
   return transfer;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct ChartArguments {
   std::string out, device;
   std::string max_distance = "2%";
   std::vector<std::string> settings;
+  bool ao = false;                  ///< Also ambient occlusion
+  std::string ao_error;             ///< A share of 1, or a fraction
+  std::optional<double> ao_budget;  ///< Seconds
   ChartOptions options;
   bool quiet = false;
 };
@@ -32,9 +36,18 @@ struct ChartFiles {
   bool cancelled = false;
 };
 
-/// Writes data, table and plot of a chart into a folder.
+/// Writes data, table and plot of a chart into a folder. \param ao_data  where there is some, a file more
 ChartFiles save_chart_files(const std::filesystem::path& folder, const std::string& data,
-                            const Plot& plot, const std::string& table);
+                            const Plot& plot, const std::string& table,
+                            const std::string& ao_data = "");
+
+/// Settings of ambient occlusion: those named; all where it is asked for and none is named.
+AoChartOptions ao_options(const ChartArguments& a);
+/// Before any work. \throws Error(usage)
+void check_ao(const ChartArguments& a);
+/// Gathers ambient occlusion of a pair. \returns false where progress said stop
+bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const AoChartOptions& options,
+            const Progress& progress, ChartPair& pair, Json& json);
 
 /// How far a chart's progress is when files are written.
 inline constexpr double kChartAtSave = 0.98;

@@ -36,16 +36,19 @@ bool has_height_fields(const ChartArguments& a) {
   return false;
 }
 
+/// Every setting of charts of meshes, by name.
+std::vector<std::string> mesh_setting_names() {
+  std::vector<std::string> names;
+  for (const ChartSetting& setting : chart_settings()) names.push_back(setting.name);
+  for (const AoSetting& setting : ao_settings()) names.push_back(setting.name);
+  return names;
+}
+
 /// Settings by name that a kind of input does not have. \throws Error(usage)
-template <typename Settings>
-void check_settings(const ChartArguments& a, const Settings& settings, const char* kind) {
+void check_settings(const ChartArguments& a, const std::vector<std::string>& names,
+                    const char* kind) {
   for (const std::string& name : a.settings) {
-    if (std::any_of(settings.begin(), settings.end(),
-                    [&](const auto& setting) { return setting.name == name; })) {
-      continue;
-    }
-    std::vector<std::string> names;
-    for (const auto& setting : settings) names.push_back(setting.name);
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
     throw Error(ErrorCode::usage, "--settings " + name + " is not for " + kind + ": give some of " +
                                       join(names, ", ") + ".");
   }
@@ -67,7 +70,13 @@ void check_volumes(const ChartArguments& a) {
                                       a.meshes.front() + "' is a volume.");
   }
   cli::check(a.surface);
-  check_settings(a, volume_ways(), "volumes");
+  std::vector<std::string> names;
+  for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
+  check_settings(a, names, "volumes");
+  if (a.ao || !a.ao_error.empty() || a.ao_budget) {
+    throw Error(ErrorCode::usage, "--ao, --ao-error and --ao-budget are for meshes, but '" +
+                                      a.meshes.front() + "' is a volume.");
+  }
 }
 
 /// Before any work. \throws Error(usage)
@@ -87,7 +96,8 @@ void check_meshes(const ChartArguments& a) {
                 "is.");
   }
   height_field_options(a.heights);
-  check_settings(a, chart_settings(), "meshes");
+  check_settings(a, mesh_setting_names(), "meshes");
+  check_ao(a);
   if (a.meshes.size() % 2 != 0) {
     throw Error(ErrorCode::usage, "Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
                                       "' has no LOW: give its low poly, with UVs.");
@@ -96,8 +106,7 @@ void check_meshes(const ChartArguments& a) {
 
 /// Settings without the comma between them would be meshes. \throws Error(usage)
 void check_no_settings(const ChartArguments& a) {
-  std::vector<std::string> names;
-  for (const ChartSetting& setting : ChartOptions().settings) names.push_back(setting.name);
+  std::vector<std::string> names = mesh_setting_names();
   for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
   for (const std::string& path : a.meshes) {
     if (fs::exists(path) || std::find(names.begin(), names.end(), path) == names.end()) continue;
@@ -115,7 +124,7 @@ void check(const ChartArguments& a) {
   check_no_settings(a);
   has_volumes(a) ? check_volumes(a) : check_meshes(a);
   std::vector<fs::path> outputs;
-  for (const char* ending : {".json", ".csv", ".md"}) {
+  for (const char* ending : {".json", ".csv", ".md", "_ao.csv"}) {
     outputs.push_back(fs::path(a.out) / file_name(ending));
   }
   for (const std::string& file : plot_files(kChartName)) outputs.push_back(fs::path(a.out) / file);
@@ -138,18 +147,21 @@ ChartOptions chart_options(const ChartArguments& a) {
 Json json_of(const ChartArguments& a, const ChartOptions& options) {
   Json names = Json::array();
   for (const ChartSetting& setting : options.settings) names.push_back(setting.name);
+  Json ao_names = Json::array();
+  for (const AoSetting& setting : ao_options(a).settings) ao_names.push_back(setting.name);
   return {{"size", options.size},
           {"max_distance", a.max_distance},
           {"height", has_height_fields(a) ? Json(a.heights.height) : Json()},
           {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
           {"repeat", options.repeat},
-          {"settings", names}};
+          {"settings", names},
+          {"ao_settings", ao_names}};
 }
 
 }  // namespace
 
 ChartFiles save_chart_files(const fs::path& folder, const std::string& data, const Plot& plot,
-                            const std::string& table) {
+                            const std::string& table, const std::string& ao_data) {
   ChartFiles files;
   const auto save = [&](const char* ending, const std::string& text) {
     save_text(folder / file_name(ending), text);
@@ -157,6 +169,7 @@ ChartFiles save_chart_files(const fs::path& folder, const std::string& data, con
   };
   save(".csv", data);
   save(".md", table);
+  if (!ao_data.empty()) save("_ao.csv", ao_data);
   files.cancelled = !save_plots(folder, {plot}, files.outputs, files.warnings);
   files.outputs.push_back((folder / file_name(".json")).string());
   return files;
@@ -166,6 +179,8 @@ namespace {
 
 int run_chart_command(const ChartArguments& arguments) {
   const ChartOptions options = chart_options(arguments);
+  AoChartOptions ao = ao_options(arguments);
+  ao.max_distance = options.max_distance;
   Console console(arguments.quiet);
   Stopwatch watch;
   const fs::path folder = arguments.out;
@@ -201,12 +216,20 @@ int run_chart_command(const ChartArguments& arguments) {
     seconds_load += watch.lap();
     ChartOptions own = options;
     own.uv = uv_options(dense);
-    std::optional<ChartPair> pair = run_chart(device, high, lows[i], own, show);
+    const double share = ao.settings.empty() ? 1 : 0.5;
+    const auto first = [&](double done, std::string_view stage) {
+      return show(share * done, stage);
+    };
+    const auto second = [&](double done, std::string_view stage) {
+      return show(share + (1 - share) * done, stage);
+    };
+    std::optional<ChartPair> pair = run_chart(device, high, lows[i], own, first);
     if (!pair) return kExitCancelled;
     warnings.insert(warnings.end(), pair->warnings.begin(), pair->warnings.end());
     Json json = {{"high", describe(high, path)},
                  {"low", describe(lows[i], arguments.meshes[2 * i + 1])}};
     json.update(describe(*pair));
+    if (!add_ao(device, high, lows[i], ao, second, *pair, json)) return kExitCancelled;
     pairs_json.push_back(std::move(json));
     pairs.push_back(std::move(*pair));
     seconds_chart += watch.lap();
@@ -215,7 +238,7 @@ int run_chart_command(const ChartArguments& arguments) {
   if (!console.progress(kChartAtSave, "writing")) return kExitCancelled;
   const ChartFiles files =
       save_chart_files(folder, chart_data(pairs), chart_plot(pairs, options, device.info()),
-                       chart_table(pairs, options, device.info()));
+                       chart_table(pairs, options, ao, device.info()), chart_ao_data(pairs));
   if (files.cancelled) return kExitCancelled;
   const std::vector<std::string>& outputs = files.outputs;
   warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
@@ -248,6 +271,8 @@ int run_chart_command(const ChartArguments& arguments) {
     console.line(pair.high_name + " to " + pair.low_name +
                  " (* nothing else is both faster and closer):");
     for (const ChartRow& row : pair.rows) console.line(summary(row));
+    if (!pair.ao) continue;
+    for (const std::string& line : summary(*pair.ao, ao)) console.line(line);
   }
   for (const std::string& output : outputs) console.line("wrote " + output);
   return 0;
@@ -294,8 +319,17 @@ Run add_chart(CLI::App& app) {
                    "which compiles the kernels and gives the errors")
       ->check(CLI::Range(1U, 1000U))
       ->capture_default_str();
-  std::vector<std::string> names;
-  for (const ChartSetting& setting : a->options.settings) names.push_back(setting.name);
+  command->add_flag("--ao", a->ao,
+                    "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 "
+                    "views, against 4096 rays; takes minutes at 1024 texels a side");
+  command->add_option("--ao-error", a->ao_error,
+                      "Of ambient occlusion: say what reaches this root mean square error in the "
+                      "fewest seconds; a share of 1, or a fraction such as 2/255");
+  command
+      ->add_option("--ao-budget", a->ao_budget,
+                   "Of ambient occlusion: say what comes nearest to the truth in so many seconds")
+      ->check(CLI::PositiveNumber);
+  std::vector<std::string> names = mesh_setting_names();
   for (const VolumeWay& way : volume_ways()) {
     if (std::find(names.begin(), names.end(), way.name) == names.end()) names.push_back(way.name);
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "lab/chart_ao.h"
 #include "lab/uv_fit.h"
 
 namespace kiln::cli {
@@ -105,6 +106,7 @@ struct ChartPair {
   std::vector<ChartRow> rows;      ///< As the options' settings, but for those left out
   std::vector<LeftOut> left_out;
   std::vector<Warning> warnings;  ///< Of HIGH
+  std::optional<AoChart> ao;      ///< Where it was asked for
 };
 
 /// Bakes with every setting once for the errors, then `repeat` times in turns for the seconds, each time from

@@ -171,8 +171,18 @@ std::string chart_data(const std::vector<ChartPair>& pairs) {
   return text;
 }
 
+std::string chart_ao_data(const std::vector<ChartPair>& pairs) {
+  std::string text;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (!pairs[i].ao) continue;
+    if (text.empty()) text = ao_data_head();
+    text += ao_data(i + 1, *pairs[i].ao);
+  }
+  return text;
+}
+
 std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions& options,
-                        const DeviceInfo& device) {
+                        const AoChartOptions& ao, const DeviceInfo& device) {
   std::ostringstream text;
   text << "# Speed against accuracy\n\n"
        << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
@@ -236,6 +246,7 @@ std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions&
            << fixed_text(100 * row.match.match_distance.mean / row.match.diagonal, 4) << " | "
            << fixed_text(100 * row.match.folded, 2) << "% |\n";
     }
+    if (pair.ao) text << ao_table(*pair.ao, ao);
   }
   return text.str();
 }

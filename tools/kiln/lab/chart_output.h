@@ -28,9 +28,12 @@ std::string chart_data(const std::vector<ChartPair>& pairs);
 
 /// A table a pair, in Markdown.
 std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions& options,
-                        const DeviceInfo& device);
+                        const AoChartOptions& ao, const DeviceInfo& device);
 
-/// A row of panels a pair, one a measure.
+/// Of ambient occlusion: a line a pair and setting. Empty where no pair has it.
+std::string chart_ao_data(const std::vector<ChartPair>& pairs);
+
+/// A row of panels a pair, one a measure, and one of ambient occlusion.
 Plot chart_plot(const std::vector<ChartPair>& pairs, const ChartOptions& options,
                 const DeviceInfo& device);
 

@@ -94,6 +94,7 @@ Json group(const ChartPair& pair) {
     }
   }
   for (const ChartMeasure measure : kChartPanels) json["panels"].push_back(panel(pair, measure));
+  if (pair.ao) json["panels"].push_back(ao_panel(*pair.ao));
   return json;
 }
 
@@ -108,7 +109,9 @@ std::string runs_note(unsigned repeat) {
 Plot chart_plot(const std::vector<ChartPair>& pairs, const ChartOptions& options,
                 const DeviceInfo& device) {
   Json data = {{"kind", "chart"},
-               {"title", "Normal maps: speed against accuracy of every way to match"},
+               {"title", pairs.front().ao
+                             ? "Speed against accuracy: every way to match, and ambient occlusion"
+                             : "Normal maps: speed against accuracy of every way to match"},
                {"subtitle", std::to_string(options.size) + " × " + std::to_string(options.size) +
                                 " maps, " + device.name + runs_note(options.repeat)},
                {"seconds_title", "Seconds to match, hierarchy and views included"}};
@@ -122,6 +125,9 @@ Plot chart_plot(const std::vector<ChartPair>& pairs, const ChartOptions& options
                               {"title", style.title},
                               {"mark", style.mark},
                               {"color", style.color}});
+  }
+  if (pairs.front().ao) {
+    for (const Json& style : ao_styles(*pairs.front().ao)) data["styles"].push_back(style);
   }
   for (const ChartPair& pair : pairs) data["groups"].push_back(group(pair));
   return {kChartName, std::move(data), std::nullopt};

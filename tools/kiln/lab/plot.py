@@ -59,9 +59,15 @@ class Page:
         return np.array(artist.get_window_extent(self.renderer).extents)
 
     def legend(self, handles, y, loc, x=0.5):
-        self.figure.legend(handles=handles, loc=loc, ncol=len(handles), frameon=False,
-                           fontsize=NORMAL, bbox_to_anchor=(x, y / self.height), borderpad=0,
-                           columnspacing=1.4, handletextpad=0.5)
+        """In two lines where one is too wide."""
+        for lines in (1, 2):
+            made = self.figure.legend(handles=handles, loc=loc, frameon=False,
+                                      ncol=-(-len(handles) // lines), fontsize=NORMAL, bbox_to_anchor=(x, y / self.height), borderpad=0,
+                                      columnspacing=1.4, handletextpad=0.5)
+            left, _, right, _ = self.extent(made)
+            if lines == 2 or right - left <= self.width:
+                return
+            made.remove()
 
     def save(self, path):
         self.figure.savefig(sys.stdout.buffer if path == "-" else path, format="png", dpi=DPI,
@@ -131,7 +137,7 @@ def draw_panel(page, data, panel, corner, size):
     marks = [{**mark, "runs": [max(run, 1e-9) for run in mark["runs"]]} for mark in panel["marks"]]
     low, high, is_log, broken = error_axis([mark["error"] for mark in marks])
     axes = page.axes(*corner, *size)
-    style_axes(axes, data["seconds_title"] + " (logarithmic)",
+    style_axes(axes, panel.get("seconds_title", data["seconds_title"]) + " (logarithmic)",
                panel["unit"] + (" (logarithmic)" if is_log else " (not from 0)"))
     page.text(corner[0], corner[1] - 22, panel["title"])
     runs = [run for mark in marks for run in mark["runs"]]
