@@ -97,6 +97,8 @@ struct LoadMeshOptions {
 /// (s t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
 /// corners with exactly equal positions become one vertex. Positions are read in double precision,
 /// and a mesh farther from the world's origin than 16 of its diagonals gets an `origin` of its own.
+/// PLY's vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign `tw` (without it, the UVs say
+/// it): Mesh::tangents, where there are UVs. Clear them for those of MikkTSpace.
 /// Normals are made unit. OBJ's groups are its `g` and `o` names, whichever came last; its objects are its `o`
 /// names alone, its materials those of `usemtl`, described in the files of `mtllib`. Triangles before the
 /// first such name have one of their own, "default".
@@ -110,6 +112,9 @@ struct LoadMeshOptions {
 ///   missing-uvs           corners without UV where others have one: NaN, nothing is baked there
 ///   missing-normals       corners without normal where others have one: normal zero
 ///   missing-colors        vertices without colour where others have one: white
+///   bad-tangents          NaN, infinite, zero or along the normal: MikkTSpace's are taken there
+///   long-tangents         not of length 1: they are made so where they are used
+///   tangent-signs         neither 1 nor -1: below 0 counts as -1
 ///   ignored-statements    OBJ statements that Kiln has no use for (lines, points, curves)
 ///   trailing-bytes        after the last triangle of a binary STL: ignored
 ///

@@ -276,10 +276,16 @@ TEST(FilesCommand, SaysWhatMakesBoxesFit) {
     const ProcessResult result = run_kiln(
         {"bake", folder / "high.obj", folder / "low.obj", "--size", "32", "--out", folder / "out"});
     EXPECT_NE(result.errors.find(words), std::string::npos) << words << ": " << result.errors;
+    const ProcessResult drawn =
+        run_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--size", "16",
+                  "--ambient-rays", "0", "--out", folder / "look.png"});
+    EXPECT_NE(drawn.errors.find(words), std::string::npos) << words << ": " << drawn.errors;
   };
   says("after swapping X and Z", 1, [](Vec3 p) { return Vec3{p.z, p.y, p.x}; });
   says("after swapping X and Y", 1, [](Vec3 p) { return Vec3{p.y, p.x, p.z}; });
   says("LOW is 100 times as large as HIGH; scale one of them", 100, [](Vec3 p) { return p; });
+  says("LOW is about 100 times as large as HIGH", 99.5, [](Vec3 p) { return p; });
+  says("LOW is 12 times as large as HIGH", 12, [](Vec3 p) { return p; });
   says("LOW is 0.01 times as large as HIGH; scale one of them, and swap Y and Z", 0.01, [](Vec3 p) {
     return Vec3{p.x, p.z, p.y};
   });

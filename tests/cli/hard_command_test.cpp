@@ -158,13 +158,20 @@ TEST(HardCommand, FindsSavesAndDrawsACage) {
     const ProcessResult result = run_kiln(line);
     return std::pair(result.exit_code, result.errors);
   };
+  const std::string high = folder / "high.obj";
   for (const char* cage : {"auto", "3%"}) {
-    EXPECT_EQ(draw({"--cage", cage, "--reference", folder / "high.obj"}).first, 0) << cage;
-    EXPECT_EQ(draw({"--cage", cage}).first, 2) << cage;
+    EXPECT_EQ(draw({"--draw-cage", "--cage", cage, "--reference", high}).first, 0) << cage;
+    EXPECT_EQ(draw({"--draw-cage", "--cage", cage}).first, 2) << cage;
   }
-  EXPECT_EQ(draw({"--cage-mesh", folder / "cage.obj"}).first, 0);
-  EXPECT_EQ(draw({"--cage", "0.1", "--normals"}).first, 2);
-  EXPECT_EQ(draw({"--cage", "0.2"}).first, 0);
+  EXPECT_EQ(draw({"--draw-cage", "--cage-mesh", folder / "cage.obj"}).first, 0);
+  EXPECT_EQ(draw({"--draw-cage", "--cage", "0.1", "--normals"}).first, 2);
+  // Without the flag a cage is for a map, which needs HIGH; with it, what has no say in a cage is refused.
+  EXPECT_NE(draw({"--cage", "0.1"}).second.find("--draw-cage"), std::string::npos);
+  EXPECT_EQ(draw({"--draw-cage"}).first, 2);
+  EXPECT_EQ(draw({"--draw-cage", "--cage", "0.1", "--direction", "face"}).first, 2);
+  EXPECT_EQ(draw({"--draw-cage", "--cage", "4%", "--reference", high, "--map-size", "32"}).first,
+            0);
+  EXPECT_EQ(draw({"--draw-cage", "--cage", "0.2"}).first, 0);
   const Image caged = load_image(folder / "p.png");
   // The tint lies over the sphere's middle, and over what lies between it and the cage.
   const float* middle = caged.at(caged.width / 2, caged.height / 2);

@@ -157,6 +157,13 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group("The low poly");
   command
+      .add_option("--tangents", a.tangents,
+                  "Which tangents normals are along: file, LOW's own where its file has them, else "
+                  "MikkTSpace's; or mikktspace, in any case")
+      ->check(CLI::IsMember({"file", "mikktspace"}))
+      ->capture_default_str()
+      ->group("The low poly");
+  command
       .add_flag(
           "--split-at-seams", a.split_at_seams,
           "Make LOW's UV seams hard edges, so that no gradient runs across them. The LOW that "
