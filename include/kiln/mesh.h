@@ -155,7 +155,7 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = 
 
 /// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, objects, names of
 /// materials) with 9 significant digits, so that reading it back gives the same floats; 17 digits for the
-/// positions of a mesh with an origin. The files of materials are not written. The file appears whole or not
+/// positions of a mesh with an origin. `material_files` are named as they are, and not written. The file appears whole or not
 /// at all. About 0.4 s for a million triangles. Tangents are not written. Thread safety: may be called from
 /// several threads, for files of different names.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before

@@ -178,6 +178,23 @@ TEST(HardCommand, FindsSavesAndDrawsACage) {
   EXPECT_GT(middle[0] - middle[2], 0.1F);
 }
 
+TEST(HardCommand, ADrawnCageObeysTheDirection) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::cube(1.06), folder / "high.obj");
+  save_obj(test::cube(1), folder / "low.obj");
+  std::vector<std::vector<float>> pictures;
+  for (const char* direction : {"averaged", "face"}) {
+    const ProcessResult result =
+        run_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--draw-cage",
+                  "--cage", "auto", "--direction", direction, "--size", "64", "--ambient-rays", "0",
+                  "--out", folder / "p.png"});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    pictures.push_back(load_image(folder / "p.png").pixels);
+  }
+  EXPECT_TRUE(pictures[0] != pictures[1]);
+}
+
 TEST(HardCommand, SaysWhyTexelsAreMissed) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "arguments/low_record.h"
+#include "arguments/mesh_files.h"
 #include "arguments/packs.h"
 #include "arguments/paths.h"
 #include "arguments/transfers.h"
@@ -246,6 +247,7 @@ bool save_low_and_maps(BakeRun& run) {
   if (run.low.made) {
     const fs::path path = folder / (run.low.stem + ".obj");
     if (!announce(run, path)) return false;
+    move_material_files(run.low.mesh, fs::path(low_source(run.arguments)).parent_path(), folder);
     save_obj(run.low.mesh, path);
   }
   if (!run.result.maps.empty() && !save_maps(run)) return false;
