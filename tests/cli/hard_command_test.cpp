@@ -178,16 +178,16 @@ TEST(HardCommand, FindsSavesAndDrawsACage) {
   EXPECT_GT(middle[0] - middle[2], 0.1F);
 }
 
-TEST(HardCommand, ADrawnCageObeysTheDirection) {
+TEST(HardCommand, ADrawnCageObeysFlagsOfTheMatch) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();
-  save_obj(test::cube(1.06), folder / "high.obj");
+  save_obj(test::cube(1.06), folder / "high.obj");  // 1.6% of the diagonal away
   save_obj(test::cube(1), folder / "low.obj");
   std::vector<std::vector<float>> pictures;
-  for (const char* direction : {"averaged", "face"}) {
+  for (const char* far : {"1%", "10%"}) {
     const ProcessResult result =
         run_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--draw-cage",
-                  "--cage", "auto", "--direction", direction, "--size", "64", "--ambient-rays", "0",
+                  "--cage", "auto", "--max-distance", far, "--size", "64", "--ambient-rays", "0",
                   "--out", folder / "p.png"});
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     pictures.push_back(load_image(folder / "p.png").pixels);
