@@ -87,8 +87,8 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->group(group_match);
   command
       .add_option("--save-cage", a.save_cage,
-                  "--cage auto: also write the cage (OBJ, two shells), to correct a vertex of it "
-                  "and bake with --cage-mesh")
+                  "--cage auto: also write the cage: an OBJ of two shells, or an EXR of distances "
+                  "and directions, to correct a vertex of it and bake with --cage-mesh")
       ->group(group_match);
   command
       .add_option(

@@ -5,6 +5,7 @@
 
 #include "arguments/bake_flags.h"
 #include "arguments/bake_values.h"
+#include "arguments/cage_file.h"
 
 namespace kiln::cli {
 
@@ -55,7 +56,7 @@ void check_cage_directions(const BakeArguments& arguments, const Mesh& low, cons
 void MatchInputs::read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) {
-    cage_mesh_ = load_mesh(arguments.cage_mesh, &warnings);
+    cage_mesh_ = load_cage(arguments.cage_mesh, low, &warnings);
     check_cage_directions(arguments, low, *cage_mesh_);
   }
   if (arguments.match_by != "all") {

@@ -1,6 +1,7 @@
 // The files of a bake.
 #include <algorithm>
 
+#include "arguments/cage_file.h"
 #include "arguments/low_record.h"
 #include "arguments/mesh_files.h"
 #include "arguments/packs.h"
@@ -188,9 +189,11 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
     throw Error(ErrorCode::usage, "--save-match '" + arguments.save_match +
                                       "': a match is an EXR, so the name must end in .exr.");
   }
-  if (!arguments.save_cage.empty() && fs::path(arguments.save_cage).extension() != ".obj") {
-    throw Error(ErrorCode::usage, "--save-cage '" + arguments.save_cage +
-                                      "': a cage is an OBJ, so the name must end in .obj.");
+  const std::string cage = fs::path(arguments.save_cage).extension().string();
+  if (!arguments.save_cage.empty() && cage != ".obj" && cage != ".exr") {
+    throw Error(ErrorCode::usage,
+                "--save-cage '" + arguments.save_cage +
+                    "': a cage is an OBJ or an EXR, so the name must end in .obj or .exr.");
   }
   const bool makes_low = writes_low(arguments);
   const std::string stem = low_stem(arguments);
@@ -270,7 +273,7 @@ bool save_outputs(BakeRun& run) {
   }
   if (!run.arguments.save_cage.empty()) {
     if (!announce(run, run.arguments.save_cage)) return false;
-    save_obj(run.cage->mesh, run.arguments.save_cage);
+    save_cage(run.cage->mesh, run.low.mesh, run.arguments.save_cage);
   }
   if (!run.arguments.save_match.empty()) {
     if (!announce(run, run.arguments.save_match)) return false;

@@ -5,7 +5,9 @@
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
+#include "arguments/cage_file.h"
 #include "arguments/map_bounds.h"
+#include "arguments/match_flags.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -130,7 +132,7 @@ bool read_inputs(BakeRun& run) {
                       : arguments.low;
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
   if (!arguments.cage_mesh.empty()) {
-    run.cage_mesh = load_mesh(arguments.cage_mesh, &run.warnings);
+    run.cage_mesh = load_cage(arguments.cage_mesh, run.low.mesh, &run.warnings);
     check_cage_directions(arguments, run.low.mesh, *run.cage_mesh);
     run.options.cage_mesh = &*run.cage_mesh;
   }

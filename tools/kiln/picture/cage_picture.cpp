@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "arguments/bake_values.h"
+#include "arguments/cage_file.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
 #include "picture/canvas.h"
@@ -73,7 +74,7 @@ void draw_edge(const Viewed& a, const Viewed& b, const Image& depth, double behi
 
 Mesh outer_cage(const BakeArguments& arguments, const Device& device, const Mesh& low,
                 const Mesh* high, std::vector<Warning>& warnings) {
-  if (!arguments.cage_mesh.empty()) return outer_of(load_mesh(arguments.cage_mesh, &warnings));
+  if (!arguments.cage_mesh.empty()) return outer_of(load_cage(arguments.cage_mesh, low, &warnings));
   const bool automatic = arguments.cage == kAutomatic;
   const Length length = automatic ? Length{} : parse_length("--cage", arguments.cage);
   if ((automatic || length.relative) && high == nullptr) {
