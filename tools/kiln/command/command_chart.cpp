@@ -36,6 +36,16 @@ bool has_height_fields(const ChartArguments& a) {
   return false;
 }
 
+constexpr const char* kHard = "hard";
+
+/// The names that `hard` stands for in its place.
+void expand_settings(ChartArguments& a) {
+  const auto hard = std::find(a.settings.begin(), a.settings.end(), kHard);
+  if (hard == a.settings.end()) return;
+  const auto at = a.settings.erase(hard);
+  a.settings.insert(at, hard_settings().begin(), hard_settings().end());
+}
+
 /// Settings by name that a kind of input does not have. \throws Error(usage)
 template <typename Settings>
 void check_settings(const ChartArguments& a, const Settings& settings, const char* kind) {
@@ -87,7 +97,7 @@ void check_meshes(const ChartArguments& a) {
                 "is.");
   }
   height_field_options(a.heights);
-  check_settings(a, chart_settings(), "meshes");
+  check_settings(a, all_chart_settings(), "meshes");
   if (a.meshes.size() % 2 != 0) {
     throw Error(ErrorCode::usage, "Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
                                       "' has no LOW: give its low poly, with UVs.");
@@ -97,7 +107,7 @@ void check_meshes(const ChartArguments& a) {
 /// Settings without the comma between them would be meshes. \throws Error(usage)
 void check_no_settings(const ChartArguments& a) {
   std::vector<std::string> names;
-  for (const ChartSetting& setting : ChartOptions().settings) names.push_back(setting.name);
+  for (const ChartSetting& setting : all_chart_settings()) names.push_back(setting.name);
   for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
   for (const std::string& path : a.meshes) {
     if (fs::exists(path) || std::find(names.begin(), names.end(), path) == names.end()) continue;
@@ -127,6 +137,7 @@ ChartOptions chart_options(const ChartArguments& a) {
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   if (a.settings.empty()) return options;
   options.strict = true;
+  options.settings = all_chart_settings();
   std::erase_if(options.settings, [&](const ChartSetting& setting) {
     const bool named =
         std::find(a.settings.begin(), a.settings.end(), setting.name) != a.settings.end();
@@ -295,7 +306,8 @@ Run add_chart(CLI::App& app) {
       ->check(CLI::Range(1U, 1000U))
       ->capture_default_str();
   std::vector<std::string> names;
-  for (const ChartSetting& setting : a->options.settings) names.push_back(setting.name);
+  for (const ChartSetting& setting : all_chart_settings()) names.push_back(setting.name);
+  names.emplace_back(kHard);
   for (const VolumeWay& way : volume_ways()) {
     if (std::find(names.begin(), names.end(), way.name) == names.end()) names.push_back(way.name);
   }
@@ -304,7 +316,9 @@ Run add_chart(CLI::App& app) {
                    "Some of the ways to match, by their names in chart.csv, separated by commas; "
                    "for meshes the "
                    "reference, " +
-                       std::string(kChartReference) + ", always comes along (default: all)")
+                       std::string(kChartReference) +
+                       ", always comes along. hard: directions and cages, for hard surfaces "
+                       "(default: all but those)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(names));
@@ -324,6 +338,7 @@ Run add_chart(CLI::App& app) {
     for (const CLI::Option* option : for_volumes) {
       if (option->count() != 0) a->for_volumes.push_back(option->get_name());
     }
+    expand_settings(*a);
     return run_chart(*a);
   };
 }
