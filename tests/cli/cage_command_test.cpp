@@ -75,6 +75,12 @@ TEST(CageCommand, FindsSavesAndDrawsOne) {
   EXPECT_EQ(small.exit_code, 3);
   EXPECT_NE(small.errors.find("does not enclose"), std::string::npos) << small.errors;
 
+  save_obj(test::cube(12), folder / "far.obj");
+  const ProcessResult far = bake("f", {"--cage-mesh", folder / "far.obj"});
+  EXPECT_EQ(far.exit_code, 0) << far.errors;
+  EXPECT_NE(far.errors.find("The way from the cage to the low poly is"), std::string::npos)
+      << far.errors;
+
   const auto draw = [&](std::vector<std::string> flags) {
     std::vector<std::string> line = {
         "render", folder / "low.obj", "--out", folder / "p.png", "--size",
