@@ -160,6 +160,11 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   if (options.match == nullptr && match_row(options.method).info.looks_far) {
     warn_about_length("BakeOptions::cage", options.cage, source.frame, report.warnings);
     warn_about_length("max_distance", options.max_distance, source.frame, report.warnings);
+    if (report.cage_mesh) {
+      warn_about_length("The way from the cage to the low poly",
+                        Length::absolute(report.cage_mesh->outward_most), source.frame,
+                        report.warnings);
+    }
   }
   const double built = source.stats().build_seconds;
   MatchNotes notes;

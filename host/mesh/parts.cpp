@@ -54,8 +54,13 @@ std::string part_name(const std::string& group, const PartNames& names, Side sid
     return (side == Side::low ? "low " : "high ") + group;
   }
   if (names.by != PartsBy::name) return group;
-  for (const std::string& pattern : side == Side::low ? names.low : names.high) {
-    if (const auto name = first_star(group, pattern)) return *name;
+  // What is made of the high poly keeps its names.
+  const bool is_low = side == Side::low;
+  for (const auto* patterns : {is_low ? &names.low : &names.high, is_low ? &names.high : nullptr}) {
+    if (patterns == nullptr) continue;
+    for (const std::string& pattern : *patterns) {
+      if (const auto name = first_star(group, pattern)) return *name;
+    }
   }
   return group;
 }

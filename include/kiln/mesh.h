@@ -97,6 +97,8 @@ struct LoadMeshOptions {
 /// (s t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
 /// corners with exactly equal positions become one vertex. Positions are read in double precision,
 /// and a mesh farther from the world's origin than 16 of its diagonals gets an `origin` of its own.
+/// PLY's vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign `tw` (without it, the UVs say
+/// it): Mesh::tangents, where there are UVs. Clear them for those of MikkTSpace.
 /// Normals are made unit. OBJ's groups are its `g` and `o` names, whichever came last; its objects are its `o`
 /// names alone, its materials those of `usemtl`, described in the files of `mtllib`. Triangles before the
 /// first such name have one of their own, "default".
@@ -110,6 +112,9 @@ struct LoadMeshOptions {
 ///   missing-uvs           corners without UV where others have one: NaN, nothing is baked there
 ///   missing-normals       corners without normal where others have one: normal zero
 ///   missing-colors        vertices without colour where others have one: white
+///   bad-tangents          NaN, infinite, zero or along the normal: MikkTSpace's are taken there
+///   long-tangents         not of length 1: they are made so where they are used
+///   tangent-signs         neither 1 nor -1: below 0 counts as -1
 ///   ignored-statements    OBJ statements that Kiln has no use for (lines, points, curves)
 ///   trailing-bytes        after the last triangle of a binary STL: ignored
 ///
@@ -150,7 +155,7 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = 
 
 /// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, objects, names of
 /// materials) with 9 significant digits, so that reading it back gives the same floats; 17 digits for the
-/// positions of a mesh with an origin. The files of materials are not written. The file appears whole or not
+/// positions of a mesh with an origin. `material_files` are named as they are, and not written. The file appears whole or not
 /// at all. About 0.4 s for a million triangles. Tangents are not written. Thread safety: may be called from
 /// several threads, for files of different names.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before

@@ -17,9 +17,9 @@ namespace kiln::test {
 namespace {
 
 /// In the table's order.
-constexpr std::array<std::string_view, 15> kGroups = {
+constexpr std::array<std::string_view, 16> kGroups = {
     "match",   "visibility", "fallback", "image",  "mesh",   "session", "views",  "plan",
-    "lowmesh", "height",     "volume",   "assess", "render", "maps",    "byviews"};
+    "lowmesh", "height",     "volume",   "assess", "render", "maps",    "byviews", "cages"};
 
 /// FNV-1a with 64 bits (Fowler, Noll, Vo), over values' bytes in the machine's order.
 class Hash {

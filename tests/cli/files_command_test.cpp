@@ -254,6 +254,39 @@ TEST(FilesCommand, MeasureTakesTheMatchOfABake) {
   EXPECT_EQ(study.exit_code, 2);
 }
 
+/// Materials of HIGH's file are found from where LOW is written.
+TEST(FilesCommand, WrittenMeshesNameTheirMaterials) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  fs::create_directories(folder / "art" / "paint");
+  Mesh high = test::BumpySphere::dense(2000);
+  high.material_files = {"paint/all.mtl"};
+  high.material_names = {"upper", "lower"};
+  for (const Triangle& t : high.triangles) high.materials.push_back(high.positions[t[0]].y < 0);
+  save_obj(high, folder / "art" / "high.obj");
+  std::ofstream(folder / "art" / "paint" / "all.mtl")
+      << "newmtl upper\nKd 1 0 0\nnewmtl lower\nKd 0 0 1\n";
+  const auto survives = [&](const fs::path& low) {
+    const Mesh mesh = load_mesh(low);
+    EXPECT_EQ(mesh.material_names, high.material_names) << low;
+    const std::vector<Material> materials = load_materials(mesh, low);
+    ASSERT_EQ(materials.size(), 2U) << low;
+    EXPECT_EQ(materials[0].color, (std::array<float, 3>{1, 0, 0})) << low;
+    EXPECT_EQ(materials[1].color, (std::array<float, 3>{0, 0, 1})) << low;
+  };
+  const std::string source = folder / "art" / "high.obj";
+  fs::create_directories(folder / "lows");
+  const ProcessResult simple = run_kiln({"simplify", source, "--faces", "200", "--size", "64",
+                                         "--out", folder / "lows" / "simple.obj"});
+  ASSERT_EQ(simple.exit_code, 0) << simple.errors;
+  survives(folder / "lows" / "simple.obj");
+  fs::create_directories(folder / "deep");
+  const ProcessResult baked = run_kiln(
+      {"bake", source, "--faces", "200", "--size", "64", "--out", folder / "deep" / "maps"});
+  ASSERT_EQ(baked.exit_code, 0) << baked.errors;
+  survives(folder / "deep" / "maps" / "high_low.obj");
+}
+
 /// Boxes that fit once axes are swapped, or sizes are made alike.
 TEST(FilesCommand, SaysWhatMakesBoxesFit) {
   KILN_REQUIRE_DEVICE();
@@ -273,10 +306,16 @@ TEST(FilesCommand, SaysWhatMakesBoxesFit) {
     const ProcessResult result = run_kiln(
         {"bake", folder / "high.obj", folder / "low.obj", "--size", "32", "--out", folder / "out"});
     EXPECT_NE(result.errors.find(words), std::string::npos) << words << ": " << result.errors;
+    const ProcessResult drawn =
+        run_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--size", "16",
+                  "--ambient-rays", "0", "--out", folder / "look.png"});
+    EXPECT_NE(drawn.errors.find(words), std::string::npos) << words << ": " << drawn.errors;
   };
   says("after swapping X and Z", 1, [](Vec3 p) { return Vec3{p.z, p.y, p.x}; });
   says("after swapping X and Y", 1, [](Vec3 p) { return Vec3{p.y, p.x, p.z}; });
   says("LOW is 100 times as large as HIGH; scale one of them", 100, [](Vec3 p) { return p; });
+  says("LOW is about 100 times as large as HIGH", 99.5, [](Vec3 p) { return p; });
+  says("LOW is 12 times as large as HIGH", 12, [](Vec3 p) { return p; });
   says("LOW is 0.01 times as large as HIGH; scale one of them, and swap Y and Z", 0.01, [](Vec3 p) {
     return Vec3{p.x, p.z, p.y};
   });

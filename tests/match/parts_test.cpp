@@ -29,6 +29,16 @@ TEST(PairParts, TakesNamesByTheirPatterns) {
   EXPECT_TRUE(parts.warnings.empty());
 }
 
+/// A low poly that was made of the high poly keeps its names.
+TEST(PairParts, TakesTheHighPolysOwnNames) {
+  const Parts parts = pair_parts(named({"bolt_high", "bolt_high_rim", "nut_high"}),
+                                 named({"nut_high", "bolt_high_rim", "bolt_high"}));
+  EXPECT_EQ(parts.names, (std::vector<std::string>{"bolt", "nut"}));
+  EXPECT_EQ(parts.high, (std::vector<std::uint32_t>{0, 0, 0, 0, 1, 1}));
+  EXPECT_EQ(parts.low, (std::vector<std::uint32_t>{1, 1, 0, 0, 0, 0}));
+  EXPECT_TRUE(parts.warnings.empty());
+}
+
 TEST(PairParts, TakesOtherPatterns) {
   const PartNames names{{"LP_*"}, {"HP_*_x*", "HP_*"}};
   const Parts parts = pair_parts(named({"HP_a", "HP_b"}), named({"LP_b", "LP_a"}), names);

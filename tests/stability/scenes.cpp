@@ -292,14 +292,17 @@ FailureScene zero_normals() {
 }  // namespace
 
 std::vector<FailureScene> failure_scenes() {
-  return {sheets(),     convex_edge(),   concave_corner(), deep_hole(),         open_border(),
-          hole(),       flipped_faces(), fans(),           self_intersection(), slivers(),
-          duplicates(), coincident(),    far_away(),       zero_normals()};
+  std::vector<FailureScene> scenes = {
+      sheets(),     convex_edge(),   concave_corner(), deep_hole(),         open_border(),
+      hole(),       flipped_faces(), fans(),           self_intersection(), slivers(),
+      duplicates(), coincident(),    far_away(),       zero_normals()};
+  for (FailureScene& scene : hard_failures()) scenes.push_back(std::move(scene));
+  return scenes;
 }
 
 std::vector<Way> ways() {
   const auto way = [](const char* name, MatchMethod method) {
-    Way result{name, {}, false};
+    Way result{name, {}};
     result.options.method = method;
     // A sheet that is seen from one side is no height field by name: views from all around.
     if (method == MatchMethod::views) result.options.views.count = 12;
@@ -311,8 +314,14 @@ std::vector<Way> ways() {
   two_sided.options.two_sided = true;
   Way nearest = way("ray, nearest", MatchMethod::ray);
   nearest.options.ray.rule = RayRule::nearest;
+  Way averaged = way("ray, averaged", MatchMethod::ray);
+  averaged.options.ray.direction = RayDirection::averaged;
+  Way parts = way("ray, by parts", MatchMethod::ray);
+  parts.by_parts = true;
   return {way("ray", MatchMethod::ray),
           nearest,
+          averaged,
+          parts,
           cage,
           two_sided,
           way("closest", MatchMethod::closest),

@@ -20,17 +20,21 @@ struct FailureScene {
   Mesh high, low;
   Length reach = Length::absolute(0.1);
   Length cage = Length::absolute(0.1);  ///< For the way that uses one
+  bool says_reach = true;               ///< Else nobody says how far to look, but where a cage does
   /// Of a sample by its place in the texture and its match (triangle KILN_NO_TRIANGLE: none).
   std::function<Verdict(double u, double v, std::uint32_t triangle, double distance)> judge = {};
 };
 
 std::vector<FailureScene> failure_scenes();
+/// Those of hard surfaces, which failure_scenes() ends with.
+std::vector<FailureScene> hard_failures();
 
 /// A way to match, as tables name it.
 struct Way {
   std::string name;
   BakeOptions options;
   bool use_cage = false;
+  bool by_parts = false;  ///< Where the scene names parts
 };
 std::vector<Way> ways();
 

@@ -57,6 +57,13 @@ const std::vector<Expected> kExpected = {
     {"normals of zero length",
      {},
      {"ray", "ray, cage", "closest", "views", "visibility", "hybrid"}},
+    {"lost stamp", {{"ray, nearest", 0.03, 0.05, 0, 0}}, {"ray", "ray, cage"}},
+    {"skewed stamps", {{"ray, averaged", 0.005, 0.03, 0, 0}}, {"ray"}},
+    {"leaf card", {}, {"ray", "ray, cage"}},
+    {"crossing parts",
+     {{"ray, nearest", 0.05, 0.2, 0, 0}, {"ray, cage", 0.4, 0.6, 0, 0}},
+     {"ray", "ray, by parts"}},
+    {"mirrored halves", {}, {"ray", "ray, cage", "closest", "views"}},
 };
 
 const Way& way_named(const std::vector<Way>& all, const std::string& name) {
@@ -89,6 +96,31 @@ TEST(Stability, EachFailureIsKnownAndHasARemedy) {
       EXPECT_EQ(rate.wrong, 0);
       EXPECT_EQ(rate.undecided, 0);
     }
+  }
+}
+
+/// What is lost is told: its share of what views show, and its place.
+TEST(Stability, ALostStampIsTold) {
+  KILN_REQUIRE_DEVICE();
+  const FailureScene scene = hard_failures().front();
+  ASSERT_EQ(scene.name, "lost stamp");
+  const Source source(*device(), scene.high);
+  for (const RayRule rule : {RayRule::outermost, RayRule::nearest}) {
+    BakeOptions options;
+    options.width = options.height = 128;
+    options.max_distance = scene.reach;
+    options.ray.rule = rule;
+    const BakeReport report = bake(source, scene.low, options).report;
+    ASSERT_TRUE(report.recall.has_value());
+    if (rule == RayRule::outermost) {
+      EXPECT_LT(report.recall->lost, 0.015);  // of the face, seen aslant under the stamp
+      continue;
+    }
+    // 0.2 by 0.2 of 1 by 1, and a rim of the face that it hides from aslant.
+    EXPECT_NEAR(report.recall->lost, 0.04, 0.015);
+    EXPECT_NEAR(report.recall->where[0], 0, 0.1);
+    EXPECT_NEAR(report.recall->where[1], 0, 0.1);
+    EXPECT_NEAR(report.recall->where[2], 0.03, 0.001);
   }
 }
 

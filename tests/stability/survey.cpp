@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
+#include <optional>
 #include <random>
 
 #include "kiln/kiln.h"
@@ -110,7 +111,15 @@ std::string percent(double share) {
 
 FailureRate rate_failure(const Device& device, const FailureScene& scene, const Way& way) {
   const Source source(device, scene.high);
-  const BakeOptions options = options_for(way, kSize, scene.reach, scene.cage);
+  BakeOptions options = options_for(way, kSize, scene.reach, scene.cage);
+  if (!scene.says_reach && !way.use_cage) options.max_distance.reset();
+  std::optional<Parts> parts;
+  if (way.by_parts && !scene.high.groups.empty()) {
+    PartNames names;
+    names.by = PartsBy::name;
+    parts = pair_parts(scene.high, scene.low, names);
+    options.parts = &*parts;
+  }
   const BakeResult baked = bake(source, scene.low, options);
   const Match& match = *baked.match;
   FailureRate rate;

@@ -356,6 +356,7 @@ Mesh MeshBuilder::finish() {
   complete_attributes(mesh);
   mesh.triangles = std::move(triangles_);
   number_polygons(mesh);
+  give_tangents(mesh);
   count_degenerate(mesh);
   return mesh;
 }

@@ -41,6 +41,8 @@ class MeshBuilder {
   std::vector<Vec2> uvs;
   std::vector<Vec3> normals;  ///< Any length; made unit by finish(), zero where that is impossible.
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position.
+  std::vector<Tangent> tangents;                    ///< Empty or one per position; any length.
+  bool tangent_signs = false;  ///< Whether the file gives their signs; else the UVs say them.
 
   /// One polygon in the file's order. `uv` and `normal` are empty (no corner has any) or as long as
   /// `vertex`. Fewer than three corners: counted, and reported as a warning.
@@ -95,6 +97,8 @@ class MeshBuilder {
   void number_polygons(Mesh& mesh) const;
   void place(Mesh& mesh);
   void complete_attributes(Mesh& mesh);
+  void check_tangents(const Mesh& mesh);
+  void give_tangents(Mesh& mesh);
   void count_degenerate(const Mesh& mesh);
 
   const MeshInput& input_;

@@ -181,6 +181,8 @@ class BodyReader {
       return static_cast<std::uint8_t>(std::lround(c > 0 ? std::min(c, 255.0) : 0.0));
     };
     const auto single = [&](Role role) { return narrow(get(role)); };
+    const bool tangents = has(Role::tx);
+    builder.tangent_signs = has(Role::tw);
     builder.positions.reserve(element.count);
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
@@ -196,6 +198,10 @@ class BodyReader {
         builder.normals.push_back({single(Role::nx), single(Role::ny), single(Role::nz)});
       }
       if (uvs) builder.uvs.push_back({single(Role::u), single(Role::v)});
+      if (tangents) {
+        builder.tangents.push_back(
+            {{single(Role::tx), single(Role::ty), single(Role::tz)}, single(Role::tw)});
+      }
       if (colors) {
         builder.colors.push_back(
             {channel(Role::red), channel(Role::green), channel(Role::blue), channel(Role::alpha)});

@@ -14,7 +14,27 @@ enum class Encoding { ascii, little_endian, big_endian };
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 /// What Kiln uses a property for.
-enum class Role { unused, x, y, z, nx, ny, nz, u, v, red, green, blue, alpha, indices, wedge_uvs };
+enum class Role {
+  unused,
+  x,
+  y,
+  z,
+  nx,
+  ny,
+  nz,
+  u,
+  v,
+  red,
+  green,
+  blue,
+  alpha,
+  tx,
+  ty,
+  tz,
+  tw,
+  indices,
+  wedge_uvs
+};
 
 struct Property {
   std::string name;

@@ -60,6 +60,13 @@ std::string safe_name(const std::string& name) {
   return safe;
 }
 
+/// Of a file, which may have any character but those that end a line.
+std::string safe_path(std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  std::erase_if(name, [](char c) { return c == '\n' || c == '\r' || c == '\0'; });
+  return name;
+}
+
 void check(const Mesh& mesh) {
   const auto wrong = [&mesh](const char* what) {
     throw Error(ErrorCode::usage, "save_obj: mesh \"" + mesh.name + "\" has " + what +
@@ -149,6 +156,9 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   AtomicFile file(path);
   Writer out(file);
   out.text("# Kiln\n");
+  for (const std::string& name : mesh.material_files) {
+    if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
+  }
   const bool placed = mesh.origin != std::array<double, 3>{};
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const Vec3& p = mesh.positions[i];

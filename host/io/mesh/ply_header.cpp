@@ -34,7 +34,7 @@ std::optional<Type> to_type(std::string_view name) {
 }
 
 Role vertex_role(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, Role>, 32> roles{
+  static constexpr std::array<std::pair<std::string_view, Role>, 40> roles{
       {{"x", Role::x},
        {"y", Role::y},
        {"z", Role::z},
@@ -66,7 +66,15 @@ Role vertex_role(std::string_view name) {
        {"g", Role::green},
        {"b", Role::blue},
        {"alpha", Role::alpha},
-       {"diffuse_alpha", Role::alpha}}};
+       {"diffuse_alpha", Role::alpha},
+       {"tx", Role::tx},
+       {"ty", Role::ty},
+       {"tz", Role::tz},
+       {"tw", Role::tw},
+       {"tangent_x", Role::tx},
+       {"tangent_y", Role::ty},
+       {"tangent_z", Role::tz},
+       {"tangent_w", Role::tw}}};
   for (const auto& [known, role] : roles) {
     if (known == name) return role;
   }
@@ -129,11 +137,14 @@ void check_roles(const MeshInput& input, Element& vertex) {
   };
   keep_whole({Role::nx, Role::ny, Role::nz});
   keep_whole({Role::u, Role::v});
-  if (!keep_whole({Role::red, Role::green, Role::blue}) || count(Role::alpha) > 1) {
+  const auto keep_with = [&](std::initializer_list<Role> set, Role one) {
+    if (keep_whole(set) && count(one) <= 1) return;
     for (Property& property : vertex.properties) {
-      if (property.role == Role::alpha) property.role = Role::unused;
+      if (property.role == one) property.role = Role::unused;
     }
-  }
+  };
+  keep_with({Role::red, Role::green, Role::blue}, Role::alpha);
+  keep_with({Role::tx, Role::ty, Role::tz}, Role::tw);
 }
 
 }  // namespace

@@ -55,6 +55,15 @@ TEST(ObjNames, SurviveWritingAndReading) {
   }
 }
 
+TEST(ObjNames, FilesOfMaterialsAreNamed) {
+  const Mesh mesh =
+      read_text("mtllib my paint.mtl\nmtllib b\\c.mtl\n" + kVertices + "usemtl m\nf 1 2 3\n");
+  const std::filesystem::path file = test::scratch_folder() / "painted.obj";
+  save_obj(mesh, file);
+  const std::vector<std::string> wanted = {"my paint.mtl", "b/c.mtl"};
+  EXPECT_EQ(load_mesh(file).material_files, wanted);
+}
+
 /// Objects stay objects: `o` lines, and no groups beside them that were not there.
 TEST(ObjNames, OfObjectsAloneAreObjectsAlone) {
   const std::filesystem::path file = test::scratch_folder() / "objects.obj";

@@ -19,6 +19,7 @@ struct BakeArguments {
   std::string high, low, out;
   std::vector<std::string> more_high, more_low;  // joined to `high` and `low`
   std::string triangulate = "auto";
+  std::string tangents = "file";
   bool split_at_seams = false;
   std::string size = "2048";
   std::vector<std::string> maps = {"normal"};

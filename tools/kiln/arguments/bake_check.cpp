@@ -135,6 +135,18 @@ void check_rays(const BakeArguments& a) {
   }
 }
 
+/// Tangents of LOW's file fit its own UVs and normals.
+void check_tangents(const BakeArguments& a) {
+  if (!a.given.contains("--tangents")) return;
+  if (a.low.empty()) fail("--tangents are of a LOW of yours: give it, or leave them out.");
+  if (a.space != "tangent") fail("--tangents is for --space tangent: leave it out.");
+  if (a.tangents == "file" && (a.unwrap || a.split_at_seams)) {
+    fail(
+        "--tangents file fits the UVs and normals of LOW's file: leave out --unwrap and "
+        "--split-at-seams.");
+  }
+}
+
 /// Files beside HIGH and LOW.
 void check_more_files(const BakeArguments& a) {
   if (!a.more_low.empty() && a.low.empty()) {
@@ -144,6 +156,7 @@ void check_more_files(const BakeArguments& a) {
     if (a.more_high.empty() || !is_height_field(file)) continue;
     fail("'" + file + "' is a height field, which is a HIGH of its own: leave --high out.");
   }
+  check_tangents(a);
   if (a.low.empty() && (a.given.contains("--triangulate") || a.split_at_seams)) {
     fail("--triangulate and --split-at-seams are for a LOW of yours: give it, or leave them out.");
   }

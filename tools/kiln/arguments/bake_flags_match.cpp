@@ -87,8 +87,8 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->group(group_match);
   command
       .add_option("--save-cage", a.save_cage,
-                  "--cage auto: also write the cage (OBJ, two shells), to correct a vertex of it "
-                  "and bake with --cage-mesh")
+                  "--cage auto: also write the cage: an OBJ of two shells, or an EXR of distances "
+                  "and directions, to correct a vertex of it and bake with --cage-mesh")
       ->group(group_match);
   command
       .add_option(
@@ -154,6 +154,13 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
           "fans, or ears where not convex; blender: as Blender 5 draws them; fan: around "
           "the first corner; shortest: along the shorter diagonal")
       ->check(one_of(triangulation_values()))
+      ->capture_default_str()
+      ->group("The low poly");
+  command
+      .add_option("--tangents", a.tangents,
+                  "Which tangents normals are along: file, LOW's own where its file has them, else "
+                  "MikkTSpace's; or mikktspace, in any case")
+      ->check(CLI::IsMember({"file", "mikktspace"}))
       ->capture_default_str()
       ->group("The low poly");
   command

@@ -68,7 +68,9 @@ DenseInput load_dense(const std::vector<std::string>& files, const HeightArgumen
     throw Error(ErrorCode::usage, "--height and --extent are for a height field, a PNG or EXR; " +
                                       in_words(files) + " are meshes.");
   }
-  return {load_meshes(files, {}, named, warnings).mesh, {}};
+  Mesh mesh = load_meshes(files, {}, named, warnings).mesh;
+  mesh.tangents = {};  // for its normal textures MikkTSpace computes them
+  return {std::move(mesh), {}};
 }
 
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
@@ -79,7 +81,9 @@ DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
           ErrorCode::usage,
           "--height and --extent are for a height field, a PNG or EXR; '" + path + "' is a mesh.");
     }
-    return {load_mesh(path, &warnings), {}};
+    Mesh mesh = load_mesh(path, &warnings);
+    mesh.tangents = {};
+    return {std::move(mesh), {}};
   }
   DenseInput dense;
   dense.heights = load_image(path);

@@ -5,7 +5,7 @@
 
 #include "arguments/bake_flags.h"
 #include "arguments/bake_values.h"
-#include "arguments/mesh_files.h"
+#include "arguments/cage_file.h"
 
 namespace kiln::cli {
 
@@ -33,9 +33,32 @@ std::set<std::string> add_matching_flags(CLI::App& command, BakeArguments& argum
   return added;
 }
 
+void check_cage_directions(const BakeArguments& arguments, const Mesh& low, const Mesh& cage) {
+  if (cage.triangles.size() != low.triangles.size()) return;
+  // A vertex of LOW that lies in two places: the cage is a hull that has as many triangles.
+  std::vector<std::optional<std::uint32_t>> partner(low.positions.size());
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t now = cage.triangles[t][k];
+      const std::uint32_t known = partner.at(low.triangles[t][k]).value_or(now);
+      if (cage.positions.at(known) != cage.positions.at(now)) return;
+      partner[low.triangles[t][k]] = known;
+    }
+  }
+  for (const char* flag : {"--direction", "--edge-width"}) {
+    if (!arguments.given.contains(flag)) continue;
+    throw Error(ErrorCode::usage, std::string(flag) +
+                                      " is for rays without a --cage-mesh of LOW's own triangles, "
+                                      "which says where they leave to: leave one out.");
+  }
+}
+
 void MatchInputs::read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings) {
-  if (!arguments.cage_mesh.empty()) cage_mesh_ = load_mesh(arguments.cage_mesh, &warnings);
+  if (!arguments.cage_mesh.empty()) {
+    cage_mesh_ = load_cage(arguments.cage_mesh, low, &warnings);
+    check_cage_directions(arguments, low, *cage_mesh_);
+  }
   if (arguments.match_by != "all") {
     parts_ = pair_parts(high, low, part_names(arguments));
     warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
@@ -65,10 +88,23 @@ void MatchInputs::apply(BakeOptions& options) const {
   options.samples = match_->samples;
 }
 
-Mesh load_low(const BakeArguments& arguments, std::vector<Warning>& warnings) {
+MeshFiles load_low_files(const BakeArguments& arguments, std::vector<Warning>& warnings) {
   MeshFiles files =
       load_meshes(low_files(arguments), {triangulation_values().at(arguments.triangulate)},
                   has_more_files(arguments), warnings);
+  if (arguments.tangents != "file") {
+    files.mesh.tangents = {};
+  } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {
+    throw Error(ErrorCode::input,
+                "--tangents file: LOW " + in_words(files.files) +
+                    " has none. PLY gives them, as properties tx, ty, tz and tw of its vertices, "
+                    "beside UVs; leave --tangents out for those of MikkTSpace.");
+  }
+  return files;
+}
+
+Mesh load_low(const BakeArguments& arguments, std::vector<Warning>& warnings) {
+  MeshFiles files = load_low_files(arguments, warnings);
   warn_of_shared_texels(files, warnings);
   return arguments.split_at_seams ? split_at_seams(files.mesh) : std::move(files.mesh);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "arguments/bake_arguments.h"
+#include "arguments/mesh_files.h"
 
 namespace kiln::cli {
 
@@ -16,6 +17,10 @@ namespace kiln::cli {
 /// \returns the names of those added
 std::set<std::string> add_matching_flags(CLI::App& command, BakeArguments& arguments,
                                          const std::set<std::string>& without);
+
+/// Refuses --direction and --edge-width beside a cage of LOW's own triangles, which says itself where rays leave
+/// to. \throws Error(usage)
+void check_cage_directions(const BakeArguments& arguments, const Mesh& low, const Mesh& cage);
 
 /// What they read of files, beside the meshes.
 class MatchInputs {
@@ -32,6 +37,7 @@ class MatchInputs {
   void apply(BakeOptions& options) const;
 
   const std::optional<Match>& match() const { return match_; }
+  const std::optional<Mesh>& cage_mesh() const { return cage_mesh_; }
 
  private:
   std::optional<Mesh> cage_mesh_;
@@ -39,6 +45,10 @@ class MatchInputs {
   std::optional<Parts> parts_;
   std::optional<Match> match_;
 };
+
+/// The files of LOW, cut as asked, with the tangents asked for. \throws Error(input) also where --tangents file
+/// was given and no file has any
+MeshFiles load_low_files(const BakeArguments& arguments, std::vector<Warning>& warnings);
 
 /// LOW as these flags have it: of one file or several, cut and split as asked.
 Mesh load_low(const BakeArguments& arguments, std::vector<Warning>& warnings);

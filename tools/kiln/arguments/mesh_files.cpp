@@ -18,16 +18,6 @@ namespace fs = std::filesystem;
 constexpr std::uint32_t kGrid = 512;
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-/// Names from another folder on.
-void move_names(Mesh& mesh, const fs::path& from, const fs::path& to) {
-  for (std::string& name : mesh.material_files) {
-    std::replace(name.begin(), name.end(), '\\', '/');
-    std::error_code error;
-    const fs::path moved = fs::proximate(from / name, to.empty() ? "." : to, error);
-    name = error ? fs::absolute(from / name).string() : moved.string();
-  }
-}
-
 std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
   const auto& [a, b, c] = mesh.uv_triangles[t];
   return {mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]};
@@ -86,6 +76,15 @@ struct Shared {
 
 }  // namespace
 
+void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
+  for (std::string& name : mesh.material_files) {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    std::error_code error;
+    const fs::path moved = fs::proximate(from / name, to.empty() ? "." : to, error);
+    name = error ? fs::absolute(from / name).string() : moved.string();
+  }
+}
+
 const std::string& MeshFiles::file_of(std::size_t triangle) const {
   const auto after = std::upper_bound(first.begin(), first.end(), triangle);
   return files[static_cast<std::size_t>(after - first.begin()) - 1];
@@ -100,7 +99,7 @@ MeshFiles load_meshes(const std::vector<std::string>& files, const LoadMeshOptio
   const fs::path folder = fs::path(files[0]).parent_path();
   for (const std::string& file : files) {
     meshes.push_back(load_mesh(file, options, &warnings));
-    if (meshes.size() > 1) move_names(meshes.back(), fs::path(file).parent_path(), folder);
+    if (meshes.size() > 1) move_material_files(meshes.back(), fs::path(file).parent_path(), folder);
     result.first.push_back(triangles);
     triangles += meshes.back().triangles.size();
   }

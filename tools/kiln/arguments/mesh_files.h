@@ -1,6 +1,7 @@
 // Several mesh files that are parts of one scene, read as one mesh.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,10 @@ struct MeshFiles {
 /// \throws Error(input) as load_mesh()
 MeshFiles load_meshes(const std::vector<std::string>& files, const LoadMeshOptions& options,
                       bool named, std::vector<Warning>& warnings);
+
+/// Names the files of materials as they are found from another folder on. Empty: the current one.
+void move_material_files(Mesh& mesh, const std::filesystem::path& from,
+                         const std::filesystem::path& to);
 
 /// "'a.obj'", "'a.obj' and 'b.obj'", "'a.obj', 'b.obj' and 3 more".
 std::string in_words(const std::vector<std::string>& files);

@@ -3,8 +3,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "arguments/bake_values.h"
-#include "arguments/mesh_files.h"
+#include "arguments/match_flags.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
 #include "command/bake_run.h"
@@ -84,9 +83,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
   if (!arguments.low.empty()) {
     for (const std::string& file : low_files(arguments))
       console.progress(kAtLow, "reading " + file);
-    MeshFiles files =
-        load_meshes(low_files(arguments), {triangulation_values().at(arguments.triangulate)},
-                    has_more_files(arguments), warnings);
+    MeshFiles files = load_low_files(arguments, warnings);
     if (!arguments.unwrap) warn_of_shared_texels(files, warnings);
     low.mesh = std::move(files.mesh);
     low.polygons = count_polygons(low.mesh);

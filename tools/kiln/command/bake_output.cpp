@@ -1,7 +1,9 @@
 // The files of a bake.
 #include <algorithm>
 
+#include "arguments/cage_file.h"
 #include "arguments/low_record.h"
+#include "arguments/mesh_files.h"
 #include "arguments/packs.h"
 #include "arguments/paths.h"
 #include "arguments/transfers.h"
@@ -187,9 +189,11 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
     throw Error(ErrorCode::usage, "--save-match '" + arguments.save_match +
                                       "': a match is an EXR, so the name must end in .exr.");
   }
-  if (!arguments.save_cage.empty() && fs::path(arguments.save_cage).extension() != ".obj") {
-    throw Error(ErrorCode::usage, "--save-cage '" + arguments.save_cage +
-                                      "': a cage is an OBJ, so the name must end in .obj.");
+  const std::string cage = fs::path(arguments.save_cage).extension().string();
+  if (!arguments.save_cage.empty() && cage != ".obj" && cage != ".exr") {
+    throw Error(ErrorCode::usage,
+                "--save-cage '" + arguments.save_cage +
+                    "': a cage is an OBJ or an EXR, so the name must end in .obj or .exr.");
   }
   const bool makes_low = writes_low(arguments);
   const std::string stem = low_stem(arguments);
@@ -246,6 +250,7 @@ bool save_low_and_maps(BakeRun& run) {
   if (run.low.made) {
     const fs::path path = folder / (run.low.stem + ".obj");
     if (!announce(run, path)) return false;
+    move_material_files(run.low.mesh, fs::path(low_source(run.arguments)).parent_path(), folder);
     save_obj(run.low.mesh, path);
   }
   if (!run.result.maps.empty() && !save_maps(run)) return false;
@@ -268,7 +273,7 @@ bool save_outputs(BakeRun& run) {
   }
   if (!run.arguments.save_cage.empty()) {
     if (!announce(run, run.arguments.save_cage)) return false;
-    save_obj(run.cage->mesh, run.arguments.save_cage);
+    save_cage(run.cage->mesh, run.low.mesh, run.arguments.save_cage);
   }
   if (!run.arguments.save_match.empty()) {
     if (!announce(run, run.arguments.save_match)) return false;

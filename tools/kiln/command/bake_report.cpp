@@ -150,6 +150,7 @@ void add_files(const BakeRun& run, Json& json) {
   Json& low = json["inputs"]["low"];
   if (!arguments.more_low.empty()) low["files"] = low_files(arguments);
   low["triangulation"] = arguments.triangulate;
+  low["tangents"] = run.low.mesh.tangents.empty() ? "mikktspace" : "file";
   low["quads"] = run.low.polygons.quads;
   low["larger_polygons"] = run.low.polygons.larger;
   low["soft_seams"] = run.low.soft_seams;

@@ -209,6 +209,9 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
                  with_commas(run.low.polygons.larger) +
                  " larger polygons, triangulated by the rule '" + run.arguments.triangulate + "'");
   }
+  if (!run.low.mesh.tangents.empty() && run.arguments.space == "tangent") {
+    console.line("LOW: tangents of its file (--tangents mikktspace computes them)");
+  }
   if (run.light) {
     for (const std::string& line : trade_table(*run.light)) console.line(line);
   }

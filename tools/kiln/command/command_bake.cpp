@@ -5,7 +5,9 @@
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
+#include "arguments/cage_file.h"
 #include "arguments/map_bounds.h"
+#include "arguments/match_flags.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -79,7 +81,7 @@ void name_place_of_misses(BakeResult& result, const Mesh& high, const Mesh& low,
   for (Warning& warning : result.report.warnings) {
     if (warning.code != "many-misses") continue;
     warning.message = "'" + path + "': " + warning.message + " " + missed_place(result, low) +
-                      (most ? hint_of_boxes(high, low) : "");
+                      hint_of_boxes(high, low, most);
   }
 }
 
@@ -130,7 +132,8 @@ bool read_inputs(BakeRun& run) {
                       : arguments.low;
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
   if (!arguments.cage_mesh.empty()) {
-    run.cage_mesh = load_mesh(arguments.cage_mesh, &run.warnings);
+    run.cage_mesh = load_cage(arguments.cage_mesh, run.low.mesh, &run.warnings);
+    check_cage_directions(arguments, run.low.mesh, *run.cage_mesh);
     run.options.cage_mesh = &*run.cage_mesh;
   }
   for (const std::string& file : occluder_files(arguments)) {
@@ -158,18 +161,6 @@ void make_cage(BakeRun& run, const Source& source) {
   run.options.max_distance.reset();  // that was for finding it
   run.warnings.insert(run.warnings.end(), run.cage->warnings.begin(), run.cage->warnings.end());
   run.stages.cage = run.watch.lap();
-}
-
-/// --direction and --edge-width beside a cage that says itself where rays leave to.
-void check_directions(const BakeRun& run) {
-  const std::optional<CageReport>& cage = run.result.report.cage_mesh;
-  if (!cage || cage->kind != CageKind::offsets) return;
-  for (const char* flag : {"--direction", "--edge-width"}) {
-    if (!run.arguments.given.contains(flag)) continue;
-    throw Error(ErrorCode::usage, std::string(flag) +
-                                      " is for rays without a --cage-mesh of LOW's own triangles, "
-                                      "which says where they leave to: leave one out.");
-  }
 }
 
 /// \returns false where it was cancelled
@@ -261,7 +252,6 @@ int run_bake(const BakeArguments& given) {
   run.stages.build = run.watch.lap();
   make_cage(run, source);
   if (!make_maps(run, source)) return kExitCancelled;
-  check_directions(run);
   run.watch.lap();
   if (!(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
   if (run.light && !save_light_plot(run)) return kExitCancelled;

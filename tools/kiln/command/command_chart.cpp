@@ -39,9 +39,19 @@ bool has_height_fields(const ChartArguments& a) {
 /// Every setting of charts of meshes, by name.
 std::vector<std::string> mesh_setting_names() {
   std::vector<std::string> names;
-  for (const ChartSetting& setting : chart_settings()) names.push_back(setting.name);
+  for (const ChartSetting& setting : all_chart_settings()) names.push_back(setting.name);
   for (const AoSetting& setting : ao_settings()) names.push_back(setting.name);
   return names;
+}
+
+constexpr const char* kHard = "hard";
+
+/// The names that `hard` stands for in its place.
+void expand_settings(ChartArguments& a) {
+  const auto hard = std::find(a.settings.begin(), a.settings.end(), kHard);
+  if (hard == a.settings.end()) return;
+  const auto at = a.settings.erase(hard);
+  a.settings.insert(at, hard_settings().begin(), hard_settings().end());
 }
 
 /// Settings by name that a kind of input does not have. \throws Error(usage)
@@ -136,6 +146,7 @@ ChartOptions chart_options(const ChartArguments& a) {
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   if (a.settings.empty()) return options;
   options.strict = true;
+  options.settings = all_chart_settings();
   std::erase_if(options.settings, [&](const ChartSetting& setting) {
     const bool named =
         std::find(a.settings.begin(), a.settings.end(), setting.name) != a.settings.end();
@@ -330,6 +341,7 @@ Run add_chart(CLI::App& app) {
                    "Of ambient occlusion: say what comes nearest to the truth in so many seconds")
       ->check(CLI::PositiveNumber);
   std::vector<std::string> names = mesh_setting_names();
+  names.emplace_back(kHard);
   for (const VolumeWay& way : volume_ways()) {
     if (std::find(names.begin(), names.end(), way.name) == names.end()) names.push_back(way.name);
   }
@@ -338,7 +350,9 @@ Run add_chart(CLI::App& app) {
                    "Some of the ways to match, by their names in chart.csv, separated by commas; "
                    "for meshes the "
                    "reference, " +
-                       std::string(kChartReference) + ", always comes along (default: all)")
+                       std::string(kChartReference) +
+                       ", always comes along. hard: directions and cages, for hard surfaces "
+                       "(default: all but those)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(names));
@@ -358,6 +372,7 @@ Run add_chart(CLI::App& app) {
     for (const CLI::Option* option : for_volumes) {
       if (option->count() != 0) a->for_volumes.push_back(option->get_name());
     }
+    expand_settings(*a);
     return run_chart(*a);
   };
 }

@@ -127,6 +127,7 @@ int run_rating(const MeasureArguments& a) {
   const Mesh& high = dense.mesh;
   options.uv = uv_options(dense);
   const Mesh low = load_low(baking(a, "ray"), warnings);
+  warn_of_boxes("HIGH and LOW", dense.mesh, low, warnings);
   check_has_uvs(low, a.low, "");
   MatchInputs inputs;
   inputs.read(a.bake, high, low, warnings);

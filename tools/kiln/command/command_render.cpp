@@ -79,11 +79,11 @@ void check(const RenderArguments& arguments) {
                 "--show draws maps without light, a picture each: leave out --normal, --color, "
                 "--occlusion, --reference and --views.");
   }
-  if (draws_cage(arguments) && (arguments.views != 0 || !arguments.show.empty() ||
-                                arguments.show_normals || arguments.error)) {
-    throw Error(ErrorCode::usage,
-                "--cage and --cage-mesh are drawn over lit pictures: leave out --views, --show, "
-                "--normals and --error.");
+  if (arguments.draw_cage && (arguments.views != 0 || !arguments.show.empty() ||
+                              arguments.show_normals || arguments.error)) {
+    throw Error(
+        ErrorCode::usage,
+        "--draw-cage is for lit pictures: leave out --views, --show, --normals and --error.");
   }
   if (arguments.frames && arguments.json.empty()) {
     throw Error(ErrorCode::usage, "--frames says how many frames --json times: add --json FILE.");
@@ -187,6 +187,7 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"color", arguments.color},
                {"occlusion", arguments.occlusion},
                {"show", arguments.show},
+               {"draw_cage", arguments.draw_cage},
                {"cage", arguments.bake.cage},
                {"cage_mesh", arguments.bake.cage_mesh},
                {"space", arguments.space},
@@ -223,6 +224,7 @@ int run_render(const RenderArguments& arguments) {
                        has_more_files(arguments.bake), warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
+  if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);
   const Device device = Device::open(arguments.device);
   Image map_image;
   const NormalMap map = map_of(arguments, map_image,
@@ -240,9 +242,8 @@ int run_render(const RenderArguments& arguments) {
   }
   const Scene* original = high ? &*high : nullptr;
   std::optional<CagePicture> cage;
-  if (draws_cage(arguments)) {
-    const CageArguments asked{arguments.bake.cage, arguments.bake.cage_mesh};
-    cage.emplace(device, outer_cage(asked, device, mesh, reference, warnings));
+  if (arguments.draw_cage) {
+    cage.emplace(device, outer_cage(baking(arguments), device, mesh, reference, warnings));
     options.frame = &cage->mesh();
   }
   const double seconds_build = watch.lap();
@@ -350,6 +351,8 @@ Run add_render(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--flat", a->flat, "Face normals instead of smooth ones");
   command->add_flag("--normals", a->show_normals, "Colour by world-space normal");
+  command->add_flag("--draw-cage", a->draw_cage,
+                    "Draw the cage of --cage or --cage-mesh over the pictures");
   command->add_flag("--error", a->error,
                     "One more picture: the angle to HIGH's normals, with a scale");
   command

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "arguments/mesh_files.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/unwrap_option.h"
@@ -63,8 +64,10 @@ int run_simplify(const SimplifyArguments& arguments) {
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
   const UnwrapOptions layout = unwrap_options(arguments.unwrap, std::min(width, height));
-  const Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
+  Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
   if (!console.progress(0.9, "writing")) return kExitCancelled;
+  move_material_files(low, std::filesystem::path(arguments.high).parent_path(),
+                      std::filesystem::path(out).parent_path());
   save_obj(low, out);
   for (const auto* list : {&report.warnings, &unwrap_report.warnings}) {
     warnings.insert(warnings.end(), list->begin(), list->end());

@@ -4,23 +4,47 @@
 #include <set>
 #include <utility>
 
+#include "arguments/bake_values.h"
 #include "arguments/match_flags.h"
 #include "report/check_result.h"
 
 namespace kiln::cli {
+namespace {
 
-bool bakes(const RenderArguments& arguments) {
-  // A cage alone is drawn, no more.
-  const std::set<std::string> not_the_match = {"--high",           "--low",  "--triangulate",
-                                               "--split-at-seams", "--cage", "--cage-mesh"};
-  return arguments.map_size_given ||
-         std::any_of(arguments.bake.given.begin(), arguments.bake.given.end(),
-                     [&](const std::string& flag) { return !not_the_match.contains(flag); });
+/// Flags of the match that say no more than what the meshes are.
+const std::set<std::string> kOfMeshes = {"--high", "--low", "--triangulate", "--split-at-seams",
+                                         "--tangents"};
+
+/// What has a say in a cage; the first ones in any.
+const std::set<std::string> kOfCages = {"--cage", "--cage-mesh"};
+const std::set<std::string> kOfFoundCages = {"--direction",  "--edge-width", "--max-distance",
+                                             "--match-by",   "--match-list", "--low-names",
+                                             "--high-names", "--two-sided"};
+
+void check_drawn_cage(const RenderArguments& arguments) {
+  const BakeArguments& bake = arguments.bake;
+  if (!arguments.draw_cage) return;
+  if (bake.cage.empty() && bake.cage_mesh.empty()) {
+    throw Error(ErrorCode::usage,
+                "--draw-cage draws the cage that --cage or --cage-mesh says: add one of them.");
+  }
+  for (const std::string& flag : bake.given) {
+    const bool serves = kOfMeshes.contains(flag) || kOfCages.contains(flag) ||
+                        (bake.cage == kAutomatic && kOfFoundCages.contains(flag));
+    if (serves || arguments.map_size_given) continue;
+    throw Error(ErrorCode::usage, flag +
+                                      " has no say in the cage that --draw-cage draws: leave it "
+                                      "out, or add --map-size N to bake a map with it, too.");
+  }
 }
 
-bool draws_cage(const RenderArguments& arguments) {
-  const bool given = !arguments.bake.cage.empty() || !arguments.bake.cage_mesh.empty();
-  return given && !bakes(arguments);
+}  // namespace
+
+bool bakes(const RenderArguments& arguments) {
+  return arguments.map_size_given ||
+         (!arguments.draw_cage &&
+          std::any_of(arguments.bake.given.begin(), arguments.bake.given.end(),
+                      [](const std::string& flag) { return !kOfMeshes.contains(flag); }));
 }
 
 BakeArguments baking(const RenderArguments& arguments) {
@@ -39,12 +63,23 @@ void check_bake(const RenderArguments& arguments) {
   if (arguments.reference.empty() && !arguments.bake.more_high.empty()) {
     throw Error(ErrorCode::usage, "--high is for more files of --reference: add --reference.");
   }
+  check_drawn_cage(arguments);
+  const auto& given = arguments.bake.given;
+  if (given.contains("--tangents") && !bakes(arguments) && arguments.normal.empty()) {
+    throw Error(ErrorCode::usage, "--tangents is for a normal map: add --normal MAP.");
+  }
+  if (arguments.draw_cage && !arguments.reference.empty()) check(baking(arguments));
   if (!bakes(arguments)) return;
   if (arguments.reference.empty() || !arguments.normal.empty()) {
+    const auto flag = std::find_if(given.begin(), given.end(), [](const std::string& name) {
+      return !kOfMeshes.contains(name);
+    });
+    const bool cage = given.contains("--cage") || given.contains("--cage-mesh");
     throw Error(ErrorCode::usage,
-                (arguments.map_size_given ? "--map-size" : *arguments.bake.given.begin()) +
+                (arguments.map_size_given ? "--map-size" : *flag) +
                     " is for a map that is baked for the picture: add --reference HIGH, and leave "
-                    "--normal out.");
+                    "--normal out." +
+                    (cage ? " --draw-cage draws a cage, and bakes nothing." : ""));
   }
   check(baking(arguments));
 }

@@ -24,13 +24,11 @@ struct RenderArguments {
   bool map_size_given = false;
   std::string bitangent = "pixel";
   bool flip_y = false, flat = false, show_normals = false, error = false, quiet = false;
+  bool draw_cage = false;
 };
 
-/// Whether a map is to be baked for the picture: a flag of the match was given, or --map-size.
+/// Whether a map is to be baked for the picture: --map-size was given, or a flag of the match without --draw-cage.
 bool bakes(const RenderArguments& arguments);
-
-/// Whether a cage is drawn: one was given, and no map is baked with it.
-bool draws_cage(const RenderArguments& arguments);
 
 /// The flags of the match as the bake has them.
 BakeArguments baking(const RenderArguments& arguments);

@@ -11,60 +11,6 @@
 namespace kiln::cli {
 namespace {
 
-BakeOptions rays(std::uint32_t samples) {
-  BakeOptions bake;
-  bake.samples = samples;
-  return bake;
-}
-
-/// \param size  pixels a side; 0: by the high poly's density
-BakeOptions views(std::uint32_t count, std::uint32_t size = 0) {
-  BakeOptions bake;
-  bake.method = MatchMethod::views;
-  bake.views.count = count;
-  bake.views.size = size;
-  return bake;
-}
-
-BakeOptions automatic_views() {
-  BakeOptions bake = views(0);
-  bake.views.count.reset();
-  bake.views.automatic = true;
-  return bake;
-}
-
-BakeOptions paper_views(std::uint32_t count) {
-  BakeOptions bake = views(count);
-  bake.views.criterion = ViewCriterion::depth;
-  bake.views.refine = false;
-  return bake;
-}
-
-BakeOptions views_then_rays(std::uint32_t count) {
-  BakeOptions bake = views(count);
-  bake.fallback = {MatchMethod::ray};
-  return bake;
-}
-
-BakeOptions closest() {
-  BakeOptions bake;
-  bake.method = MatchMethod::closest;
-  return bake;
-}
-
-BakeOptions visibility(MatchMethod method, VisibilityAt at) {
-  BakeOptions bake;
-  bake.method = method;
-  bake.visibility.at = at;
-  return bake;
-}
-
-BakeOptions same_uvs() {
-  BakeOptions bake;
-  bake.method = MatchMethod::uv;
-  return bake;
-}
-
 /// The settings that do for a pair of meshes: layouts must agree to match by them.
 std::vector<ChartSetting> fitting(const Source& source, const Mesh& high, const Mesh& low,
                                   const ChartOptions& options, ChartPair& pair) {
@@ -79,17 +25,27 @@ std::vector<ChartSetting> fitting(const Source& source, const Mesh& high, const 
   return settings;
 }
 
+/// What a setting bakes with: its size and its distance, which a cage has of its own.
+BakeOptions bake_options_of(const ChartSetting& setting, const ChartOptions& options,
+                            std::uint32_t size) {
+  BakeOptions bake_with = setting.bake;
+  bake_with.width = bake_with.height = size;
+  if (!bake_with.cage && !setting.find_cage) bake_with.max_distance = options.max_distance;
+  return bake_with;
+}
+
 bool has_views(const ChartSetting& setting) { return setting.bake.method == MatchMethod::views; }
 
 /// How far the matches of a setting lie from the samples: no matter of how many samples a texel has.
 MatchAssessment assess_setting(const Source& source, const Mesh& low, const ChartSetting& setting,
                                const ChartOptions& options, const std::vector<Vec3>& used,
                                const Progress& progress) {
-  BakeOptions bake_with = setting.bake;
-  bake_with.width = bake_with.height = kAssessedSize;
+  BakeOptions bake_with = bake_options_of(setting, options, kAssessedSize);
   bake_with.samples = 1;
-  bake_with.max_distance = options.max_distance;
   bake_with.keep_match = true;
+  std::optional<FoundCage> cage;
+  if (setting.find_cage)
+    bake_with.cage_mesh = &cage.emplace(find_cage(source, low, bake_with)).mesh;
   const BakeResult baked = bake(source, low, bake_with);
   AssessOptions assess_with;
   assess_with.directions = kAssessedDirections;
@@ -107,19 +63,21 @@ struct Baked {
 Baked bake_setting(const Device& device, const Mesh& high, const Mesh& low,
                    const ChartSetting& setting, const ChartOptions& options,
                    const Progress& progress) {
-  BakeOptions bake_with = setting.bake;
-  bake_with.width = bake_with.height = options.size;
-  bake_with.max_distance = options.max_distance;
+  BakeOptions bake_with = bake_options_of(setting, options, options.size);
   bake_with.progress = progress;
   Stopwatch watch;
   const Source source(device, high);
   Baked baked;
   baked.seconds.source = watch.lap();
+  std::optional<FoundCage> cage;
+  if (setting.find_cage)
+    bake_with.cage_mesh = &cage.emplace(find_cage(source, low, bake_with)).mesh;
+  const double seconds_cage = watch.lap();
   baked.result = bake(source, low, bake_with);
   baked.seconds.total = watch.total();
   const BakeReport& report = baked.result.report;
   baked.seconds.build = report.seconds_build;
-  baked.seconds.match = report.seconds_match;
+  baked.seconds.match = report.seconds_match + (cage ? seconds_cage : 0);
   baked.seconds.texels = report.seconds_texels;
   baked.seconds.detail = report.seconds_detail;
   baked.seconds.image = report.seconds_image;
@@ -216,56 +174,6 @@ double ChartRow::error(ChartMeasure measure) const {
       break;
   }
   return match.uniformity.mean_percent;
-}
-
-const char* family_name(ChartFamily family) {
-  switch (family) {
-    case ChartFamily::rays:
-      return "rays";
-    case ChartFamily::views:
-      return "views";
-    case ChartFamily::paper:
-      return "paper";
-    case ChartFamily::views_rays:
-      return "views_rays";
-    case ChartFamily::closest:
-      return "closest";
-    case ChartFamily::visibility:
-      return "visibility";
-    case ChartFamily::uv:
-      break;
-  }
-  return "uv";
-}
-
-std::vector<ChartSetting> chart_settings() {
-  using Family = ChartFamily;
-  return {
-      {"ray", "rays", Family::rays, rays(1)},
-      {"ray_2x2", "rays, 2×2 samples", Family::rays, rays(2)},
-      {"ray_4x4", "rays, 4×4 samples", Family::rays, rays(4)},
-      {"views_6", "6 views", Family::views, views(6)},
-      {"views_12", "12 views", Family::views, views(12)},
-      {"views_24", "24 views", Family::views, views(24)},
-      {"views_48", "48 views", Family::views, views(48)},
-      {"views_auto", "views chosen", Family::views, automatic_views()},
-      {"views_12_512", "12 views, 512²", Family::views, views(12, 512)},
-      {"views_12_1024", "12 views, 1024²", Family::views, views(12, 1024)},
-      {"views_12_2048", "12 views, 2048²", Family::views, views(12, 2048)},
-      {"views_12_4096", "12 views, 4096²", Family::views, views(12, 4096)},
-      {"paper_12", "12 views as in the paper", Family::paper, paper_views(12)},
-      {"views_12_ray", "12 views, then rays", Family::views_rays, views_then_rays(12)},
-      {"closest", "nearest points", Family::closest, closest()},
-      {"visibility_texel", "visibility, texels", Family::visibility,
-       visibility(MatchMethod::visibility, VisibilityAt::texel)},
-      {"visibility_vertex", "visibility, vertices", Family::visibility,
-       visibility(MatchMethod::visibility, VisibilityAt::vertex)},
-      {"visibility_face", "visibility, faces", Family::visibility,
-       visibility(MatchMethod::visibility, VisibilityAt::face)},
-      {"hybrid", "hybrid", Family::visibility,
-       visibility(MatchMethod::hybrid, VisibilityAt::vertex)},
-      {"uv", "same UVs", Family::uv, same_uvs()},
-  };
 }
 
 std::vector<bool> pareto_front(const std::vector<std::array<double, 2>>& points) {

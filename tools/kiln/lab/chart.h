@@ -23,6 +23,8 @@ enum class ChartFamily {
   closest,     ///< Nearest points
   visibility,  ///< Rays along directions of visibility, and between them and the normal
   uv,          ///< The point with the same UV
+  directions,  ///< Rays by another rule, or to elsewhere
+  cages,       ///< Rays from a cage
 };
 const char* family_name(ChartFamily family);
 
@@ -31,12 +33,17 @@ struct ChartSetting {
   std::string name;   ///< In files: letters, digits and _
   std::string label;  ///< In the picture
   ChartFamily family = ChartFamily::rays;
-  BakeOptions bake;  ///< Match and samples; size, distance and maps are the chart's
+  BakeOptions bake;        ///< Match and samples; size, distance and maps are the chart's
+  bool find_cage = false;  ///< As --cage auto, which counts as a part of the match
 };
 
 /// What is compared: a row a setting. The reference is among them. Matching by UVs is for pairs whose layouts
 /// agree.
 std::vector<ChartSetting> chart_settings();
+/// Those and what is compared where it is asked for by name: other directions and cages, for hard surfaces.
+std::vector<ChartSetting> all_chart_settings();
+/// The names that --settings hard stands for.
+const std::vector<std::string>& hard_settings();
 /// Its map is what other maps are compared with.
 constexpr const char* kChartReference = "ray_4x4";
 

@@ -15,14 +15,16 @@ struct Style {
   const char* color;
 };
 // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
-constexpr std::array<Style, 7> kStyles = {
+constexpr std::array<Style, 9> kStyles = {
     {{ChartFamily::rays, "rays", "^", "#222222"},
      {ChartFamily::views, "depth views", "o", "#0072b2"},
      {ChartFamily::views_rays, "views, then rays", "d", "#009e73"},
      {ChartFamily::paper, "views as in the paper", "s", "#d55e00"},
      {ChartFamily::closest, "nearest points", "v", "#cc79a7"},
      {ChartFamily::visibility, "visibility", "p", "#8a6d00"},
-     {ChartFamily::uv, "same UVs", "x", "#56b4e9"}}};
+     {ChartFamily::uv, "same UVs", "x", "#56b4e9"},
+     {ChartFamily::directions, "rays, other directions", "<", "#7a7a7a"},
+     {ChartFamily::cages, "from a cage", "P", "#e69f00"}}};
 
 /// In the picture: where a number was chosen, it says so.
 std::string label_of(const ChartRow& row) {

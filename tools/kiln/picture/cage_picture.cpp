@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "arguments/bake_values.h"
+#include "arguments/cage_file.h"
+#include "arguments/match_flags.h"
 #include "arguments/parse.h"
 #include "picture/canvas.h"
 
@@ -70,9 +72,9 @@ void draw_edge(const Viewed& a, const Viewed& b, const Image& depth, double behi
 
 }  // namespace
 
-Mesh outer_cage(const CageArguments& arguments, const Device& device, const Mesh& low,
+Mesh outer_cage(const BakeArguments& arguments, const Device& device, const Mesh& low,
                 const Mesh* high, std::vector<Warning>& warnings) {
-  if (!arguments.mesh.empty()) return outer_of(load_mesh(arguments.mesh, &warnings));
+  if (!arguments.cage_mesh.empty()) return outer_of(load_cage(arguments.cage_mesh, low, &warnings));
   const bool automatic = arguments.cage == kAutomatic;
   const Length length = automatic ? Length{} : parse_length("--cage", arguments.cage);
   if ((automatic || length.relative) && high == nullptr) {
@@ -81,9 +83,10 @@ Mesh outer_cage(const CageArguments& arguments, const Device& device, const Mesh
                                       "world units.");
   }
   if (automatic) {
-    FoundCage found = find_cage(Source(device, *high), low);
-    warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
-    return outer_of(found.mesh);
+    MatchInputs inputs;
+    inputs.read(arguments, *high, low, warnings);
+    inputs.make_cage(arguments, device, *high, low, warnings);
+    return outer_of(*inputs.cage_mesh());
   }
   const double unit = length.relative ? Source(device, *high).stats().diagonal : 1;
   return outer_of(offset_cage(low, length.value * unit));

@@ -1,22 +1,17 @@
 // A cage over pictures of what lies within: see-through, with its edges.
 #pragma once
 
-#include <optional>
-#include <string>
+#include <vector>
 
+#include "arguments/bake_arguments.h"
 #include "kiln/kiln.h"
 
 namespace kiln::cli {
 
-/// What --cage and --cage-mesh of `kiln render` ask for.
-struct CageArguments {
-  std::string cage, mesh;
-  bool given() const { return !cage.empty() || !mesh.empty(); }
-};
-
-/// The surface that rays start from: of two shells the outer one. \param high  null: none
+/// The surface that rays start from, as --cage or --cage-mesh and what goes with them say: of two shells the
+/// outer one. \param high  null: none
 /// \throws Error(usage) where a share of HIGH's diagonal, or auto, is asked for without HIGH; Error(input)
-Mesh outer_cage(const CageArguments& arguments, const Device& device, const Mesh& low,
+Mesh outer_cage(const BakeArguments& arguments, const Device& device, const Mesh& low,
                 const Mesh* high, std::vector<Warning>& warnings);
 
 class CagePicture {

@@ -48,8 +48,8 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
   return {};
 }
 
-/// Where two meshes lie; empty where their boxes fit.
-std::string why_boxes_part(const Mesh& high, const Mesh& low) {
+/// Where two meshes lie; empty where their boxes fit. \param moved  whether one beside the other is told, too
+std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   struct Box {
     std::array<double, 3> lo{}, hi{};
     double diagonal = 0;
@@ -80,8 +80,11 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low) {
   char text[256];
   const double ratio = b.diagonal / a.diagonal;
   if (ratio > 3 || ratio < 1 / 3.0) {
-    std::snprintf(text, sizeof text, "LOW is %.3g times as large as HIGH; scale one of them",
-                  ratio);
+    const double power = std::pow(10, std::round(std::log10(ratio)));
+    const bool units = std::abs(ratio / power - 1) < 0.05;  // centimetres beside metres
+    const bool exact = !units || std::abs(ratio / power - 1) < 0.0005;
+    std::snprintf(text, sizeof text, "LOW is %s%.3g times as large as HIGH; scale one of them",
+                  exact ? "" : "about ", units ? power : ratio);
     const std::string axes = swapped_axes(extents(a), extents(b), ratio);
     return axes.empty() ? text : text + (", and swap " + axes);
   }
@@ -92,7 +95,7 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low) {
   if (const std::string axes = swapped_axes(extents(a), extents(b), 1); !axes.empty()) {
     return "their boxes fit after swapping " + axes + "; export both with the same up axis";
   }
-  if (std::sqrt(squared) > 0.1 * a.diagonal) {
+  if (moved && std::sqrt(squared) > 0.1 * a.diagonal) {
     std::snprintf(text, sizeof text, "LOW lies %.4g units away from HIGH; move one of them",
                   std::sqrt(squared));
     return text;
@@ -101,7 +104,7 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low) {
 }
 
 std::string why_no_place(const Mesh& high, const Mesh& low) {
-  const std::string boxes = why_boxes_part(high, low);
+  const std::string boxes = why_boxes_part(high, low, true);
   return !boxes.empty() ? boxes
                         : "if they do lie in one place, raise --max-distance, or check that LOW's "
                           "normals point outward";
@@ -109,9 +112,15 @@ std::string why_no_place(const Mesh& high, const Mesh& low) {
 
 }  // namespace
 
-std::string hint_of_boxes(const Mesh& high, const Mesh& low) {
-  const std::string boxes = why_boxes_part(high, low);
+std::string hint_of_boxes(const Mesh& high, const Mesh& low, bool moved) {
+  const std::string boxes = why_boxes_part(high, low, moved);
   return boxes.empty() ? "" : " What is likely: " + boxes + ".";
+}
+
+void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,
+                   std::vector<Warning>& warnings) {
+  const std::string boxes = why_boxes_part(high, low, false);
+  if (!boxes.empty()) warnings.push_back({"boxes-part", names + " do not fit: " + boxes + ".", 1});
 }
 
 void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {

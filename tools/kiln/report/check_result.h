@@ -15,7 +15,12 @@ void check_result(const BakeReport& report, const Mesh& high, const Mesh& low);
 std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low);
 
 /// For bakes that miss much: a sentence, if the meshes' boxes do not fit as they are; with a space before it.
-std::string hint_of_boxes(const Mesh& high, const Mesh& low);
+/// \param moved  whether that one lies beside the other is told, too: LOW may be of a part of HIGH
+std::string hint_of_boxes(const Mesh& high, const Mesh& low, bool moved);
+
+/// Where boxes fit only after swapping axes or scaling. \param names  of both, for the message
+void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,
+                   std::vector<Warning>& warnings);
 
 /// \param otherwise  what else helps, such as ", or leave LOW out" \throws Error(input) where it has no UVs
 void check_has_uvs(const Mesh& low, const std::string& path, const std::string& otherwise);

@@ -1,0 +1,201 @@
+// Cages at the command line: found, saved as meshes and images, corrected, drawn.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "support/environment.h"
+#include "support/process.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProcessResult;
+using test::run_kiln;
+
+nlohmann::json read_json(const fs::path& path) {
+  std::ifstream in(path);
+  return nlohmann::json::parse(in);
+}
+
+TEST(CageCommand, FindsSavesAndDrawsOne) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(2000), folder / "high.obj");
+  save_obj(test::BumpySphere::light(), folder / "low.obj");
+  const auto bake = [&](const std::string& out, std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "high.obj",
+                                     folder / "low.obj",
+                                     "--out",
+                                     folder / out,
+                                     "--size",
+                                     "64",
+                                     "--json",
+                                     folder / (out + ".json")};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const ProcessResult found = bake("a", {"--cage", "auto", "--save-cage", folder / "cage.obj"});
+  ASSERT_EQ(found.exit_code, 0) << found.errors;
+  EXPECT_NE(found.output.find("of the diagonal out"), std::string::npos) << found.output;
+  const nlohmann::json report = read_json(folder / "a.json");
+  EXPECT_EQ(report["cage"]["kind"], "shells");
+  EXPECT_GT(report["cage"]["outward"]["least"], 0);
+  EXPECT_GT(report["cage"]["inward"]["least"], 0);
+  EXPECT_GT(report["cage"]["samples"], 0);
+  EXPECT_EQ(report["options"]["cage"], "auto");
+  const ProcessResult again = bake("b", {"--cage-mesh", folder / "cage.obj"});
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  const auto bytes = [&](const std::string& out) {
+    std::ifstream in(folder / out / "low_normal.png", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_TRUE(!bytes("a").empty() && bytes("a") == bytes("b"));
+
+  EXPECT_EQ(bake("c", {"--save-cage", folder / "c.obj"}).exit_code, 2);
+  EXPECT_EQ(bake("c", {"--cage", "auto", "--save-cage", folder / "c.ply"}).exit_code, 2);
+  EXPECT_EQ(bake("c", {"--cage", "auto", "--match", "closest"}).exit_code, 2);
+  const ProcessResult directed =
+      bake("c", {"--cage-mesh", folder / "low.obj", "--direction", "face"});
+  EXPECT_EQ(directed.exit_code, 2);
+  EXPECT_NE(directed.errors.find("--direction"), std::string::npos) << directed.errors;
+  EXPECT_FALSE(fs::exists(folder / "c" / "low_normal.png"));
+  save_obj(test::cube(0.1), folder / "small.obj");
+  const ProcessResult small = bake("c", {"--cage-mesh", folder / "small.obj"});
+  EXPECT_EQ(small.exit_code, 3);
+  EXPECT_NE(small.errors.find("does not enclose"), std::string::npos) << small.errors;
+
+  save_obj(test::cube(12), folder / "far.obj");
+  const ProcessResult far = bake("f", {"--cage-mesh", folder / "far.obj"});
+  EXPECT_EQ(far.exit_code, 0) << far.errors;
+  EXPECT_NE(far.errors.find("The way from the cage to the low poly is"), std::string::npos)
+      << far.errors;
+
+  const auto draw = [&](std::vector<std::string> flags) {
+    std::vector<std::string> line = {
+        "render", folder / "low.obj", "--out", folder / "p.png", "--size",
+        "64",     "--ambient-rays",   "0"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    const ProcessResult result = run_kiln(line);
+    return std::pair(result.exit_code, result.errors);
+  };
+  const std::string high = folder / "high.obj";
+  for (const char* cage : {"auto", "3%"}) {
+    EXPECT_EQ(draw({"--draw-cage", "--cage", cage, "--reference", high}).first, 0) << cage;
+    EXPECT_EQ(draw({"--draw-cage", "--cage", cage}).first, 2) << cage;
+  }
+  EXPECT_EQ(draw({"--draw-cage", "--cage-mesh", folder / "cage.obj"}).first, 0);
+  EXPECT_EQ(draw({"--draw-cage", "--cage", "0.1", "--normals"}).first, 2);
+  // Without the flag a cage is for a map, which needs HIGH; with it, what has no say in a cage is refused.
+  EXPECT_NE(draw({"--cage", "0.1"}).second.find("--draw-cage"), std::string::npos);
+  EXPECT_EQ(draw({"--draw-cage"}).first, 2);
+  EXPECT_EQ(draw({"--draw-cage", "--cage", "0.1", "--direction", "face"}).first, 2);
+  EXPECT_EQ(draw({"--draw-cage", "--cage", "4%", "--reference", high, "--map-size", "32"}).first,
+            0);
+  EXPECT_EQ(draw({"--draw-cage", "--cage", "0.2"}).first, 0);
+  const Image caged = load_image(folder / "p.png");
+  // The tint lies over the sphere's middle, and over what lies between it and the cage.
+  const float* middle = caged.at(caged.width / 2, caged.height / 2);
+  EXPECT_GT(middle[0] - middle[2], 0.1F);
+}
+
+/// Distances and directions as an image: the same cage, of which one vertex can be corrected.
+TEST(CageCommand, OneIsAnImageToo) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::cube(1.06), folder / "high.obj");
+  save_obj(test::cube(1), folder / "low.obj");
+  const auto bake = [&](const std::string& out, std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "high.obj",
+                                     folder / "low.obj",
+                                     "--out",
+                                     folder / out,
+                                     "--size",
+                                     "64",
+                                     "--maps",
+                                     "height",
+                                     "--format",
+                                     "exr32",
+                                     "--json",
+                                     folder / "j.json"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    return run_kiln(line);
+  };
+  const fs::path image = folder / "cage.exr";
+  ASSERT_EQ(bake("a", {"--cage", "auto", "--save-cage", image}).exit_code, 0);
+  ASSERT_EQ(bake("o", {"--cage", "auto", "--save-cage", folder / "cage.obj"}).exit_code, 0);
+  Image cage = load_image(image);
+  const std::size_t count = load_mesh(folder / "low.obj").positions.size();
+  ASSERT_EQ(cage.width, count);
+  ASSERT_EQ(cage.height, 2U);
+  const Mesh shells = load_mesh(folder / "cage.obj"), low = load_mesh(folder / "low.obj");
+  for (std::size_t v = 0; v < count; ++v) {
+    for (std::size_t shell = 0; shell < 2; ++shell) {
+      const float* p = cage.at(v, shell);
+      const double by = shell == 0 ? double{p[3]} : -double{p[3]};
+      const Vec3 &at = low.positions[v], &there = shells.positions[shell * count + v];
+      EXPECT_NEAR(at.x + p[0] * by, there.x, 1e-7) << v;
+      EXPECT_NEAR(at.y + p[1] * by, there.y, 1e-7) << v;
+      EXPECT_NEAR(at.z + p[2] * by, there.z, 1e-7) << v;
+      EXPECT_GT(p[3], 0.0F);
+    }
+  }
+  const auto heights = [&](const std::string& out) {
+    return load_image(folder / out / "low_height.exr").pixels;
+  };
+  const ProcessResult again = bake("b", {"--cage-mesh", image});
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(read_json(folder / "j.json")["cage"]["kind"], "shells");
+  ASSERT_EQ(heights("a").size(), heights("b").size());
+  for (std::size_t i = 0; i < heights("a").size(); ++i) {
+    ASSERT_NEAR(heights("a")[i], heights("b")[i], 1e-6F) << i;
+  }
+  // One vertex pulled in below HIGH's face: rays there start inside of it and miss it.
+  cage.pixels[3] = 0.001F;
+  save_image(cage, image, {ImageFormat::exr_float});
+  ASSERT_EQ(bake("c", {"--cage-mesh", image}).exit_code, 0);
+  EXPECT_GT(read_json(folder / "j.json")["texels"]["missed"].get<int>(), 20);
+
+  cage.pixels[0] = std::nanf("");
+  save_image(cage, image, {ImageFormat::exr_float});
+  const ProcessResult bad = bake("d", {"--cage-mesh", image});
+  EXPECT_EQ(bad.exit_code, 3);
+  EXPECT_NE(bad.errors.find("vertex 0 is NaN"), std::string::npos) << bad.errors;
+  cage.width /= 2;
+  cage.height *= 2;
+  save_image(cage, image, {ImageFormat::exr_float});
+  const ProcessResult other = bake("d", {"--cage-mesh", image});
+  EXPECT_EQ(other.exit_code, 3);
+  EXPECT_NE(other.errors.find("8 vertices need 8 x 2"), std::string::npos) << other.errors;
+}
+
+TEST(CageCommand, ADrawnOneObeysFlagsOfTheMatch) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::cube(1.06), folder / "high.obj");  // 1.6% of the diagonal away
+  save_obj(test::cube(1), folder / "low.obj");
+  std::vector<std::vector<float>> pictures;
+  for (const char* far : {"1%", "10%"}) {
+    const ProcessResult result =
+        run_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--draw-cage",
+                  "--cage", "auto", "--max-distance", far, "--size", "64", "--ambient-rays", "0",
+                  "--out", folder / "p.png"});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    pictures.push_back(load_image(folder / "p.png").pixels);
+  }
+  EXPECT_TRUE(pictures[0] != pictures[1]);
+}
+
+}  // namespace
+}  // namespace kiln
