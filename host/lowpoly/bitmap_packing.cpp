@@ -19,8 +19,8 @@ namespace {
 constexpr std::uint32_t estimate_cells = 256, search_cells = 512, final_cells = 1024;
 /// Orders looked at together.
 constexpr std::uint32_t batch = 4;
-/// Batches after the first orders, in outlines: fewer of many.
-constexpr std::uint32_t search_effort = 900, least_batches = 3, most_batches = 30;
+/// Batches after the first orders: this, over the squared number of outlines, since each takes longer, too.
+constexpr std::uint32_t search_effort = 18000, least_batches = 2, most_batches = 30;
 /// The order has room to be drawn larger, if it leaves more than this share of the rows.
 constexpr double flat = 0.012;
 /// An outline that stays close moves by at most this share of the width.
@@ -256,7 +256,8 @@ class Packer {
   void improve(Sheet& sheet) {
     const auto count = static_cast<std::uint32_t>(outlines_.size());
     std::mt19937 random(1);
-    const std::uint32_t batches = std::clamp(search_effort / count, least_batches, most_batches);
+    const std::uint32_t batches =
+        std::clamp(search_effort / (count * count), least_batches, most_batches);
     for (std::uint32_t i = 0; i < batches; ++i) {
       std::array<Plan, batch> plans;
       for (Plan& plan : plans) plan = changed(random);
