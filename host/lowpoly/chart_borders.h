@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "lowpoly/chart_surface.h"
@@ -44,13 +45,15 @@ class ChartBorders {
 
   /// Marks both sides of an edge; rings are as they were.
   void set_glued(std::uint32_t h, bool value) { glued_[h] = glued_[surface_.mate[h]] = value; }
-
- private:
+  /// Lets b follow a on a ring.
   void connect(std::uint32_t a, std::uint32_t b) {
     next_[a] = b;
     previous_[b] = a;
   }
+  /// Glues as before; rings are as they were.
+  void restore(std::vector<std::uint8_t> glued) { glued_ = std::move(glued); }
 
+ private:
   const ChartSurface& surface_;
   std::vector<std::uint8_t> glued_;
   std::vector<std::uint32_t> next_, previous_;

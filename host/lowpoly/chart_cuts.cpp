@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -16,7 +17,9 @@ namespace {
 /// Directions in half a turn; boxes are upright along each two that are square to each other.
 constexpr std::size_t directions = 16;
 /// Lines tried across each.
-constexpr int lines = 15;
+constexpr int lines = 13;
+/// Boxes of parts are hardly smaller, times the area; what could not gain even then is not looked at.
+constexpr double least_box = 1.1;
 /// A part is at least this share of its chart.
 constexpr double least_share = 0.01;
 
@@ -77,13 +80,22 @@ struct Shape {
       const FlatPoint to{std::cos(angle), std::sin(angle)};
       for (std::size_t v = 0; v < along.size(); ++v) along[v][d] = dot(to, chart.points[v]);
     }
-    for (const Along& at : along) whole.add(at, at);
+    std::vector<std::uint8_t> open(chart.points.size(), 0);
+    for (const std::uint32_t v : chart.boundary) {
+      open[v] = 1;
+      whole.add(along[v], along[v]);
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Triangle& t = chart.triangles[i];
+      if (open[t[0]] != 0 || open[t[1]] != 0 || open[t[2]] != 0) rim.push_back(i);
+    }
     box = smallest_box(whole);
   }
 
   const FlatChart& chart;
   std::vector<std::uint32_t> neighbour;  ///< Over each side of each triangle.
   std::vector<double> length;            ///< Of each side.
+  std::vector<std::uint32_t> rim;        ///< Triangles at the chart's border.
   std::vector<Along> along;              ///< Of each vertex.
   Extents whole;
   double area = 0, box = 0;
@@ -122,6 +134,7 @@ class Sweep {
     part_.assign(count_, no_index);
     parts_.clear();
     extents_.clear();
+    cut_.clear();
     for (std::uint32_t seed = 0; seed < count_; ++seed) {
       if (part_[seed] == no_index) spread(line, seed);
     }
@@ -133,6 +146,7 @@ class Sweep {
         part.leaf = part.leaf && (part.neighbour == no_index || part.neighbour == part_[n]);
         part.neighbour = part_[n];
         part.length += shape_.length[3 * i + k];
+        if (cut_.empty() || cut_.back() != i) cut_.push_back(i);
       }
     }
     for (std::uint32_t p = 0; p < parts_.size(); ++p) {
@@ -162,9 +176,11 @@ class Sweep {
 
   void consider(std::uint32_t p) {
     const Part& part = parts_[p];
-    if (std::min(part.area, shape_.area - part.area) < least_share * shape_.area) return;
-    const double cost = part.length * (2 * price_.margin + price_.seam);
-    if (shape_.box - shape_.area - cost <= best_.gain_at(part.length)) return;
+    const double rest = shape_.area - part.area;
+    if (std::min(part.area, rest) < std::max(price_.least, least_share * shape_.area)) return;
+    const double cost =
+        part.length * (2 * price_.margin + price_.seam) - 2 * price_.size * part.area * rest;
+    if (shape_.box - least_box * shape_.area - cost <= best_.gain_at(part.length)) return;
     if (extents_.empty()) find_extents();
     Extents outside;
     for (std::uint32_t other = 0; other < parts_.size(); ++other) {
@@ -178,15 +194,15 @@ class Sweep {
     for (std::uint32_t i = 0; i < count_; ++i) best_.apart[i] = part_[i] == p;
   }
 
-  /// Of all parts in one pass. A vertex counts again only where another part came between.
+  /// Of all parts in one pass: nothing inside a part reaches farther than its border.
   void find_extents() {
     extents_.assign(parts_.size(), {});
-    last_.assign(shape_.along.size(), no_index);
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      for (const std::uint32_t v : shape_.chart.triangles[i]) {
-        if (last_[v] == part_[i]) continue;
-        last_[v] = part_[i];
-        extents_[part_[i]].add(shape_.along[v], shape_.along[v]);
+    for (const std::vector<std::uint32_t>& border :
+         {std::cref(shape_.rim), std::cref(std::as_const(cut_))}) {
+      for (const std::uint32_t i : border) {
+        for (const std::uint32_t v : shape_.chart.triangles[i]) {
+          extents_[part_[i]].add(shape_.along[v], shape_.along[v]);
+        }
       }
     }
   }
@@ -197,8 +213,8 @@ class Sweep {
   std::vector<double> across_;
   std::vector<std::uint32_t> part_, stack_;
   std::vector<Part> parts_;
-  std::vector<Extents> extents_;     ///< Of each part; empty until one is needed.
-  std::vector<std::uint32_t> last_;  ///< The part that a vertex counted for last.
+  std::vector<Extents> extents_;    ///< Of each part; empty until one is needed.
+  std::vector<std::uint32_t> cut_;  ///< Triangles at the line.
   Cut best_;
 };
 

@@ -8,11 +8,16 @@
 
 namespace kiln {
 
-/// What a cut must be worth.
+/// What a cut must be worth, in units of the surface.
 struct CutPrice {
-  double margin =
-      0;            ///< Half of the padding, in units of the surface: both sides of a cut need it.
-  double seam = 0;  ///< Area of upright boxes that an edge of length 1 must save beside that.
+  /// Half of the padding: both sides of a cut need it.
+  double margin = 0;
+  /// Area of upright boxes that an edge of length 1 must save beside that.
+  double seam = 0;
+  /// Large charts fit less well: area that is wasted, by a chart's squared area.
+  double size = 0;
+  /// Parts have at least this area.
+  double least = 0;
 };
 
 /// Cuts charts in two along edges near straight lines: limbs off bodies, bends apart (after Limper, Vining,

@@ -12,8 +12,8 @@ namespace kiln {
 
 /// What a chart may be distorted by.
 struct ChartLimits {
-  double energy = 0.01;  ///< Mean, see FlatDistortion.
-  double worst = 1.6;    ///< At any triangle.
+  double energy = 0.06;  ///< Mean, see FlatDistortion.
+  double worst = 3;      ///< At any triangle.
 };
 
 /// Grows charts in three passes, each of which keeps every chart a disc:

@@ -17,18 +17,17 @@ int side(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
   return det > bound ? 1 : det < -bound ? -1 : 0;
 }
 
-/// Whether the two segments are apart beyond doubt: one lies on one side of the other's line.
-bool apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d) {
-  const int first = side(a, b, c), second = side(a, b, d);
-  if (first != 0 && first == second) return true;
-  const int third = side(c, d, a), fourth = side(c, d, b);
-  return third != 0 && third == fourth;
-}
-
 }  // namespace
 
 bool surely_left(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
   return side(a, b, c) > 0;
+}
+
+bool surely_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d) {
+  const int first = side(a, b, c), second = side(a, b, d);
+  if (first != 0 && first == second) return true;
+  const int third = side(c, d, a), fourth = side(c, d, b);
+  return third != 0 && third == fourth;
 }
 
 bool is_simple(std::span<const FlatPoint> polygon) {
@@ -58,7 +57,7 @@ bool is_simple(std::span<const FlatPoint> polygon) {
         }
         continue;
       }
-      if (!apart(polygon[a], end(a), polygon[b], end(b))) return false;
+      if (!surely_apart(polygon[a], end(a), polygon[b], end(b))) return false;
     }
   }
   return true;

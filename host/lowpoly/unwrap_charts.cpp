@@ -13,6 +13,7 @@
 #include "lowpoly/box_packing.h"
 #include "lowpoly/chart_cuts.h"
 #include "lowpoly/chart_growth.h"
+#include "lowpoly/chart_trims.h"
 #include "lowpoly/flat_predicates.h"
 #include "lowpoly/pairing.h"
 
@@ -30,8 +31,22 @@ constexpr double wanted_coverage = 0.25;
 constexpr double worthwhile = 1.3;
 /// Where padding is weighed, before packing.
 constexpr double expected_coverage = 0.75;
-/// What a seam as long as the side of a square with the mesh's area must save, as a share of that area.
-constexpr double seam_price = 0.02;
+/// Cuts that are tried. A seam as long as the side of a square with the mesh's area must save `seam` of that
+/// area; a chart with all of the area would waste `size` of it.
+struct CutChoice {
+  double seam = 0, size = 0;
+};
+constexpr std::array<CutChoice, 4> cut_choices{
+    {{0.02, 0}, {0.035, 0.3}, {0.02, 0.4}, {0.012, 0.4}}};
+/// Of texels used, where the first is taken whatever others promise.
+constexpr double good_enough = 0.85;
+/// Only the last, where there are more charts than this; of one chart, only the first.
+constexpr std::size_t many_charts = 150;
+/// No part is smaller than this share of the mesh.
+constexpr double least_part = 0.003;
+/// Vertices that seams may add before they count: this, times the square root of positions. Beyond, each
+/// vertex weighs as much as that share of the map's texels.
+constexpr double free_vertices = 9.3, vertex_price = 2;
 /// Rounds after growing; the energy hardly falls after these.
 constexpr int finishing_rounds = 4;
 
@@ -45,10 +60,35 @@ FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::ui
   return chart;
 }
 
-std::vector<FlatChart> make_charts(const Mesh& mesh, const UnwrapOptions& options,
-                                   const std::vector<std::uint8_t>& lone, ChartSurface& surface,
-                                   int threads) {
-  surface = chart_surface(mesh);
+double flat_area(const FlatChart& chart) {
+  double area = 0;
+  for (const Triangle& t : chart.triangles) {
+    const FlatPoint& a = chart.points[t[0]];
+    area += 0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a);
+  }
+  return area;
+}
+
+std::vector<Outline> outlines_of(const std::vector<FlatChart>& charts) {
+  std::vector<Outline> outlines(charts.size());
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    outlines[i].rings.resize(1);
+    for (const std::uint32_t v : charts[i].boundary) {
+      outlines[i].rings[0].push_back(charts[i].points[v]);
+    }
+    outlines[i].area = flat_area(charts[i]);
+  }
+  return outlines;
+}
+
+/// Charts and what is glued of the surface's edges.
+struct Charts {
+  ChartBorders borders;
+  std::vector<FlatChart> charts;
+};
+
+ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lone) {
+  ChartSurface surface = chart_surface(mesh);
   if (surface.triangles.empty()) {
     throw Error(ErrorCode::input,
                 "unwrap: mesh '" + mesh.name +
@@ -59,17 +99,68 @@ std::vector<FlatChart> make_charts(const Mesh& mesh, const UnwrapOptions& option
     surface.mate[surface.mate[h]] = no_index;
     surface.mate[h] = no_index;
   }
-  ChartBorders borders(surface);
-  std::vector<FlatChart> charts = grow_charts(surface, borders, {});
+  return surface;
+}
+
+void cut(const ChartSurface& surface, const UnwrapOptions& options, const CutChoice& choice,
+         Charts& made, int threads) {
   const double extent = std::sqrt(surface.total_area);
   const double padding =
       extent / std::sqrt(expected_coverage) * options.border_texels / options.size;
-  cut_charts(surface, borders, {0.5 * padding, seam_price * extent}, charts, threads);
-  const double texel = extent / options.size;
+  const CutPrice price{0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
+                       least_part * surface.total_area};
+  cut_charts(surface, made.borders, price, made.charts, threads);
+  trim_charts(surface, made.borders, {}, made.charts);
+}
+
+/// Texels that a layout is expected to use, less what its vertices weigh.
+double worth(const ChartSurface& surface, const std::vector<FlatChart>& charts,
+             const UnwrapOptions& options, double tolerance) {
+  std::size_t vertices = 0;
+  for (const FlatChart& chart : charts) vertices += chart.points.size();
+  const auto positions = static_cast<double>(surface.positions.size());
+  const double added = static_cast<double>(vertices) - positions;
+  const double beyond = std::max(0.0, added - free_vertices * std::sqrt(positions));
+  return expected_share(outlines_of(charts), options.size, options.border_texels, tolerance) -
+         vertex_price * beyond / positions;
+}
+
+/// Cuts charts so that they pack well for few vertices.
+void choose_cuts(const ChartSurface& surface, const UnwrapOptions& options, Charts& made,
+                 int threads) {
+  if (made.charts.size() == 1 || made.charts.size() > many_charts) {
+    const CutChoice& only = made.charts.size() == 1 ? cut_choices.front() : cut_choices.back();
+    cut(surface, options, only, made, threads);
+    return;
+  }
+  std::vector<Charts> tried(cut_choices.size(), made);
+  std::array<double, cut_choices.size()> worths{};
+  const auto body = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      cut(surface, options, cut_choices[i], tried[i], 1);
+      worths[i] = worth(surface, tried[i].charts, options, i == 0 ? 0.02 : 0.2);
+    }
+  };
+  parallel_for(tried.size(), 1, body, threads);
+  const auto best = worths[0] >= good_enough
+                        ? 0
+                        : std::max_element(worths.begin(), worths.end()) - worths.begin();
+  made.charts = std::move(tried[static_cast<std::size_t>(best)].charts);
+  made.borders.restore(tried[static_cast<std::size_t>(best)].borders.glued());
+}
+
+std::vector<FlatChart> make_charts(const ChartSurface& surface, const UnwrapOptions& options,
+                                   const std::vector<std::uint8_t>& lone, int threads) {
+  Charts made{ChartBorders(surface), {}};
+  made.charts = grow_charts(surface, made.borders, {});
+  trim_charts(surface, made.borders, {}, made.charts);
+  choose_cuts(surface, options, made, threads);
+  const double texel = std::sqrt(surface.total_area) / options.size;
+  std::vector<FlatChart>& charts = made.charts;
   std::vector<std::uint32_t> local(surface.triangles.size());
   for (FlatChart& chart : charts) {
     if (lone[chart.source[0]] != 0)
-      chart = lone_chart(surface, borders, chart.source[0], texel, local);
+      chart = lone_chart(surface, made.borders, chart.source[0], texel, local);
   }
   const auto finish = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -79,16 +170,7 @@ std::vector<FlatChart> make_charts(const Mesh& mesh, const UnwrapOptions& option
     }
   };
   parallel_for(charts.size(), 1, finish, threads);
-  return charts;
-}
-
-double flat_area(const FlatChart& chart) {
-  double area = 0;
-  for (const Triangle& t : chart.triangles) {
-    const FlatPoint& a = chart.points[t[0]];
-    area += 0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a);
-  }
-  return area;
+  return std::move(made.charts);
 }
 
 struct Layout {
@@ -110,14 +192,7 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
 
 /// With the padding asked for, or with less where that lets charts have many more texels.
 Layout pack(const std::vector<FlatChart>& charts, const UnwrapOptions& options, int threads) {
-  std::vector<Outline> outlines(charts.size());
-  for (std::size_t i = 0; i < charts.size(); ++i) {
-    outlines[i].rings.resize(1);
-    for (const std::uint32_t v : charts[i].boundary) {
-      outlines[i].rings[0].push_back(charts[i].points[v]);
-    }
-    outlines[i].area = flat_area(charts[i]);
-  }
+  const std::vector<Outline> outlines = outlines_of(charts);
   Layout best = pack_with(outlines, options.size, options.border_texels, threads);
   while (best.coverage < wanted_coverage && (best.padding > 1 || best.coverage == 0)) {
     if (best.padding < 1.0 / 1024) {
@@ -217,8 +292,8 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
   std::vector<std::uint8_t> lone(mesh.triangles.size(), 0);
   // Each round sets at least one more triangle apart, and one by itself always has a place.
   for (;;) {
-    ChartSurface surface;
-    std::vector<FlatChart> charts = make_charts(mesh, options, lone, surface, threads);
+    const ChartSurface surface = make_surface(mesh, lone);
+    std::vector<FlatChart> charts = make_charts(surface, options, lone, threads);
     const Layout layout = pack(charts, options, threads);
     bool failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {

@@ -1,0 +1,140 @@
+#include "lowpoly/cell_rows.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace kiln {
+namespace {
+
+constexpr std::uint64_t all_ones = ~std::uint64_t{0};
+
+/// Words a row: a power of two, so that there are few kinds.
+std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
+
+std::uint32_t longest_free(const std::uint64_t* row, std::uint32_t width) {
+  std::uint32_t longest = 0, run = 0;
+  for (std::uint32_t x = 0; x < width;) {
+    const std::uint64_t word = row[x / 64] >> x % 64;
+    const std::uint32_t left = std::min(64 - x % 64, width - x);
+    const auto zeros = std::min(static_cast<std::uint32_t>(std::countr_zero(word)), left);
+    run += zeros;
+    longest = std::max(longest, run);
+    x += zeros;
+    if (zeros == left) continue;
+    x += std::min(static_cast<std::uint32_t>(std::countr_one(word >> zeros)), left - zeros);
+    run = 0;
+  }
+  return longest;
+}
+
+}  // namespace
+
+CellRows::CellRows(std::uint32_t width, std::uint32_t height)
+    : width_(width),
+      height_(height),
+      words_(words_of(width)),
+      levels_(static_cast<std::uint32_t>(std::bit_width(width))),
+      // Shifting reads beyond the last row.
+      bits_(std::size_t{levels_} * height * words_ + words_ + 1),
+      longest_(height, width) {}
+
+void CellRows::clear() {
+  std::fill(bits_.begin(), bits_.end(), 0);
+  std::fill(longest_.begin(), longest_.end(), width_);
+}
+
+void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
+  for (const ChartMask::Run& run : mask.runs) {
+    std::uint64_t* const cells = row(0, y + run.row);
+    for (std::uint32_t i = x + run.first, end = x + run.last + 1; i < end;) {
+      const std::uint32_t count = std::min(64 - i % 64, end - i);
+      cells[i / 64] |= (all_ones >> (64 - count)) << i % 64;
+      i += count;
+    }
+  }
+  for (std::uint32_t k = 1; k < levels_; ++k) {
+    const std::uint32_t shift = 1U << (k - 1), whole = shift / 64, part = shift % 64;
+    for (std::uint32_t at = y; at < y + mask.height; ++at) {
+      std::uint64_t* const wide = row(k, at);
+      const std::uint64_t* const narrow = row(k - 1, at);
+      for (std::uint32_t w = 0; w < words_; ++w) {
+        std::uint64_t value = narrow[w];
+        if (w + whole < words_) value |= narrow[w + whole] >> part;
+        if (part != 0 && w + whole + 1 < words_) value |= narrow[w + whole + 1] << (64 - part);
+        wide[w] = value;
+      }
+    }
+  }
+  for (std::uint32_t at = y; at < y + mask.height; ++at) {
+    longest_[at] = longest_free(row(0, at), width_);
+  }
+}
+
+bool CellRows::has_room(const ChartMask& mask, std::uint32_t y) const {
+  return std::all_of(mask.runs.begin(), mask.runs.end(), [&](const ChartMask::Run& run) {
+    return run.last - run.first < longest_[y + run.row];
+  });
+}
+
+template <std::uint32_t words>
+std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
+    const ChartMask& mask, const Window& window) const {
+  const std::uint32_t places = std::min(width_ - mask.width, window.last) + 1;
+  std::array<std::uint64_t, words> outside{}, blocked{};
+  for (std::uint32_t w = 0; w < words; ++w) {
+    const std::uint32_t from = w * 64;
+    outside[w] = places >= from + 64 ? 0 : places <= from ? all_ones : all_ones << (places - from);
+    if (window.first >= from + 64) {
+      outside[w] = all_ones;
+    } else if (window.first > from) {
+      outside[w] |= all_ones >> (from + 64 - window.first);
+    }
+  }
+  for (std::uint32_t y = 0; y + mask.height <= std::min(height_, window.top); ++y) {
+    if (!has_room(mask, y)) continue;
+    blocked = outside;
+    bool free = true;
+    for (std::size_t r = 0; r < mask.runs.size() && free; ++r) {
+      const ChartMask::Run& run = mask.runs[r];
+      const std::uint32_t count = run.last - run.first + 1;
+      const auto k = static_cast<std::uint32_t>(std::bit_width(count)) - 1;
+      const std::uint32_t a = run.first, b = run.last + 1 - (1U << k);
+      const std::uint64_t* const from = row(k, y + run.row);
+      // What comes from beyond the row's end is outside anyway.
+      const std::uint64_t *const at_a = from + a / 64, *const at_b = from + b / 64;
+      std::uint64_t all = all_ones;
+      for (std::uint32_t w = 0; w < words; ++w) {
+        blocked[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) | at_b[w] >> b % 64 |
+                      at_b[w + 1] << 1 << (63 - b % 64);
+        all &= blocked[w];
+      }
+      free = all != all_ones;
+    }
+    if (!free) continue;
+    for (std::uint32_t w = 0; w < words; ++w) {
+      if (blocked[w] == all_ones) continue;
+      return std::pair{w * 64 + static_cast<std::uint32_t>(std::countr_one(blocked[w])), y};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find(const ChartMask& mask,
+                                                                      const Window& window) const {
+  if (mask.width > width_ || mask.height > height_) return std::nullopt;
+  switch (words_) {
+    case 1:
+      return find_in<1>(mask, window);
+    case 2:
+      return find_in<2>(mask, window);
+    case 4:
+      return find_in<4>(mask, window);
+    case 8:
+      return find_in<8>(mask, window);
+    default:
+      return find_in<16>(mask, window);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,50 @@
+// A square of cells, taken or free, and the lowest place that a mask has in it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "lowpoly/chart_mask.h"
+
+namespace kiln {
+
+/// Rows of cells, 64 a word. Of each row all widenings to the left by a power of two are kept, so that a
+/// run of cells is tried at 64 places by two words.
+class CellRows {
+ public:
+  /// \param width  cells, at most 1024
+  CellRows(std::uint32_t width, std::uint32_t height);
+
+  /// Where to look for a place.
+  struct Window {
+    std::uint32_t top = 0;                      ///< The mask's, at most.
+    std::uint32_t first = 0, last = no_window;  ///< Its left side.
+  };
+  static constexpr std::uint32_t no_window = ~std::uint32_t{0};
+
+  /// The lowest row, and in it the first cell, where the mask is free.
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> find(const ChartMask& mask,
+                                                              const Window& window) const;
+  void take(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
+  void clear();
+
+ private:
+  std::uint64_t* row(std::uint32_t level, std::uint32_t y) {
+    return bits_.data() + (std::size_t{level} * height_ + y) * words_;
+  }
+  const std::uint64_t* row(std::uint32_t level, std::uint32_t y) const {
+    return bits_.data() + (std::size_t{level} * height_ + y) * words_;
+  }
+  template <std::uint32_t words>
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> find_in(const ChartMask& mask,
+                                                                 const Window& window) const;
+  bool has_room(const ChartMask& mask, std::uint32_t y) const;
+
+  std::uint32_t width_, height_, words_, levels_;
+  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint32_t> longest_;  ///< Free cells in a row, of each row.
+};
+
+}  // namespace kiln
