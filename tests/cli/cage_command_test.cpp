@@ -12,6 +12,7 @@
 
 #include "kiln/kiln.h"
 #include "support/environment.h"
+#include "support/json_file.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -20,12 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::ProcessResult;
+using test::read_json;
 using test::run_kiln;
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream in(path);
-  return nlohmann::json::parse(in);
-}
 
 TEST(CageCommand, FindsSavesAndDrawsOne) {
   KILN_REQUIRE_DEVICE();
