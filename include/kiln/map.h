@@ -48,7 +48,8 @@ enum class OcclusionBy {
 
 /// Light over the hemisphere of the high poly's points, for the maps ao, bent_normal and thickness.
 struct OcclusionOptions {
-  OcclusionBy by = OcclusionBy::rays;  ///< How; OcclusionBy::automatic takes what is expected to be quicker
+  OcclusionBy by =
+      OcclusionBy::rays;      ///< How; OcclusionBy::automatic takes what is expected to be quicker
   std::uint32_t views = 512;  ///< Directions of OcclusionBy::views, all around: 16 to 4096
   std::uint32_t rays = 64;    ///< A sample, 1 to 4096; spread by the cosine to the normal
   /// How far something occludes; for thickness what is as thick as white. Above 0. None given: for ao and
@@ -93,9 +94,10 @@ struct IdEntry {
 
 /// What gathered the light (OcclusionBy).
 struct OcclusionReport {
-  OcclusionBy by = OcclusionBy::rays;  ///< How; OcclusionBy::automatic takes what is expected to be quicker
-  std::uint32_t views = 0;             ///< Directions; 0: rays
-  std::uint32_t view_size = 0;         ///< Pixels a side of each; 0: rays
+  OcclusionBy by =
+      OcclusionBy::rays;    ///< How; OcclusionBy::automatic takes what is expected to be quicker
+  std::uint32_t views = 0;  ///< Directions; 0: rays
+  std::uint32_t view_size = 0;  ///< Pixels a side of each; 0: rays
 };
 
 /// The largest error that a map may have.

@@ -58,9 +58,9 @@ enum class CageKind {
 /// hull over places spread over its faces, too.
 struct CageReport {
   CageKind kind = CageKind::offsets;  ///< What the cage mesh was taken for
-  double outward_least = 0;   ///< Rays start so far out
-  double outward_median = 0;  ///< The one in the middle
-  double outward_most = 0;    ///< The farthest
+  double outward_least = 0;           ///< Rays start so far out
+  double outward_median = 0;          ///< The one in the middle
+  double outward_most = 0;            ///< The farthest
   double inward_least =
       0;  ///< Rays end so far in; 0 where the cage does not say (not CageKind::shells)
   double inward_median = 0;  ///< The one in the middle
