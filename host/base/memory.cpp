@@ -105,14 +105,17 @@ std::uint64_t memory_left() {
   return std::min(left_of(memory_limit(), held_memory()), free_memory());
 }
 
-void require_memory(const char* what, std::uint64_t bytes) {
+void fail_for_stage(const std::string& problem) {
+  throw Error(ErrorCode::internal,
+              problem + ". Use smaller inputs or a smaller size, or raise the memory limit.");
+}
+
+void require_memory(const std::string& what, std::uint64_t bytes, const MemoryFailure& fail) {
   if (bytes <= kLittleMemory) return;
   const std::uint64_t left = memory_left();
   if (bytes <= left) return;
-  throw Error(ErrorCode::internal, std::string(what) + " would take " + mebibytes(bytes) +
-                                       " of memory, but only " + mebibytes(left) + " are left of " +
-                                       "the memory limit. Use smaller inputs or a smaller " +
-                                       "size, or raise the memory limit.");
+  fail(what + " would take " + mebibytes(bytes) + " of memory, but only " + mebibytes(left) +
+       " are left of the memory limit");
 }
 
 }  // namespace kiln

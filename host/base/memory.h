@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "kiln/memory.h"
@@ -17,9 +18,17 @@ std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
 /// "17 MiB", rounded up.
 std::string mebibytes(std::uint64_t bytes);
 
-/// Asks for a block that a stage is about to take.
+/// Says that memory is short; must throw. \param problem  such as "The maps would take 3 MiB of memory, but
+/// only 2 MiB are left of the memory limit"
+using MemoryFailure = std::function<void(const std::string& problem)>;
+
+/// For stages. \throws Error(internal)
+[[noreturn]] void fail_for_stage(const std::string& problem);
+
+/// Asks for a block that a reader or a stage is about to take: calls `fail` where it does not fit. Takes
+/// some tens of microseconds; blocks up to kLittleMemory are not looked up.
 /// \param what  such as "The maps", for the message
-/// \throws Error(internal) where it does not fit
-void require_memory(const char* what, std::uint64_t bytes);
+void require_memory(const std::string& what, std::uint64_t bytes,
+                    const MemoryFailure& fail = fail_for_stage);
 
 }  // namespace kiln

@@ -1,6 +1,7 @@
 #include "cl/driver.h"
 
 #include <atomic>
+#include <cstdint>
 #include <cstdlib>
 
 namespace kiln {
@@ -9,6 +10,8 @@ namespace {
 std::atomic<bool> failed{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 thread_local volatile int depth = 0;
+// Calls of all threads: how many have begun, and how many have ended.
+std::atomic<std::uint64_t> begun{0}, ended{0};
 
 }  // namespace
 
@@ -17,8 +20,19 @@ bool in_driver() noexcept { return depth > 0; }
 
 namespace ocl {
 
-DriverCall::DriverCall() noexcept { depth = depth + 1; }
-DriverCall::~DriverCall() { depth = depth - 1; }
+DriverCall::DriverCall() noexcept {
+  depth = depth + 1;
+  ++begun;
+}
+DriverCall::~DriverCall() {
+  ++ended;
+  depth = depth - 1;
+}
+
+std::uint64_t call_under_way() noexcept {
+  const std::uint64_t done = ended, all = begun;
+  return all > done ? all + done : 0;
+}
 
 void note_driver_failure() noexcept { failed = true; }
 

@@ -1,6 +1,7 @@
 // Calls of the driver, which may throw: it is C++ inside.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "cl/context.h"
@@ -14,6 +15,9 @@ class DriverCall {
   ~DriverCall();
   DriverCall(const DriverCall&) = delete;
 };
+
+/// A number that changes with every call that begins or ends on any thread; 0 where none is under way.
+std::uint64_t call_under_way() noexcept;
 
 /// For a handler of an exception that came out of the driver: no call is made after this.
 void note_driver_failure() noexcept;

@@ -1,8 +1,23 @@
 #include "detail/band_reads.h"
 
+#include <utility>
+
 namespace kiln {
 
-void BandReads::next_band() { band_ = {}; }
+template <typename T>
+void BandReads::spare() {
+  std::vector<std::vector<T>>& list = std::get<std::vector<std::vector<T>>>(spare_);
+  for (auto& [array, values] : std::get<Kept<T>>(band_)) list.push_back(std::move(values));
+  std::get<Kept<T>>(band_).clear();
+}
+
+void BandReads::next_band() {
+  // What the band before had no use for goes.
+  spare_ = {};
+  spare<std::uint32_t>();
+  spare<float>();
+  spare<std::uint8_t>();
+}
 
 void BandReads::next_source() {
   next_band();

@@ -47,6 +47,11 @@ class BandReads : public SharedWork {
                              std::size_t offset) {
     std::vector<T>& values = std::get<Kept<T>>(all)[{&array, offset}];
     if (values.size() < count) {
+      std::vector<std::vector<T>>& spare = std::get<std::vector<std::vector<T>>>(spare_);
+      if (values.empty() && !spare.empty()) {
+        values = std::move(spare.back());
+        spare.pop_back();
+      }
       values.resize(count);
       array.read(context_, values, offset);
     }
@@ -54,7 +59,14 @@ class BandReads : public SharedWork {
   }
 
   cl::Context& context_;
+  /// Keeps the memory of a band's arrays for the next one's: it need not be filled with zeros again.
+  template <typename T>
+  void spare();
+
   AllKept band_, source_;
+  std::tuple<std::vector<std::vector<std::uint32_t>>, std::vector<std::vector<float>>,
+             std::vector<std::vector<std::uint8_t>>>
+      spare_;
   std::uint64_t source_version_ = 0;
 };
 

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "base/memory.h"
 #include "kiln/lowpoly.h"
 #include "kiln/validate.h"
 #include "lowpoly/packing.h"
@@ -17,6 +18,9 @@
 
 namespace kiln {
 namespace {
+
+// Measured with 5,000 to 80,000 faces: 107 to 148, and 793 to 870.
+constexpr std::uint64_t kBytesOfFaceInPairs = 160, kBytesOfFaceInCharts = 900;
 
 /// Longer patches waste space and shear little less.
 constexpr double aspect_limit = 16;
@@ -358,6 +362,9 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
 Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report) {
   const auto start = std::chrono::steady_clock::now();
   check(mesh, options);
+  const bool charts = options.method == UnwrapMethod::charts;
+  require_memory("Unwrapping",
+                 (charts ? kBytesOfFaceInCharts : kBytesOfFaceInPairs) * mesh.triangles.size());
   std::vector<TriangleShape> shapes(mesh.triangles.size());
   std::uint64_t degenerate = 0;
   std::size_t example = 0;
@@ -373,9 +380,8 @@ Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report
                     "' has no triangle of positive area; check the file it is from");
   }
   if (report != nullptr) *report = {};
-  Mesh result = options.method == UnwrapMethod::charts
-                    ? unwrap_charts(mesh, options, report)
-                    : unwrap_pairs(mesh, options, shapes, report);
+  Mesh result =
+      charts ? unwrap_charts(mesh, options, report) : unwrap_pairs(mesh, options, shapes, report);
   if (report == nullptr) return result;
   if (degenerate != 0) {
     report->warnings.push_back(

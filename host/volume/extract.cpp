@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "base/memory.h"
 #include "volume/atlas.h"
 #include "volume/chart_map.h"
 #include "volume/light_surface.h"
@@ -22,6 +23,19 @@ constexpr double kSmallPart = 0.01;
 constexpr std::uint64_t kNoiseParts = 100;
 /// Of the full contour's triangles, at most so many are left where nothing is asked for.
 constexpr double kShare = 0.05;
+
+/// Measured: the most that is held at once of the low poly, its layout and its map.
+struct BytesOf {
+  std::uint64_t texel, face;
+};
+constexpr BytesOf kPairs{48, 1500}, kCharts{260, 4300};
+
+/// \param size  of the map
+void require_map(const BytesOf& bytes, const LightSurface& light, const Volume& volume,
+                 std::uint64_t size) {
+  require_memory("The low poly of volume '" + volume.name + "' and its map",
+                 bytes.texel * size * size + bytes.face * light.faces);
+}
 
 /// Edges with more than two triangles.
 std::uint64_t crowded_edges(const Mesh& mesh) {
@@ -216,6 +230,7 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
             ? lay_out_charts_at(light, volume, 1 / spacing, options.border_texels, sized.size)
             : lay_out_charts(light, volume, sized.size, options.border_texels);
     report.used.size = sized.size;
+    require_map(kCharts, light, volume, sized.size);
     describe_charts(layout, volume, report);
     report.seconds_atlas = lap();
     result.normal_map =
@@ -224,6 +239,7 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   } else {
     if (options.choose.size) sized.size = atlas_size(light, 1 / spacing, options.border_texels);
     report.used.size = sized.size;
+    require_map(kPairs, light, volume, sized.size);
     Atlas atlas = make_atlas(light, volume, sized.size, options.border_texels);
     describe_atlas(atlas, volume, options, report);
     report.seconds_atlas = lap();

@@ -6,11 +6,17 @@
 #include <string>
 #include <utility>
 
+#include "base/memory.h"
 #include "volume/outer.h"
 #include "volume/voxels.h"
 
 namespace kiln {
 namespace {
+
+// Measured: the most that is held at once. With error functions, those of the clusters that are made of them
+// are among it.
+constexpr std::uint64_t kBytesOfWord = 2 * sizeof(kiln_volume_word) + 8;  // 64 padded voxels
+constexpr std::uint64_t kBytesOfCell = 140, kBytesOfCellWithQefs = 260;
 
 double lap(std::chrono::steady_clock::time_point& last) {
   const auto now = std::chrono::steady_clock::now();
@@ -149,6 +155,10 @@ KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_plane
   const Kernels kernels = this->kernels(voxels);
   const double seconds_voxels = lap(clock);
   State next;
+  const std::uint64_t words = (std::uint64_t{volume.size[0]} + 2 + 63) / 64 *
+                              (std::uint64_t{volume.size[1]} + 2) *
+                              (std::uint64_t{volume.size[2]} + 2);
+  require_memory("Looking for the surface of volume '" + volume.name + "'", kBytesOfWord * words);
   next.cells.emplace(volume.size);
   next.type = voxels.type;
   next.iso = voxels.iso;
@@ -165,6 +175,9 @@ KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_plane
     Slabs slabs(context_, volume, voxels, slab_bytes_);
     changed = find_signs_anew(volume, voxels, slabs, kernels, grid, voxel_planes, next, report);
     report.seconds_scan += seconds_voxels;
+    const std::uint64_t of_cell = with_qefs_ ? kBytesOfCellWithQefs : kBytesOfCell;
+    require_memory("The full contour of volume '" + volume.name + "'",
+                   of_cell * cells.cell_count());
     lap(clock);
     crossings = cross(slabs, kernels, grid, widened(changed, 3, 3, end), next);
   }

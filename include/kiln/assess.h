@@ -46,7 +46,7 @@ struct AssessmentFields {
   Image match_distance;          ///< World units
   Image
       stretch;  ///< log2 of the high poly's area over the low poly's; -64 where there is no value, -63 where cells
-      ///< are folded over
+  ///< are folded over
 };
 
 /// How assess() rates a match.

@@ -47,3 +47,4 @@
 #include "kiln/validate.h"
 #include "kiln/version.h"
 #include "kiln/volume.h"
+#include "kiln/watch.h"

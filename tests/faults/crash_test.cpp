@@ -96,5 +96,35 @@ TEST_F(Crashes, ACacheOnAFullDiskIsLeftForAnEmptyOne) {
   EXPECT_NE(failed.errors.find("POCL_CACHE_DIR"), std::string::npos) << failed.errors;
 }
 
+// As PoCL's threads do where memory runs out while it holds a lock.
+TEST_F(Crashes, ADriverWhoseThreadsWaitForEachOtherEndsTheRun) {
+  if (std::string(test::fault_library()).empty()) GTEST_SKIP() << "no library of faults";
+  ASSERT_EQ(bake(folder_ / "first", folder_ / "cache", folder_).exit_code, 0);
+  const auto run = [&](const char* way) {
+    ProcessOptions options;
+    options.environment = {{"POCL_CACHE_DIR", folder_ / "cache"},
+                           {"LD_PRELOAD", test::fault_library()},
+                           {"KILN_FAULT_READ", way}};
+    options.timeout_seconds = 60;
+    return test::run_kiln({"bake", folder_ / "high.obj", folder_ / "low.obj", "--size", "16",
+                           "--quiet", "--out", folder_ / way},
+                          options);
+  };
+  const double whole = run("none").seconds;
+  const ProcessResult stuck = run("deadlock");
+  EXPECT_EQ(stuck.exit_code, 4) << stuck.errors;
+  EXPECT_NE(stuck.errors.find("kiln: The OpenCL driver does not return"), std::string::npos)
+      << stuck.errors;
+  EXPECT_LE(stuck.seconds, whole + 2.5);
+  EXPECT_FALSE(fs::exists(folder_ / "deadlock" / "low_normal.png"));
+  // What only takes its time is waited for.
+  for (const char* way : {"sleep", "wait"}) {
+    const ProcessResult slow = run(way);
+    EXPECT_EQ(slow.exit_code, 0) << way << ": " << slow.errors;
+    EXPECT_GE(slow.seconds, 3) << way;
+    EXPECT_TRUE(fs::exists(folder_ / way / "low_normal.png")) << way;
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -89,6 +90,60 @@ TEST_F(Limits, OfMemoryAreObeyedByReadersAndStages) {
          "ElementDataFile = large.raw\n";
   refused({"volume", folder_ / "large.mhd", "--iso", "1", "--out", folder_ / "out"}, 3,
           "large.mhd");
+}
+
+// Files of a few MiB may take much more in what is made of them.
+TEST_F(Limits, OfMemoryAreObeyedByVolumesAndCharts) {
+  {
+    std::ofstream file(folder_ / "noise.raw", std::ios::binary);
+    std::uint32_t state = 1;
+    for (int i = 0; i < 128 * 128 * 128; ++i) {
+      state = state * 1664525 + 1013904223;
+      file.put(static_cast<char>(state >> 24));
+    }
+    std::ofstream(folder_ / "noise.mhd")
+        << "ObjectType = Image\nNDims = 3\nDimSize = 128 128 128\nElementType = MET_UCHAR\n"
+           "ElementDataFile = noise.raw\n";
+    std::ofstream(folder_ / "ramp.raw", std::ios::binary) << [] {
+      std::string voxels(4096, '\0');
+      for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = static_cast<char>(8 * (i % 16));
+      return voxels;
+    }();
+    std::ofstream(folder_ / "ramp.mhd")
+        << "ObjectType = Image\nNDims = 3\nDimSize = 16 16 16\nElementType = MET_UCHAR\n"
+           "ElementDataFile = ramp.raw\n";
+  }
+  const auto refused = [&](const Words& words, const std::string& text) {
+    Words all = {"volume"};
+    all.insert(all.end(), words.begin(), words.end());
+    all.insert(all.end(), {"--out", folder_ / "out", "--memory-limit", "200M"});
+    const ProcessResult result = test::run_kiln(all);
+    EXPECT_EQ(result.exit_code, 1) << result.errors;
+    EXPECT_NE(result.errors.find(text), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find("--memory-limit"), std::string::npos) << result.errors;
+    EXPECT_FALSE(fs::exists(folder_ / "out"));
+  };
+  const std::string noise = folder_ / "noise.mhd", ramp = folder_ / "ramp.mhd";
+  refused({noise, "--iso", "128"}, "The full contour of volume 'noise' would take");
+  refused({ramp, "--iso", "60", "--size", "8192"}, "The low poly of volume 'ramp' and its map");
+  refused({ramp, "--iso", "60", "--size", "2048", "--unwrap", "charts"},
+          "The low poly of volume 'ramp' and its map");
+  EXPECT_EQ(test::run_kiln({"volume", ramp, "--iso", "60", "--size", "64", "--out",
+                            folder_ / "small", "--memory-limit", "200M"})
+                .exit_code,
+            0);
+  const Mesh mesh = test::BumpySphere::dense(200'000);
+  for (const UnwrapMethod method : {UnwrapMethod::pairs, UnwrapMethod::charts}) {
+    set_memory_limit(1);
+    try {
+      unwrap(mesh, {.method = method});
+      ADD_FAILURE() << "not refused";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::internal);
+      EXPECT_EQ(std::string(error.what()).find("Unwrapping would take"), 0u) << error.what();
+    }
+    set_memory_limit(0);
+  }
 }
 
 // 2^-100 is about 1e-30: exact in single precision, so the map keeps every byte.

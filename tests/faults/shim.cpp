@@ -3,10 +3,13 @@
 //   KILN_FAULT=malloc:17   the 17th call of malloc, calloc, realloc or posix_memalign after main began
 //   KILN_FAULT=malloc:17+  the 17th and all that follow
 //   KILN_FAULT_COUNT=FILE  writes there how often each was called
+//   KILN_FAULT_READ=WAY    the first clEnqueueReadBuffer: "deadlock" never returns; "sleep" takes 3 s, and so
+//                          does "wait", for a thread that sleeps
 //
 // Names: malloc, write (also fwrite and fflush), fsync, rename, close, open, mmap.
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <sys/mman.h>
@@ -57,6 +60,28 @@ void report() {
     std::fprintf(file, "%s %ld\n", kNames[i], calls[i].load());
   }
   std::fclose(file);
+}
+
+pthread_mutex_t held = PTHREAD_MUTEX_INITIALIZER;
+
+void* sleep_3_s(void*) {
+  sleep(3);
+  return nullptr;
+}
+
+void fail_to_read() {
+  static std::atomic<bool> done{false};
+  const char* way = std::getenv("KILN_FAULT_READ");
+  if (way == nullptr || done.exchange(true)) return;
+  if (std::strcmp(way, "sleep") == 0) sleep_3_s(nullptr);
+  pthread_t other{};
+  if (std::strcmp(way, "wait") == 0 && pthread_create(&other, nullptr, sleep_3_s, nullptr) == 0) {
+    pthread_join(other, nullptr);
+  }
+  if (std::strcmp(way, "deadlock") == 0) {
+    pthread_mutex_lock(&held);
+    pthread_mutex_lock(&held);
+  }
 }
 
 int begin(int argc, char** argv, char** environment) {
@@ -151,6 +176,14 @@ void* mmap(void* at, size_t size, int protection, int flags, int file, off_t off
   static decltype(mmap)* real = nullptr;
   return fails(kMmap, ENOMEM) ? MAP_FAILED
                               : next(real, "mmap")(at, size, protection, flags, file, offset);
+}
+
+int clEnqueueReadBuffer(void* queue, void* buffer, unsigned blocking, size_t offset, size_t size,
+                        void* to, unsigned events, const void* list, void* event) {
+  static decltype(clEnqueueReadBuffer)* real = nullptr;
+  fail_to_read();
+  return next(real, "clEnqueueReadBuffer")(queue, buffer, blocking, offset, size, to, events, list,
+                                           event);
 }
 
 int __libc_start_main(int (*program)(int, char**, char**), int argc, char** argv, void (*init)(),

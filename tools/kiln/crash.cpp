@@ -106,6 +106,15 @@ void on_exit_within() {
   _exit(static_cast<int>(ErrorCode::internal));
 }
 
+/// On the watching thread.
+void on_stuck() {
+  remove_temporary_files();
+  say("kiln: The OpenCL driver does not return: its threads wait for each other, most likely since "
+      "memory ran "
+      "out within it. Free some memory, or use a smaller size; then run it again.\n");
+  _exit(static_cast<int>(ErrorCode::device));
+}
+
 pid_t child = 0;
 extern "C" void pass_on(int number) {
   if (child > 0) kill(child, number);
@@ -130,6 +139,7 @@ void catch_crashes(char** argv) noexcept {
   prepare_retry(argv);
   std::set_terminate(on_terminate);
   if (std::atexit(on_exit_within) != 0) say("kiln: A handler could not be set.\n");
+  watch_driver(on_stuck);  // without, where it cannot be
   for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGILL}) {
     struct sigaction before {};
     // A sanitizer's or a parent's is the better one.
@@ -168,3 +178,14 @@ extern "C" void abort() noexcept {
   raise(SIGABRT);
   _exit(128 + SIGABRT);
 }
+
+#ifdef __GLIBC__
+/// The same for assertions, since the C library's calls an abort() of its own.
+extern "C" void __assert_fail(const char* condition, const char* file, unsigned,
+                              const char* function) noexcept {
+  for (const char* text : {file, ": ", function, ": '", condition, "' does not hold.\n"}) {
+    if (text != nullptr) kiln::cli::say(text);
+  }
+  abort();
+}
+#endif

@@ -1,6 +1,6 @@
 #include "io/file/bounds.h"
 
-#include "base/memory.h"
+#include <utility>
 
 namespace kiln {
 namespace {
@@ -36,15 +36,10 @@ std::uint64_t most_unpacked(Packing packing, std::uint64_t packed) {
   return capped_product(packed, ratio(packing));
 }
 
-void check_memory(const FailWith& fail, const std::string& place, const std::string& what,
-                  std::uint64_t bytes) {
-  if (bytes <= kLittleMemory) return;
-  const std::uint64_t left = memory_left();
-  if (bytes <= left) return;
-  fail(place,
-       what + " take " + mebibytes(bytes) + " of memory, but only " + mebibytes(left) +
-           " are left of the memory limit",
-       "Free some memory, raise the memory limit, or make the file smaller.");
+MemoryFailure memory_failure(FailWith fail, std::string place) {
+  return [fail = std::move(fail), place = std::move(place)](const std::string& problem) {
+    fail(place, problem, "Free some memory, raise the memory limit, or make the file smaller.");
+  };
 }
 
 }  // namespace kiln

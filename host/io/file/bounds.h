@@ -30,9 +30,7 @@ struct ImageLimits {
   std::uint64_t pixels = (std::uint64_t{1} << 30) - 1;
 };
 
-/// Calls `fail` where more is needed for `what`, such as "the pixels", than is left (memory_left()). Costs
-/// some tens of microseconds; less than 16 MiB are not looked up.
-void check_memory(const FailWith& fail, const std::string& place, const std::string& what,
-                  std::uint64_t bytes);
+/// How a reader says that memory is short, for require_memory(). \param place  such as "dataWindow"
+MemoryFailure memory_failure(FailWith fail, std::string place);
 
 }  // namespace kiln

@@ -130,10 +130,9 @@ Image read_exr(const ByteSource& source, const std::string& name, const FailWith
   image.height = static_cast<std::uint32_t>(window.max.y - window.min.y + 1);
   image.channels = static_cast<std::uint32_t>(names.size());
   const std::size_t count = std::size_t{image.width} * image.height * image.channels;
-  check_memory(
-      fail, "dataWindow",
+  require_memory(
       "its " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels",
-      count * sizeof(float) + plan.buffers);
+      count * sizeof(float) + plan.buffers, memory_failure(fail, "dataWindow"));
   image.pixels.resize(count);
   Imf::FrameBuffer buffer;
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -116,8 +116,8 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
   read_attributes(header, file, match);
 
   const std::size_t count = std::size_t{match.width} * match.height;
-  check_memory(image_failure(file, kKind), "dataWindow",
-               "its " + std::to_string(count) + " samples", kSampleBytes * count + plan.buffers);
+  require_memory("its " + std::to_string(count) + " samples", kSampleBytes * count + plan.buffers,
+                 memory_failure(image_failure(file, kKind), "dataWindow"));
   match.triangle.resize(count);
   match.u.resize(count);
   match.v.resize(count);

@@ -131,10 +131,9 @@ Image parse_png(const ByteSource& source, const std::string& file, const ImageLi
 
   // Interlaced images need all rows at once and several passes; others go in bands.
   const std::size_t band = reader.passes > 1 ? reader.height : std::min(reader.height, 256U);
-  check_memory(
-      fail, "IHDR",
+  require_memory(
       "its " + std::to_string(reader.width) + " x " + std::to_string(reader.height) + " pixels",
-      memory_for(reader, band));
+      memory_for(reader, band), memory_failure(fail, "IHDR"));
   Image image;
   image.width = reader.width;
   image.height = reader.height;

@@ -70,7 +70,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       input.fail(place, problem, remedy);
     };
     const std::unique_ptr<ByteSource> source = open_file(path, fail);
-    check_memory(fail, "", "its bytes", source->size());
+    require_memory("its bytes", source->size(), memory_failure(fail, ""));
     std::string bytes(static_cast<std::size_t>(source->size()), '\0');
     bytes.resize(source->read_at(0, bytes.data(), bytes.size()));
     input.bytes = bytes;

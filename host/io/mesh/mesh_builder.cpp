@@ -56,9 +56,9 @@ void MeshBuilder::check_growth() const {
                              bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
                              bytes(polygon_normal_) + groups_.bytes() + objects_.bytes() +
                              materials_.bytes() + bytes(positions);
-  check_memory([this](const std::string& place, const std::string& problem,
-                      const std::string& remedy) { input_.fail(place, problem, remedy); },
-               "", "its faces", 2 * held);
+  const FailWith fail = [this](const std::string& place, const std::string& problem,
+                               const std::string& remedy) { input_.fail(place, problem, remedy); };
+  require_memory("its faces", 2 * held, memory_failure(fail, ""));
 }
 
 void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv,

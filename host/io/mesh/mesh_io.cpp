@@ -77,7 +77,7 @@ std::string read_file(const MeshInput& input, const std::filesystem::path& path)
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const std::string& remedy) { input.fail(place, problem, remedy); };
   const std::unique_ptr<ByteSource> source = open_file(path, fail);
-  check_memory(fail, "", "its bytes", source->size());
+  require_memory("its bytes", source->size(), memory_failure(fail, ""));
   std::string bytes(static_cast<std::size_t>(source->size()), '\0');
   bytes.resize(source->read_at(0, bytes.data(), bytes.size()));
   return bytes;

@@ -79,7 +79,7 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
   }
   check_geometry(input, place, volume);
   volume.type = VoxelType::f32;
-  check_memory(input.fail_with(), place, "its voxels", bytes);
+  require_memory("its voxels", bytes, memory_failure(input.fail_with(), place));
   volume.voxels.resize(static_cast<std::size_t>(bytes));
   std::vector<float> slice(static_cast<std::size_t>(size[0] * size[1]));
   for (std::uint64_t z = 0; z < size[2]; ++z) {

@@ -89,8 +89,8 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
   if (length < 2 * count - 1) {
     too_few(input, volume, 2 * count - 1, std::to_string(length) + " bytes of text", place.remedy);
   }
-  check_memory(input.fail_with(), "voxels", "its " + sizes_text(volume),
-               length + count * size_of(volume.type));
+  require_memory("its " + sizes_text(volume), length + count * size_of(volume.type),
+                 memory_failure(input.fail_with(), "voxels"));
   std::string text(static_cast<std::size_t>(length), '\0');
   text.resize(source.read_at(begin, text.data(), text.size()));
   std::replace(text.begin(), text.end(), ',', ' ');
@@ -203,7 +203,8 @@ void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
     too_few(input, volume, expected,
             (stream.exact() ? "" : "at most ") + std::to_string(stream.at_most()), remedy);
   }
-  check_memory(input.fail_with(), "voxels", "its " + sizes_text(volume), expected);
+  require_memory("its " + sizes_text(volume), expected,
+                 memory_failure(input.fail_with(), "voxels"));
   // What is packed may still unpack to less: memory follows what has come.
   std::vector<std::byte>& voxels = volume.voxels;
   std::size_t have = 0;

@@ -44,17 +44,26 @@ TEST(Bounds, PlainBytesHoldThemselves) { EXPECT_EQ(most_unpacked(Packing::none, 
 
 TEST(Bounds, MoreThanTheFreeMemoryIsRefused) {
   EXPECT_GT(free_memory(), std::uint64_t{1} << 20);
-  EXPECT_NO_THROW(check_memory(kFail, "pixels", "its pixels", 1 << 20));
+  EXPECT_NO_THROW(require_memory("its pixels", 1 << 20, memory_failure(kFail, "pixels")));
   if (free_memory() == kMost) GTEST_SKIP() << "the system does not say how much is free";
   try {
-    check_memory(kFail, "pixels", "its 9 x 9 pixels", std::uint64_t{1} << 60);
+    require_memory("its 9 x 9 pixels", std::uint64_t{1} << 60, memory_failure(kFail, "pixels"));
     ADD_FAILURE() << "not refused";
   } catch (const Error& error) {
     const std::string text = error.what();
     EXPECT_EQ(error.code(), ErrorCode::input);
-    EXPECT_NE(text.find("pixels: its 9 x 9 pixels take 1099511627776 MiB"), std::string::npos)
+    EXPECT_NE(text.find("pixels: its 9 x 9 pixels would take 1099511627776 MiB"), std::string::npos)
         << text;
     EXPECT_NE(text.find("Free some memory"), std::string::npos) << text;
+  }
+  // Stages say it without a file.
+  try {
+    require_memory("The maps", std::uint64_t{1} << 60);
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::internal);
+    EXPECT_EQ(std::string(error.what()).find("The maps would take 1099511627776 MiB"), 0u)
+        << error.what();
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <system_error>
 
+#include "arguments/paths.h"
 #include "arguments/small_file.h"
 #include "kiln/kiln.h"
 #include "report/json_text.h"
@@ -39,11 +40,6 @@ fs::path map_of(const fs::path& folder, const std::string& stem) {
   return {};
 }
 
-bool same(const fs::path& a, const fs::path& b) {
-  std::error_code error;
-  return fs::equivalent(a, b, error);
-}
-
 }  // namespace
 
 void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
@@ -54,7 +50,8 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
   if (map.empty() || recorded.empty() || !fs::exists(recorded, none)) return;
   // The low poly that Kiln wrote here is the one that these maps belong to.
   const fs::path made = folder / (stem + ".obj");
-  if (same(recorded, source) || same(recorded, made) || same(source, made)) return;
+  if (is_one_file(recorded, source) || is_one_file(recorded, made) || is_one_file(source, made))
+    return;
   throw Error(ErrorCode::usage, "'" + map.string() + "' is a map of '" +
                                     recorded.lexically_normal().string() + "', and maps of '" +
                                     source.string() +

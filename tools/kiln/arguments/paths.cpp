@@ -12,16 +12,15 @@ namespace fs = std::filesystem;
 
 bool counts(const fs::path& path) { return !path.empty() && path != "-"; }
 
-/// Whether two paths are one file, there or not yet.
-bool same(const fs::path& a, const fs::path& b) {
+}  // namespace
+
+bool is_one_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
   if (fs::exists(a, error) && fs::exists(b, error)) return fs::equivalent(a, b, error);
   const fs::path whole_a = fs::weakly_canonical(a, error);
   const fs::path whole_b = fs::weakly_canonical(b, error);
   return whole_a == whole_b;
 }
-
-}  // namespace
 
 void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
   for (const fs::path& input : inputs) {
@@ -37,7 +36,7 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
     }
     OutputSet::check(outputs[i]);
     for (std::size_t k = 0; k < i; ++k) {
-      if (counts(outputs[k]) && same(outputs[k], outputs[i])) {
+      if (counts(outputs[k]) && is_one_file(outputs[k], outputs[i])) {
         throw Error(ErrorCode::usage, "Two outputs have one name, '" + outputs[i].string() +
                                           "': choose another for one of them.");
       }

@@ -9,6 +9,9 @@
 
 namespace kiln::cli {
 
+/// Whether two paths are one file, there or not yet.
+bool is_one_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
 /// Refuses outputs that are inputs, or that are written twice, before any work. Empty paths and "-" do not
 /// count. Files that inputs name are known once they are read, and refused then.
 /// \throws Error(usage)
