@@ -1,7 +1,7 @@
 # Which files of the library are compiled as one: files of one room (kiln_compile_together).
 kiln_compile_together(host accel
-  accel/bvh.cpp accel/bvh_merge.cpp accel/bvh_nodes.cpp accel/bvh_refit.cpp accel/closest.cpp accel/depth_views.cpp
-  accel/device_bvh.cpp accel/raster_chunks.cpp accel/ray.cpp)
+  accel/bvh.cpp accel/bvh_merge.cpp accel/bvh_nodes.cpp accel/bvh_refit.cpp accel/closest.cpp
+  accel/depth_views.cpp accel/device_bvh.cpp accel/raster_chunks.cpp accel/ray.cpp)
 kiln_compile_together(host bake
   bake/attribute.cpp bake/bake.cpp bake/check.cpp bake/errors.cpp bake/fallback_blend.cpp bake/find_cage.cpp
   bake/layers.cpp bake/map_units.cpp bake/match_alone.cpp bake/match_stage.cpp bake/recall_report.cpp
@@ -9,9 +9,10 @@ kiln_compile_together(host bake
 kiln_compile_together(host bake_2
   bake/pipeline.cpp bake/reasons.cpp bake/view_session.cpp)
 kiln_compile_together(host base
-  base/error.cpp base/heartbeat.cpp base/memory.cpp base/normal_angle.cpp base/parallel.cpp)
+  base/error.cpp base/heartbeat.cpp base/memory.cpp base/normal_angle.cpp base/parallel.cpp
+  base/voxel_type.cpp)
 kiln_compile_together(host cl
-  cl/context.cpp cl/device.cpp cl/driver.cpp cl/opencl.cpp cl/program.cpp)
+  cl/context.cpp cl/device.cpp cl/driver.cpp cl/opencl.cpp cl/program.cpp cl/watch.cpp)
 kiln_compile_together(host detail
   detail/ao.cpp detail/band_reads.cpp detail/bent_normal.cpp detail/color.cpp detail/cut_out.cpp
   detail/distance.cpp detail/height.cpp detail/hemisphere_views.cpp detail/hemispheres.cpp
@@ -44,19 +45,22 @@ kiln_compile_together(host io_image_2
 kiln_compile_together(host io_mesh
   io/mesh/materials.cpp io/mesh/mesh_builder.cpp io/mesh/mesh_io.cpp io/mesh/mesh_obj.cpp
   io/mesh/mesh_off.cpp io/mesh/mesh_openmesh.cpp io/mesh/mesh_ply.cpp io/mesh/mesh_stl.cpp
-  io/mesh/obj_writer.cpp io/mesh/ply_header.cpp io/mesh/polygon.cpp io/mesh/polygon_rules.cpp)
+  io/mesh/mesh_tangents.cpp io/mesh/obj_writer.cpp io/mesh/ply_header.cpp io/mesh/polygon.cpp
+  io/mesh/polygon_rules.cpp)
 kiln_compile_together(host io_volume
   io/volume/nrrd_axes.cpp io/volume/volume_io.cpp io/volume/volume_nrrd_write.cpp io/volume/volume_vdb.cpp
   io/volume/volume_vdb_frame.cpp io/volume/volume_voxels.cpp)
 kiln_compile_together(host lowpoly
-  lowpoly/bitmap_packing.cpp lowpoly/box_packing.cpp lowpoly/chart_borders.cpp lowpoly/chart_cuts.cpp
-  lowpoly/chart_growth.cpp lowpoly/chart_mask.cpp lowpoly/chart_surface.cpp lowpoly/collapse.cpp
-  lowpoly/collapse_mesh.cpp lowpoly/collapse_shape.cpp lowpoly/flat_chart.cpp lowpoly/flat_predicates.cpp
-  lowpoly/flat_solvers.cpp lowpoly/head_start.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp
-  lowpoly/keep_names.cpp lowpoly/layout_borders.cpp lowpoly/quadric.cpp)
+  lowpoly/bitmap_packing.cpp lowpoly/box_packing.cpp lowpoly/cell_rows.cpp lowpoly/chart_borders.cpp
+  lowpoly/chart_cuts.cpp lowpoly/chart_growth.cpp lowpoly/chart_mask.cpp lowpoly/chart_surface.cpp
+  lowpoly/chart_trims.cpp lowpoly/collapse.cpp lowpoly/collapse_mesh.cpp lowpoly/collapse_shape.cpp
+  lowpoly/flat_chart.cpp lowpoly/flat_predicates.cpp lowpoly/flat_solvers.cpp)
 kiln_compile_together(host lowpoly_2
-  lowpoly/layout_rule.cpp lowpoly/packing.cpp lowpoly/pairing.cpp lowpoly/simplify.cpp
-  lowpoly/simplify_check.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp)
+  lowpoly/head_start.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/keep_names.cpp
+  lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp lowpoly/quadric.cpp
+  lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp)
+kiln_compile_together(host lowpoly_3
+  lowpoly/layout_rule.cpp lowpoly/simplify_check.cpp)
 kiln_compile_together(host match
   match/along_visibility.cpp match/bevel.cpp match/cage_shells.cpp match/low_rays.cpp match/match_array.cpp
   match/registry.cpp match/surface_places.cpp match/uv_layout.cpp match/visibility.cpp

@@ -22,7 +22,7 @@ constexpr std::uint32_t batch = 4;
 /// Batches after the first orders: this, over the squared number of outlines, since each takes longer, too.
 constexpr std::uint32_t search_effort = 18000, least_batches = 2, most_batches = 30;
 /// The order has room to be drawn larger, if it leaves more than this share of the rows.
-constexpr double flat = 0.012;
+constexpr double flat_share = 0.012;
 /// An outline that stays close moves by at most this share of the width.
 constexpr double close_by = 0.03;
 /// Share of the square that outlines are drawn for at first.
@@ -262,9 +262,9 @@ class Packer {
       std::array<Plan, batch> plans;
       for (Plan& plan : plans) plan = changed(random);
       const bool better = choose(sheet, plans, 2 * sheet.cells);
-      if (better && best_.height < (1 - flat) * sheet.cells) enlarge(sheet);
+      if (better && best_.height < (1 - flat_share) * sheet.cells) enlarge(sheet);
     }
-    while (best_.height < (1 - flat) * sheet.cells && enlarge(sheet)) {
+    while (best_.height < (1 - flat_share) * sheet.cells && enlarge(sheet)) {
     }
   }
 
