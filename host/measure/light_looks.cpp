@@ -7,6 +7,7 @@
 #include "base/heartbeat.h"
 #include "base/stopwatch.h"
 #include "kiln/plan.h"
+#include "measure/plan_limits.h"
 
 namespace kiln {
 namespace {
@@ -16,9 +17,6 @@ constexpr double kShare = 0.96;
 constexpr std::uint32_t kFewestFaces = 12;
 /// Of pictures: their pixels, without a size on screen.
 constexpr std::uint32_t kPixels = 48;
-/// Another way to match must get nearer by this.
-constexpr double kGain = 0.97;
-constexpr std::uint32_t kLimitDirections = 128;
 
 /// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
 Mesh with_any_uvs(Mesh mesh) {

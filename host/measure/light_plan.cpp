@@ -12,34 +12,14 @@
 #include "kiln/progress.h"
 #include "measure/bounds.h"
 #include "measure/light_check.h"
+#include "measure/light_limits.h"
 #include "measure/light_looks.h"
 #include "measure/light_planner.h"
 
 namespace kiln {
 namespace {
 
-/// Faces of the finest level, to begin with, and at most, where the error asks for more.
-constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
-constexpr std::size_t kMostTrials = 7;
-/// And as long as none reaches the error.
-constexpr std::size_t kMostTrialsToReach = 10;
-/// Share of the error that is left as room for scatter after each miss.
-constexpr double kCare = 0.01;
-/// Times the lightest: what weighs more is not looked at.
-constexpr double kFarMore = 2;
-/// Another size that is expected to weigh at most so many times as much is tried, in case it does better: with this
-/// share of the bytes, unless a map of it was made with faces within this factor.
-constexpr double kNearlyAsLight = 1.25, kLighter = 0.95, kOtherFaces = 1.5;
-/// Fewer bytes than this share must be expected for another trial.
-constexpr double kWorthwhile = 0.97;
-/// The error that the first map of all is looked for with, as a share of the one wanted.
-constexpr double kFirstLimit = 0.75;
-/// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) costs too much of it.
-constexpr double kEightBits = 0.5;
-/// Samples a texel side by side: fewer for larger maps, whose texels show less.
-constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
-/// Where nothing reaches the error, bytes decide among what comes this near to the least.
-constexpr double kNearLeast = 1.05;
+using namespace light_limits;
 
 class LightPlanner {
  public:

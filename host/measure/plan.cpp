@@ -13,38 +13,10 @@
 #include "measure/bounds.h"
 #include "measure/normal_probe.h"
 #include "measure/outlook.h"
+#include "measure/plan_limits.h"
 
 namespace kiln {
 namespace {
-
-constexpr std::uint32_t kFirstSize = 128;
-// Another way to match must get nearer by this to be worth what it costs.
-constexpr double kGain = 0.97;
-// A share of places that rays may miss without there being something wrong.
-constexpr double kFewMissed = 0.01;
-// Of the map that a way to match is told to prepare for where it has yet to be tried.
-constexpr std::uint32_t kLimitSize = 1024;
-constexpr std::uint32_t kLimitDirections = 128;
-constexpr std::uint32_t kLimitView = 512;
-// Triangles from which on building a hierarchy takes longer than all else.
-constexpr std::size_t kMany = 2000000;
-// An error this close to what the shape allows is as good as it.
-constexpr double kLevel = 1.05;
-// What is expected to miss the error by less may reach it.
-constexpr double kNear = 1.04;
-
-/// The two layouts turned out not to agree, at one size or another, or nothing lies at the same UVs.
-struct Unfit {};
-
-/// Whether a bake had texels, and found a point for none of them.
-bool found_nothing(const BakeReport& report) {
-  return report.samples != 0 && report.missed == report.samples;
-}
-
-double missed_share(const BakeReport& report) {
-  if (report.samples == 0) return 1;
-  return static_cast<double>(report.missed) / static_cast<double>(report.samples);
-}
 
 class Planner {
  public:

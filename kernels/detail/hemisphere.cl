@@ -1,24 +1,21 @@
 // Hemispheres: rays from the high poly's matched points, and what they meet, added up for each sample.
 //
-// Ambient occlusion is the share of cosine-weighted rays over the hemisphere about the normal that hit
-// nothing (Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", 1998); the mean of the open ones
-// is the bent normal (Landis, "Production-Ready Global Illumination", 2002). Rays of a sample are a
-// spiral on the disk (Vogel 1979), lifted to the hemisphere: so the cosine is their weight. Samples
-// share a few such sets, turned about the normal; the set and the angle are a hash of the sample's place
-// in the map. The basis about a normal changes steadily with it (Duff et al., "Building an Orthonormal
-// Basis, Revisited", 2017).
+// Ambient occlusion is the share of cosine-weighted rays over the hemisphere about the normal that hit nothing
+// (Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", 1998); the mean of the open ones is the bent
+// normal (Landis, "Production-Ready Global Illumination", 2002). Rays of a sample are a spiral on the disk (Vogel
+// 1979), lifted to the hemisphere: so the cosine is their weight. Samples share a few such sets, turned about the
+// normal; the set and the angle are a hash of the sample's place in the map. The basis about a normal changes
+// steadily with it (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
 //
-// A row of rays holds one ray of each sample, so neighbours start beside each other. Which ray of its set
-// a turned sample adds to a row is chosen so that all rays of the row run in about the same direction:
-// the set is cut into rings, each sorted by angle, and a turned sample starts elsewhere in the ring. Each
-// sample has all of its rays in the end; only their order changes. Nearest hits are better off with rows
-// that run in all directions: beams of rays that lean differently widen until they meet everything.
+// A row of rays holds one ray of each sample, so neighbours start beside each other. Which ray of its set a
+// turned sample adds to a row is chosen so that all rays of the row run in about the same direction: the set is
+// cut into rings, each sorted by angle, and a turned sample starts elsewhere in the ring. Each sample has all of
+// its rays in the end; only their order changes. Nearest hits are better off with rows that run in all
+// directions: beams of rays that lean differently widen until they meet everything.
 //
 // Where few samples, far apart, cast many rays each, a row would hold rays that have no node in common. There
-// the rays of one sample lie one after another (by_sample).
-//
-// Origins are pushed off the face, along its geometric normal, to the side that the ray leaves to: so no
-// ray meets the face that it starts from.
+// the rays of one sample lie one after another (by_sample). Origins are pushed off the face, along its geometric
+// normal, to the side that the ray leaves to: so no ray meets the face that it starts from.
 //
 // kernel                   global               local  memory traffic an item
 // kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
@@ -30,21 +27,14 @@
 // kiln_hemisphere_lean     samples / 8          8      reads 104 B a row of rays, writes 96 B
 // kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
 // kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
-//
 // Strengths: sums are made in one order, so that they depend on nothing but the sample. Limits: contacts
 // nearer than the push are not seen.
 
 #include "detail/detail.clh"
+#include "lib/hash.clh"
 #include "shared/hemisphere.h"
 
 #define LANES KILN_HEMISPHERE_LANES
-
-/// A hash of 32 bits (O'Neill's PCG, RXS M XS).
-static inline uint hemisphere_hash(uint value) {
-  const uint state = value * 747796405u + 2891336453u;
-  const uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
-  return (word >> 22) ^ word;
-}
 
 /// Which rays each sample has: how far they are turned, and below that the number of the set. It depends on
 /// the texel's place in the map; its samples are turned evenly apart.
@@ -55,7 +45,7 @@ kernel void kiln_hemisphere_turns(const kiln_turn_params params,
                                   global uint* restrict turns) {
   const size_t i = get_global_id(0);
   if (i >= params.texel_count) return;
-  const uint texel = hemisphere_hash(params.first_texel + texel_index[i]);
+  const uint texel = hash_of(params.first_texel + texel_index[i]);
   const uint end = texel_first[i + 1];
   for (uint s = texel_first[i]; s < end; ++s) {
     // Multiples of the golden ratio lie evenly, however many there are.
