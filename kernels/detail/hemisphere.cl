@@ -12,9 +12,8 @@
 // cut into rings, each sorted by angle, and a turned sample starts elsewhere in the ring. Each sample has all of
 // its rays in the end; only their order changes. Nearest hits are better off with rows that run in all
 // directions: beams of rays that lean differently widen until they meet everything.
-//
-// Where few samples, far apart, cast many rays each, a row would hold rays that have no node in common. There
-// the rays of one sample lie one after another (by_sample). Origins are pushed off the face, along its geometric
+// Where few samples, far apart, cast many rays each, a row would hold rays that have no node in common. There the
+// rays of one sample lie one after another (by_sample). Origins are pushed off the face, along its geometric
 // normal, to the side that the ray leaves to: so no ray meets the face that it starts from.
 //
 // kernel                   global               local  memory traffic an item
@@ -27,8 +26,8 @@
 // kiln_hemisphere_lean     samples / 8          8      reads 104 B a row of rays, writes 96 B
 // kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
 // kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
-// Strengths: sums are made in one order, so that they depend on nothing but the sample. Limits: contacts
-// nearer than the push are not seen.
+// Strengths: sums are made in one order, so that they depend on nothing but the sample. Limits: contacts nearer
+// than the push are not seen.
 
 #include "detail/detail.clh"
 #include "lib/hash.clh"
