@@ -1,4 +1,4 @@
-// Several files of the dense and of the low poly in one bake.
+// Several files of the high and of the low poly in one bake.
 #include <gtest/gtest.h>
 
 #include <filesystem>

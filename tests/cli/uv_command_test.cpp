@@ -20,7 +20,7 @@ using test::ProcessResult;
 using test::read_json;
 using test::run_kiln;
 
-/// A bumpy plane and a light one with the same layout, but for a shift of the dense one's.
+/// A bumpy plane and a low poly of the same layout, but for a shift of the high poly's.
 fs::path make_scene(float shift) {
   const fs::path folder = test::scratch_folder();
   Mesh dense = test::plane(60, 60);

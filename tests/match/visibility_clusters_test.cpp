@@ -19,7 +19,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kRoof = 2;     // half its width; it hangs 1 over the floor
 constexpr double kFloor = 4;    // half its width
 constexpr double kLong = 20;    // half the length of both
-constexpr double kDepth = 0.2;  // of the dense floor under the light one
+constexpr double kDepth = 0.2;  // of the high poly's floor under the low poly
 constexpr double kWave = 0.06;
 
 double angle(const Vec3d& a, const Vec3d& b) {

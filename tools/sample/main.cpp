@@ -28,7 +28,7 @@ constexpr std::string_view usage =
     "       kiln_sample --out FILE --terrain N\n"
     "       kiln_sample --out HIGH.obj --low LOW.obj --scene NAME\n"
     "\n"
-    "Writes a dense closed mesh with detail worth baking, a volume, or a height field. The same\n"
+    "Writes a high poly that is worth baking, a volume, or a height field. The same\n"
     "options give the same file.\n"
     "\n"
     "  --out FILE     binary .ply; .nrrd for a volume; .png (16 bits) or .exr for a height field\n"

@@ -35,8 +35,8 @@ std::string summary(const ViewReport& views, double diagonal) {
   char text[320];
   const std::size_t count = views.directions.size();
   std::snprintf(text, sizeof text,
-                "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the dense "
-                "surface has triangles smaller than that",
+                "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the high "
+                "poly has triangles smaller than that",
                 count, count == 1 ? "" : "s", views.size, views.size,
                 views.height_field ? " (a height field)" : "", 100 * views.pixel / diagonal,
                 100 * views.undersampled);

@@ -51,7 +51,7 @@ struct Setting {
   std::uint64_t faces = 0;      ///< Of the low poly
   std::uint32_t view_size = 0;  ///< Pixels a side; 0: not matched by views
   NormalError normal;           ///< Over the held-out views
-  DistanceError distance;       ///< Of the match, light to dense, world units
+  DistanceError distance;       ///< Of the match, low poly to high poly, world units
   DepthError depth;             ///< Of the low poly over the held-out views; of StudyKind::faces
   double seconds_bake = 0, seconds_measure = 0;
   std::vector<Warning> warnings;

@@ -77,7 +77,7 @@ Json views_plot(const Study& study, const StudyOptions&, const std::string& mesh
 Json faces_plot(const Study& study, const StudyOptions& options, const std::string& mesh) {
   const std::vector<const Setting*> own = select(study, Curve::kiln);
   const auto percent = [&](double distance) { return 100 * distance / study.diagonal; };
-  Json distances = panel("Distance light to dense, % of the diagonal");
+  Json distances = panel("Distance of the low poly to the high poly, % of the diagonal");
   distances["curves"] = {
       curve("farthest (looked " + figure(percent(study.max_distance)) + "% far)", "max", own,
             by_faces, [&](const Setting& s) { return percent(s.distance.max); }),
