@@ -18,7 +18,7 @@ namespace {
 
 /// In the table's order.
 constexpr std::array<std::string_view, 16> kGroups = {
-    "match",   "visibility", "fallback", "image",  "mesh",   "session", "views",  "plan",
+    "match",   "visibility", "fallback", "image",  "mesh",   "session", "views",   "plan",
     "lowmesh", "height",     "volume",   "assess", "render", "maps",    "byviews", "cages"};
 
 /// FNV-1a with 64 bits (Fowler, Noll, Vo), over values' bytes in the machine's order.
