@@ -13,6 +13,7 @@
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/process.h"
 
 namespace kiln::test::measure_files {
 
