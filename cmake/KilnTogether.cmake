@@ -72,9 +72,10 @@ kiln_compile_together(host match_3
 kiln_compile_together(host measure
   measure/assess.cpp measure/assess_rays.cpp measure/assess_uniformity.cpp measure/bounds.cpp
   measure/depth.cpp measure/light_bytes.cpp measure/light_check.cpp measure/light_looks.cpp
-  measure/light_model.cpp measure/light_plan.cpp measure/measure.cpp measure/probe_least.cpp)
+  measure/light_model.cpp measure/light_plan.cpp measure/measure.cpp measure/plan.cpp
+  measure/probe_least.cpp)
 kiln_compile_together(host measure_2
-  measure/assess_samples.cpp measure/lod.cpp measure/plan.cpp)
+  measure/assess_samples.cpp measure/lod.cpp)
 kiln_compile_together(host mesh
   mesh/cage.cpp mesh/charts.cpp mesh/curvature.cpp mesh/fans.cpp mesh/join_meshes.cpp mesh/low_shading.cpp
   mesh/low_surface.cpp mesh/normals.cpp mesh/open_sheets.cpp mesh/polygon_weights.cpp

@@ -66,17 +66,17 @@ class Builder {
  private:
   /// Fills primitives_ with the usable triangles, in order. \returns the range of all of them
   Range gather() {
-    constexpr std::size_t grain = 1 << 15;
+    constexpr std::size_t kGrain = 1 << 15;
     const std::size_t count = triangles_.size();
-    const std::size_t pieces = (count + grain - 1) / grain;
+    const std::size_t pieces = (count + kGrain - 1) / kGrain;
     primitives_ = std::make_unique_for_overwrite<Primitive[]>(count);
     std::vector<Range> filled(pieces);
     std::atomic<std::size_t> bad_index{count};
     parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t piece = first; piece < last; ++piece) {
         Range range;
-        range.begin = range.end = piece * grain;
-        for (std::size_t i = piece * grain; i < std::min(count, (piece + 1) * grain); ++i) {
+        range.begin = range.end = piece * kGrain;
+        for (std::size_t i = piece * kGrain; i < std::min(count, (piece + 1) * kGrain); ++i) {
           const Triangle& triangle = triangles_[i];
           if (std::max({triangle[0], triangle[1], triangle[2]}) >= positions_.size()) {
             std::size_t seen = bad_index;
@@ -132,14 +132,14 @@ class Builder {
   }
 
   void fill_bins_parallel(const Range& range, const Mapping& mapping, Bins& bins) const {
-    constexpr std::size_t grain = 1 << 14;
-    const std::size_t pieces = (range.size() + grain - 1) / grain;
+    constexpr std::size_t kGrain = 1 << 14;
+    const std::size_t pieces = (range.size() + kGrain - 1) / kGrain;
     std::vector<Bins> partial(pieces);
     parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t piece = first; piece < last; ++piece) {
         Range part = range;
-        part.begin = range.begin + piece * grain;
-        part.end = std::min(range.end, part.begin + grain);
+        part.begin = range.begin + piece * kGrain;
+        part.end = std::min(range.end, part.begin + kGrain);
         fill_bins(part, mapping, partial[piece]);
       }
     });

@@ -4,8 +4,8 @@
 namespace kiln {
 
 const char* name_of(VoxelType type) {
-  static constexpr const char* names[] = {"u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64"};
-  return names[static_cast<int>(type)];
+  static constexpr const char* kNames[] = {"u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64"};
+  return kNames[static_cast<int>(type)];
 }
 
 std::optional<VoxelType> voxel_type_of(std::string_view name) {

@@ -16,17 +16,17 @@ namespace kiln {
 namespace {
 
 /// Cells a side: to compare cuts, to look for an order, and for the last step.
-constexpr std::uint32_t estimate_cells = 256, search_cells = 512, final_cells = 1024;
+constexpr std::uint32_t kEstimateCells = 256, kSearchCells = 512, kFinalCells = 1024;
 /// Orders looked at together.
-constexpr std::uint32_t batch = 4;
+constexpr std::uint32_t kBatch = 4;
 /// Batches after the first orders: this, over the squared number of outlines, since each takes longer, too.
-constexpr std::uint32_t search_effort = 18000, least_batches = 2, most_batches = 30;
+constexpr std::uint32_t kSearchEffort = 18000, kLeastBatches = 2, kMostBatches = 30;
 /// The order has room to be drawn larger, if it leaves more than this share of the rows.
-constexpr double flat_share = 0.012;
+constexpr double kFlatShare = 0.012;
 /// An outline that stays close moves by at most this share of the width.
-constexpr double close_by = 0.03;
+constexpr double kCloseBy = 0.03;
 /// Share of the square that outlines are drawn for at first.
-constexpr double first_share = 0.72;
+constexpr double kFirstShare = 0.72;
 
 /// In which order outlines go, and where each wants to be.
 struct Plan {
@@ -64,7 +64,7 @@ class Packer {
         size_(size),
         cells_(std::min(size, cells)),
         padding_(padding),
-        turns_(cells < search_cells ? 8 : most_turns) {
+        turns_(cells < kSearchCells ? 8 : kMostTurns) {
     for (const Outline& outline : outlines) {
       area_ += outline.area;
       angles_.push_back(best_box_angle(outline));
@@ -91,7 +91,7 @@ class Packer {
   }
 
  private:
-  static constexpr std::uint32_t most_turns = 16, rules = 3;
+  static constexpr std::uint32_t kMostTurns = 16, kRules = 3;
 
   std::vector<std::uint32_t> by_area() const {
     std::vector<std::uint32_t> order(outlines_.size());
@@ -162,7 +162,7 @@ class Packer {
         if (plan.turn[i] >= 0 && plan.turn[i] != static_cast<std::int8_t>(turn)) continue;
         CellRows::Window window{limit};
         if (!plan.left.empty()) {
-          const double left = plan.left[i] * sheet.cells, reach = close_by * sheet.cells;
+          const double left = plan.left[i] * sheet.cells, reach = kCloseBy * sheet.cells;
           window.first = static_cast<std::uint32_t>(std::max(0.0, left - reach));
           window.last = static_cast<std::uint32_t>(left + reach);
         }
@@ -197,17 +197,17 @@ class Packer {
   /// Sets best_ to the best of a few orders, at a scale at which they nearly fill the square.
   /// \param tolerance  of the rows that it takes, as a share of the square's
   Sheet first_sheet(double tolerance) {
-    constexpr int most_rounds = 24, most_packed = 4;
+    constexpr int kMostRounds = 24, kMostPacked = 4;
     Sheet found;
     Packed packed;
     Plan plan;
-    double share = first_share;
+    double share = kFirstShare;
     int count = 0;
-    for (int round = 0; round < most_rounds && count < most_packed; ++round) {
+    for (int round = 0; round < kMostRounds && count < kMostPacked; ++round) {
       Sheet sheet = draw(cells_, std::sqrt(share / area_) * cells_);
       best_ = {};
       std::vector<Plan> plans;
-      for (std::uint32_t v = 0; v < 2 * rules; ++v) {
+      for (std::uint32_t v = 0; v < 2 * kRules; ++v) {
         plans.push_back(first_plan(sheet, v % 2 == 0));
         plans.back().rule = v / 2;
       }
@@ -257,14 +257,14 @@ class Packer {
     const auto count = static_cast<std::uint32_t>(outlines_.size());
     std::mt19937 random(1);
     const std::uint32_t batches =
-        std::clamp(search_effort / (count * count), least_batches, most_batches);
+        std::clamp(kSearchEffort / (count * count), kLeastBatches, kMostBatches);
     for (std::uint32_t i = 0; i < batches; ++i) {
-      std::array<Plan, batch> plans;
+      std::array<Plan, kBatch> plans;
       for (Plan& plan : plans) plan = changed(random);
       const bool better = choose(sheet, plans, 2 * sheet.cells);
-      if (better && best_.height < (1 - flat_share) * sheet.cells) enlarge(sheet);
+      if (better && best_.height < (1 - kFlatShare) * sheet.cells) enlarge(sheet);
     }
-    while (best_.height < (1 - flat_share) * sheet.cells && enlarge(sheet)) {
+    while (best_.height < (1 - kFlatShare) * sheet.cells && enlarge(sheet)) {
     }
   }
 
@@ -276,9 +276,9 @@ class Packer {
       const double room = std::sqrt(static_cast<double>(sheet.cells) / before.height);
       const double growth = 1 + share * (room - 1);
       Sheet larger = draw(sheet.cells, sheet.scale * growth);
-      std::vector<Plan> plans(2 + rules, plan);
+      std::vector<Plan> plans(2 + kRules, plan);
       plans[1] = near(before, sheet.cells);
-      for (std::uint32_t rule = 0; rule < rules; ++rule) {
+      for (std::uint32_t rule = 0; rule < kRules; ++rule) {
         plans[2 + rule].rule = rule;
         plans[2 + rule].turn.assign(outlines_.size(), -1);
       }
@@ -323,7 +323,7 @@ class Packer {
       const std::uint32_t step = turns_ / turns_of_[i];
       plan.turn[i] = static_cast<std::int8_t>(below(turns_of_[i]) * step);
     } else {
-      plan.rule = below(rules);
+      plan.rule = below(kRules);
       const std::uint32_t a = below(count), b = below(count);
       std::swap(plan.order[a], plan.order[b]);
     }
@@ -332,7 +332,7 @@ class Packer {
 
   /// The same order with finer cells, as large as it fits the square.
   OutlinePacking finish(const Sheet& sheet) {
-    const std::uint32_t cells = std::min(size_, final_cells);
+    const std::uint32_t cells = std::min(size_, kFinalCells);
     Plan plan = plan_;
     if (cells > sheet.cells) plan.turn = best_.turn;
     const double filled = static_cast<double>(best_.height) / sheet.cells;
@@ -384,12 +384,12 @@ class Packer {
 
 double expected_share(std::span<const Outline> outlines, std::uint32_t size, double padding,
                       double tolerance) {
-  return Packer(outlines, size, padding, estimate_cells, 1).expected(tolerance);
+  return Packer(outlines, size, padding, kEstimateCells, 1).expected(tolerance);
 }
 
 OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t size, double padding,
                              int threads) {
-  return Packer(outlines, size, padding, search_cells, threads).run();
+  return Packer(outlines, size, padding, kSearchCells, threads).run();
 }
 
 }  // namespace kiln

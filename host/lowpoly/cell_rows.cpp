@@ -7,7 +7,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint64_t all_ones = ~std::uint64_t{0};
+constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 
 /// Words a row: a power of two, so that there are few kinds.
 std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
@@ -49,7 +49,7 @@ void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
     std::uint64_t* const cells = row(0, y + run.row);
     for (std::uint32_t i = x + run.first, end = x + run.last + 1; i < end;) {
       const std::uint32_t count = std::min(64 - i % 64, end - i);
-      cells[i / 64] |= (all_ones >> (64 - count)) << i % 64;
+      cells[i / 64] |= (kAllOnes >> (64 - count)) << i % 64;
       i += count;
     }
   }
@@ -84,11 +84,11 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   std::array<std::uint64_t, words> outside{}, blocked{};
   for (std::uint32_t w = 0; w < words; ++w) {
     const std::uint32_t from = w * 64;
-    outside[w] = places >= from + 64 ? 0 : places <= from ? all_ones : all_ones << (places - from);
+    outside[w] = places >= from + 64 ? 0 : places <= from ? kAllOnes : kAllOnes << (places - from);
     if (window.first >= from + 64) {
-      outside[w] = all_ones;
+      outside[w] = kAllOnes;
     } else if (window.first > from) {
-      outside[w] |= all_ones >> (from + 64 - window.first);
+      outside[w] |= kAllOnes >> (from + 64 - window.first);
     }
   }
   for (std::uint32_t y = 0; y + mask.height <= std::min(height_, window.top); ++y) {
@@ -103,17 +103,17 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
       const std::uint64_t* const from = row(k, y + run.row);
       // What comes from beyond the row's end is outside anyway.
       const std::uint64_t *const at_a = from + a / 64, *const at_b = from + b / 64;
-      std::uint64_t all = all_ones;
+      std::uint64_t all = kAllOnes;
       for (std::uint32_t w = 0; w < words; ++w) {
         blocked[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) | at_b[w] >> b % 64 |
                       at_b[w + 1] << 1 << (63 - b % 64);
         all &= blocked[w];
       }
-      free = all != all_ones;
+      free = all != kAllOnes;
     }
     if (!free) continue;
     for (std::uint32_t w = 0; w < words; ++w) {
-      if (blocked[w] == all_ones) continue;
+      if (blocked[w] == kAllOnes) continue;
       return std::pair{w * 64 + static_cast<std::uint32_t>(std::countr_one(blocked[w])), y};
     }
   }

@@ -20,9 +20,9 @@ class CellRows {
   /// Where to look for a place.
   struct Window {
     std::uint32_t top = 0;                      ///< The mask's, at most.
-    std::uint32_t first = 0, last = no_window;  ///< Its left side.
+    std::uint32_t first = 0, last = kNoWindow;  ///< Its left side.
   };
-  static constexpr std::uint32_t no_window = ~std::uint32_t{0};
+  static constexpr std::uint32_t kNoWindow = ~std::uint32_t{0};
 
   /// The lowest row, and in it the first cell, where the mask is free.
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find(const ChartMask& mask,

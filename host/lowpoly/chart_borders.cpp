@@ -16,13 +16,13 @@ ChartBorders::Run ChartBorders::run_through(std::uint32_t h) const {
   const std::vector<std::uint32_t>& mate = surface_.mate;
   Run run{h, h, 1, surface_.length[h]};
   for (std::uint32_t n = next_[h]; n != h; n = next_[n]) {
-    if (mate[n] == no_index || next_[mate[n]] != mate[run.last]) break;
+    if (mate[n] == kNoIndex || next_[mate[n]] != mate[run.last]) break;
     run.last = n;
     ++run.count;
     run.length += surface_.length[n];
   }
   for (std::uint32_t n = previous_[h]; n != run.last; n = previous_[n]) {
-    if (mate[n] == no_index || previous_[mate[n]] != mate[run.first]) break;
+    if (mate[n] == kNoIndex || previous_[mate[n]] != mate[run.first]) break;
     run.first = n;
     ++run.count;
     run.length += surface_.length[n];
@@ -36,12 +36,12 @@ std::uint32_t ChartBorders::glue(const Run& given, std::uint32_t count_a, std::u
   Run run = given;
   // A border that would vanish whole keeps one edge here; zipping closes it where that is allowed.
   while (run.count >= count_a || run.count >= count_b) {
-    if (run.count == 1) return no_index;
+    if (run.count == 1) return kNoIndex;
     run.last = previous_[run.last];
     --run.count;
   }
   std::uint32_t left = count_a + count_b - 2 * run.count;
-  if (left < 3) return no_index;
+  if (left < 3) return kNoIndex;
   const std::uint32_t mate_first = surface_.mate[run.first], mate_last = surface_.mate[run.last];
   const std::uint32_t before_a = previous_[run.first], after_a = next_[run.last];
   const std::uint32_t before_b = previous_[mate_last], after_b = next_[mate_first];

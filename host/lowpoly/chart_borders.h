@@ -28,7 +28,7 @@ class ChartBorders {
   /// Glues along a run, then every pair of mates that has become neighbours.
   /// \param charts  half-edges counts of the two borders
   /// \param glued   [out] what was glued: one half-edge of every pair, to be taken back
-  /// \returns a half-edge of the new border; no_index, with nothing done, where fewer than 3 would
+  /// \returns a half-edge of the new border; kNoIndex, with nothing done, where fewer than 3 would
   ///          be left of it
   std::uint32_t glue(const Run& run, std::uint32_t count_a, std::uint32_t count_b,
                      std::vector<std::uint32_t>& glued);

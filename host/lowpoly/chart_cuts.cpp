@@ -15,16 +15,16 @@ namespace kiln {
 namespace {
 
 /// Directions in half a turn; boxes are upright along each two that are square to each other.
-constexpr std::size_t directions = 16;
+constexpr std::size_t kDirections = 16;
 /// Lines tried across each.
-constexpr int lines = 13;
+constexpr int kLines = 13;
 /// Boxes of parts are hardly smaller, times the area; what could not gain even then is not looked at.
-constexpr double least_box = 1.1;
+constexpr double kLeastBox = 1.1;
 /// A part is at least this share of its chart.
-constexpr double least_share = 0.01;
+constexpr double kLeastShare = 0.01;
 
 /// Of points along each direction.
-using Along = std::array<double, directions>;
+using Along = std::array<double, kDirections>;
 
 /// What points span along each direction.
 struct Extents {
@@ -34,7 +34,7 @@ struct Extents {
     high.fill(-std::numeric_limits<double>::max());
   }
   void add(const Along& least, const Along& most) {
-    for (std::size_t d = 0; d < directions; ++d) {
+    for (std::size_t d = 0; d < kDirections; ++d) {
       low[d] = std::min(low[d], least[d]);
       high[d] = std::max(high[d], most[d]);
     }
@@ -43,8 +43,8 @@ struct Extents {
 
 double smallest_box(const Extents& extents) {
   double least = std::numeric_limits<double>::max();
-  for (std::size_t k = 0; k < directions / 2; ++k) {
-    const std::size_t across = k + directions / 2;
+  for (std::size_t k = 0; k < kDirections / 2; ++k) {
+    const std::size_t across = k + kDirections / 2;
     least = std::min(
         least, (extents.high[k] - extents.low[k]) * (extents.high[across] - extents.low[across]));
   }
@@ -63,7 +63,7 @@ struct Cut {
 struct Shape {
   Shape(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& given,
         std::vector<std::uint32_t>& local)
-      : chart(given), neighbour(given.triangles.size() * 3, no_index), length(neighbour.size()) {
+      : chart(given), neighbour(given.triangles.size() * 3, kNoIndex), length(neighbour.size()) {
     const auto count = static_cast<std::uint32_t>(chart.triangles.size());
     for (std::uint32_t i = 0; i < count; ++i) local[chart.source[i]] = i;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -75,8 +75,8 @@ struct Shape {
       area += chart.rest[i].area;
     }
     along.resize(chart.points.size());
-    for (std::size_t d = 0; d < directions; ++d) {
-      const double angle = static_cast<double>(d) * std::numbers::pi / directions;
+    for (std::size_t d = 0; d < kDirections; ++d) {
+      const double angle = static_cast<double>(d) * std::numbers::pi / kDirections;
       const FlatPoint to{std::cos(angle), std::sin(angle)};
       for (std::size_t v = 0; v < along.size(); ++v) along[v][d] = dot(to, chart.points[v]);
     }
@@ -117,33 +117,33 @@ class Sweep {
       across_[i] = (along[t[0]][direction] + along[t[1]][direction] + along[t[2]][direction]) / 3;
     }
     const double low = shape_.whole.low[direction], high = shape_.whole.high[direction];
-    for (int line = 1; line <= lines; ++line) look(low + (high - low) * line / (lines + 1));
+    for (int line = 1; line <= kLines; ++line) look(low + (high - low) * line / (kLines + 1));
     return std::move(best_);
   }
 
  private:
   /// Connected triangles on one side of a line.
   struct Part {
-    std::uint32_t neighbour = no_index;
+    std::uint32_t neighbour = kNoIndex;
     bool leaf = true;   ///< Next to one other part alone.
     double length = 0;  ///< Of its edges to others.
     double area = 0;
   };
 
   void look(double line) {
-    part_.assign(count_, no_index);
+    part_.assign(count_, kNoIndex);
     parts_.clear();
     extents_.clear();
     cut_.clear();
     for (std::uint32_t seed = 0; seed < count_; ++seed) {
-      if (part_[seed] == no_index) spread(line, seed);
+      if (part_[seed] == kNoIndex) spread(line, seed);
     }
     for (std::uint32_t i = 0; i < count_; ++i) {
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t n = shape_.neighbour[3 * i + k];
-        if (n == no_index || part_[n] == part_[i]) continue;
+        if (n == kNoIndex || part_[n] == part_[i]) continue;
         Part& part = parts_[part_[i]];
-        part.leaf = part.leaf && (part.neighbour == no_index || part.neighbour == part_[n]);
+        part.leaf = part.leaf && (part.neighbour == kNoIndex || part.neighbour == part_[n]);
         part.neighbour = part_[n];
         part.length += shape_.length[3 * i + k];
         if (cut_.empty() || cut_.back() != i) cut_.push_back(i);
@@ -166,7 +166,7 @@ class Sweep {
       part.area += shape_.chart.rest[i].area;
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t n = shape_.neighbour[3 * i + k];
-        if (n == no_index || part_[n] != no_index || (across_[n] < line) != side) continue;
+        if (n == kNoIndex || part_[n] != kNoIndex || (across_[n] < line) != side) continue;
         part_[n] = id;
         stack_.push_back(n);
       }
@@ -177,10 +177,10 @@ class Sweep {
   void consider(std::uint32_t p) {
     const Part& part = parts_[p];
     const double rest = shape_.area - part.area;
-    if (std::min(part.area, rest) < std::max(price_.least, least_share * shape_.area)) return;
+    if (std::min(part.area, rest) < std::max(price_.least, kLeastShare * shape_.area)) return;
     const double cost =
         part.length * (2 * price_.margin + price_.seam) - 2 * price_.size * part.area * rest;
-    if (shape_.box - least_box * shape_.area - cost <= best_.gain_at(part.length)) return;
+    if (shape_.box - kLeastBox * shape_.area - cost <= best_.gain_at(part.length)) return;
     if (extents_.empty()) find_extents();
     Extents outside;
     for (std::uint32_t other = 0; other < parts_.size(); ++other) {
@@ -219,11 +219,11 @@ class Sweep {
 };
 
 Cut best_cut(const Shape& shape, const CutPrice& price, int threads) {
-  std::array<Cut, directions> cuts;
+  std::array<Cut, kDirections> cuts;
   const auto sweep = [&](std::size_t begin, std::size_t end) {
     for (std::size_t d = begin; d < end; ++d) cuts[d] = Sweep(shape, price).run(d);
   };
-  parallel_for(directions, shape.chart.triangles.size() < 64 ? directions : 1, sweep, threads);
+  parallel_for(kDirections, shape.chart.triangles.size() < 64 ? kDirections : 1, sweep, threads);
   Cut best;
   for (Cut& cut : cuts) {
     if (cut.gain > best.gain_at(cut.length)) best = std::move(cut);

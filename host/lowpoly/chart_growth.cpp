@@ -13,15 +13,15 @@ namespace kiln {
 namespace {
 
 /// Patches end where normals vary more than this: 1 - |mean normal|.
-constexpr double patch_variance = 0.05;
+constexpr double kPatchVariance = 0.05;
 /// The pull of small patches to be merged where nothing bends.
-constexpr double small_pull = 0.02;
+constexpr double kSmallPull = 0.02;
 
 struct Patch {
   std::uint32_t open = 0, border = 3;  ///< A half-edge of its border; how many that has.
   double area = 0;
   Vec3d normal;  ///< Sum of normals by area.
-  std::array<std::uint32_t, 2> parts{no_index, no_index};
+  std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
   std::vector<std::uint32_t> glued;  ///< What joined the parts.
   bool alive = true;
 };
@@ -58,7 +58,7 @@ class Merger {
       Patch joined;
       joined.open =
           borders_.glue(borders_.run_through(pair.half_edge), a.border, b.border, joined.glued);
-      if (joined.open == no_index) continue;
+      if (joined.open == kNoIndex) continue;
       joined.border = a.border + b.border - 2 * static_cast<std::uint32_t>(joined.glued.size());
       joined.area = a.area + b.area;
       joined.normal = a.normal + b.normal;
@@ -106,19 +106,19 @@ class Merger {
       best.push_back({other, run});
     };
     bool any = false;
-    std::uint32_t last_shared = no_index;
+    std::uint32_t last_shared = kNoIndex;
     do {
       const std::uint32_t m = surface_.mate[h];
-      if (m != no_index && owner(m) != p) {
+      if (m != kNoIndex && owner(m) != p) {
         last_shared = h;
         const std::uint32_t before = borders_.previous(h);
         const bool goes_on =
-            surface_.mate[before] != no_index && borders_.next(m) == surface_.mate[before];
+            surface_.mate[before] != kNoIndex && borders_.next(m) == surface_.mate[before];
         if (!goes_on) look(h), any = true;
       }
       h = borders_.next(h);
     } while (h != open);
-    if (!any && last_shared != no_index) look(last_shared);
+    if (!any && last_shared != kNoIndex) look(last_shared);
     const Patch& patch = patches_[p];
     for (const auto& [other, run] : best) {
       if (later_only && other < p) continue;
@@ -129,7 +129,7 @@ class Merger {
       const double rise = variance(area, normal) - variance(patch.area, patch.normal) -
                           variance(neighbour.area, neighbour.normal);
       const double cost =
-          (std::max(rise, 0.0) + small_pull * std::min(patch.area, neighbour.area)) / run.length;
+          (std::max(rise, 0.0) + kSmallPull * std::min(patch.area, neighbour.area)) / run.length;
       queue_.push({cost, std::min(p, other), std::max(p, other), run.first});
     }
   }
@@ -152,7 +152,7 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, ChartBorders& b
     merger.own(t, merger.add(std::move(patch)));
   }
   merger.run([](double area,
-                const Vec3d& normal) { return variance(area, normal) <= patch_variance * area; },
+                const Vec3d& normal) { return variance(area, normal) <= kPatchVariance * area; },
              [](const Patch&, std::uint32_t, std::uint32_t) { return true; });
 
   std::vector<std::uint32_t> waiting, local(surface.triangles.size());
@@ -170,7 +170,7 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, ChartBorders& b
       const Patch& patch = patches[stack.back()];
       const std::uint32_t leaf = stack.back();
       stack.pop_back();
-      if (patch.parts[0] == no_index) {
+      if (patch.parts[0] == kNoIndex) {
         triangles.push_back(leaf);  // The first patches are the triangles.
       } else {
         stack.push_back(patch.parts[1]);
@@ -238,18 +238,18 @@ bool within(const FlatChart& chart, const ChartLimits& limits) {
 }
 
 bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
-  constexpr int rounds = 4;
+  constexpr int kRounds = 4;
   if (chart.triangles.size() == 1) {
     lay_single(chart, surface);
     return is_injective(chart);
   }
   project(chart, surface);
   const FlatChart projected = chart;
-  if (rigid_rounds(chart, rounds) && is_injective(chart)) return true;
+  if (rigid_rounds(chart, kRounds) && is_injective(chart)) return true;
   chart = projected;
   if (!conformal(chart)) return false;
   const FlatChart start = chart;
-  if (rigid_rounds(chart, 2 * rounds) && is_injective(chart)) return true;
+  if (rigid_rounds(chart, 2 * kRounds) && is_injective(chart)) return true;
   chart = start;
   return is_injective(chart);
 }

@@ -141,9 +141,9 @@ ChartMask make_mask(const Outline& outline, double angle, double scale, double m
 
 double best_box_angle(const Outline& outline) {
   double best = 0, least = std::numeric_limits<double>::max();
-  constexpr int steps = 48;
-  for (int i = 0; i < steps; ++i) {
-    const double angle = i * (0.5 * std::numbers::pi / steps);
+  constexpr int kSteps = 48;
+  for (int i = 0; i < kSteps; ++i) {
+    const double angle = i * (0.5 * std::numbers::pi / kSteps);
     const FlatPoint turn{std::cos(angle), std::sin(angle)};
     Box box;
     for (const auto& ring : outline.rings) {

@@ -15,7 +15,7 @@ namespace {
 /// opposite senses.
 void find_mates(ChartSurface& surface) {
   const std::size_t count = surface.triangles.size() * 3;
-  surface.mate.assign(count, no_index);
+  surface.mate.assign(count, kNoIndex);
   std::vector<std::pair<std::uint64_t, std::uint32_t>> edges(count);
   for (std::uint32_t h = 0; h < count; ++h) {
     const std::uint64_t a = start_of(surface, h), b = end_of(surface, h);
@@ -55,14 +55,14 @@ void measure(ChartSurface& surface) {
 ChartSurface chart_surface(const Mesh& mesh) {
   ChartSurface surface;
   const std::vector<std::uint32_t> weld = weld_vertices(mesh.positions);
-  std::vector<std::uint32_t> number(mesh.positions.size(), no_index);
+  std::vector<std::uint32_t> number(mesh.positions.size(), kNoIndex);
   std::vector<std::uint32_t> kept;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!has_area(mesh.positions, mesh.triangles[t])) continue;
     Triangle corners = mesh.triangles[t];
     for (std::uint32_t& corner : corners) {
       std::uint32_t& index = number[weld[corner]];
-      if (index == no_index) {
+      if (index == kNoIndex) {
         index = static_cast<std::uint32_t>(kept.size());
         kept.push_back(weld[corner]);
       }

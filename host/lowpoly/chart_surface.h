@@ -14,7 +14,7 @@ struct ChartSurface {
   std::vector<Vec3d> positions;       ///< Moved to the origin, scaled by a power of two to about 1.
   std::vector<Triangle> triangles;    ///< With area only; corners are welded.
   std::vector<std::uint32_t> source;  ///< Their places in the mesh.
-  std::vector<std::uint32_t> mate;  ///< The half-edge opposite; no_index at borders and where more
+  std::vector<std::uint32_t> mate;  ///< The half-edge opposite; kNoIndex at borders and where more
                                     ///< than two triangles meet or two disagree in orientation.
   std::vector<double> length;       ///< Per half-edge.
   std::vector<double> area;         ///< Per triangle.

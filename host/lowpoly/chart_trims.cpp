@@ -13,9 +13,9 @@ namespace kiln {
 namespace {
 
 /// Seams settle in fewer.
-constexpr int most_sweeps = 16;
+constexpr int kMostSweeps = 16;
 /// Two edges for two others: only for a seam shorter by this factor.
-constexpr double worthwhile = 0.97;
+constexpr double kWorthwhile = 0.97;
 
 std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 
@@ -55,7 +55,7 @@ class Trimmer {
   void run() {
     // One way, then back: moves both ways in turns would leave steps that none can take out.
     bool last = true;
-    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
       Heartbeat::beat();
       forward_ = sweep % 2 == 0;
       bool any = false;
@@ -98,7 +98,7 @@ class Trimmer {
   /// Tries the seam's two half-edges from h on. \returns whether their side changed over
   bool move(std::uint32_t h) {
     const std::uint32_t g = borders_.next(h), mate = surface_.mate[h], over = surface_.mate[g];
-    if (mate == no_index || over == no_index || borders_.next(over) != mate) return false;
+    if (mate == kNoIndex || over == kNoIndex || borders_.next(over) != mate) return false;
     const std::uint32_t from = label_[h / 3], to = label_[mate / 3];
     if (from == to || label_[over / 3] != to || (from < to) != forward_) return false;
     Fan fan;
@@ -132,7 +132,7 @@ class Trimmer {
   bool is_shorter(std::uint32_t h, std::uint32_t g, const Fan& fan) const {
     if (fan.count == 1) return true;
     return surface_.length[fan.outer[0]] + surface_.length[fan.outer[1]] <
-           worthwhile * (surface_.length[h] + surface_.length[g]);
+           kWorthwhile * (surface_.length[h] + surface_.length[g]);
   }
 
   /// The third corner of triangle h / 3 where its half-edge h goes from a to b.

@@ -12,19 +12,19 @@ namespace kiln {
 namespace {
 
 /// Weight of the planes that stand on open borders, against a triangle's own.
-constexpr double border_weight = 10;
+constexpr double kBorderWeight = 10;
 /// Share of the squared edge length that counts as deviation: where the surface is flat, short edges
 /// go first and triangles stay even.
-constexpr double length_weight = 1e-5;
+constexpr double kLengthWeight = 1e-5;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
 /// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
-constexpr double penalty = 6;
+constexpr double kPenalty = 6;
 /// At a hub, costs may be out of date by this share.
-constexpr double stale = 1.01;
+constexpr double kStale = 1.01;
 /// What was refused is tried again while a round takes at least one step in so many triangles, or a few
 /// rounds more.
-constexpr std::size_t worth_another = 64;
-constexpr std::size_t most_poor_rounds = 4;
+constexpr std::size_t kWorthAnother = 64;
+constexpr std::size_t kMostPoorRounds = 4;
 
 }  // namespace
 
@@ -82,7 +82,7 @@ void EdgeCollapser::build_quadrics() {
     normal = normal * (1 / length(normal));
     if (!std::isfinite(normal.x + normal.y + normal.z)) continue;
     for (const std::uint32_t vertex : {a, b}) {
-      quadrics_[vertex].add_plane(normal, points[a], border_weight * dot(edge, edge) / 2);
+      quadrics_[vertex].add_plane(normal, points[a], kBorderWeight * dot(edge, edge) / 2);
     }
   }
 }
@@ -105,7 +105,7 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
   }
   step.allowed = true;
   const Vec3d edge = pb - pa;
-  step.cost = step.sum.at(step.target) + length_weight * dot(edge, edge) * step.sum.area;
+  step.cost = step.sum.at(step.target) + kLengthWeight * dot(edge, edge) * step.sum.area;
   return step;
 }
 
@@ -209,7 +209,7 @@ bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
 bool EdgeCollapser::keeps_shapes(const Entry& e, const Step& step) {
   const std::uint32_t fixed = step.anchor == Anchor::first    ? e.a
                               : step.anchor == Anchor::second ? e.b
-                                                              : no_vertex;
+                                                              : kNoVertex;
   return shape_.keeps(mesh_, e.a, e.b, step.target, fixed, e.leniency);
 }
 
@@ -242,8 +242,8 @@ bool EdgeCollapser::take(const Entry& entry) {
   Step step = step_for(entry.a, entry.b);
   if (!step.allowed) return false;
   if (step.anchor != Anchor::none) {
-    const double cost = step.cost * std::pow(penalty, entry.leniency);
-    if (cost > stale * entry.cost) {
+    const double cost = step.cost * std::pow(kPenalty, entry.leniency);
+    if (cost > kStale * entry.cost) {
       ++mesh_.visits;
       heap_.push_back(entry);
       heap_.back().cost = cost;
@@ -256,9 +256,9 @@ bool EdgeCollapser::take(const Entry& entry) {
       keeps_shapes(entry, step) &&
       (rule_ == nullptr || rule_->keeps(mesh_, entry.a, entry.b, step.anchor, step.target));
   if (!shapes) {
-    if (entry.leniency == CollapseShape::most_lenient) return false;
+    if (entry.leniency == CollapseShape::kMostLenient) return false;
     heap_.push_back(entry);
-    heap_.back().cost *= penalty;
+    heap_.back().cost *= kPenalty;
     ++heap_.back().leniency;
     std::push_heap(heap_.begin(), heap_.end());
     return false;
@@ -284,7 +284,7 @@ void EdgeCollapser::run(std::size_t faces, double distance) {
       if (valid) taken += take(entry);
     }
     if (mesh_.faces <= faces || taken == 0) return;
-    if (taken * worth_another < mesh_.faces && ++poor > most_poor_rounds) return;
+    if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;
     fill_heap();  // What was refused may be allowed by now.
   }
 }
@@ -292,7 +292,7 @@ void EdgeCollapser::run(std::size_t faces, double distance) {
 /// Moves a corner: to the middle of its neighbours, or between there and where it is.
 bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
   double least = std::numeric_limits<double>::infinity();
-  std::uint32_t mover = no_vertex;
+  std::uint32_t mover = kNoVertex;
   Vec3d best;
   for (const std::uint32_t v : mesh_.triangles[triangle]) {
     if (mesh_.is_hub(v) || border_[v] != 0) continue;
@@ -306,13 +306,13 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
       const double cost = quadrics_[v].at(target);
       if (!(cost < least)) continue;
       if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
-      if (!bad.none_around(v, no_vertex, target)) continue;
+      if (!bad.none_around(v, kNoVertex, target)) continue;
       least = cost;
       mover = v;
       best = target;
     }
   }
-  if (mover == no_vertex) return false;
+  if (mover == kNoVertex) return false;
   mesh_.points[mover] = best;
   ++stamps_[mover];
   return true;

@@ -102,7 +102,7 @@ void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
 
 void CollapseMesh::extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
                            std::vector<std::uint32_t>& sources) const {
-  std::vector<std::uint32_t> renumbered(points.size(), no_vertex);
+  std::vector<std::uint32_t> renumbered(points.size(), kNoVertex);
   positions.clear();
   left.clear();
   sources.clear();

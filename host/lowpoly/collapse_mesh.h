@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-inline constexpr std::uint32_t no_vertex = std::numeric_limits<std::uint32_t>::max();
+inline constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 /// A triangle mesh whose vertices can be merged. Looking at a vertex costs as many steps as it has
 /// triangles; merging costs as many as the one that goes has. `visits` counts these steps, so that
@@ -24,7 +24,7 @@ class CollapseMesh {
     std::uint32_t vertex, triangles;
   };
   /// Vertices of more triangles are hubs: no step may look at all of these.
-  static constexpr std::uint32_t most_around = 256;
+  static constexpr std::uint32_t kMostAround = 256;
 
   /// Triangles must have three different vertices.
   CollapseMesh(std::span<const Vec3d> positions, std::span<const Triangle> given);
@@ -33,7 +33,7 @@ class CollapseMesh {
     const Triangle& t = triangles[triangle];
     return t[0] == vertex || t[1] == vertex || t[2] == vertex;
   }
-  bool is_hub(std::uint32_t vertex) const { return valence[vertex] > most_around; }
+  bool is_hub(std::uint32_t vertex) const { return valence[vertex] > kMostAround; }
   /// Triangles of an edge, in order of the list of the end with fewer triangles.
   template <class Body>
   void each_on_edge(std::uint32_t a, std::uint32_t b, const Body& body) const {

@@ -7,20 +7,20 @@ namespace kiln {
 namespace {
 
 /// Cosine of the largest turn of a triangle in one collapse, by leniency.
-constexpr std::array<double, 3> turn_limits{0.5, 0.2, 0.0};
+constexpr std::array<double, 3> kTurnLimits{0.5, 0.2, 0.0};
 /// Quality below which a triangle must not get worse. 1: equilateral; 0: no area.
-constexpr double quality_limit = 0.35;
+constexpr double kQualityLimit = 0.35;
 /// Doubled area over the square of the longest side: below this it must not get worse either, however
 /// lenient. Single precision tells such a triangle from one without area.
-constexpr double area_limit = 1e-5;
+constexpr double kAreaLimit = 1e-5;
 /// And below this it has none.
-constexpr double no_area = 1e-12;
+constexpr double kNoArea = 1e-12;
 /// Cosine of the angle between a triangle and the surface that its corners stand for.
-constexpr std::array<double, 3> facing_limits{0.2, 0.0, -0.1};
+constexpr std::array<double, 3> kFacingLimits{0.2, 0.0, -0.1};
 /// Length of the mean of unit normals below which they have no direction in common.
-constexpr double least_agreement = 0.3;
+constexpr double kLeastAgreement = 0.3;
 /// Cosine of the angle between the normals of neighbours, by leniency: beyond it they are folded.
-constexpr std::array<double, 3> fold_limits{-0.8, -0.9, -0.985};
+constexpr std::array<double, 3> kFoldLimits{-0.8, -0.9, -0.985};
 
 double longest_side(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = b - a, bc = c - b, ca = a - c;
@@ -51,7 +51,7 @@ CollapseShape::Facing& CollapseShape::Facing::operator+=(const Facing& other) {
 /// Of the angle to the mean direction; 1 where the surface faces all ways and has none.
 double CollapseShape::Facing::cosine(const Vec3d& unit_normal) const {
   const double size = length(sum);
-  return size > least_agreement * area ? dot(unit_normal, sum) / size : 1;
+  return size > kLeastAgreement * area ? dot(unit_normal, sum) / size : 1;
 }
 
 /// Adds the triangles around `moved` that survive; false where one may not be.
@@ -68,9 +68,9 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     const double length_before = length(before), length_after = length(after);
     const double ratio_before = length_before / longest_side(a, b, c);
     const double ratio = length_after / longest_side(target, b, c);
-    if (!(ratio > no_area) || (ratio < area_limit && !(ratio > ratio_before))) return false;
-    const bool had_area = ratio_before > no_area;
-    if (had_area && !(dot(before, after) > turn_limits[leniency] * length_before * length_after)) {
+    if (!(ratio > kNoArea) || (ratio < kAreaLimit && !(ratio > ratio_before))) return false;
+    const bool had_area = ratio_before > kNoArea;
+    if (had_area && !(dot(before, after) > kTurnLimits[leniency] * length_before * length_after)) {
       return false;
     }
     const Vec3d normal = after * (1 / length_after);
@@ -78,13 +78,13 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     Facing surface = facing;
     surface += facing_[first];
     surface += facing_[second];
-    if (const double cosine = surface.cosine(normal); cosine < facing_limits[leniency]) {
+    if (const double cosine = surface.cosine(normal); cosine < kFacingLimits[leniency]) {
       // Unless it faced away already, and more.
       if (!had_area || !(cosine > surface.cosine(was))) return false;
     }
     if (leniency == 0) {
       const double good = quality(target, b, c, length_after);
-      if (good < quality_limit && good < quality(a, b, c, length_before)) return false;
+      if (good < kQualityLimit && good < quality(a, b, c, length_before)) return false;
     }
     star_.push_back({first, second, t, was, normal});
   }
@@ -120,7 +120,7 @@ bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
       after = std::min(after, dot(s.after, normal) / size);
     });
   }
-  return after < fold_limits[leniency] && after < before;
+  return after < kFoldLimits[leniency] && after < before;
 }
 
 bool CollapseShape::keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,

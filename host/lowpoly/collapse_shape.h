@@ -15,13 +15,13 @@ using TriangleCorners = std::array<Vec3d, 3>;
 class CollapseShape {
  public:
   /// How often a collapse may be refused for its shapes before nothing but folds stops it.
-  static constexpr std::uint32_t most_lenient = 2;
+  static constexpr std::uint32_t kMostLenient = 2;
 
   explicit CollapseShape(const CollapseMesh& mesh);
 
   /// Whether the triangles that survive have an area, turn little enough for `leniency`, do not face away
   /// from the surface that they stand for, and do not fold onto a neighbour where none did.
-  /// \param fixed  an end that does not move: its triangles stay as they are; or no_vertex
+  /// \param fixed  an end that does not move: its triangles stay as they are; or kNoVertex
   bool keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
              std::uint32_t fixed, std::uint32_t leniency);
 

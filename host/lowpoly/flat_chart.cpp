@@ -15,7 +15,7 @@ namespace kiln {
 namespace {
 
 /// Needles count as at least this high over their longest side.
-constexpr double least_height = 2e-3;
+constexpr double kLeastHeight = 2e-3;
 
 /// The triangle in its own plane, counter-clockwise, its longest side along x.
 std::array<FlatPoint, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
@@ -29,7 +29,7 @@ std::array<FlatPoint, 3> rest_points(const ChartSurface& surface, std::uint32_t 
   const double side = surface.length[3 * t + base];
   const Vec3d along = (at(1) - at(0)) * (1 / side);
   const double foot = dot(at(2) - at(0), along);
-  const double height = std::max(2 * surface.area[t] / side, least_height * side);
+  const double height = std::max(2 * surface.area[t] / side, kLeastHeight * side);
   std::array<FlatPoint, 3> points;
   points[base] = {0, 0};
   points[(base + 1) % 3] = {side, 0};
@@ -78,12 +78,12 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     a = find(a), b = find(b);
     root[std::max(a, b)] = std::min(a, b);
   };
-  std::uint32_t open = no_index;
+  std::uint32_t open = kNoIndex;
   for (std::uint32_t i = 0; i < count; ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t h = 3 * triangles[i] + k;
       if (glued[h] == 0) {
-        if (open == no_index) open = h;
+        if (open == kNoIndex) open = h;
         continue;
       }
       const std::uint32_t m = surface.mate[h];

@@ -90,15 +90,15 @@ double flip_distance(const FlatChart& chart, const std::vector<FlatPoint>& direc
 bool weighted_step(const FlatChart& chart, std::vector<FlatPoint>& target) {
   const auto count = static_cast<Eigen::Index>(chart.points.size());
   // Holds the system up where a chart could turn or move freely, and shortens wild steps.
-  constexpr double proximal = 1e-4;
+  constexpr double kProximal = 1e-4;
   Entries entries;
   entries.reserve(chart.triangles.size() * 24 + chart.points.size() * 2);
   Eigen::VectorXd right(2 * count);
   for (Eigen::Index v = 0; v < count; ++v) {
     const FlatPoint& p = chart.points[static_cast<std::size_t>(v)];
     for (const auto& [row, value] : {std::pair{2 * v, p.x}, std::pair{2 * v + 1, p.y}}) {
-      entries.emplace_back(static_cast<int>(row), static_cast<int>(row), proximal);
-      right[row] = proximal * value;
+      entries.emplace_back(static_cast<int>(row), static_cast<int>(row), kProximal);
+      right[row] = kProximal * value;
     }
   }
   for (std::size_t i = 0; i < chart.triangles.size(); ++i) {

@@ -13,7 +13,7 @@ namespace kiln {
 namespace {
 
 /// Height fields are brought down to this share of their heights for it.
-constexpr double flattened = 0.1;
+constexpr double kFlattened = 0.1;
 
 }  // namespace
 
@@ -24,8 +24,8 @@ void head_start(Work& work, std::size_t faces, double error, bool height_field) 
   static_assert(sizeof(Triangle) == 3 * sizeof(unsigned int) && sizeof(Vec3) == 3 * sizeof(float));
   std::vector<Vec3> positions = to_floats(work.points);
   if (height_field) {
-    for (Vec3& p : positions) p.z *= static_cast<float>(flattened);
-    error *= flattened;
+    for (Vec3& p : positions) p.z *= static_cast<float>(kFlattened);
+    error *= kFlattened;
   }
   std::vector<Triangle> triangles(work.triangles.size());
   const std::size_t indices =
@@ -35,7 +35,7 @@ void head_start(Work& work, std::size_t faces, double error, bool height_field) 
   if (indices == 0) return;
   triangles.resize(indices / 3);
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
-        return !(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > least_upward);
+        return !(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > kLeastUpward);
       })) {
     return;
   }

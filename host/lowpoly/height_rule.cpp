@@ -62,7 +62,7 @@ bool HeightRule::faces_up(const CollapseMesh& mesh, std::uint32_t moved, std::ui
       if (mesh.triangles[t][k] == moved) p[k] = target;
     }
     const double after = upward(p[0], p[1], p[2]);
-    if (after < least_upward && !(after > before)) return false;
+    if (after < kLeastUpward && !(after > before)) return false;
   }
   return true;
 }
@@ -79,7 +79,7 @@ void HeightRule::collapse(const CollapseMesh&, std::uint32_t a, std::uint32_t b,
 
 bool HeightRule::may_move(const CollapseMesh& mesh, std::uint32_t vertex,
                           const Vec3d& target) const {
-  return sides_[vertex] == 0 && faces_up(mesh, vertex, no_vertex, target);
+  return sides_[vertex] == 0 && faces_up(mesh, vertex, kNoVertex, target);
 }
 
 }  // namespace kiln

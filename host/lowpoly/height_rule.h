@@ -32,6 +32,6 @@ class HeightRule : public CollapseRule {
 double upward(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
 /// Triangles below this may not get worse: single precision still tells them from ones without area.
-inline constexpr double least_upward = 1e-4;
+inline constexpr double kLeastUpward = 1e-4;
 
 }  // namespace kiln

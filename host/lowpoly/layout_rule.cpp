@@ -185,10 +185,10 @@ bool LayoutRule::is_uv_border(const CollapseMesh& mesh, std::uint32_t a, std::ui
 bool LayoutRule::is_line(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b) const {
   if (is_uv_border(mesh, a, b)) return true;
   if (layout_.groups.empty()) return false;
-  std::uint32_t group = no_vertex;
+  std::uint32_t group = kNoVertex;
   bool same = true;
   mesh.each_on_edge(a, b, [&](std::uint32_t t) {
-    same = same && (group == no_vertex || layout_.groups[t] == group);
+    same = same && (group == kNoVertex || layout_.groups[t] == group);
     group = layout_.groups[t];
   });
   return !same;
@@ -338,7 +338,7 @@ bool LayoutRule::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex, const
 
 /// Whether the line that bends at the vertex that goes may run straight instead.
 bool LayoutRule::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
-  std::uint32_t before = no_vertex;
+  std::uint32_t before = kNoVertex;
   bool free = true;
   mesh.each_around(plan.gone, [&](std::uint32_t t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
@@ -348,7 +348,7 @@ bool LayoutRule::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
       if (mesh.contains(t, plan.kept) && is_line(mesh, v, plan.kept)) free = false;
     }
   });
-  if (!free || before == no_vertex) return false;
+  if (!free || before == kNoVertex) return false;
   if (!is_uv_border(mesh, plan.gone, plan.kept)) return true;
   mesh.each_on_edge(plan.gone, before, [&](std::uint32_t t) {
     const std::uint32_t corner = corner_at(mesh, t, plan.gone);

@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t skyline_limit = 8192;
+constexpr std::size_t kSkylineLimit = 8192;
 
 /// The upper outline of what has been placed: from x on, up to the next node, the height is y.
 class Skyline {
@@ -120,7 +120,7 @@ bool pack_rectangles(std::span<const PackSize> sizes, std::uint32_t side,
   std::vector<std::uint32_t> order(sizes.size());
   std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& k) { return k.second; });
   return pack_shelves(sizes, order, side, places) ||
-         (sizes.size() <= skyline_limit && pack_skyline(sizes, order, side, places));
+         (sizes.size() <= kSkylineLimit && pack_skyline(sizes, order, side, places));
 }
 
 }  // namespace kiln

@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 /// Pairs beyond this are worse than two singles: halves of 5 times the area, or a shear of 4.
-constexpr double stretch_limit = 0.7;
+constexpr double kStretchLimit = 0.7;
 
 struct Link {
   float stretch;
@@ -71,7 +71,7 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
       const Side& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
       if (a.triangle == b.triangle) continue;
       const double cost = pair_stretch(shapes[a.triangle], a.apex, shapes[b.triangle], b.apex);
-      if (!(cost <= stretch_limit)) continue;
+      if (!(cost <= kStretchLimit)) continue;
       links.push_back({static_cast<float>(cost), a.triangle, b.triangle, a.apex, b.apex});
     }
   }
@@ -87,34 +87,34 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
 class Matching {
  public:
   Matching(std::size_t triangles, std::span<const Link> links)
-      : links_(links), mate_(triangles, no_index), of_(triangles, {no_index, no_index, no_index}) {
+      : links_(links), mate_(triangles, kNoIndex), of_(triangles, {kNoIndex, kNoIndex, kNoIndex}) {
     for (std::uint32_t i = 0; i < links.size(); ++i) {
       for (const std::uint32_t t : {links[i].a, links[i].b}) {
-        const auto free = std::find(of_[t].begin(), of_[t].end(), no_index);
+        const auto free = std::find(of_[t].begin(), of_[t].end(), kNoIndex);
         if (free != of_[t].end()) *free = i;  // Three sides, at most one link each.
       }
     }
     for (std::uint32_t i = 0; i < links.size(); ++i) {
-      if (mate_[links[i].a] == no_index && mate_[links[i].b] == no_index) join(i);
+      if (mate_[links[i].a] == kNoIndex && mate_[links[i].b] == kNoIndex) join(i);
     }
   }
 
   /// Looks for an alternating path from every single triangle, near ones first.
   void augment() {
-    std::vector<std::uint32_t> seen(mate_.size(), no_index), queue, from;
+    std::vector<std::uint32_t> seen(mate_.size(), kNoIndex), queue, from;
     for (std::uint32_t root = 0; root < mate_.size(); ++root) {
-      if (mate_[root] != no_index || of_[root][0] == no_index) continue;
+      if (mate_[root] != kNoIndex || of_[root][0] == kNoIndex) continue;
       queue.assign(1, root);
-      from.assign(1, no_index);
+      from.assign(1, kNoIndex);
       seen[root] = root;
       bool found = false;
-      for (std::size_t head = 0; head < queue.size() && head < reach && !found; ++head) {
+      for (std::size_t head = 0; head < queue.size() && head < kReach && !found; ++head) {
         for (const std::uint32_t link : of_[queue[head]]) {
-          if (link == no_index) break;
+          if (link == kNoIndex) break;
           const std::uint32_t other = across(link, queue[head]);
           if (seen[other] == root) continue;
           seen[other] = root;
-          if (mate_[other] == no_index) {
+          if (mate_[other] == kNoIndex) {
             flip(link, head, from);
             found = true;
             break;
@@ -134,7 +134,7 @@ class Matching {
   const std::vector<std::uint32_t>& mate() const { return mate_; }
 
  private:
-  static constexpr std::size_t reach = 256;  ///< Triangles looked at from one single.
+  static constexpr std::size_t kReach = 256;  ///< Triangles looked at from one single.
 
   std::uint32_t across(std::uint32_t link, std::uint32_t triangle) const {
     return links_[link].a == triangle ? links_[link].b : links_[link].a;
@@ -148,7 +148,7 @@ class Matching {
     std::uint32_t current = link;
     while (true) {
       join(current);
-      if (from[at] == no_index) break;
+      if (from[at] == kNoIndex) break;
       current = via_[at];
       at = from[at];
     }
@@ -203,11 +203,11 @@ Pairing pair_triangles(std::span<const Vec3> positions, std::span<const Triangle
   matching.augment();
 
   Pairing result;
-  result.partner.assign(triangles.size(), no_index);
+  result.partner.assign(triangles.size(), kNoIndex);
   result.apex.assign(triangles.size(), 0);
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     const std::uint32_t link = matching.mate()[t];
-    if (link == no_index) continue;
+    if (link == kNoIndex) continue;
     const bool is_a = links[link].a == t;
     result.partner[t] = is_a ? links[link].b : links[link].a;
     result.apex[t] = is_a ? links[link].apex_a : links[link].apex_b;

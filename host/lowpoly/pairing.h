@@ -11,11 +11,11 @@
 namespace kiln {
 
 /// Marks an absent triangle or edge.
-inline constexpr std::uint32_t no_index = std::numeric_limits<std::uint32_t>::max();
+inline constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
 
 /// For every triangle its partner, and its own corner that is opposite the shared edge.
 struct Pairing {
-  std::vector<std::uint32_t> partner;  ///< Index of the other triangle, or no_index.
+  std::vector<std::uint32_t> partner;  ///< Index of the other triangle, or kNoIndex.
   std::vector<std::uint8_t> apex;      ///< 0, 1 or 2; meaningful where there is a partner.
   std::uint64_t pairs = 0;
 };

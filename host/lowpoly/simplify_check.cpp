@@ -200,7 +200,7 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
 
 bool SimplifyCheck::is_flaw(const TriangleCorners& p) const {
   if (is_flat(p) || faces_away(p)) return true;
-  return height_field_ && !(upward(p[0], p[1], p[2]) > least_upward);
+  return height_field_ && !(upward(p[0], p[1], p[2]) > kLeastUpward);
 }
 
 std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertices) {

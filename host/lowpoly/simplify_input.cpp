@@ -113,8 +113,8 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
 }
 
 Scale::Scale(const Mesh& mesh, const std::vector<Triangle>& triangles) {
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  Vec3d low{inf, inf, inf}, high{-inf, -inf, -inf};
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  Vec3d low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
   for (const Triangle& t : triangles) {
     for (const std::uint32_t vertex : t) {
       const Vec3& p = mesh.positions[vertex];
@@ -136,10 +136,10 @@ Vec3d Scale::to_work(const Vec3& p) const {
 Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
              const Scale& scale) {
   Work work;
-  std::vector<std::uint32_t> number(mesh.positions.size(), no_vertex);
+  std::vector<std::uint32_t> number(mesh.positions.size(), kNoVertex);
   for (Triangle& t : triangles) {
     for (std::uint32_t& vertex : t) {
-      if (number[vertex] == no_vertex) {
+      if (number[vertex] == kNoVertex) {
         number[vertex] = static_cast<std::uint32_t>(work.points.size());
         work.points.push_back(scale.to_work(mesh.positions[vertex]));
       }

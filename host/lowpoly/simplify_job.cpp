@@ -16,14 +16,14 @@ namespace {
 
 /// Denser meshes are first brought down to this many faces, or to a few times the goal if that is
 /// more.
-constexpr std::size_t direct_limit = 100'000;
-constexpr std::size_t head_start_share = 4;
+constexpr std::size_t kDirectLimit = 100'000;
+constexpr std::size_t kHeadStartShare = 4;
 /// Samples of the high poly that the deviation is measured at, at most.
-constexpr std::uint64_t most_samples = 1 << 18;
+constexpr std::uint64_t kMostSamples = 1 << 18;
 /// And while looking for the low poly that meets a bound.
-constexpr std::uint64_t guiding_samples = 1 << 14;
+constexpr std::uint64_t kGuidingSamples = 1 << 14;
 /// How often flaws are looked for and mended.
-constexpr int mending_rounds = 4;
+constexpr int kMendingRounds = 4;
 
 void warn_of_flaws(SimplifyReport& report) {
   const auto warn = [&](const char* code, std::uint64_t count, const char* what) {
@@ -64,11 +64,11 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) const {
       faces = shrinking.faces();
       SimplifyResult next;
       shrinking.extract(next);
-      if (measure(next, guiding_samples).largest > guide) break;
+      if (measure(next, kGuidingSamples).largest > guide) break;
       best = std::move(next);
     }
     if (best.triangles.empty()) return best;
-    best.deviation = measure(best, most_samples);
+    best.deviation = measure(best, kMostSamples);
     if (best.deviation.largest <= bound) return best;
     guide *= 0.95 * bound / best.deviation.largest;
   }
@@ -79,7 +79,7 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) const {
 std::size_t SimplifyJob::mend(SimplifyResult& result) {
   Flaws flaws = check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
-  for (int round = 0; round < mending_rounds && !flaws.none(); ++round) {
+  for (int round = 0; round < kMendingRounds && !flaws.none(); ++round) {
     Shrinking shrinking(result.points, result.triangles,
                         options_.keep_uvs ? &result.layout : nullptr, options_.height_field,
                         scale_);
@@ -108,7 +108,7 @@ bool SimplifyJob::is_good(const SimplifyResult& result) {
 
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
 Work SimplifyJob::start(std::size_t faces) const {
-  const std::size_t near_goal = std::max(direct_limit, head_start_share * faces);
+  const std::size_t near_goal = std::max(kDirectLimit, kHeadStartShare * faces);
   Work work = dense_;
   if (work.triangles.size() > near_goal && !options_.keep_uvs) {
     head_start(work, near_goal, options_.faces == 0 ? 0.1 * options_.max_error : 1.0,
@@ -132,8 +132,8 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> f
 
 Mesh SimplifyJob::run(SimplifyResult mended, bool with_deviation) {
   report_.mended = mend(mended);
-  if (!is_good(mended) && dense_.triangles.size() > direct_limit) return run(with_deviation);
-  if (with_deviation) mended.deviation = measure(mended, most_samples);
+  if (!is_good(mended) && dense_.triangles.size() > kDirectLimit) return run(with_deviation);
+  if (with_deviation) mended.deviation = measure(mended, kMostSamples);
   return finish(mended);
 }
 
@@ -148,7 +148,7 @@ SimplifyResult SimplifyJob::solve() {
     if (result.triangles.empty()) return unchanged();
     SimplifyResult mended = result;
     report_.mended = mend(mended);
-    if (by_error && report_.mended > 0) mended.deviation = measure(mended, most_samples);
+    if (by_error && report_.mended > 0) mended.deviation = measure(mended, kMostSamples);
     if (by_error && mended.deviation.largest > options_.max_error) {
       report_.mended = 0;  // The bound comes first.
     } else {
@@ -184,11 +184,11 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   if (!options_.keep_uvs) return mesh;
   mesh.groups = result.layout.groups;
   mesh.group_names = high_.group_names;
-  std::vector<std::uint32_t> number(result.layout.uvs.size(), no_vertex);
+  std::vector<std::uint32_t> number(result.layout.uvs.size(), kNoVertex);
   for (const Triangle& t : result.layout.corners) {
     Triangle& corners = mesh.uv_triangles.emplace_back();
     for (std::size_t k = 0; k < 3; ++k) {
-      if (number[t[k]] == no_vertex) {
+      if (number[t[k]] == kNoVertex) {
         number[t[k]] = static_cast<std::uint32_t>(mesh.uvs.size());
         mesh.uvs.push_back(result.layout.uvs[t[k]]);
       }
@@ -223,7 +223,7 @@ Mesh SimplifyJob::run(bool with_deviation) {
   const std::size_t count = dense_.triangles.size();
   if (options_.faces == 0 || options_.faces < count) {
     SimplifyResult result = solve();
-    if (options_.faces != 0 && with_deviation) result.deviation = measure(result, most_samples);
+    if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMostSamples);
     return finish(result);
   }
   if (options_.faces > count) {

@@ -23,22 +23,22 @@ namespace {
 constexpr std::uint64_t kBytesOfFaceInPairs = 160, kBytesOfFaceInCharts = 900;
 
 /// Longer patches waste space and shear little less.
-constexpr double aspect_limit = 16;
+constexpr double kAspectLimit = 16;
 /// A border that leaves less of the map to triangles than this is halved.
-constexpr double wanted_coverage = 0.25;
+constexpr double kWantedCoverage = 0.25;
 
 /// A rectangle for one or two triangles. The first has its right angle at the lower left corner, the
 /// second at the upper right one; they share the diagonal, or keep a border along it.
 struct Patch {
   double width = 0, height = 0;  ///< Of the triangles' legs, in units of the surface.
-  std::array<std::uint32_t, 2> triangle{no_index, no_index};
+  std::array<std::uint32_t, 2> triangle{kNoIndex, kNoIndex};
   std::array<std::uint8_t, 2> apex{};  ///< The corner that gets the right angle.
   bool joined = false;
 };
 
 /// Gives `patch` sides in the ratio of its legs, and the area that makes up for two triangles.
 void set_sides(Patch& patch, double width, double height, double area) {
-  const double limit = aspect_limit;
+  const double limit = kAspectLimit;
   double ratio = std::clamp(width / height, 1 / limit, limit);
   if (!(ratio > 0)) ratio = 1;  // Legs of no length, or too long for squares in double precision.
   patch.height = std::sqrt(area / ratio);
@@ -90,7 +90,7 @@ std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShap
   for (std::uint32_t t = 0; t < shapes.size(); ++t) {
     if (!(shapes[t].area > 0)) continue;
     const std::uint32_t other = pairing.partner[t];
-    if (other == no_index) {
+    if (other == kNoIndex) {
       singles.push_back(single_patch(shapes[t], t));
     } else if (t < other) {
       Patch patch;
@@ -143,7 +143,7 @@ Legs legs_of(const Patch& patch, double scale, const Rule& rule) {
 }
 
 PackSize cell_of(const Patch& patch, const Legs& legs, const Rule& rule) {
-  const bool apart = patch.triangle[1] != no_index && !patch.joined;
+  const bool apart = patch.triangle[1] != kNoIndex && !patch.joined;
   const std::uint32_t extra = rule.border + (apart ? rule.border : 0);
   return {legs.width + extra, legs.height + extra};
 }
@@ -210,7 +210,7 @@ class LayoutSearch {
       sizes_[i] = cell_of(patches_[i], legs, rule_);
       if (std::max(sizes_[i].width, sizes_[i].height) > rule_.side) return false;
       covered += static_cast<double>(legs.width) * legs.height *
-                 (patches_[i].triangle[1] == no_index ? 0.5 : 1.0);
+                 (patches_[i].triangle[1] == kNoIndex ? 0.5 : 1.0);
     }
     if (!pack_rectangles(sizes_, rule_.side, places_)) return false;
     const double side = rule_.side;
@@ -229,7 +229,7 @@ class LayoutSearch {
 Layout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& options) {
   for (std::uint32_t border = options.border_texels; border >= 1; border /= 2) {
     auto layout = LayoutSearch(patches, {options.size, border, 2}).run();
-    if (layout && (layout->coverage >= wanted_coverage || border == 1)) return std::move(*layout);
+    if (layout && (layout->coverage >= kWantedCoverage || border == 1)) return std::move(*layout);
   }
   for (std::uint32_t side = options.size; side <= std::uint32_t{1} << 22; side *= 2) {
     if (auto layout = LayoutSearch(patches, {side, 1, 1}).run()) return std::move(*layout);
@@ -261,7 +261,7 @@ class UvWriter {
     const std::uint32_t right = add(legs.width, 0);
     const std::uint32_t up = add(0, legs.height);
     set(patch, 0, add(0, 0), right, up);
-    if (patch.triangle[1] == no_index) return;
+    if (patch.triangle[1] == kNoIndex) return;
     const std::uint32_t corner = add(end_x, end_y);
     if (patch.joined) {
       set(patch, 1, corner, up, right);
@@ -293,7 +293,7 @@ double density_spread(const std::vector<Patch>& patches, const Layout& layout,
       const Legs legs = legs_of(patch, layout.scale, layout.rule);
       const double uv_area = 0.5 * legs.width * legs.height;
       for (const std::uint32_t t : patch.triangle) {
-        if (t != no_index) body(shapes[t].area, std::log2(uv_area) - std::log2(shapes[t].area));
+        if (t != kNoIndex) body(shapes[t].area, std::log2(uv_area) - std::log2(shapes[t].area));
       }
     }
   };
@@ -340,7 +340,7 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
   if (report == nullptr) return result;
 
   for (const Patch& patch : patches) {
-    report->charts += patch.joined || patch.triangle[1] == no_index ? 1 : 2;
+    report->charts += patch.joined || patch.triangle[1] == kNoIndex ? 1 : 2;
   }
   report->coverage = layout.coverage;
   report->density_spread = density_spread(patches, layout, shapes);

@@ -22,33 +22,33 @@ namespace {
 
 /// UVs are whole multiples of 2^-24: single precision holds them exactly up to 1, and double precision
 /// decides the side of a point without rounding.
-constexpr double steps = 16777216;
+constexpr double kSteps = 16777216;
 /// Above this many charts they are packed by their boxes.
-constexpr std::size_t bitmap_limit = 1000;
+constexpr std::size_t kBitmapLimit = 1000;
 /// A padding that leaves less of the map to charts than this may be halved.
-constexpr double wanted_coverage = 0.25;
+constexpr double kWantedCoverage = 0.25;
 /// But only where that raises the texels used by this factor.
-constexpr double worthwhile = 1.3;
+constexpr double kWorthwhile = 1.3;
 /// Where padding is weighed, before packing.
-constexpr double expected_coverage = 0.75;
+constexpr double kExpectedCoverage = 0.75;
 /// Cuts that are tried. A seam as long as the side of a square with the mesh's area must save `seam` of that
 /// area; a chart with all of the area would waste `size` of it.
 struct CutChoice {
   double seam = 0, size = 0;
 };
-constexpr std::array<CutChoice, 4> cut_choices{
+constexpr std::array<CutChoice, 4> kCutChoices{
     {{0.02, 0}, {0.035, 0.3}, {0.02, 0.4}, {0.012, 0.4}}};
 /// Of texels used, where the first is taken whatever others promise.
-constexpr double good_enough = 0.85;
+constexpr double kGoodEnough = 0.85;
 /// Only the last, where there are more charts than this; of one chart, only the first.
-constexpr std::size_t many_charts = 150;
+constexpr std::size_t kManyCharts = 150;
 /// No part is smaller than this share of the mesh.
-constexpr double least_part = 0.003;
+constexpr double kLeastPart = 0.003;
 /// Vertices that seams may add before they count: this, times the square root of positions. Beyond, each
 /// vertex weighs as much as that share of the map's texels.
-constexpr double free_vertices = 9.3, vertex_price = 2;
+constexpr double kFreeVertices = 9.3, kVertexPrice = 2;
 /// Rounds after growing; the energy hardly falls after these.
-constexpr int finishing_rounds = 4;
+constexpr int kFinishingRounds = 4;
 
 /// A triangle by itself, as an equilateral one: what is too small for a place in a chart.
 FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::uint32_t t,
@@ -95,9 +95,9 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lon
                     "' has no triangle of positive area; check the file it is from");
   }
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
-    if (lone[h / 3] == 0 || surface.mate[h] == no_index) continue;
-    surface.mate[surface.mate[h]] = no_index;
-    surface.mate[h] = no_index;
+    if (lone[h / 3] == 0 || surface.mate[h] == kNoIndex) continue;
+    surface.mate[surface.mate[h]] = kNoIndex;
+    surface.mate[h] = kNoIndex;
   }
   return surface;
 }
@@ -106,9 +106,9 @@ void cut(const ChartSurface& surface, const UnwrapOptions& options, const CutCho
          Charts& made, int threads) {
   const double extent = std::sqrt(surface.total_area);
   const double padding =
-      extent / std::sqrt(expected_coverage) * options.border_texels / options.size;
+      extent / std::sqrt(kExpectedCoverage) * options.border_texels / options.size;
   const CutPrice price{0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
-                       least_part * surface.total_area};
+                       kLeastPart * surface.total_area};
   cut_charts(surface, made.borders, price, made.charts, threads);
   trim_charts(surface, made.borders, {}, made.charts);
 }
@@ -120,29 +120,29 @@ double worth(const ChartSurface& surface, const std::vector<FlatChart>& charts,
   for (const FlatChart& chart : charts) vertices += chart.points.size();
   const auto positions = static_cast<double>(surface.positions.size());
   const double added = static_cast<double>(vertices) - positions;
-  const double beyond = std::max(0.0, added - free_vertices * std::sqrt(positions));
+  const double beyond = std::max(0.0, added - kFreeVertices * std::sqrt(positions));
   return expected_share(outlines_of(charts), options.size, options.border_texels, tolerance) -
-         vertex_price * beyond / positions;
+         kVertexPrice * beyond / positions;
 }
 
 /// Cuts charts so that they pack well for few vertices.
 void choose_cuts(const ChartSurface& surface, const UnwrapOptions& options, Charts& made,
                  int threads) {
-  if (made.charts.size() == 1 || made.charts.size() > many_charts) {
-    const CutChoice& only = made.charts.size() == 1 ? cut_choices.front() : cut_choices.back();
+  if (made.charts.size() == 1 || made.charts.size() > kManyCharts) {
+    const CutChoice& only = made.charts.size() == 1 ? kCutChoices.front() : kCutChoices.back();
     cut(surface, options, only, made, threads);
     return;
   }
-  std::vector<Charts> tried(cut_choices.size(), made);
-  std::array<double, cut_choices.size()> worths{};
+  std::vector<Charts> tried(kCutChoices.size(), made);
+  std::array<double, kCutChoices.size()> worths{};
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      cut(surface, options, cut_choices[i], tried[i], 1);
+      cut(surface, options, kCutChoices[i], tried[i], 1);
       worths[i] = worth(surface, tried[i].charts, options, i == 0 ? 0.02 : 0.2);
     }
   };
   parallel_for(tried.size(), 1, body, threads);
-  const auto best = worths[0] >= good_enough
+  const auto best = worths[0] >= kGoodEnough
                         ? 0
                         : std::max_element(worths.begin(), worths.end()) - worths.begin();
   made.charts = std::move(tried[static_cast<std::size_t>(best)].charts);
@@ -165,7 +165,7 @@ std::vector<FlatChart> make_charts(const ChartSurface& surface, const UnwrapOpti
   const auto finish = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (charts[i].triangles.size() == 1) continue;
-      injective_rounds(charts[i], finishing_rounds);
+      injective_rounds(charts[i], kFinishingRounds);
       normalise(charts[i]);
     }
   };
@@ -181,8 +181,8 @@ struct Layout {
 Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
                  int threads) {
   // Rounding to UV steps may move two borders towards each other.
-  const double apart = padding + 4 * size / steps;
-  Layout layout{outlines.size() > bitmap_limit ? pack_boxes(outlines, size, apart)
+  const double apart = padding + 4 * size / kSteps;
+  Layout layout{outlines.size() > kBitmapLimit ? pack_boxes(outlines, size, apart)
                                                : pack_outlines(outlines, size, apart, threads),
                 padding};
   const double side = layout.packing.scale / size;
@@ -194,7 +194,7 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
 Layout pack(const std::vector<FlatChart>& charts, const UnwrapOptions& options, int threads) {
   const std::vector<Outline> outlines = outlines_of(charts);
   Layout best = pack_with(outlines, options.size, options.border_texels, threads);
-  while (best.coverage < wanted_coverage && (best.padding > 1 || best.coverage == 0)) {
+  while (best.coverage < kWantedCoverage && (best.padding > 1 || best.coverage == 0)) {
     if (best.padding < 1.0 / 1024) {
       throw Error(ErrorCode::input, "unwrap: the mesh has too many charts for a texture of " +
                                         std::to_string(options.size) +
@@ -202,7 +202,7 @@ Layout pack(const std::vector<FlatChart>& charts, const UnwrapOptions& options, 
     }
     Layout next = pack_with(outlines, options.size, 0.5 * best.padding, threads);
     // Long thin charts leave room whatever the padding.
-    if (best.coverage > 0 && next.coverage < worthwhile * best.coverage) break;
+    if (best.coverage > 0 && next.coverage < kWorthwhile * best.coverage) break;
     best = std::move(next);
   }
   return best;
@@ -214,7 +214,7 @@ void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t
     const FlatPoint q = p * scale;
     const FlatPoint texel{at.turn.x * q.x - at.turn.y * q.y + at.shift.x,
                           at.turn.y * q.x + at.turn.x * q.y + at.shift.y};
-    p = {std::round(texel.x / size * steps), std::round(texel.y / size * steps)};
+    p = {std::round(texel.x / size * kSteps), std::round(texel.y / size * kSteps)};
   }
 }
 
@@ -243,7 +243,7 @@ Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<Flat
   for (const FlatChart& chart : charts) {
     const auto first = static_cast<std::uint32_t>(result.uvs.size());
     for (const FlatPoint& p : chart.points) {
-      result.uvs.push_back({static_cast<float>(p.x / steps), static_cast<float>(p.y / steps)});
+      result.uvs.push_back({static_cast<float>(p.x / kSteps), static_cast<float>(p.y / kSteps)});
     }
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
       Triangle& uv = result.uv_triangles[surface.source[chart.source[i]]];
@@ -263,7 +263,7 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
       const Triangle& t = chart.triangles[i];
       const FlatPoint& a = chart.points[t[0]];
       const double flat =
-          0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a) / (steps * steps);
+          0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a) / (kSteps * kSteps);
       const double area = surface.area[chart.source[i]];
       const double density = std::log2(flat) - std::log2(area);
       report.coverage += flat;

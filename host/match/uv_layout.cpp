@@ -100,11 +100,11 @@ void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid
   const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
   const auto [x_first, x_last] = samples_within(*x_low, *x_high, grid.shift, grid.sample_width);
   const auto [y_first, y_last] = samples_within(*y_low, *y_high, grid.shift, grid.sample_height);
-  constexpr auto tile = static_cast<std::int32_t>(kTile);
+  constexpr auto kSide = static_cast<std::int32_t>(kTile);
   for (std::int32_t y = y_first; y <= y_last;) {
-    const std::int32_t y_end = std::min((y / tile + 1) * tile, y_last + 1);
-    for (std::int32_t x = x_first; x <= x_last; x += tile) {
-      const std::int32_t x_end = std::min(x + tile, x_last + 1);
+    const std::int32_t y_end = std::min((y / kSide + 1) * kSide, y_last + 1);
+    for (std::int32_t x = x_first; x <= x_last; x += kSide) {
+      const std::int32_t x_end = std::min(x + kSide, x_last + 1);
       add(kiln_uv_task{index, x, y,
                        static_cast<std::uint32_t>(x_end - x) | static_cast<std::uint32_t>(y_end - y)
                                                                    << 16});

@@ -103,8 +103,8 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
 }
 
 std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::size_t vertices) {
-  constexpr auto none = static_cast<std::uint32_t>(-1);
-  constexpr int attempts = 4;
+  constexpr auto kNone = static_cast<std::uint32_t>(-1);
+  constexpr int kAttempts = 4;
   const std::vector<Triangle> given(triangles.begin(), triangles.end());
   const std::vector<Side> sides = sorted_sides(given);
   const auto corner = [](const Side& side, std::uint32_t offset) {
@@ -112,7 +112,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
   };
   std::vector<std::uint64_t> shifted;  // Edges whose sides are joined out of step, once an entry.
   std::vector<std::uint32_t> copies;
-  for (int attempt = 0; attempt < attempts; ++attempt) {
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
     // Corners are items: two belong together where their triangles are joined along a side there.
     Sets fans(given.size() * 3);
     for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
@@ -132,13 +132,13 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
       }
     }
     // The first fan met keeps the vertex.
-    std::vector<std::uint32_t> owner(vertices, none), number(given.size() * 3, none);
+    std::vector<std::uint32_t> owner(vertices, kNone), number(given.size() * 3, kNone);
     copies.clear();
     for (std::uint32_t c = 0; c < given.size() * 3; ++c) {
       const std::uint32_t vertex = given[c / 3][c % 3];
       const std::uint32_t fan = fans.find(c);
-      if (number[fan] == none) {
-        if (owner[vertex] == none) {
+      if (number[fan] == kNone) {
+        if (owner[vertex] == kNone) {
           owner[vertex] = fan;
           number[fan] = vertex;
         } else {
@@ -154,7 +154,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
     const auto original = [&](std::uint64_t v) { return v < vertices ? v : copies[v - vertices]; };
     for (std::size_t i = 1; i < check.size(); ++i) {
       if (check[i].key != check[i - 1].key || check[i].forward != check[i - 1].forward) continue;
-      const std::uint64_t a = original(check[i].key >> 32), b = original(check[i].key & none);
+      const std::uint64_t a = original(check[i].key >> 32), b = original(check[i].key & kNone);
       shifted.push_back(a < b ? a << 32 | b : b << 32 | a);
     }
     if (shifted.size() == before) break;

@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t leaf_size = 4;
+constexpr std::uint32_t kLeafSize = 4;
 
 double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
   const double length2 = dot(edge, edge);
@@ -88,22 +88,22 @@ void SurfaceDistance::build(std::vector<std::uint32_t>& order, const std::vector
   struct Task {
     std::uint32_t first, last, parent;
   };
-  constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-  std::vector<Task> tasks{{0, static_cast<std::uint32_t>(order.size()), none}};
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<Task> tasks{{0, static_cast<std::uint32_t>(order.size()), kNone}};
   while (!tasks.empty()) {
     const Task task = tasks.back();
     tasks.pop_back();
     const auto index = static_cast<std::uint32_t>(boxes_.size());
-    if (task.parent != none) boxes_[task.parent].first = index;
+    if (task.parent != kNone) boxes_[task.parent].first = index;
 
-    constexpr float inf = std::numeric_limits<float>::infinity();
-    Vec3 low{inf, inf, inf}, high{-inf, -inf, -inf}, center_low = low, center_high = high;
+    constexpr float kInf = std::numeric_limits<float>::infinity();
+    Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf}, center_low = low, center_high = high;
     for (std::uint32_t i = task.first; i < task.last; ++i) {
       for (const std::uint32_t vertex : triangles[order[i]]) extend(low, high, positions[vertex]);
       extend(center_low, center_high, centers[order[i]]);
     }
     boxes_.push_back({low, high, task.first, 0});
-    if (task.last - task.first <= leaf_size) {
+    if (task.last - task.first <= kLeafSize) {
       boxes_.back().count = task.last - task.first;
       continue;
     }
@@ -118,7 +118,7 @@ void SurfaceDistance::build(std::vector<std::uint32_t>& order, const std::vector
                        return ka != kb ? ka < kb : a < b;
                      });
     tasks.push_back({middle, task.last, index});
-    tasks.push_back({task.first, middle, none});
+    tasks.push_back({task.first, middle, kNone});
   }
 }
 

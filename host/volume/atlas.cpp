@@ -47,10 +47,10 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const LightSurface& ligh
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
     const std::uint32_t other = pairing.partner[i];
-    const std::size_t apex = other == no_index ? 0 : pairing.apex[i];
+    const std::size_t apex = other == kNoIndex ? 0 : pairing.apex[i];
     const std::uint32_t first = t[(apex + 1) % 3], second = t[(apex + 2) % 3];
     // Pairs go by position, but vertices at the same place are not one here.
-    const bool paired = other != no_index &&
+    const bool paired = other != kNoIndex &&
                         std::count(triangles[other].begin(), triangles[other].end(), first) == 1 &&
                         std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
     if (!paired) {

@@ -62,7 +62,7 @@ TEST(ChartTrims, TeethOfASheetGo) {
   for (std::uint32_t t = 0; t < laid.surface.triangles.size(); ++t) parts[part_of(t)].push_back(t);
   for (std::uint32_t h = 0; h < laid.surface.mate.size(); ++h) {
     const std::uint32_t mate = laid.surface.mate[h];
-    if (mate != no_index && part_of(h / 3) == part_of(mate / 3)) laid.borders.set_glued(h, true);
+    if (mate != kNoIndex && part_of(h / 3) == part_of(mate / 3)) laid.borders.set_glued(h, true);
   }
   std::vector<std::uint32_t> local(laid.surface.triangles.size());
   for (const auto& part : parts) {

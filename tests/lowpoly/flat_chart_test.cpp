@@ -18,7 +18,7 @@ namespace {
 FlatChart sheet(const ChartSurface& surface) {
   std::vector<std::uint8_t> glued;
   std::vector<std::uint32_t> all, local(surface.triangles.size());
-  for (const std::uint32_t mate : surface.mate) glued.push_back(mate != no_index);
+  for (const std::uint32_t mate : surface.mate) glued.push_back(mate != kNoIndex);
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) all.push_back(t);
   return cut_open(surface, all, glued, local);
 }

@@ -260,7 +260,7 @@ TEST(Pairing, PathsLeaveAlmostNoTriangleSingle) {
   std::uint64_t paired = 0;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::uint32_t other = pairing.partner[t];
-    if (other == no_index) continue;
+    if (other == kNoIndex) continue;
     ++paired;
     ASSERT_EQ(pairing.partner[other], t);
     // The two run along the shared edge in opposite senses.

@@ -11,7 +11,7 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+constexpr double kPi = std::numbers::pi;
 
 /// Position in the repeat, from its middle: [-0.5, 0.5).
 double from_middle(double x) { return x - std::floor(x) - 0.5; }
@@ -25,7 +25,7 @@ double half_round(double d, double radius) {
 double leaf_half_width(double t) {
   if (t <= 0 || t >= 1) return 0;
   const double widest = 0.42;
-  if (t < widest) return 0.40 + 0.08 * std::sin(0.5 * pi * t / widest);
+  if (t < widest) return 0.40 + 0.08 * std::sin(0.5 * kPi * t / widest);
   const double u = (t - widest) / (1 - widest);
   return 0.48 * std::pow(1 - u * u, 0.75);
 }
@@ -59,20 +59,20 @@ double leaf(const BandPoint& p, double x, double tip) {
   return 0.62 * rise * (0.09 * size + bulge + rim + rib + vein + curl);
 }
 
-constexpr int key_rows = 7, key_columns = 8;
+constexpr int kEyRows = 7, kEyColumns = 8;
 // clang-format keeps one row a line for the comments.
-constexpr std::array<std::string_view, key_rows> key = {"#######.",   // the band's end
-                                                        "#.....#.",   //
-                                                        "#.###.#.",   //
-                                                        "#.#...#.",   //
-                                                        "#.#####.",   //
-                                                        "#.......",   //
-                                                        "########"};  // its start
+constexpr std::array<std::string_view, kEyRows> kEy = {"#######.",   // the band's end
+                                                       "#.....#.",   //
+                                                       "#.###.#.",   //
+                                                       "#.#...#.",   //
+                                                       "#.#####.",   //
+                                                       "#.......",   //
+                                                       "########"};  // its start
 
 double key_at(int column, int row) {
-  if (row < 0 || row >= key_rows) return 0;
-  column = ((column % key_columns) + key_columns) % key_columns;
-  return key[static_cast<std::size_t>(key_rows - 1 - row)][static_cast<std::size_t>(column)] == '#'
+  if (row < 0 || row >= kEyRows) return 0;
+  column = ((column % kEyColumns) + kEyColumns) % kEyColumns;
+  return kEy[static_cast<std::size_t>(kEyRows - 1 - row)][static_cast<std::size_t>(column)] == '#'
              ? 1.0
              : 0.0;
 }
@@ -102,14 +102,14 @@ double leaves(const BandPoint& p) {
 }
 
 double guilloche(const BandPoint& p) {
-  const double t = 2 * pi * p.x;
+  const double t = 2 * kPi * p.x;
   const double swing = 0.31 * p.height;
   const double cord = 0.155 * p.height;
   const double y = (p.y - 0.5) * p.height;
   double highest = 0;
   for (const double side : {1.0, -1.0}) {
     const double middle = side * swing * std::sin(t);
-    const double steep = side * swing * std::cos(t) * 2 * pi / p.width;
+    const double steep = side * swing * std::cos(t) * 2 * kPi / p.width;
     const double d = (y - middle) / std::sqrt(1 + steep * steep);
     if (std::abs(d) >= cord) continue;
     const double over = side * std::cos(t);  // above the other cord at every second crossing
@@ -160,9 +160,9 @@ double scales(const BandPoint& p, int rows) {
 
 double meander(const BandPoint& p) {
   const double margin = 0.04;
-  const double row = (p.y - margin) / (1 - 2 * margin) * key_rows - 0.5;
-  const double column = (p.x - std::floor(p.x)) * key_columns - 0.5;
-  const double cell = std::min(p.width / key_columns, p.height / key_rows);
+  const double row = (p.y - margin) / (1 - 2 * margin) * kEyRows - 0.5;
+  const double column = (p.x - std::floor(p.x)) * kEyColumns - 0.5;
+  const double cell = std::min(p.width / kEyColumns, p.height / kEyRows);
   const double half = std::min(0.5, 0.5 * p.edge / cell);  // of a cell: where the edge is
   const int r = static_cast<int>(std::floor(row)), c = static_cast<int>(std::floor(column));
   const double v = smooth_step(0.5 - half, 0.5 + half, row - r);

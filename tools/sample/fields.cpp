@@ -17,7 +17,7 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double half_side = 1.1;  // of the cube that is sampled
+constexpr double kHalfSide = 1.1;  // of the cube that is sampled
 
 /// Distance to a box around the origin, positive inside.
 double box(const Point& p, const Point& half) {
@@ -52,14 +52,14 @@ double sphere_field(const Point& p) { return 0.9 - std::hypot(p.x, p.y, p.z); }
 double torus_field(const Point& p) { return 0.25 - std::hypot(std::hypot(p.x, p.y) - 0.65, p.z); }
 
 double gyroid_field(const Point& p) {
-  constexpr double wave = 3 * std::numbers::pi;  // radians a unit
-  constexpr double half_thickness = 0.06;
-  const double x = wave * p.x, y = wave * p.y, z = wave * p.z;
+  constexpr double kWave = 3 * std::numbers::pi;  // radians a unit
+  constexpr double kHalfThickness = 0.06;
+  const double x = kWave * p.x, y = kWave * p.y, z = kWave * p.z;
   const double sx = std::sin(x), sy = std::sin(y), sz = std::sin(z);
   const double cx = std::cos(x), cy = std::cos(y), cz = std::cos(z);
   const double value = sx * cy + sy * cz + sz * cx;
-  const double slope = wave * std::hypot(cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz);
-  const double sheet = half_thickness - std::abs(value) / std::max(slope, wave * 0.5);
+  const double slope = kWave * std::hypot(cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz);
+  const double sheet = kHalfThickness - std::abs(value) / std::max(slope, kWave * 0.5);
   return std::min(sheet, 0.95 - std::hypot(p.x, p.y, p.z));
 }
 
@@ -72,11 +72,11 @@ double boxes_field(const Point& p) {
 }
 
 std::optional<Field> field_of(std::string_view name) {
-  static constexpr std::pair<std::string_view, Field> fields[] = {{"sphere", sphere_field},
-                                                                  {"torus", torus_field},
-                                                                  {"gyroid", gyroid_field},
-                                                                  {"boxes", boxes_field}};
-  for (const auto& [known, field] : fields) {
+  static constexpr std::pair<std::string_view, Field> kFields[] = {{"sphere", sphere_field},
+                                                                   {"torus", torus_field},
+                                                                   {"gyroid", gyroid_field},
+                                                                   {"boxes", boxes_field}};
+  for (const auto& [known, field] : kFields) {
     if (known == name) return field;
   }
   return std::nullopt;
@@ -95,8 +95,8 @@ Volume sample_volume(Field field, std::uint32_t size, VoxelType type) {
   Volume volume;
   volume.size = {size, size, size};
   volume.type = type;
-  const double spacing = 2 * half_side / (size - 1);
-  volume.origin = {-half_side, -half_side, -half_side};
+  const double spacing = 2 * kHalfSide / (size - 1);
+  volume.origin = {-kHalfSide, -kHalfSide, -kHalfSide};
   for (std::size_t a = 0; a < 3; ++a) {
     volume.axes[a] = {};
     volume.axes[a][a] = spacing;
@@ -107,7 +107,7 @@ Volume sample_volume(Field field, std::uint32_t size, VoxelType type) {
   const double scale = type == VoxelType::f32 ? 1 : middle / (4 * spacing);
   std::atomic<std::uint32_t> next{0};
   const auto work = [&] {
-    const auto at = [spacing](std::uint32_t i) { return i * spacing - half_side; };
+    const auto at = [spacing](std::uint32_t i) { return i * spacing - kHalfSide; };
     for (std::uint32_t z = next++; z < size; z = next++) {
       for (std::uint32_t y = 0; y < size; ++y) {
         std::byte* to = volume.voxels.data() + (std::size_t{z} * size + y) * row;

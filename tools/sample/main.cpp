@@ -21,7 +21,7 @@
 
 namespace {
 
-constexpr std::string_view usage =
+constexpr std::string_view kUsage =
     "Usage: kiln_sample --out FILE [--shape urn|rock] [--faces N] [--colors stone]\n"
     "       kiln_sample --out FILE --volume sphere|torus|gyroid|boxes [--size N] [--type "
     "f32|u8|u16]\n"
@@ -176,21 +176,21 @@ void write_ply(const kiln::Mesh& mesh, const std::filesystem::path& path) {
     file.write(reinterpret_cast<const char*>(mesh.positions.data()),
                static_cast<std::streamsize>(mesh.positions.size() * sizeof(kiln::Vec3)));
   } else {
-    constexpr std::size_t vertex_bytes = 15;
-    std::vector<char> vertices(mesh.positions.size() * vertex_bytes);
+    constexpr std::size_t kVertexBytes = 15;
+    std::vector<char> vertices(mesh.positions.size() * kVertexBytes);
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-      std::memcpy(&vertices[i * vertex_bytes], &mesh.positions[i], sizeof(kiln::Vec3));
-      std::memcpy(&vertices[i * vertex_bytes + sizeof(kiln::Vec3)], mesh.colors[i].data(), 3);
+      std::memcpy(&vertices[i * kVertexBytes], &mesh.positions[i], sizeof(kiln::Vec3));
+      std::memcpy(&vertices[i * kVertexBytes + sizeof(kiln::Vec3)], mesh.colors[i].data(), 3);
     }
     file.write(vertices.data(), static_cast<std::streamsize>(vertices.size()));
   }
-  constexpr std::size_t face_bytes = 13;
-  std::vector<char> faces(mesh.triangles.size() * face_bytes);
+  constexpr std::size_t kFaceBytes = 13;
+  std::vector<char> faces(mesh.triangles.size() * kFaceBytes);
   char* at = faces.data();
   for (const kiln::Triangle& triangle : mesh.triangles) {
     *at = 3;
-    std::memcpy(at + 1, triangle.data(), face_bytes - 1);
-    at += face_bytes;
+    std::memcpy(at + 1, triangle.data(), kFaceBytes - 1);
+    at += kFaceBytes;
   }
   file.write(faces.data(), static_cast<std::streamsize>(faces.size()));
   file.close();
@@ -209,7 +209,7 @@ int main(int argc, char** argv) {
     const std::vector<std::string> arguments(argv + 1, argv + argc);
     for (const std::string& argument : arguments) {
       if (argument == "--help" || argument == "-h") {
-        std::fwrite(usage.data(), 1, usage.size(), stdout);
+        std::fwrite(kUsage.data(), 1, kUsage.size(), stdout);
         return 0;
       }
     }

@@ -12,9 +12,9 @@ namespace {
 /// Half a circle of radius 1.
 Profile half_circle() {
   std::vector<Profile::Control> controls;
-  constexpr int pieces = 24;
-  for (int i = 0; i <= pieces; ++i) {
-    const double latitude = std::numbers::pi * (static_cast<double>(i) / pieces - 0.5);
+  constexpr int kPieces = 24;
+  for (int i = 0; i <= kPieces; ++i) {
+    const double latitude = std::numbers::pi * (static_cast<double>(i) / kPieces - 0.5);
     controls.push_back({std::cos(latitude), std::sin(latitude)});
   }
   controls.front().radius = controls.back().radius = 0;

@@ -9,8 +9,8 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double row_height = 0.8660254037844386;  // of an equilateral triangle
+constexpr double kPi = std::numbers::pi;
+constexpr double kRowHeight = 0.8660254037844386;  // of an equilateral triangle
 
 Profile::Control blend(const Profile::Control& a, const Profile::Control& b, double ta, double tb,
                        double t) {
@@ -25,12 +25,12 @@ double distance(const Profile::Control& a, const Profile::Control& b) {
 /// Vertices on each ring of a sweep with edges of about `edge`.
 std::vector<std::uint32_t> ring_sizes(const Profile& profile, double edge) {
   const auto bands =
-      static_cast<std::size_t>(std::max(4.0, std::round(profile.length() / (edge * row_height))));
+      static_cast<std::size_t>(std::max(4.0, std::round(profile.length() / (edge * kRowHeight))));
   std::vector<std::uint32_t> sizes(bands + 1, 1);
   for (std::size_t i = 1; i < bands; ++i) {
     const double radius =
         profile.at(profile.length() * static_cast<double>(i) / static_cast<double>(bands)).radius;
-    sizes[i] = static_cast<std::uint32_t>(std::max(5.0, std::round(2 * pi * radius / edge)));
+    sizes[i] = static_cast<std::uint32_t>(std::max(5.0, std::round(2 * kPi * radius / edge)));
   }
   return sizes;
 }
@@ -69,7 +69,7 @@ void join_rings(std::size_t ring, std::uint32_t low, std::uint32_t low_size, std
 }  // namespace
 
 Profile::Profile(const std::vector<Control>& controls) {
-  constexpr int pieces = 256;
+  constexpr int kPieces = 256;
   const auto count = static_cast<std::ptrdiff_t>(controls.size());
   // The ends are on the axis: continued by their own mirror image.
   const auto control = [&](std::ptrdiff_t i) -> Control {
@@ -84,8 +84,8 @@ Profile::Profile(const std::vector<Control>& controls) {
     const Control p0 = control(i - 1), p1 = control(i), p2 = control(i + 1), p3 = control(i + 2);
     const double t0 = 0, t1 = t0 + std::sqrt(distance(p0, p1));
     const double t2 = t1 + std::sqrt(distance(p1, p2)), t3 = t2 + std::sqrt(distance(p2, p3));
-    for (int k = 0; k < pieces; ++k) {
-      const double t = t1 + (t2 - t1) * k / pieces;
+    for (int k = 0; k < kPieces; ++k) {
+      const double t = t1 + (t2 - t1) * k / kPieces;
       const Control a1 = blend(p0, p1, t0, t1, t), a2 = blend(p1, p2, t1, t2, t);
       const Control a3 = blend(p2, p3, t2, t3, t);
       const Control b1 = blend(a1, a2, t0, t2, t), b2 = blend(a2, a3, t1, t3, t);
@@ -99,7 +99,7 @@ Profile::Profile(const std::vector<Control>& controls) {
   for (std::size_t i = 1; i < points_.size(); ++i) {
     arc_.push_back(arc_.back() + distance(points_[i - 1], points_[i]));
   }
-  for (std::size_t i = 0; i < controls.size(); ++i) control_arc_.push_back(arc_[i * pieces]);
+  for (std::size_t i = 0; i < controls.size(); ++i) control_arc_.push_back(arc_[i * kPieces]);
 }
 
 Profile::Sample Profile::at(double arc) const {
@@ -122,10 +122,10 @@ Mesh sweep(const Profile& profile, std::uint64_t faces,
   // An equilateral triangle of edge e has the area e^2 sqrt(3) / 4; the number of triangles falls as
   // the edge grows, so bisect around what the area says.
   double area = 0;
-  constexpr int steps = 1000;
-  for (int i = 0; i < steps; ++i) {
-    area +=
-        2 * pi * profile.at(profile.length() * (i + 0.5) / steps).radius * profile.length() / steps;
+  constexpr int kSteps = 1000;
+  for (int i = 0; i < kSteps; ++i) {
+    area += 2 * kPi * profile.at(profile.length() * (i + 0.5) / kSteps).radius * profile.length() /
+            kSteps;
   }
   const double guess = std::sqrt(4 * area / (std::sqrt(3.0) * static_cast<double>(faces)));
   double shortest = guess / 2, longest = guess * 2;
@@ -147,7 +147,7 @@ Mesh sweep(const Profile& profile, std::uint64_t faces,
           profile.length() * static_cast<double>(ring) / static_cast<double>(sizes.size() - 1);
       const Profile::Sample s = profile.at(arc);
       for (std::uint32_t k = 0; k < sizes[ring]; ++k) {
-        const double angle = 2 * pi * (k + turn(ring)) / sizes[ring];
+        const double angle = 2 * kPi * (k + turn(ring)) / sizes[ring];
         const double c = std::cos(angle), d = -std::sin(angle);
         const Point moved = displace({{s.radius * c, s.height, s.radius * d},
                                       {s.normal_radius * c, s.normal_height, s.normal_radius * d},

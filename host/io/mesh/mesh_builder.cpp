@@ -12,7 +12,7 @@ namespace kiln {
 namespace {
 
 /// Indices are 32 bits, and `none` and OpenCL's signed sizes need room.
-constexpr std::uint64_t largest_count = 0x7FFFFFFFu;
+constexpr std::uint64_t kLargestCount = 0x7FFFFFFFu;
 
 bool finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -70,8 +70,8 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
     if (short_faces_++ == 0) first_short_face_ = face;
     return;
   }
-  if (triangles_.size() + n > largest_count) {
-    input_.fail("", "it has more than " + std::to_string(largest_count) + " triangles",
+  if (triangles_.size() + n > kLargestCount) {
+    input_.fail("", "it has more than " + std::to_string(kLargestCount) + " triangles",
                 "Split or simplify the mesh.");
   }
   if (n > 3) {
@@ -81,7 +81,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
     const auto append = [n](std::vector<std::uint32_t>& pool,
                             std::span<const std::uint32_t> values) {
       if (values.empty()) {
-        pool.resize(pool.size() + n, none);
+        pool.resize(pool.size() + n, kNone);
       } else {
         pool.insert(pool.end(), values.begin(), values.end());
       }
@@ -92,9 +92,9 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   }
   const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
     if (values.empty() && list.empty()) return;  // the attribute has not been met yet
-    list.resize(triangles_.size(), Triangle{none, none, none});
+    list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     for (std::size_t i = 1; i + 1 < n; ++i) {
-      list.push_back(values.empty() ? Triangle{none, none, none}
+      list.push_back(values.empty() ? Triangle{kNone, kNone, kNone}
                                     : Triangle{values[0], values[i], values[i + 1]});
     }
   };
@@ -164,8 +164,8 @@ void MeshBuilder::number_polygons(Mesh& mesh) const {
 }
 
 void MeshBuilder::place(Mesh& mesh) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Position low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Position low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
   std::uint64_t bad = 0, first_bad = 0;
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const Position& p = positions[i];
@@ -210,21 +210,21 @@ void MeshBuilder::place(Mesh& mesh) {
         mesh.origin[k] = std::round(centre[k] / step) * step + 0.0;
     }
   }
-  constexpr double most = std::numeric_limits<float>::max();
+  constexpr double kMost = std::numeric_limits<float>::max();
   // Below this diagonal floats are denormal and hold fewer than 24 bits of it.
-  constexpr double least = 0x1p-125;
+  constexpr double kLeast = 0x1p-125;
   double reach = 0;
   for (int k = 0; k < 3; ++k) {
     reach =
         std::max({reach, std::abs(low[k] - mesh.origin[k]), std::abs(high[k] - mesh.origin[k])});
   }
-  if (!(reach <= most)) {
+  if (!(reach <= kMost)) {
     input_.fail("",
                 "its coordinates reach " + coordinates(reach == std::abs(low[0]) ? low : high) +
                     ", beyond the range of single precision (3.4e38)",
                 "Scale the mesh down.");
   }
-  if (diagonal > 0 && diagonal < least) {
+  if (diagonal > 0 && diagonal < kLeast) {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", diagonal);
     input_.fail("", std::string("its size (") + text + ") is below the range of single precision",
@@ -241,12 +241,12 @@ void MeshBuilder::place(Mesh& mesh) {
 void MeshBuilder::complete_attributes(Mesh& mesh) {
   const auto fill = [this](std::vector<Triangle>& list, std::uint32_t stand_in) {
     if (list.empty()) return std::uint64_t{0};
-    list.resize(triangles_.size(), Triangle{none, none, none});
+    list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     std::uint64_t incomplete = 0;
     for (Triangle& triangle : list) {
-      if (std::find(triangle.begin(), triangle.end(), none) == triangle.end()) continue;
+      if (std::find(triangle.begin(), triangle.end(), kNone) == triangle.end()) continue;
       ++incomplete;
-      std::replace(triangle.begin(), triangle.end(), none, stand_in);
+      std::replace(triangle.begin(), triangle.end(), kNone, stand_in);
     }
     return incomplete;
   };
@@ -332,8 +332,8 @@ Mesh MeshBuilder::finish() {
   if (!describe_face) {
     describe_face = [](std::uint32_t triangle) { return "triangle " + std::to_string(triangle); };
   }
-  if (positions.size() > largest_count) {
-    input_.fail("", "it has more than " + std::to_string(largest_count) + " vertices",
+  if (positions.size() > kLargestCount) {
+    input_.fail("", "it has more than " + std::to_string(kLargestCount) + " vertices",
                 "Split or simplify the mesh.");
   }
   if (triangles_.empty()) {

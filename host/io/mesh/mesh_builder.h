@@ -18,8 +18,8 @@ namespace kiln {
 
 /// To single precision; beyond its range to infinity, where a plain conversion is undefined.
 inline float narrow(double value) {
-  constexpr double most = std::numeric_limits<float>::max();
-  if (std::abs(value) > most) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  if (std::abs(value) > kMost) {
     return std::copysign(std::numeric_limits<float>::infinity(),
                          static_cast<float>(value > 0 ? 1 : -1));
   }
@@ -32,7 +32,7 @@ inline float narrow(double value) {
 /// since only they know the place in the file. `none` stands for a corner without UV or normal.
 class MeshBuilder {
  public:
-  static constexpr std::uint32_t none = 0xFFFFFFFFu;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   using Position = std::array<double, 3>;
 
   explicit MeshBuilder(const MeshInput& input) : input_(input) {}

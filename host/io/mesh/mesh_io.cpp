@@ -16,9 +16,9 @@
 namespace kiln {
 namespace {
 
-constexpr const char* format_names[] = {"PLY", "OBJ", "STL", "OFF"};
-constexpr const char* format_extensions[] = {".ply", ".obj", ".stl", ".off"};
-constexpr const char* known_extensions = "Kiln reads .ply, .obj, .stl and .off.";
+constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF"};
+constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off"};
+constexpr const char* kNownExtensions = "Kiln reads .ply, .obj, .stl and .off.";
 
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -29,7 +29,7 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   const std::string extension = lower(path.extension().string());
   for (const MeshFormat format :
        {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off}) {
-    if (extension == format_extensions[static_cast<int>(format)]) return format;
+    if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
   }
   return std::nullopt;
 }
@@ -43,7 +43,7 @@ struct Guess {
 Guess guess(std::string_view bytes) {
   const auto starts = [bytes](std::string_view magic) { return bytes.starts_with(magic); };
   const auto of = [](MeshFormat format) {
-    return Guess{format, format_names[static_cast<int>(format)]};
+    return Guess{format, kFormatNames[static_cast<int>(format)]};
   };
   if (starts("ply\n") || starts("ply\r")) return of(MeshFormat::ply);
   if (starts("glTF")) return {{}, "binary glTF"};
@@ -103,10 +103,10 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
   if (!content.name.empty() && content.format != format) {
     const std::string remedy = content.format
                                    ? std::string("Rename it to ") +
-                                         format_extensions[static_cast<int>(*content.format)] + "."
+                                         kFormatExtensions[static_cast<int>(*content.format)] + "."
                                    : "Export the mesh as PLY or OBJ.";
     input.fail("",
-               std::string("it is named as ") + format_names[static_cast<int>(format)] +
+               std::string("it is named as ") + kFormatNames[static_cast<int>(format)] +
                    " but its content looks like " + content.name,
                remedy);
   }
@@ -114,7 +114,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
     const std::size_t zero = input.bytes.substr(0, 4096).find('\0');
     if (zero != std::string_view::npos) {
       input.fail("byte " + std::to_string(zero),
-                 std::string("it has binary data where ") + format_names[static_cast<int>(format)] +
+                 std::string("it has binary data where ") + kFormatNames[static_cast<int>(format)] +
                      " has text",
                  "Check that it is a mesh; export it again.");
     }
@@ -144,7 +144,7 @@ Mesh parse_named(const MeshInput& input, const std::filesystem::path& path) {
                (extension.empty() ? "it has no extension"
                                   : "\"" + extension + "\" is not a mesh format that Kiln knows") +
                    (content.name.empty() ? "" : "; its content looks like " + content.name),
-               known_extensions);
+               kNownExtensions);
   }
   Mesh mesh = parse_mesh(input, *format);
   mesh.name = path.stem().string();

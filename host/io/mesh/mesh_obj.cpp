@@ -167,8 +167,8 @@ class ObjReader {
         token.remove_prefix(slash + 1);
       }
       vertex_.push_back(resolve(part[0], builder_.positions.size(), vertex_reach_, "vertex"));
-      uv_.push_back(MeshBuilder::none);
-      normal_.push_back(MeshBuilder::none);
+      uv_.push_back(MeshBuilder::kNone);
+      normal_.push_back(MeshBuilder::kNone);
       if (!part[1].empty()) {
         uv_.back() = resolve(part[1], builder_.uvs.size(), uv_reach_, "texture coordinate");
         any_uv = true;

@@ -134,9 +134,9 @@ std::string plain_header(const Header& header) {
                          ? "ply\nformat binary_big_endian 1.0\n"
                          : "ply\nformat binary_little_endian 1.0\n";
   const auto name = [](Type type) {
-    static constexpr const char* names[] = {"char", "uchar", "short", "ushort",
-                                            "int",  "uint",  "float", "double"};
-    return std::string(names[static_cast<int>(type)]);
+    static constexpr const char* kNames[] = {"char", "uchar", "short", "ushort",
+                                             "int",  "uint",  "float", "double"};
+    return std::string(kNames[static_cast<int>(type)]);
   };
   for (const Element& element : header.elements) {
     text += "element " + element.name + " " + std::to_string(element.count) + "\n";

@@ -153,7 +153,7 @@ class BodyReader {
     for (const Property& property : element.properties) {
       least += source_.least_bytes(property.list ? property.count_type : property.type);
     }
-    if (least == 0 ? element.count > largest : element.count > source_.remaining() / least) {
+    if (least == 0 ? element.count > kLargest : element.count > source_.remaining() / least) {
       input_.fail("header",
                   "it promises " + std::to_string(element.count) + " elements \"" +
                       printable(element.name) + "\", more than the file can hold (truncated)",
@@ -334,7 +334,7 @@ class BodyReader {
     corners_.clear();
   }
 
-  static constexpr std::uint64_t largest = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint64_t kLargest = std::numeric_limits<std::uint32_t>::max();
 
   const MeshInput& input_;
   const Header& header_;

@@ -16,13 +16,13 @@ namespace {
 class Welder {
  public:
   Welder(std::vector<MeshBuilder::Position>& positions, std::size_t expected)
-      : positions_(positions), slots_(std::bit_ceil(2 * expected + 16), MeshBuilder::none) {}
+      : positions_(positions), slots_(std::bit_ceil(2 * expected + 16), MeshBuilder::kNone) {}
 
   std::uint32_t add(MeshBuilder::Position p) {
     if (2 * positions_.size() >= slots_.size()) grow();
     for (double& value : p) value += 0.0;  // -0 becomes 0
     std::size_t slot = hash(p);
-    while (slots_[slot] != MeshBuilder::none) {
+    while (slots_[slot] != MeshBuilder::kNone) {
       if (std::memcmp(&positions_[slots_[slot]], &p, sizeof p) == 0) return slots_[slot];
       slot = (slot + 1) & (slots_.size() - 1);
     }
@@ -41,12 +41,12 @@ class Welder {
     return h & (slots_.size() - 1);
   }
   void grow() {
-    std::vector<std::uint32_t> old(slots_.size() * 2, MeshBuilder::none);
+    std::vector<std::uint32_t> old(slots_.size() * 2, MeshBuilder::kNone);
     old.swap(slots_);
     for (const std::uint32_t vertex : old) {
-      if (vertex == MeshBuilder::none) continue;
+      if (vertex == MeshBuilder::kNone) continue;
       std::size_t slot = hash(positions_[vertex]);
-      while (slots_[slot] != MeshBuilder::none) slot = (slot + 1) & (slots_.size() - 1);
+      while (slots_[slot] != MeshBuilder::kNone) slot = (slot + 1) & (slots_.size() - 1);
       slots_[slot] = vertex;
     }
   }
@@ -55,7 +55,7 @@ class Welder {
   std::vector<std::uint32_t> slots_;
 };
 
-constexpr std::size_t header_bytes = 84, triangle_bytes = 50;
+constexpr std::size_t kHeaderBytes = 84, kTriangleBytes = 50;
 
 std::uint32_t little_endian(const char* bytes) {
   std::uint32_t value = 0;
@@ -66,13 +66,13 @@ std::uint32_t little_endian(const char* bytes) {
 
 Mesh read_binary(const MeshInput& input) {
   const std::string_view bytes = input.bytes;
-  if (bytes.size() < header_bytes) {
+  if (bytes.size() < kHeaderBytes) {
     input.fail("byte " + std::to_string(bytes.size()),
                "the file ends inside the header of 84 bytes (truncated)",
                "Copy or export it again.");
   }
   const std::uint64_t count = little_endian(bytes.data() + 80);
-  const std::uint64_t needed = header_bytes + count * triangle_bytes;
+  const std::uint64_t needed = kHeaderBytes + count * kTriangleBytes;
   if (needed > bytes.size()) {
     input.fail("header",
                "it promises " + std::to_string(count) + " triangles, which take " +
@@ -88,7 +88,7 @@ Mesh read_binary(const MeshInput& input) {
   MeshBuilder builder(input);
   Welder welder(builder.positions, count / 2);
   for (std::uint64_t t = 0; t < count; ++t) {
-    const char* at = bytes.data() + header_bytes + t * triangle_bytes + 12;  // past the normal
+    const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;  // past the normal
     std::uint32_t corner[3];
     for (std::uint32_t& vertex : corner) {
       MeshBuilder::Position p;
@@ -159,9 +159,9 @@ Mesh read_stl(const MeshInput& input) {
   const std::string_view bytes = input.bytes;
   // Some programs start a binary file's header with "solid": the size decides first.
   const bool sized =
-      bytes.size() >= header_bytes &&
+      bytes.size() >= kHeaderBytes &&
       bytes.size() ==
-          header_bytes + triangle_bytes * std::uint64_t{little_endian(bytes.data() + 80)};
+          kHeaderBytes + kTriangleBytes * std::uint64_t{little_endian(bytes.data() + 80)};
   std::string first(TextScanner(bytes).token());
   for (char& c : first) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   const bool text = first == "solid" && bytes.substr(0, 1024).find('\0') == std::string_view::npos;

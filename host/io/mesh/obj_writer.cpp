@@ -14,10 +14,10 @@ namespace {
 /// Text gathered in memory and handed to the file in large pieces.
 class Writer {
  public:
-  explicit Writer(AtomicFile& file) : file_(file) { buffer_.reserve(capacity); }
+  explicit Writer(AtomicFile& file) : file_(file) { buffer_.reserve(kCapacity); }
 
   void text(std::string_view value) {
-    if (buffer_.size() + value.size() > capacity) flush();
+    if (buffer_.size() + value.size() > kCapacity) flush();
     buffer_ += value;
   }
   void single(float value) { number(value, std::chars_format::general, 9); }
@@ -31,7 +31,7 @@ class Writer {
   void finish() { flush(); }
 
  private:
-  static constexpr std::size_t capacity = std::size_t{1} << 18;
+  static constexpr std::size_t kCapacity = std::size_t{1} << 18;
 
   template <typename T>
   void number(T value, std::chars_format format, int digits) {

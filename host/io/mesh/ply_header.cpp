@@ -10,7 +10,7 @@ namespace kiln::ply {
 namespace {
 
 std::optional<Type> to_type(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, Type>, 16> types{
+  static constexpr std::array<std::pair<std::string_view, Type>, 16> kTypes{
       {{"char", Type::int8},
        {"int8", Type::int8},
        {"uchar", Type::uint8},
@@ -27,14 +27,14 @@ std::optional<Type> to_type(std::string_view name) {
        {"float32", Type::float32},
        {"double", Type::float64},
        {"float64", Type::float64}}};
-  for (const auto& [known, type] : types) {
+  for (const auto& [known, type] : kTypes) {
     if (known == name) return type;
   }
   return std::nullopt;
 }
 
 Role vertex_role(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, Role>, 40> roles{
+  static constexpr std::array<std::pair<std::string_view, Role>, 40> kRoles{
       {{"x", Role::x},
        {"y", Role::y},
        {"z", Role::z},
@@ -75,7 +75,7 @@ Role vertex_role(std::string_view name) {
        {"tangent_y", Role::ty},
        {"tangent_z", Role::tz},
        {"tangent_w", Role::tw}}};
-  for (const auto& [known, role] : roles) {
+  for (const auto& [known, role] : kRoles) {
     if (known == name) return role;
   }
   return Role::unused;
@@ -150,8 +150,8 @@ void check_roles(const MeshInput& input, Element& vertex) {
 }  // namespace
 
 std::size_t size_of(Type type) {
-  static constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
-  return sizes[static_cast<int>(type)];
+  static constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return kSizes[static_cast<int>(type)];
 }
 
 Header parse_header(const MeshInput& input) {
@@ -251,14 +251,14 @@ bool openmesh_reads(const Header& header) {
   // It refuses "list uint".
   if (list.count_type != Type::uint8 && list.count_type != Type::int32) return false;
   return std::all_of(vertex.properties.begin(), vertex.properties.end(), [](const Property& p) {
-    static constexpr std::string_view floats[] = {"x",  "y", "z", "nx", "ny",
-                                                  "nz", "u", "v", "s",  "t"};
-    static constexpr std::string_view bytes[] = {"red", "green", "blue", "alpha"};
+    static constexpr std::string_view kFloats[] = {"x",  "y", "z", "nx", "ny",
+                                                   "nz", "u", "v", "s",  "t"};
+    static constexpr std::string_view kBytes[] = {"red", "green", "blue", "alpha"};
     const auto among = [&p](const auto& names) {
       return std::find(std::begin(names), std::end(names), p.name) != std::end(names);
     };
     if (p.list || p.role == Role::unused) return false;
-    return (p.type == Type::float32 && among(floats)) || (p.type == Type::uint8 && among(bytes));
+    return (p.type == Type::float32 && among(kFloats)) || (p.type == Type::uint8 && among(kBytes));
   });
 }
 

@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-constexpr const char* export_again = "Correct the header, or export the volume again.";
+constexpr const char* kExportAgain = "Correct the header, or export the volume again.";
 
 }  // namespace
 
@@ -13,7 +13,7 @@ std::uint64_t integer(const VolumeInput& input, const HeaderField& field, std::s
   const auto value = to_integer(word);
   if (!value || *value < 0) {
     input.fail(field.place(), "\"" + printable(word) + "\" is not a whole number of 0 or more",
-               export_again);
+               kExportAgain);
   }
   return static_cast<std::uint64_t>(*value);
 }
@@ -26,7 +26,7 @@ void check_count(const VolumeInput& input, const HeaderField& field, std::size_t
   input.fail(field.place(),
              "there are " + std::to_string(found) + " entries for " + std::to_string(expected) +
                  " dimensions",
-             export_again);
+             kExportAgain);
 }
 
 /// Vectors "(x,y,z)" and words, blanks allowed within the parentheses.
@@ -103,7 +103,7 @@ std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& f
     const HeaderField* field = fields.find(key);
     if (field == nullptr) return;
     const auto list = to_doubles(field->value);
-    if (!list) input.fail(field->place(), "not all entries are numbers", export_again);
+    if (!list) input.fail(field->place(), "not all entries are numbers", kExportAgain);
     check_count(input, *field, list->size(), axes.size());
     for (std::size_t a = 0; a < axes.size(); ++a) {
       if (std::isfinite((*list)[a])) axes[a].*member = (*list)[a];
@@ -182,15 +182,16 @@ namespace {
 
 /// True for the spaces whose basis is left-handed.
 bool left_handed(const VolumeInput& input, const HeaderFields& fields) {
-  static constexpr std::pair<std::string_view, bool> spaces[] = {{"right-anterior-superior", false},
-                                                                 {"ras", false},
-                                                                 {"left-anterior-superior", true},
-                                                                 {"las", true},
-                                                                 {"left-posterior-superior", false},
-                                                                 {"lps", false},
-                                                                 {"scanner-xyz", false},
-                                                                 {"3d-right-handed", false},
-                                                                 {"3d-left-handed", true}};
+  static constexpr std::pair<std::string_view, bool> kSpaces[] = {
+      {"right-anterior-superior", false},
+      {"ras", false},
+      {"left-anterior-superior", true},
+      {"las", true},
+      {"left-posterior-superior", false},
+      {"lps", false},
+      {"scanner-xyz", false},
+      {"3d-right-handed", false},
+      {"3d-left-handed", true}};
   if (const HeaderField* dimension = fields.find("spacedimension")) {
     if (integer(input, *dimension, dimension->value) != 3) {
       input.fail(dimension->place(), "the space has " + printable(dimension->value) + " dimensions",
@@ -200,7 +201,7 @@ bool left_handed(const VolumeInput& input, const HeaderFields& fields) {
   const HeaderField* space = fields.find("space");
   if (space == nullptr) return false;
   const std::string name = lower_case(space->value);
-  for (const auto& [known, left] : spaces) {
+  for (const auto& [known, left] : kSpaces) {
     if (name == known) return left;
   }
   input.fail(space->place(), "Kiln does not know the space \"" + printable(space->value) + "\"",

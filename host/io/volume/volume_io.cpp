@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-constexpr const char* format_names[] = {"NRRD", "MetaImage", "NIfTI"};
+constexpr const char* kFormatNames[] = {"NRRD", "MetaImage", "NIfTI"};
 
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -111,7 +111,7 @@ void VolumeInput::warn(std::string code, const std::string& message, std::uint64
 Volume parse_volume(const VolumeInput& input, VolumeFormat format) {
   if (input.source->size() == 0) input.fail("", "the file is empty", "Export the volume again.");
   const std::string content = looks_like(input.source->head(4096));
-  const std::string wanted = format_names[static_cast<int>(format)];
+  const std::string wanted = kFormatNames[static_cast<int>(format)];
   const bool packed_nifti = format == VolumeFormat::nifti && content == "a gzip archive";
   if (!content.empty() && content != wanted && !packed_nifti) {
     input.fail("", "it is named as " + wanted + " but its content looks like " + content,

@@ -14,10 +14,10 @@
 namespace kiln {
 namespace {
 
-constexpr const char* export_again = "Export the volume again as one NIfTI file (.nii or .nii.gz).";
-constexpr const char* export_again_both = "Copy or export both files again.";
+constexpr const char* kExportAgain = "Export the volume again as one NIfTI file (.nii or .nii.gz).";
+constexpr const char* kExportAgainBoth = "Copy or export both files again.";
 
-constexpr std::size_t size_1 = 348, size_2 = 540;  // of the headers of the two versions, bytes
+constexpr std::size_t kSize1 = 348, kSize2 = 540;  // of the headers of the two versions, bytes
 
 /// Codes of `datatype`.
 enum : std::int64_t {
@@ -52,7 +52,7 @@ struct Fields {
 
 class HeaderBytes {
  public:
-  explicit HeaderBytes(const std::array<std::byte, size_2>& bytes) : bytes_(bytes) {}
+  explicit HeaderBytes(const std::array<std::byte, kSize2>& bytes) : bytes_(bytes) {}
   void set_order(ByteOrder order) {
     swap_ = (order == ByteOrder::little) != (std::endian::native == std::endian::little);
   }
@@ -65,7 +65,7 @@ class HeaderBytes {
   }
 
  private:
-  const std::array<std::byte, size_2>& bytes_;
+  const std::array<std::byte, kSize2>& bytes_;
   bool swap_ = false;
 };
 
@@ -82,7 +82,7 @@ void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms
   for (std::size_t i = 0; i < 12; ++i) fields.srow[i / 4][i % 4] = number(forms, 6 + i);
 }
 
-Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2>& raw,
+Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kSize2>& raw,
                     std::size_t have) {
   Fields fields;
   HeaderBytes header(raw);
@@ -90,18 +90,18 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2
   for (const ByteOrder order : {ByteOrder::little, ByteOrder::big}) {
     header.set_order(order);
     const auto size = header.get<std::int32_t>(0);
-    if (size != std::int32_t{size_1} && size != std::int32_t{size_2}) continue;
+    if (size != std::int32_t{kSize1} && size != std::int32_t{kSize2}) continue;
     fields.order = order;
-    fields.second = size == std::int32_t{size_2};
+    fields.second = size == std::int32_t{kSize2};
     known = true;
     break;
   }
   if (!known) {
     input.fail("byte 0", "the header's size is neither 348 nor 540, so this is not NIfTI",
-               export_again);
+               kExportAgain);
   }
   header.set_order(fields.order);
-  const std::size_t size = fields.second ? size_2 : size_1;
+  const std::size_t size = fields.second ? kSize2 : kSize1;
   if (have < size) {
     input.fail("header",
                "it should have " + std::to_string(size) + " bytes, but the file has " +
@@ -116,7 +116,7 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, size_2
     input.fail(
         "magic",
         "it is none of \"n+1\", \"ni1\", \"n+2\" and \"ni2\"; the file may be of Analyze 7.5",
-        export_again);
+        kExportAgain);
   }
   for (std::size_t i = 0; i < 8; ++i) {
     fields.dim[i] = fields.second ? header.get<std::int64_t>(16 + 8 * i)
@@ -183,7 +183,7 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
   for (std::size_t i = 1; i <= static_cast<std::size_t>(fields.dim[0]); ++i) {
     const std::string place = "dim[" + std::to_string(i) + "]";
     if (fields.dim[i] < 0) {
-      input.fail(place, "a size is " + std::to_string(fields.dim[i]), export_again);
+      input.fail(place, "a size is " + std::to_string(fields.dim[i]), kExportAgain);
     }
     if (i <= 3) {
       size[i - 1] = static_cast<std::uint64_t>(fields.dim[i]);
@@ -199,7 +199,7 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
   if (!(fields.offset >= 0 && fields.offset <= 2147483520.0)) {
     input.fail("vox_offset",
                "the voxels are said to begin at byte " + std::to_string(fields.offset),
-               export_again);
+               kExportAgain);
   }
 }
 
@@ -353,15 +353,15 @@ void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
 
 Volume read_nifti(const VolumeInput& input) {
   const auto stream = open_stream(input, *input.source);
-  std::array<std::byte, size_2> raw{};
-  std::size_t have = stream->read(raw.data(), size_1);
+  std::array<std::byte, kSize2> raw{};
+  std::size_t have = stream->read(raw.data(), kSize1);
   if (have < 4) {
     input.fail("header", "the file has only " + std::to_string(have) + " bytes (truncated)",
                "Copy or export the file again.");
   }
   // The second version's header is longer; the first's must not be read beyond, as voxels may follow.
   const bool longer = static_cast<int>(raw[0]) == 0x1c || static_cast<int>(raw[3]) == 0x1c;
-  if (longer && have == size_1) have += stream->read(raw.data() + size_1, size_2 - size_1);
+  if (longer && have == kSize1) have += stream->read(raw.data() + kSize1, kSize2 - kSize1);
   const Fields fields = parse_fields(input, raw, have);
 
   Volume volume;
@@ -374,7 +374,7 @@ Volume read_nifti(const VolumeInput& input) {
     const auto image = open_image(input);
     const auto voxels = open_stream(input, *image);
     skip_to(*voxels, 0, begin);
-    read_voxels(input, *voxels, fields.order, export_again_both, volume);
+    read_voxels(input, *voxels, fields.order, kExportAgainBoth, volume);
   } else {
     skip_to(*stream, have, begin);
     read_voxels(input, *stream, fields.order, "Copy or export the file again.", volume);

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr const char* export_again = "Correct the header, or export the volume again.";
+constexpr const char* kExportAgain = "Correct the header, or export the volume again.";
 
 struct Header {
   HeaderFields fields;
@@ -27,7 +27,7 @@ std::string field_key(std::string_view name) {
 }
 
 bool known_field(std::string_view key) {
-  static constexpr std::string_view known[] = {"dimension",   "type",       "sizes",
+  static constexpr std::string_view kNown[] = {"dimension",   "type",       "sizes",
                                                "spacings",    "encoding",   "endian",
                                                "content",     "datafile",   "lineskip",
                                                "byteskip",    "kinds",      "space",
@@ -38,7 +38,7 @@ bool known_field(std::string_view key) {
                                                "blocksize",   "min",        "max",
                                                "oldmin",      "oldmax",     "thicknesses",
                                                "sampleunits"};
-  for (const std::string_view name : known) {
+  for (const std::string_view name : kNown) {
     if (key == name) return true;
   }
   return false;
@@ -63,7 +63,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     const std::size_t colon = line->find(':');
     if (colon == line->npos) {
       input.fail(place(), "\"" + printable(*line) + "\" is neither a field nor a comment",
-                 export_again);
+                 kExportAgain);
     }
     if (line->substr(colon).starts_with(":=")) continue;  // a key of somebody's own
     HeaderField field{lines.number(), field_key(line->substr(0, colon)),
@@ -78,8 +78,8 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     }
     header.fields.all.push_back(std::move(field));
   }
-  if (!closed && text.size() == header_limit) {
-    input.fail("header", "it has no blank line at its end within its first MiB", export_again);
+  if (!closed && text.size() == kHeaderLimit) {
+    input.fail("header", "it has no blank line at its end within its first MiB", kExportAgain);
   }
   if (!closed && header.fields.find("datafile") == nullptr) {
     input.fail("header", "it has neither a blank line at its end nor a field \"data file\"",
@@ -90,7 +90,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
 }
 
 VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
-  static constexpr std::pair<std::string_view, VoxelType> types[] = {
+  static constexpr std::pair<std::string_view, VoxelType> kTypes[] = {
       {"signed char", VoxelType::i8},
       {"int8", VoxelType::i8},
       {"int8_t", VoxelType::i8},
@@ -120,7 +120,7 @@ VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
       {"float", VoxelType::f32},
       {"double", VoxelType::f64}};
   const std::string name = lower_case(field.value);
-  for (const auto& [known, type] : types) {
+  for (const auto& [known, type] : kTypes) {
     if (name == known) return type;
   }
   input.fail(field.place(), "Kiln does not read voxels of type \"" + printable(field.value) + "\"",
@@ -146,7 +146,7 @@ VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields, Vox
     const std::string order = lower_case(endian->value);
     if (order != "little" && order != "big") {
       input.fail(endian->place(), "\"" + printable(endian->value) + "\" is not little or big",
-                 export_again);
+                 kExportAgain);
     }
     place.order = order == "big" ? ByteOrder::big : ByteOrder::little;
   } else if (size_of(type) > 1 && place.encoding != VoxelEncoding::text) {
@@ -165,7 +165,7 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
       const std::size_t got = data.read_at(place.offset, buffer.data(), buffer.size());
       if (got == 0) {
         input.fail(lines->place(), "the data have fewer lines than are to be skipped",
-                   export_again);
+                   kExportAgain);
       }
       std::size_t used = 0;
       while (used < got && left != 0) left -= buffer[used++] == '\n';
@@ -189,7 +189,7 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
     input.fail(bytes->place(),
                std::to_string(count) + " bytes are to be skipped, but the data have " +
                    std::to_string(data.size() - std::min(place.offset, data.size())),
-               export_again);
+               kExportAgain);
   } else {
     place.offset += count;
   }
@@ -198,7 +198,7 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
 }  // namespace
 
 Volume read_nrrd(const VolumeInput& input) {
-  const std::string text = input.source->head(header_limit);
+  const std::string text = input.source->head(kHeaderLimit);
   const Header header = parse_header(input, text);
   const HeaderFields& fields = header.fields;
   Volume volume;

@@ -24,9 +24,9 @@ std::string text_of(const std::array<double, 3>& v) {
 }
 
 const char* nrrd_type(VoxelType type) {
-  static constexpr const char* names[] = {"uint8",  "int8",  "uint16", "int16",
-                                          "uint32", "int32", "float",  "double"};
-  return names[static_cast<int>(type)];
+  static constexpr const char* kNames[] = {"uint8",  "int8",  "uint16", "int16",
+                                           "uint32", "int32", "float",  "double"};
+  return kNames[static_cast<int>(type)];
 }
 
 }  // namespace
@@ -63,11 +63,11 @@ void save_nrrd(const Volume& volume, const std::filesystem::path& path) {
     file.write(volume.voxels.data(), volume.voxels.size());
   } else {
     std::vector<std::byte> part;
-    constexpr std::size_t step = std::size_t{1} << 20;
-    for (std::size_t at = 0; at < volume.voxels.size(); at += step) {
+    constexpr std::size_t kStep = std::size_t{1} << 20;
+    for (std::size_t at = 0; at < volume.voxels.size(); at += kStep) {
       const auto begin = volume.voxels.begin() + static_cast<std::ptrdiff_t>(at);
       part.assign(begin,
-                  begin + static_cast<std::ptrdiff_t>(std::min(step, volume.voxels.size() - at)));
+                  begin + static_cast<std::ptrdiff_t>(std::min(kStep, volume.voxels.size() - at)));
       for (auto value = part.begin(); value != part.end();
            value += static_cast<std::ptrdiff_t>(each)) {
         std::reverse(value, value + static_cast<std::ptrdiff_t>(each));

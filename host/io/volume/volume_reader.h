@@ -49,7 +49,7 @@ Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path)
 void check_openvdb_frame(const VolumeInput& input);
 
 /// Headers as text are at most this long.
-constexpr std::size_t header_limit = std::size_t{1} << 20;
+constexpr std::size_t kHeaderLimit = std::size_t{1} << 20;
 
 enum class VoxelEncoding { plain, packed, text };
 

@@ -127,14 +127,14 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
 
 std::uint64_t check_size(const VolumeInput& input, const std::string& place,
                          const std::array<std::uint64_t, 3>& size, VoxelType type) {
-  constexpr std::uint64_t most = std::numeric_limits<std::ptrdiff_t>::max();
+  constexpr std::uint64_t kMost = std::numeric_limits<std::ptrdiff_t>::max();
   std::uint64_t bytes = size_of(type);
   bool fits = true;
   for (const std::uint64_t n : size) {
     if (n == 0) {
       input.fail(place, "a size is 0", "A volume needs at least one voxel along each axis.");
     }
-    fits = fits && n <= std::numeric_limits<std::uint32_t>::max() && bytes <= most / n;
+    fits = fits && n <= std::numeric_limits<std::uint32_t>::max() && bytes <= kMost / n;
     if (fits) bytes *= n;
   }
   if (!fits) {
@@ -147,15 +147,15 @@ std::uint64_t check_size(const VolumeInput& input, const std::string& place,
 }
 
 std::string geometry_fault(const Volume& volume) {
-  constexpr double shortest = 1e-30, longest = 1e30;
+  constexpr double kShortest = 1e-30, kLongest = 1e30;
   std::array<std::array<double, 3>, 3> unit{};
   for (std::size_t a = 0; a < 3; ++a) {
-    if (!(std::abs(volume.origin[a]) <= longest)) {
+    if (!(std::abs(volume.origin[a]) <= kLongest)) {
       return "the origin is not finite, or beyond 1e30";
     }
     const auto& axis = volume.axes[a];
     const double length = std::hypot(axis[0], axis[1], axis[2]);
-    if (!(length >= shortest && length <= longest)) {
+    if (!(length >= kShortest && length <= kLongest)) {
       return "axis " + std::to_string(a) + " has a spacing that is zero, not finite, or not from " +
              "1e-30 to 1e30";
     }
