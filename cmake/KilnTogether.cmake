@@ -23,7 +23,7 @@ kiln_compile_together(host detail_2
   detail/curvature.cpp detail/hemisphere_map.cpp detail/hemispheres_groups.cpp detail/hemispheres_more.cpp
   detail/hemispheres_views.cpp)
 kiln_compile_together(host detail_3
-  detail/displacement.cpp detail/mask.cpp)
+  detail/displacement.cpp detail/hemispheres_cast.cpp detail/mask.cpp)
 kiln_compile_together(host detail_4
   detail/id.cpp detail/normal.cpp)
 kiln_compile_together(host detail_5

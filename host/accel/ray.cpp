@@ -15,10 +15,9 @@ constexpr std::size_t kLocalSize = 64;
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // KILN_BEAM_RAYS of kernels/lib/beam.clh.
 constexpr std::uint32_t kRaysPerBeam = 64;
-// KILN_OCCLUSION_BLOCK of kernels/occlusion.cl, and how many blocks make a group.
-constexpr std::uint32_t kRaysPerOcclusionBlock = 2048;
+// How many blocks make a group.
 constexpr std::size_t kOcclusionLocalSize = 4;
-static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % kRaysPerOcclusionBlock == 0);
+static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0);
 
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
   if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
@@ -116,8 +115,13 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                 stream                               ? "kiln_occlusion_any_stream"
                 : impl_->traversal == Traversal::gpu ? "kiln_occlusion_any_scalar"
                                                      : "kiln_occlusion_any_wide",
-                stream ? kOcclusionLocalSize : kLocalSize, stream ? kRaysPerOcclusionBlock : 1,
+                stream ? kOcclusionLocalSize : kLocalSize, stream ? KILN_OCCLUSION_BLOCK : 1,
                 impl_->params(query, capacity, capacity), count, points, hit);
+}
+
+kiln_ray_params RayCaster::params(const RayQuery& query, std::uint32_t capacity) const {
+  check_query(query, 0, capacity);
+  return impl_->params(query, capacity, capacity);
 }
 
 const RayCaster::Stats& RayCaster::stats() const { return impl_->tree->stats; }

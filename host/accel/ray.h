@@ -8,6 +8,7 @@
 #include "accel/device_bvh.h"
 #include "cl/context.h"
 #include "kiln/types.h"
+#include "shared/ray.h"
 #include "texel/correspondence.h"
 
 namespace kiln {
@@ -61,6 +62,9 @@ class RayCaster {
   /// Any-hit: writes 1 to `hit` where something lies in [t_min, t_max].
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                 const RayQuery& query, const cl::Array<std::uint8_t>& hit) const;
+
+  /// What kernels are told of a query, of rays [0, 0) so far: for those that cast rays themselves.
+  kiln_ray_params params(const RayQuery& query, std::uint32_t capacity) const;
 
   using Stats = Tree::Stats;
   const Stats& stats() const;

@@ -15,16 +15,6 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocalLanes = 8;
-// Samples whose rays are cast together: their data stays in a core's cache, and they lie close together.
-constexpr std::uint32_t kPiece = 1U << 14;
-// Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.
-constexpr std::uint32_t kMostRays = 1U << 20;
-// From so many rays on, of at most so many samples, neighbours in a row have less in common than a sample's rays.
-constexpr std::uint32_t kManyRays = 512, kFewSamples = 1U << 14;
-
-// Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
-// off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
-constexpr float kPush = 0x1p-17F;
 // Beyond any point that a ray may start from (KILN_RAY_FARTHEST), and all of the high poly.
 constexpr double kFarthest = 2097152;
 
@@ -208,79 +198,6 @@ void Hemispheres::make_turns(const TexelBand& band) {
   has_turns_ = true;
 }
 
-void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, bool second,
-                            const RaySet& set, const cl::Array<std::uint32_t>& turns,
-                            bool turns_well, const Use& use) {
-  upload();
-  const bool by_sample = turns_well && set.count >= kManyRays && band.sample_count <= kFewSamples;
-  const std::uint32_t together = by_sample ? kMostRays / set.count : kPiece;
-  const std::uint32_t piece = padded(std::min(together, band.sample_count));
-  const std::uint32_t capacity =
-      std::min(kMostRays, static_cast<std::uint32_t>(std::uint64_t{piece} * set.count));
-  if (ray_capacity_ < capacity) {
-    ray_capacity_ = capacity;
-    make_room(context_, rays_, std::size_t{6} * capacity);
-  }
-  make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
-
-  kiln_hemisphere_params params{};
-  params.all_rays = set.count;
-  params.ray_capacity = ray_capacity_;
-  params.low_capacity = band.capacity;
-  params.hit_capacity = match.capacity;
-  params.out_capacity = plane_of(band);
-  params.keep = keep_ && !second ? 1 : 0;
-  params.two_sided = two_sided_ ? 1 : 0;
-  params.side = set.side;
-  params.lit = set.lit ? 1 : 0;
-  params.light_x = light_.x;
-  params.light_y = light_.y;
-  params.light_z = light_.z;
-  params.aligned = set.side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
-  params.push = kPush;
-  params.reach = thick_;
-  params.by_sample = by_sample ? 1 : 0;
-  std::span<const std::uint32_t> triangle;
-  if (params.keep == 0 && &band != &some_)
-    triangle = reads_->read(match.triangle, band.sample_count);
-  const cl::Kernel points = context_.kernel("hemisphere", "kiln_hemisphere_points");
-  const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
-  for (; params.first < band.sample_count; params.first += params.count) {
-    params.count = std::min(piece, band.sample_count - params.first);
-    params.stride = padded(params.count);
-    if (!triangle.empty()) {
-      const auto begin = triangle.begin() + params.first, end = begin + params.count;
-      if (std::all_of(begin, end, [](std::uint32_t t) { return t == KILN_NO_TRIANGLE; })) continue;
-    }
-    context_.launch(points, params.stride, kLocal, params, band.triangle, band.barycentric,
-                    band.points, shading_, match.triangle, match.barycentric, positions_,
-                    triangles_, source_.attributes.normal_indices, source_.attributes.normals,
-                    points_);
-    const std::uint32_t most = ray_capacity_ / params.stride;
-    for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
-      params.rays = std::min(most, set.count - params.first_ray);
-      const std::size_t items = by_sample
-                                    ? std::size_t{params.stride} * (padded(params.rays) / kLanes)
-                                    : std::size_t{params.stride} / kLanes * params.rays;
-      context_.launch(rays, items, kLocal, params, points_, turns, turn_table_, set.directions,
-                      set.rings, rays_);
-      use(params, params.stride * params.rays);
-    }
-    context_.finish();
-  }
-}
-
-void Hemispheres::add_open(const kiln_hemisphere_params& params,
-                           const cl::Array<std::uint32_t>& open) {
-  if (params.by_sample != 0) {
-    context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_own"), params.count, kLocal,
-                    params, hits_, open);
-    return;
-  }
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_open"), params.stride / kLanes,
-                  kLocalLanes, params, hits_, open);
-}
-
 void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool second) {
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_open) return;
@@ -297,19 +214,10 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
     sums.has_open = true;
     return;
   }
-  const RayCaster& caster = occluders();
-  const RayQuery query = query_up_to(occluding_, back_faces_);
-  const cl::Kernel lean = context_.kernel("hemisphere", "kiln_hemisphere_lean");
   make_turns(band);
-  over_rays(band, match, second, rays_out_, turns_, !wants_lean_,
-            [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-              make_room(context_, hits_, ray_capacity_);
-              caster.occluded(rays_, count, ray_capacity_, query, hits_);
-              add_open(params, sums.open);
-              if (!wants_lean_) return;
-              context_.launch(lean, params.stride / kLanes, kLocalLanes, params, hits_, rays_,
-                              sums.lean);
-            });
+  const cl::Array<float> none;
+  count_open(band, match, second, rays_out_, turns_, occluders(), sums.open,
+             wants_lean_ ? sums.lean : none);
   sums.has_open = true;
 }
 

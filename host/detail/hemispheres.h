@@ -144,6 +144,22 @@ class Hemispheres : public SharedWork {
   using Use = std::function<void(const kiln_hemisphere_params& params, std::uint32_t count)>;
   void over_rays(const TexelBand& band, const Correspondence& match, bool second, const RaySet& set,
                  const cl::Array<std::uint32_t>& turns, bool turns_well, const Use& use);
+  /// Points of the band's samples, so many at a time, in points_.
+  using OfPiece = std::function<void(kiln_hemisphere_params params)>;
+  void over_pieces(const TexelBand& band, const Correspondence& match, bool second,
+                   const RaySet& set, std::uint32_t together, const OfPiece& use);
+  static bool casts_by_sample(const TexelBand& band, const RaySet& set);
+  /// Adds to each sample how many of its rays outward hit nothing, and the sums of their directions.
+  /// \param lean  empty: not asked for
+  void count_open(const TexelBand& band, const Correspondence& match, bool second,
+                  const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                  const RayCaster& caster, const cl::Array<std::uint32_t>& open,
+                  const cl::Array<float>& lean);
+  /// The same in one kernel, for Traversal::cpu.
+  void cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
+                   const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                   const RayCaster& caster, const RayQuery& query,
+                   const cl::Array<std::uint32_t>& open, const cl::Array<float>& lean);
   /// Adds what hits_ says to counts of open rays.
   void add_open(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
 
@@ -176,7 +192,7 @@ class Hemispheres : public SharedWork {
   std::array<Sums, 2> sums_;
 
   std::uint32_t ray_capacity_ = 0;
-  cl::Array<float> points_, rays_;
+  cl::Array<float> points_, rays_, scratch_;
   cl::Array<std::uint32_t> lit_;
   TexelBand some_;  // samples that are not done yet
   Correspondence some_match_;

@@ -62,9 +62,9 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
 
 void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
                              bool second, const RaySet& set, std::uint32_t turn, Counted& counted) {
-  const RayQuery query = query_up_to(set.lit ? beyond_ : occluding_, back_faces_);
-  const cl::Kernel lean = context_.kernel("hemisphere", "kiln_hemisphere_lean");
+  const RayQuery query = query_up_to(beyond_, back_faces_);  // of the light's rays
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
+  const cl::Array<float> no_lean;
   const std::size_t plane = plane_of(band);
   const std::span<const std::uint32_t> samples = group.samples;
   for (std::size_t first = 0; first < samples.size(); first += kPicked) {
@@ -77,19 +77,18 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
       make_room(context_, some_lean_, 3 * own);
       context_.fill(some_lean_, 0.0F);
     }
-    over_rays(some_, some_match_, second, set, some_turns_, !set.lit && counted.lean.empty(),
-              [&](const kiln_hemisphere_params& of, std::uint32_t all) {
-                make_room(context_, hits_, ray_capacity_);
-                group.caster->occluded(rays_, all, ray_capacity_, query, hits_);
-                const std::size_t lanes = of.stride / kLanes;
-                if (set.lit) {
-                  context_.launch(lit, lanes, kLocalLanes, of, hits_, rays_, some_open_);
-                  return;
-                }
-                add_open(of, some_open_);
-                if (counted.lean.empty()) return;
-                context_.launch(lean, lanes, kLocalLanes, of, hits_, rays_, some_lean_);
-              });
+    if (set.lit) {
+      over_rays(some_, some_match_, second, set, some_turns_, false,
+                [&](const kiln_hemisphere_params& of, std::uint32_t all) {
+                  make_room(context_, hits_, ray_capacity_);
+                  group.caster->occluded(rays_, all, ray_capacity_, query, hits_);
+                  context_.launch(lit, of.stride / kLanes, kLocalLanes, of, hits_, rays_,
+                                  some_open_);
+                });
+    } else {
+      count_open(some_, some_match_, second, set, some_turns_, *group.caster, some_open_,
+                 counted.lean.empty() ? no_lean : some_lean_);
+    }
     std::vector<std::uint32_t> read(part.size());
     some_open_.read(context_, std::span(read));
     for (std::size_t i = 0; i < part.size(); ++i) counted.open[part[i]] = read[i];

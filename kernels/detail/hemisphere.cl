@@ -30,10 +30,8 @@
 // than the push are not seen.
 
 #include "detail/detail.clh"
+#include "detail/hemisphere_ray.clh"
 #include "lib/hash.clh"
-#include "shared/hemisphere.h"
-
-#define LANES KILN_HEMISPHERE_LANES
 
 /// Which rays each sample has: how far they are turned, and below that the number of the set. It depends on
 /// the texel's place in the map; its samples are turned evenly apart.
@@ -153,11 +151,6 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
   hemisphere_store(face * params.push, i, stride, points + 6 * stride);
 }
 
-static inline float8 hemisphere_dot(const float8 a[3], const float8 b[3]) {
-#pragma OPENCL FP_CONTRACT OFF
-  return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
-}
-
 /// Rays [first_ray, first_ray + rays) of samples [first, first + stride), a row a ray: position and
 /// direction. With by_sample the rays of a sample instead. The direction stored is the ray's opposite, so that faces that look at the point are those
 /// that look along it.
@@ -182,16 +175,16 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   const uint first_row = own ? inner : outer;
   const uint lane = own ? outer : inner;
   const uint all = params.all_rays;
-  uint8 row = (uint8)(first_row);
+  uint8 row = (uint8)(params.first_ray + first_row);
   uint8 ring_first = (uint8)(rings[params.first_ray + first_row]);
   uint8 ring_size = (uint8)(rings[params.first_ray + first_row + all]);
   uint8 code;
   if (own) {
     uint rows[LANES], firsts[LANES], sizes[LANES];
     for (uint k = 0; k < LANES; ++k) {
-      rows[k] = min(first_row + k, params.rays - 1);
-      firsts[k] = rings[params.first_ray + rows[k]];
-      sizes[k] = rings[params.first_ray + rows[k] + all];
+      rows[k] = params.first_ray + min(first_row + k, params.rays - 1);
+      firsts[k] = rings[rows[k]];
+      sizes[k] = rings[rows[k] + all];
     }
     row = vload8(0, rows);
     ring_first = vload8(0, firsts);
@@ -200,68 +193,24 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   } else {
     code = vload8(0, turns + params.first + lane);
   }
-  const uint8 set = code & (uint8)(KILN_HEMISPHERE_SETS - 1);
-  const uint8 turn =
-      (code >> (uint8)(KILN_HEMISPHERE_SET_BITS)) & (uint8)(KILN_HEMISPHERE_TURNS - 1);
-  const uint8 back = (turn * (ring_size * params.aligned)) >> (uint8)(KILN_HEMISPHERE_TURN_BITS);
-  uint8 place = (params.first_ray + row - ring_first + ring_size) - back;
-  place = select(place, place - ring_size, place >= ring_size);
-
-  uint which[LANES], angle[LANES];
-  float on_x[LANES], on_y[LANES], over[LANES], cosine[LANES], sine[LANES];
-  vstore8(set * (3 * all) + (place + ring_first), 0, which);
-  vstore8(turn, 0, angle);
-  for (uint k = 0; k < LANES; ++k) {
-    on_x[k] = directions[which[k]];
-    on_y[k] = directions[which[k] + all];
-    over[k] = directions[which[k] + 2 * all];
-    cosine[k] = turn_table[angle[k]];
-    sine[k] = turn_table[angle[k] + KILN_HEMISPHERE_TURNS];
-  }
-  const float8 disk_x = vload8(0, on_x), disk_y = vload8(0, on_y), z = vload8(0, over);
-  const float8 c = vload8(0, cosine), s = vload8(0, sine);
-  const float8 x = c * disk_x - s * disk_y;
-  const float8 y = s * disk_x + c * disk_y;
-
-  const size_t stride = params.stride;
-  float8 from[3], n[3], push[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    global const float* at = points + axis * stride + lane;
-    from[axis] = own ? (float8)(at[0]) : vload8(0, at);
-    n[axis] = own ? (float8)(at[3 * stride]) : vload8(0, at + 3 * stride);
-    push[axis] = own ? (float8)(at[6 * stride]) : vload8(0, at + 6 * stride);
-  }
-  int8 live = (n[0] != 0.0f) | (n[1] != 0.0f) | (n[2] != 0.0f);
-  if (params.lit != 0u) {
-    const float8 light[3] = {params.light_x, params.light_y, params.light_z};
-    live &= hemisphere_dot(n, light) > 0.0f;
-    for (int axis = 0; axis < 3; ++axis) n[axis] = light[axis];
-  }
-  const float8 sign = copysign((float8)(1.0f), n[2]);
-  const float8 a = -1.0f / (sign + n[2]);
-  const float8 b = n[0] * n[1] * a;
-  const float8 tangent[3] = {1.0f + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
-  const float8 bitangent[3] = {b, sign + n[1] * n[1] * a, -n[1]};
-  float8 ray[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const float8 along = (x * tangent[axis] + y * bitangent[axis]) + z * n[axis];
-    ray[axis] = select((float8)(0.0f), params.side * along, live);
-  }
-  const float8 leaves = copysign((float8)(1.0f), hemisphere_dot(ray, push));
+  hemisphere_lanes lanes;
+  hemisphere_load(params, points + lane, own, code, turn_table, &lanes);
+  float8 origin[3], opposite[3];
+  hemisphere_ray(params, &lanes, row, ring_first, ring_size, directions, origin, opposite);
   const size_t plane = params.ray_capacity;
   global float* to =
-      rays + (own ? (size_t)lane * params.rays + first_row : (size_t)first_row * stride + lane);
+      rays + (own ? (size_t)lane * params.rays + first_row
+                  : (size_t)first_row * params.stride + lane);
   const uint whole = own ? params.rays - first_row : LANES;
   for (int axis = 0; axis < 3; ++axis) {
-    const float8 origin = from[axis] + leaves * push[axis];
     if (whole >= LANES) {
-      vstore8(origin, 0, to + axis * plane);
-      vstore8(-ray[axis], 0, to + (3 + axis) * plane);
+      vstore8(origin[axis], 0, to + axis * plane);
+      vstore8(opposite[axis], 0, to + (3 + axis) * plane);
       continue;
     }
     float origins[LANES], along[LANES];
-    vstore8(origin, 0, origins);
-    vstore8(-ray[axis], 0, along);
+    vstore8(origin[axis], 0, origins);
+    vstore8(opposite[axis], 0, along);
     for (uint k = 0; k < whole; ++k) {
       to[k + axis * plane] = origins[k];
       to[k + (3 + axis) * plane] = along[k];

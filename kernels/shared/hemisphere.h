@@ -54,6 +54,15 @@ struct kiln_pick_params {
 typedef struct kiln_pick_params kiln_pick_params;
 KILN_CHECK_SIZE(kiln_pick_params, 20);
 
+/// How kiln_hemisphere_cast goes about it.
+struct kiln_cast_params {
+  kiln_uint samples;     // of a work-item, whole lanes
+  kiln_uint rows;        // of rays, cast at a time: samples * rows is KILN_OCCLUSION_BLOCK at most
+  kiln_uint wants_lean;  // 1: directions are added up too
+};
+typedef struct kiln_cast_params kiln_cast_params;
+KILN_CHECK_SIZE(kiln_cast_params, 12);
+
 struct kiln_turn_params {
   kiln_uint texel_count;
   kiln_uint first_texel;  // place in the map of the band's first texel

@@ -18,6 +18,9 @@
 /// Origins with a coordinate beyond this many frame units miss: their arithmetic could overflow.
 #define KILN_RAY_FARTHEST 1048576.0f
 
+/// Any-hit rays that are sorted, and cast as streams, together.
+#define KILN_OCCLUSION_BLOCK 2048
+
 struct kiln_ray_params {
   kiln_float t_min;
   kiln_float t_max;

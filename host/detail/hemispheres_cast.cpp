@@ -1,0 +1,158 @@
+// Pieces of a band, whose rays are cast together.
+#include <algorithm>
+#include <span>
+
+#include "detail/hemisphere_rays.h"
+#include "detail/hemispheres.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLocalLanes = 8;
+// Samples whose rays are cast together: their data stays in a core's cache, and they lie close together.
+constexpr std::uint32_t kPiece = 1U << 14;
+// Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.
+constexpr std::uint32_t kMostRays = 1U << 20;
+// From so many rays on, of at most so many samples, neighbours in a row have less in common than a sample's rays.
+constexpr std::uint32_t kManyRays = 512, kFewSamples = 1U << 14;
+
+// Rows of rays that kiln_hemisphere_cast takes at a time: what a sample's rays have in common is worked out so
+// much less often, and their samples lie closer together.
+constexpr std::uint32_t kRows = 8;
+
+// Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
+// off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
+constexpr float kPush = 0x1p-17F;
+
+}  // namespace
+
+void Hemispheres::over_pieces(const TexelBand& band, const Correspondence& match, bool second,
+                              const RaySet& set, std::uint32_t together, const OfPiece& use) {
+  upload();
+  const std::uint32_t piece = padded(std::min(together, band.sample_count));
+  make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
+  kiln_hemisphere_params params{};
+  params.all_rays = set.count;
+  params.low_capacity = band.capacity;
+  params.hit_capacity = match.capacity;
+  params.out_capacity = plane_of(band);
+  params.keep = keep_ && !second ? 1 : 0;
+  params.two_sided = two_sided_ ? 1 : 0;
+  params.side = set.side;
+  params.lit = set.lit ? 1 : 0;
+  params.light_x = light_.x;
+  params.light_y = light_.y;
+  params.light_z = light_.z;
+  params.aligned = set.side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
+  params.push = kPush;
+  params.reach = thick_;
+  std::span<const std::uint32_t> triangle;
+  if (params.keep == 0 && &band != &some_)
+    triangle = reads_->read(match.triangle, band.sample_count);
+  const cl::Kernel points = context_.kernel("hemisphere", "kiln_hemisphere_points");
+  for (; params.first < band.sample_count; params.first += params.count) {
+    params.count = std::min(piece, band.sample_count - params.first);
+    params.stride = padded(params.count);
+    if (!triangle.empty()) {
+      const auto begin = triangle.begin() + params.first, end = begin + params.count;
+      if (std::all_of(begin, end, [](std::uint32_t t) { return t == KILN_NO_TRIANGLE; })) continue;
+    }
+    context_.launch(points, params.stride, kLocal, params, band.triangle, band.barycentric,
+                    band.points, shading_, match.triangle, match.barycentric, positions_,
+                    triangles_, source_.attributes.normal_indices, source_.attributes.normals,
+                    points_);
+    use(params);
+    context_.finish();
+  }
+}
+
+bool Hemispheres::casts_by_sample(const TexelBand& band, const RaySet& set) {
+  return set.count >= kManyRays && band.sample_count <= kFewSamples;
+}
+
+void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, bool second,
+                            const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                            bool turns_well, const Use& use) {
+  const bool by_sample = turns_well && casts_by_sample(band, set);
+  const std::uint32_t together = by_sample ? kMostRays / set.count : kPiece;
+  const std::uint32_t piece = padded(std::min(together, band.sample_count));
+  const std::uint32_t capacity =
+      std::min(kMostRays, static_cast<std::uint32_t>(std::uint64_t{piece} * set.count));
+  if (ray_capacity_ < capacity) {
+    ray_capacity_ = capacity;
+    make_room(context_, rays_, std::size_t{6} * capacity);
+  }
+  const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
+  over_pieces(band, match, second, set, together, [&](kiln_hemisphere_params params) {
+    params.ray_capacity = ray_capacity_;
+    params.by_sample = by_sample ? 1 : 0;
+    const std::uint32_t most = ray_capacity_ / params.stride;
+    for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
+      params.rays = std::min(most, set.count - params.first_ray);
+      const std::size_t items = by_sample
+                                    ? std::size_t{params.stride} * (padded(params.rays) / kLanes)
+                                    : std::size_t{params.stride} / kLanes * params.rays;
+      context_.launch(rays, items, kLocal, params, points_, turns, turn_table_, set.directions,
+                      set.rings, rays_);
+      use(params, params.stride * params.rays);
+    }
+  });
+}
+
+void Hemispheres::add_open(const kiln_hemisphere_params& params,
+                           const cl::Array<std::uint32_t>& open) {
+  if (params.by_sample != 0) {
+    context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_own"), params.count, kLocal,
+                    params, hits_, open);
+    return;
+  }
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_open"), params.stride / kLanes,
+                  kLocalLanes, params, hits_, open);
+}
+
+void Hemispheres::count_open(const TexelBand& band, const Correspondence& match, bool second,
+                             const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                             const RayCaster& caster, const cl::Array<std::uint32_t>& open,
+                             const cl::Array<float>& lean) {
+  const RayQuery query = query_up_to(occluding_, back_faces_);
+  const bool by_sample = lean.empty() && casts_by_sample(band, set);
+  if (caster.traversal() == Traversal::cpu && !by_sample) {
+    cast_blocks(band, match, second, set, turns, caster, query, open, lean);
+    return;
+  }
+  over_rays(band, match, second, set, turns, lean.empty(),
+            [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+              make_room(context_, hits_, ray_capacity_);
+              caster.occluded(rays_, count, ray_capacity_, query, hits_);
+              add_open(params, open);
+              if (lean.empty()) return;
+              context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_lean"),
+                              params.stride / kLanes, kLocalLanes, params, hits_, rays_, lean);
+            });
+}
+
+void Hemispheres::cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
+                              const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                              const RayCaster& caster, const RayQuery& query,
+                              const cl::Array<std::uint32_t>& open, const cl::Array<float>& lean) {
+  kiln_cast_params how{};
+  how.rows = std::min(kRows, set.count);
+  how.samples = KILN_OCCLUSION_BLOCK / how.rows / kLanes * kLanes;
+  how.wants_lean = lean.empty() ? 0 : 1;
+  const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
+  const cl::Kernel cast = context_.kernel("hemisphere_cast", "kiln_hemisphere_cast");
+  over_pieces(band, match, second, set, kPiece, [&](kiln_hemisphere_params params) {
+    const std::size_t items = (params.stride + how.samples - 1) / how.samples;
+    make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
+    make_room(context_, hits_, items * KILN_OCCLUSION_BLOCK);
+    const std::uint32_t most = std::max(1U, kMostRays / params.stride);
+    for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
+      params.rays = std::min(most, set.count - params.first_ray);
+      context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
+                      caster.tree().blocks, points_, turns, turn_table_, set.directions, set.rings,
+                      scratch_, hits_, open, lean.empty() ? scratch_ : lean);
+    }
+  });
+}
+
+}  // namespace kiln

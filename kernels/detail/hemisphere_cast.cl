@@ -1,0 +1,103 @@
+// Rays over hemispheres made, cast and counted at one go, by streams (accel/occlusion_block.clh).
+//
+// The kernels of hemisphere.cl hand rays on through memory, 25 bytes each, which are written once and read
+// three times. Here a work-item takes the rays of some neighbouring samples, a block of them at a time, whose
+// data stays in a core's cache; and what a sample's rays have in common is worked out once a block.
+//
+// kernel                 global size                  local  per work-item
+// kiln_hemisphere_cast   samples / block_samples, up  1      reads 40 B a sample and the tree, 48 KB of its own
+//
+// Results are those of hemisphere.cl and occlusion.cl, bit by bit: the same rays, tests that do not depend on
+// the order, sums in the order of rows. Limits: drivers that turn work-items into lanes, see occlusion.cl.
+// No defines.
+
+#include "accel/occlusion_block.clh"
+#include "detail/hemisphere_ray.clh"
+
+/// Rays of rows [first_row, first_row + rows) of samples [lane, lane + samples) of the launch, row by row.
+static KILN_STREAM_CALL void hemisphere_fill(const kiln_hemisphere_params params,
+                                             global const float* points, global const uint* turns,
+                                             global const float* turn_table,
+                                             global const float* directions,
+                                             global const uint* rings, uint lane, uint samples,
+                                             uint first_row, uint rows, global float* rays) {
+  for (uint i = 0; i < samples; i += LANES) {
+    hemisphere_lanes lanes;
+    hemisphere_load(params, points + lane + i, false, vload8(0, turns + params.first + lane + i),
+                    turn_table, &lanes);
+    global float* to = rays + i;
+    for (uint row = first_row; row < first_row + rows; ++row, to += samples) {
+      float8 origin[3], opposite[3];
+      hemisphere_ray(params, &lanes, (uint8)(row), (uint8)(rings[row]),
+                     (uint8)(rings[row + params.all_rays]), directions, origin, opposite);
+      for (int axis = 0; axis < 3; ++axis) {
+        vstore8(origin[axis], 0, to + axis * KILN_OCCLUSION_BLOCK);
+        vstore8(opposite[axis], 0, to + (3 + axis) * KILN_OCCLUSION_BLOCK);
+      }
+    }
+  }
+}
+
+/// Adds to each sample how many of its rays hit nothing; \param lean  0, or to the sums of their directions
+static inline void hemisphere_sum(uint samples, uint rows, global const float* rays,
+                                  global const uchar* hit, global uint* open, global float* lean,
+                                  size_t lean_plane) {
+#pragma OPENCL FP_CONTRACT OFF
+  for (uint i = 0; i < samples; i += LANES) {
+    uint8 count = vload8(0, open + i);
+    float8 sum[3];
+    for (int axis = 0; axis < 3 && lean != 0; ++axis) {
+      sum[axis] = vload8(0, lean + i + axis * lean_plane);
+    }
+    for (uint row = 0; row < rows; ++row) {
+      const uint at = row * samples + i;
+      const uint8 missed = 1u - convert_uint8(vload8(0, hit + at));
+      count += missed;
+      if (lean == 0) continue;
+      const float8 share = convert_float8(missed);
+      for (int axis = 0; axis < 3; ++axis) {
+        sum[axis] -= share * vload8(0, rays + at + (3 + axis) * KILN_OCCLUSION_BLOCK);
+      }
+    }
+    vstore8(count, 0, open + i);
+    for (int axis = 0; axis < 3 && lean != 0; ++axis) {
+      vstore8(sum[axis], 0, lean + i + axis * lean_plane);
+    }
+  }
+}
+
+/// Casts rays [first_ray, first_ray + rays) of samples [first, first + stride).
+/// \param query    of the rays; its capacity is KILN_OCCLUSION_BLOCK
+/// \param scratch  of each work-item: 6 planes of KILN_OCCLUSION_BLOCK
+/// \param hits     of each work-item: KILN_OCCLUSION_BLOCK
+/// \param lean     not read or written unless wants_lean is 1
+kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
+                                 const kiln_ray_params query,
+                                 const kiln_cast_params cast,
+                                 global const kiln_bvh_node* restrict nodes,
+                                 global const kiln_bvh_block* restrict blocks,
+                                 global const float* restrict points,
+                                 global const uint* restrict turns,
+                                 global const float* restrict turn_table,
+                                 global const float* restrict directions,
+                                 global const uint* restrict rings,
+                                 global float* scratch,
+                                 global uchar* hits,
+                                 global uint* restrict open,
+                                 global float* restrict lean) {
+  const uint item = (uint)get_global_id(0);
+  const uint lane = item * cast.samples;
+  if (lane >= params.stride) return;
+  const uint samples = min(cast.samples, params.stride - lane);
+  global float* rays = scratch + (size_t)item * (6 * KILN_OCCLUSION_BLOCK);
+  global uchar* hit = hits + (size_t)item * KILN_OCCLUSION_BLOCK;
+  const size_t sums = params.first + lane;
+  for (uint row = 0; row < params.rays; row += cast.rows) {
+    const uint rows = min(cast.rows, params.rays - row);
+    hemisphere_fill(params, points, turns, turn_table, directions, rings, lane, samples,
+                    params.first_ray + row, rows, rays);
+    occlusion_block(query, nodes, blocks, rays, 0, rows * samples, hit);
+    hemisphere_sum(samples, rows, rays, hit, open + sums, cast.wants_lean != 0u ? lean + sums : 0,
+                   params.out_capacity);
+  }
+}
