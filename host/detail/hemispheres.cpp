@@ -163,6 +163,7 @@ void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
 
 void Hemispheres::next_band() {
   has_turns_ = false;
+  near_.clear();
   for (Sums& sums : sums_) sums.has_open = sums.has_depth = false;
 }
 
@@ -207,7 +208,8 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
     make_room(context_, sums.lean, std::size_t{3} * plane_of(band));
     context_.fill(sums.lean, 0.0F);
   }
-  if (parts_ != nullptr) {
+  const bool by_sample = !wants_lean_ && casts_by_sample(band, rays_out_);
+  if (parts_ != nullptr || (occluders().traversal() == Traversal::cpu && !by_sample)) {
     const Counted counted = cast_parts(band, match, second, rays_out_, wants_lean_);
     sums.open.write(context_, std::span(counted.open));
     if (wants_lean_) sums.lean.write(context_, std::span(counted.lean));

@@ -104,6 +104,8 @@ class Hemispheres : public SharedWork {
   std::vector<Group> groups(const TexelBand& band, const Correspondence& match, bool second,
                             std::span<const std::uint32_t> samples);
   const RayCaster& occluders_of(std::uint32_t part);
+  /// The band's samples, neighbours in the map close together: what their rays meet is in the cache then.
+  const std::vector<std::uint32_t>& near_order(const TexelBand& band);
   /// How many rays of each sample of a group hit nothing, and where asked for the sums of their directions.
   /// \param turn  other rays each
   struct Counted {
@@ -186,6 +188,7 @@ class Hemispheres : public SharedWork {
   std::map<std::uint32_t, RayCaster> part_occluders_;
   std::optional<HemisphereViews> views_;
   bool uploaded_ = false, has_turns_ = false;
+  std::vector<std::uint32_t> near_;  // near_order() of the present band, or empty
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> triangles_;
   cl::Array<std::uint32_t> turns_;

@@ -1,5 +1,6 @@
 // Rays of some samples of a band, each against what occludes it: all, or its own part.
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 
 #include "detail/hemisphere_rays.h"
@@ -13,8 +14,46 @@ constexpr std::size_t kLocalLanes = 8;
 constexpr std::size_t kPicked = std::size_t{1} << 20;
 // An odd number near the golden ratio of all turns and sets: each round's rays lie between those before.
 constexpr std::uint32_t kMoreTurn = 5063;
+// Squares of the map whose texels stay together, texels across: 2^kTileBits.
+constexpr std::uint32_t kTileBits = 4, kTile = 1U << kTileBits;
+
+/// Every other bit, from bit 0 on.
+std::uint32_t even_bits(std::uint32_t bits) {
+  std::uint32_t result = 0;
+  for (std::uint32_t b = 0; b < kTileBits; ++b) result |= (bits >> (2 * b) & 1U) << b;
+  return result;
+}
 
 }  // namespace
+
+const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band) {
+  if (!near_.empty()) return near_;
+  const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
+  const std::vector<std::uint32_t>& first =
+      reads_->read(band.texel_first, band.texel_count + std::size_t{1});
+  near_.reserve(band.sample_count);
+  const std::size_t places = std::size_t{width_} * band.row_count;
+  std::vector<std::uint32_t> texel(places, band.texel_count);
+  for (std::uint32_t t = 0; t < band.texel_count && index[t] < places; ++t) texel[index[t]] = t;
+  const auto add = [&](std::uint32_t x, std::uint32_t y) {
+    if (x >= width_ || y >= band.row_count) return;
+    const std::uint32_t t = texel[std::size_t{y} * width_ + x];
+    if (t == band.texel_count) return;
+    for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) near_.push_back(s);
+  };
+  for (std::uint32_t top = 0; top < band.row_count; top += kTile) {
+    for (std::uint32_t left = 0; left < width_; left += kTile) {
+      for (std::uint32_t i = 0; i < kTile * kTile; ++i) {  // in Morton order
+        add(left + even_bits(i), top + even_bits(i >> 1));
+      }
+    }
+  }
+  if (near_.size() == band.sample_count) return near_;
+  // Texels that were picked have places that say nothing.
+  near_.resize(band.sample_count);
+  std::iota(near_.begin(), near_.end(), 0U);
+  return near_;
+}
 
 const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
   if (const auto known = part_occluders_.find(part); known != part_occluders_.end()) {
@@ -47,13 +86,20 @@ const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
 std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
                                                     const Correspondence& match, bool second,
                                                     std::span<const std::uint32_t> samples) {
-  if (parts_ == nullptr) return {{&occluders(), {samples.begin(), samples.end()}}};
-  const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
   const std::vector<std::uint32_t>& found = reads_->read(match.triangle, band.sample_count);
+  const auto has_rays = [&](std::uint32_t sample) {
+    return found[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
+  };
+  if (parts_ == nullptr) {
+    Group all{&occluders(), {}};
+    all.samples.reserve(samples.size());
+    std::copy_if(samples.begin(), samples.end(), std::back_inserter(all.samples), has_rays);
+    return {std::move(all)};
+  }
+  const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_part;
   for (const std::uint32_t sample : samples) {
-    const bool has_rays = found[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
-    if (has_rays) by_part[parts_->low[low[sample]]].push_back(sample);
+    if (has_rays(sample)) by_part[parts_->low[low[sample]]].push_back(sample);
   }
   std::vector<Group> result;
   for (auto& [part, list] : by_part) result.push_back({&occluders_of(part), std::move(list)});
@@ -109,9 +155,7 @@ Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band, const Corres
   counted.open.resize(plane_of(band));
   if (lean) counted.lean.resize(std::size_t{3} * plane_of(band));
   make_turns(band);
-  std::vector<std::uint32_t> all(band.sample_count);
-  std::iota(all.begin(), all.end(), 0U);
-  for (const Group& group : groups(band, match, second, all)) {
+  for (const Group& group : groups(band, match, second, near_order(band))) {
     cast_group(group, band, match, second, set, 0, counted);
   }
   return counted;
@@ -123,7 +167,14 @@ std::vector<std::uint32_t> Hemispheres::cast_more(const TexelBand& band,
                                                   std::uint32_t rays, std::uint32_t round) {
   Counted counted;
   counted.open.resize(band.sample_count);
-  for (const Group& group : groups(band, match, second, samples)) {
+  std::vector<std::uint8_t> asked(band.sample_count);
+  for (const std::uint32_t sample : samples) asked[sample] = 1;
+  std::vector<std::uint32_t> near;
+  near.reserve(samples.size());
+  for (const std::uint32_t sample : near_order(band)) {
+    if (asked[sample] != 0) near.push_back(sample);
+  }
+  for (const Group& group : groups(band, match, second, near)) {
     cast_group(group, band, match, second, outward_rays(rays), round * kMoreTurn, counted);
   }
   std::vector<std::uint32_t> result;
