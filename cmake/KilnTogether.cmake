@@ -41,7 +41,7 @@ kiln_compile_together(host io_image
   io/image/cluster_io.cpp io/image/exr.cpp io/image/exr_check.cpp io/image/exr_header.cpp
   io/image/image_io.cpp io/image/match_io.cpp io/image/png_read.cpp io/image/png_write.cpp)
 kiln_compile_together(host io_image_2
-  io/image/exr_layers.cpp io/image/png_check.cpp)
+  io/image/exr_layers.cpp io/image/png_check.cpp io/image/run_deflate.cpp)
 kiln_compile_together(host io_mesh
   io/mesh/materials.cpp io/mesh/mesh_builder.cpp io/mesh/mesh_io.cpp io/mesh/mesh_obj.cpp
   io/mesh/mesh_off.cpp io/mesh/mesh_openmesh.cpp io/mesh/mesh_ply.cpp io/mesh/mesh_stl.cpp

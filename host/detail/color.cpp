@@ -20,7 +20,7 @@ class OwnColor : public PointFunction {
     }
   }
 
-  bool wants_sides() const override { return texture_.has_value(); }
+  PointNeeds needs() const override { return {false, false, texture_.has_value()}; }
 
   void report(BakeReport& report) const override {
     if (texture_) warn_replaced(*texture_, map_, report);

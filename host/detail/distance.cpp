@@ -14,9 +14,12 @@ MapRow distance_map() {
   row.follows_positions = true;
   row.unit = "world units";
   row.make = [](const MapRequest& request) {
-    return make_point_map(request, distance_map().info, [](const DensePoint& point, float* value) {
-      value[0] = static_cast<float>(length(point.offset));
-    });
+    return make_point_map(
+        request, distance_map().info,
+        [](const DensePoint& point, float* value) {
+          value[0] = static_cast<float>(length(point.offset));
+        },
+        PointNeeds{true, false, false});
   };
   return row;
 }

@@ -14,9 +14,12 @@ MapRow height_map() {
   row.follows_positions = true;
   row.unit = "world units";
   row.make = [](const MapRequest& request) {
-    return make_point_map(request, height_map().info, [](const DensePoint& point, float* value) {
-      value[0] = static_cast<float>(point.distance);
-    });
+    return make_point_map(
+        request, height_map().info,
+        [](const DensePoint& point, float* value) {
+          value[0] = static_cast<float>(point.distance);
+        },
+        PointNeeds{false, false, false});
   };
   return row;
 }

@@ -154,9 +154,8 @@ class Hemispheres : public SharedWork {
   /// Adds to each sample how many of its rays outward hit nothing, and the sums of their directions.
   /// \param lean  empty: not asked for
   void count_open(const TexelBand& band, const Correspondence& match, bool second,
-                  const RaySet& set, const cl::Array<std::uint32_t>& turns,
-                  const RayCaster& caster, const cl::Array<std::uint32_t>& open,
-                  const cl::Array<float>& lean);
+                  const RaySet& set, const cl::Array<std::uint32_t>& turns, const RayCaster& caster,
+                  const cl::Array<std::uint32_t>& open, const cl::Array<float>& lean);
   /// The same in one kernel, for Traversal::cpu.
   void cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
                    const RaySet& set, const cl::Array<std::uint32_t>& turns,

@@ -78,8 +78,9 @@ class PointMap : public MapMaker {
         miss_(request.options.miss),
         two_sided_(request.options.two_sided),
         reads_(request.reads()),
-        function_(std::move(function)) {
-    if (function_->wants_sides()) sides_ = sides_of_samples(request);
+        function_(std::move(function)),
+        needs_(function_->needs()) {
+    if (needs_.sides) sides_ = sides_of_samples(request);
   }
 
   void report(BakeReport& report) const override { function_->report(report); }
@@ -109,10 +110,11 @@ class PointMap : public MapMaker {
       share = reads_->read(*shares, band.sample_count);
     }
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
+      Average average(info_);
       for (std::size_t t = begin; t < end; ++t) {
         std::uint8_t& coverage = out.coverage[samples.index[t]];
         coverage = kCoverageMissed;
-        Average average(info_);
+        average.clear();
         for (std::uint32_t s = samples.first[t]; s < samples.first[t + 1]; ++s) {
           if (found.triangle[s] != KILN_NO_TRIANGLE) {
             coverage = kCoverageBaked;
@@ -140,6 +142,12 @@ class PointMap : public MapMaker {
         : channels_(info.channels),
           whole_(info.type == MapType::id),
           direction_(info.type == MapType::unit_vector) {}
+
+    void clear() {
+      count_ = 0;
+      sum_ = {};
+      votes_.clear();
+    }
 
     void add(const Value& value) {
       ++count_;
@@ -198,39 +206,60 @@ class PointMap : public MapMaker {
     point.low_triangle = samples.triangle[s];
     point.low_u = samples.u[s];
     point.low_v = samples.v[s];
-    const auto& [a, b, c] = surface_.triangles[samples.triangle[s]];
-    const double low_u = samples.u[s], low_v = samples.v[s];
-    const auto on_low = [&](const Vec3& x, const Vec3& y, const Vec3& z) {
-      return Vec3d(x) * (1 - low_u - low_v) + Vec3d(y) * low_u + Vec3d(z) * low_v;
-    };
-    const Vec3d low_normal = unit(on_low(a.normal, b.normal, c.normal), Vec3d(a.normal));
     if (point.found) {
       point.u = found.u[s];
       point.v = found.v[s];
       if (!found.distance.empty()) point.distance = found.distance[s] / source_.frame.scale;
-      const Triangle& corners = source_.triangles[point.triangle];
-      const std::uint32_t* index = &normal_indices_[std::size_t{3} * point.triangle];
-      const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
-      Vec3d position{}, normal{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const float* n = &normals_[std::size_t{3} * index[k]];
-        position = position + Vec3d(source_.positions[corners[k]]) * weights[k];
-        normal = normal + Vec3d(Vec3{n[0], n[1], n[2]}) * weights[k];
-      }
-      point.position = to_world(position);
-      // Of the small numbers of the frame, since far from the origin the world's hold less.
-      point.offset =
-          (position - on_low(a.position, b.position, c.position)) * (1 / source_.frame.scale);
-      point.normal = unit(normal, low_normal);
-      if (!sides_.empty()) carry(point, low_normal);
-      if (two_sided_ && dot(point.normal, low_normal) < 0) point.normal = point.normal * -1.0;
-    } else {
-      point.position = to_world(on_low(a.position, b.position, c.position));
-      point.normal = low_normal;
     }
+    if (needs_.position) place(point);
+    if (needs_.normal || needs_.sides) turn(point);
     Value value{};
     (*function_)(point, value.data());
     return value;
+  }
+
+  static Vec3d on_low(const DensePoint& point, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double u = point.low_u, v = point.low_v;
+    return Vec3d(a) * (1 - u - v) + Vec3d(b) * u + Vec3d(c) * v;
+  }
+
+  void place(DensePoint& point) const {
+    const auto& [a, b, c] = surface_.triangles[point.low_triangle];
+    const Vec3d low = on_low(point, a.position, b.position, c.position);
+    if (!point.found) {
+      point.position = to_world(low);
+      return;
+    }
+    const Triangle& corners = source_.triangles[point.triangle];
+    const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
+    Vec3d position{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      position = position + Vec3d(source_.positions[corners[k]]) * weights[k];
+    }
+    point.position = to_world(position);
+    // Of the small numbers of the frame, since far from the origin the world's hold less.
+    point.offset = (position - low) * (1 / source_.frame.scale);
+  }
+
+  /// Its normal and its sides, as far as they are needed.
+  void turn(DensePoint& point) const {
+    const auto& [a, b, c] = surface_.triangles[point.low_triangle];
+    const Vec3d low = unit(on_low(point, a.normal, b.normal, c.normal), Vec3d(a.normal));
+    if (!point.found) {
+      point.normal = low;
+      return;
+    }
+    if (needs_.sides) carry(point, low);
+    if (!needs_.normal) return;
+    const std::uint32_t* index = &normal_indices_[std::size_t{3} * point.triangle];
+    const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
+    Vec3d normal{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float* n = &normals_[std::size_t{3} * index[k]];
+      normal = normal + Vec3d(Vec3{n[0], n[1], n[2]}) * weights[k];
+    }
+    point.normal = unit(normal, low);
+    if (two_sided_ && dot(point.normal, low) < 0) point.normal = point.normal * -1.0;
   }
 
   void carry(DensePoint& point, const Vec3d& along) const {
@@ -261,6 +290,7 @@ class PointMap : public MapMaker {
   bool two_sided_;
   std::shared_ptr<BandReads> reads_;
   std::unique_ptr<PointFunction> function_;
+  PointNeeds needs_;
   std::vector<std::array<Vec3d, 2>>
       sides_;                       // of a sample of each triangle of the low poly; or none
   std::span<const float> normals_;  // as of the last band

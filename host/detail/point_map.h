@@ -30,13 +30,19 @@ struct DensePoint {
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };
 
+/// What of a DensePoint a function reads beside which points they are: what it does not is not worked out.
+struct PointNeeds {
+  bool position = true;  ///< position and offset
+  bool normal = true;
+  bool sides = false;
+};
+
 /// What a map holds at a point. \param value  as many as the map has channels
 class PointFunction {
  public:
   virtual ~PointFunction() = default;
+  virtual PointNeeds needs() const { return {}; }
   /// Before each band, on one thread. \param source_version  another one where the high poly changed
-  /// Whether it reads DensePoint::sides.
-  virtual bool wants_sides() const { return false; }
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
   virtual void operator()(const DensePoint& point, float* value) const = 0;
   /// What there is to say at the end, beside the texels.
@@ -51,14 +57,16 @@ std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInf
 /// The same from anything that can be called, for functions that keep nothing.
 template <typename Function>
 std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInfo& info,
-                                         Function function) {
+                                         Function function, PointNeeds needed = {}) {
   struct Called : PointFunction {
-    explicit Called(Function called) : call(std::move(called)) {}
+    Called(Function called, PointNeeds needs) : call(std::move(called)), wanted(needs) {}
+    PointNeeds needs() const override { return wanted; }
     void operator()(const DensePoint& point, float* value) const override { call(point, value); }
     Function call;
+    PointNeeds wanted;
   };
   return make_point_map(request, info,
-                        std::unique_ptr<PointFunction>(new Called(std::move(function))));
+                        std::unique_ptr<PointFunction>(new Called(std::move(function), needed)));
 }
 
 }  // namespace kiln

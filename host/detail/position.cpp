@@ -14,11 +14,14 @@ MapRow position_map() {
   row.follows_positions = true;
   row.unit = "world units";
   row.make = [](const MapRequest& request) {
-    return make_point_map(request, position_map().info, [](const DensePoint& point, float* value) {
-      value[0] = static_cast<float>(point.position.x);
-      value[1] = static_cast<float>(point.position.y);
-      value[2] = static_cast<float>(point.position.z);
-    });
+    return make_point_map(
+        request, position_map().info,
+        [](const DensePoint& point, float* value) {
+          value[0] = static_cast<float>(point.position.x);
+          value[1] = static_cast<float>(point.position.y);
+          value[2] = static_cast<float>(point.position.z);
+        },
+        PointNeeds{true, false, false});
   };
   return row;
 }

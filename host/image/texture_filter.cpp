@@ -49,7 +49,8 @@ std::int64_t wrapped(std::int64_t place, std::int64_t size) {
 
 /// How long a vector of UV is on a level, texels.
 double length_on(const std::array<double, 2>& side, std::uint32_t width, std::uint32_t height) {
-  return std::hypot(side[0] * width, side[1] * height);
+  const double across = side[0] * width, down = side[1] * height;
+  return std::sqrt(across * across + down * down);
 }
 
 /// How wide a parallelogram is where it is narrowest: the lesser singular value of its sides.
@@ -57,7 +58,8 @@ double width_of(const FilteredTexture::Sides& sides, double width, double height
   const double ax = sides[0][0] * width, ay = sides[0][1] * height;
   const double bx = sides[1][0] * width, by = sides[1][1] * height;
   const double a = ax * ax + ay * ay, b = bx * bx + by * by, both = ax * bx + ay * by;
-  return std::sqrt(std::max(0.0, (a + b) / 2 - std::hypot((a - b) / 2, both)));
+  const double half = (a - b) / 2;
+  return std::sqrt(std::max(0.0, (a + b) / 2 - std::sqrt(half * half + both * both)));
 }
 
 }  // namespace
