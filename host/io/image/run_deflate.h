@@ -11,7 +11,8 @@ namespace kiln {
 /// byte before (distance 1), which is what zlib's Z_RLE looks for. It ends at a whole byte, so that pieces
 /// deflated apart may be joined.
 /// \param last  the stream ends with it
-/// Cost: about 2 ns a byte, a third of zlib's; lengths of files are those of Z_RLE within a percent.
+/// Cost: a third to a half of the time of zlib's Z_RLE. Maps come within a percent of its bytes; data that is
+/// nearly empty, or changes within 64 KiB, takes more.
 std::vector<std::uint8_t> run_deflate(std::span<const std::uint8_t> raw, bool last);
 
 }  // namespace kiln
