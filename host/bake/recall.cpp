@@ -24,6 +24,9 @@ constexpr float kFar = 4;          // beyond the high poly, frame units
 constexpr std::size_t kGrain = 1 << 14;
 constexpr std::size_t kFilterBits = 1 << 20;
 constexpr std::size_t kAtOnce = 1 << 20;  // rays
+constexpr double kWider = 1.0001;         // than a radius, for what is rounded
+constexpr double kSamplesATriangle = 16;  // above which it pays to look at triangles first
+constexpr float kOutside = 1e-3F;         // of its sides, that a point may lie off its triangle
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
   const Vec3d a(high.positions[t[0]]);
@@ -145,6 +148,10 @@ Recall::Recall(const MatchRequest& request, Places places)
   find_near(request);
   find_seen(request);
   make_grid();
+  const double samples =
+      double{1} * request.width * request.height * request.samples * request.samples;
+  const double triangles = static_cast<double>(request.source.triangles.size());
+  if (samples > kSamplesATriangle * triangles) find_triangles(request.source);
 }
 
 void Recall::find_near(const MatchRequest& request) {
@@ -227,7 +234,7 @@ void Recall::make_grid() {
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!(seen_[i] > 0)) continue;
     const Vec3d p(places_[i].position);
-    const double r = double{radius_[i]} * 1.0001;
+    const double r = double{radius_[i]} * kWider;
     for (std::int64_t z = slice(p.z - r); z <= slice(p.z + r); ++z) {
       for (std::int64_t y = slice(p.y - r); y <= slice(p.y + r); ++y) {
         for (std::int64_t x = slice(p.x - r); x <= slice(p.x + r); ++x) {
@@ -239,6 +246,41 @@ void Recall::make_grid() {
       }
     }
   }
+}
+
+void Recall::find_triangles(const Source::Impl& high) {
+  std::vector<std::uint32_t> order;
+  double farthest = 0;
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    if (!(seen_[i] > 0)) continue;
+    order.push_back(i);
+    farthest = std::max(farthest, double{radius_[i]} * kWider);
+  }
+  const auto x_of = [&](std::uint32_t i) { return places_[i].position.x; };
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return x_of(a) < x_of(b); });
+  near_.assign(high.triangles.size(), 0);
+  parallel_for(near_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      Vec3d low(high.positions[high.triangles[t][0]]), top = low;
+      for (const std::uint32_t corner : high.triangles[t]) {
+        const Vec3d p(high.positions[corner]);
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
+      }
+      const double slack = kOutside * 4 * length(top - low);
+      auto next = std::lower_bound(order.begin(), order.end(), low.x - slack - farthest,
+                                   [&](std::uint32_t i, double x) { return x_of(i) < x; });
+      for (; near_[t] == 0 && next != order.end(); ++next) {
+        const Vec3d p(places_[*next].position);
+        if (p.x > top.x + slack + farthest) break;
+        const double r = slack + double{radius_[*next]} * kWider;
+        const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
+                            p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
+        near_[t] = within ? 1 : 0;
+      }
+    }
+  });
 }
 
 void Recall::mark(const Vec3d& point, const Vec3d& ab, const Vec3d& ac) {
@@ -263,6 +305,10 @@ void Recall::store(const Source::Impl& high, BandReads& reads, const Corresponde
   parallel_for(match.count, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (triangle[i] == KILN_NO_TRIANGLE) continue;
+      if (!near_.empty() && near_[triangle[i]] == 0 && u[i] >= -kOutside && v[i] >= -kOutside &&
+          u[i] + v[i] <= 1 + kOutside) {
+        continue;
+      }
       const Triangle& t = high.triangles[triangle[i]];
       const Vec3d a(high.positions[t[0]]), b(high.positions[t[1]]), c(high.positions[t[2]]);
       const Vec3d ab = b - a, ac = c - a;

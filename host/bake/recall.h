@@ -48,6 +48,9 @@ class Recall {
   void find_near(const MatchRequest& request);
   void find_seen(const MatchRequest& request);
   void make_grid();
+  /// Most samples of large maps lie on triangles that no place reaches into. By boxes: some are kept that
+  /// need not be.
+  void find_triangles(const Source::Impl& high);
   static std::uint64_t cell(const std::array<std::int64_t, 3>& at);
   std::int64_t slice(double x) const;
   /// A point, and two edges of its triangle, of which only the cross product's direction counts.
@@ -58,7 +61,9 @@ class Recall {
   std::vector<float> radius_;  ///< Within which a sample stands for the place; 0: it does not count
   std::vector<float> seen_;    ///< Sum of cosines of directions that see it
   std::vector<std::uint8_t> held_;
-  double per_side_ = 0;               ///< Cells a frame unit
+  std::vector<std::uint8_t>
+      near_;             ///< Per triangle: whether a place may reach into it; empty: not known
+  double per_side_ = 0;  ///< Cells a frame unit
   std::vector<std::uint64_t> maybe_;  ///< Bits by hash: whether a cell has places
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };

@@ -105,7 +105,7 @@ Planes FineContour::find_signs_anew(const Volume& volume, const DeviceVoxels& vo
   report.seconds_scan = lap(clock);
   if (options_.outer_only) {
     if (keep_) next.signs.assign(cells.plane(0), cells.plane(0) + planes * words);
-    report.filled_voxels = fill_unreached(cells, options_.outer_gap);
+    report.filled_voxels = fill_unreached(cells, options_.outer_gap, volume.name);
     if (!has_both_signs(cells)) {
       throw Error(ErrorCode::input,
                   "Nothing of the outside of volume '" + volume.name +

@@ -68,7 +68,7 @@ std::unique_ptr<CellGrid> outer_cells(const DeviceVoxels& voxels, const Volume& 
       }
     }
   });
-  fill_unreached(*cells, options.outer_gap);
+  fill_unreached(*cells, options.outer_gap, volume.name);
   return cells;
 }
 

@@ -5,9 +5,12 @@
 #include <atomic>
 #include <bit>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
+#include "base/memory.h"
 #include "base/parallel.h"
+#include "kiln/error.h"
 
 namespace kiln {
 namespace {
@@ -17,16 +20,25 @@ constexpr std::size_t kPlanes = 16;  // worked on by one thread at a time
 /// the volume's border.
 constexpr std::uint64_t kShare = 20;
 
+/// Runs are numbered in 32 bits.
+constexpr std::uint64_t kMostRuns = 0xFFFFFFFE;
+
 /// A row's voxels first to last, both outside and in the row.
 struct Run {
   std::uint32_t first, last;
 };
 
+/// The most that is held at once: runs, their parents, and per run what lies on the border and whether it is open.
+constexpr std::uint64_t kBytesOfRun =
+    sizeof(Run) + sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(char);
+
 /// Bits of padded voxels, as CellGrid has them.
 class BitVolume {
  public:
   BitVolume(const std::array<std::uint32_t, 3>& size, std::size_t row_words)
-      : size_(size), row_(row_words), bits_((size[1] + 2) * (size[2] + 2) * row_words) {}
+      : size_(size),
+        row_(row_words),
+        bits_((std::size_t{size[1]} + 2) * (std::size_t{size[2]} + 2) * row_words) {}
 
   std::size_t row_words() const { return row_; }
   std::size_t rows() const { return size_[1] + 2; }
@@ -94,8 +106,8 @@ void dilate(BitVolume& bits, std::uint32_t radius, const std::vector<std::uint64
 /// Connected regions of the voxels whose bit is 0.
 class Regions {
  public:
-  explicit Regions(const BitVolume& solid) : solid_(solid) {
-    find_runs();
+  Regions(const BitVolume& solid, const std::string& name) : solid_(solid) {
+    find_runs(name);
     join();
   }
 
@@ -133,43 +145,63 @@ class Regions {
   }
 
  private:
-  void find_runs() {
+  void find_runs(const std::string& name) {
     const auto size = solid_.size();
     const std::size_t ny = size[1], nz = size[2];
-    std::vector<std::vector<Run>> found(nz);
     first_.resize(ny * nz + 1);
+    const std::vector<std::uint64_t> mask = voxel_mask(size[0], solid_.row_words());
+    std::atomic<std::uint64_t> count = 0;
     solid_.for_rows([&](std::size_t y, std::size_t z) {
-      std::vector<Run>& out = found[z - 1];
-      const std::size_t before = out.size();
-      const std::uint64_t* row = solid_.row(y, z);
-      // Runs start and end where the bit differs from the one before it.
-      std::uint32_t x = 1;
-      const std::uint32_t end = size[0] + 1;
-      const auto next = [&](bool solid) {  // first at or after x whose bit is so, or end
-        while (x < end) {
-          const std::uint64_t word = (solid ? row[x >> 6] : ~row[x >> 6]) >> (x & 63);
-          if (word != 0) {
-            x = std::min(end, x + static_cast<std::uint32_t>(std::countr_zero(word)));
-            return;
-          }
-          x = (x | 63U) + 1;
-        }
-        x = end;
-      };
-      next(false);
-      while (x < end) {
-        const std::uint32_t first = x;
-        next(true);
-        out.push_back({first, x - 1});
-        next(false);
+      // Runs start where a voxel is outside and the one before it is not.
+      std::uint32_t starts = 0;
+      std::uint64_t before = 0;
+      for (std::size_t w = 0; w < mask.size(); ++w) {
+        const std::uint64_t outside = ~solid_.row(y, z)[w] & mask[w];
+        starts += static_cast<std::uint32_t>(std::popcount(outside & ~(outside << 1 | before)));
+        before = outside >> 63;
       }
-      first_[(z - 1) * ny + y] = static_cast<std::uint32_t>(out.size() - before);
+      first_[(z - 1) * ny + y - 1] = starts;
+      count += starts;
     });
-    for (std::size_t row = 0; row < ny * nz; ++row) first_[row + 1] += first_[row];
-    runs_.reserve(first_.back());
-    for (const auto& plane : found) runs_.insert(runs_.end(), plane.begin(), plane.end());
+    if (count > kMostRuns) {
+      throw Error(ErrorCode::input, "The outside of volume '" + name + "' has " +
+                                        std::to_string(count) +
+                                        " pieces of rows, more than can be numbered. Smooth its "
+                                        "noise, or contour all surfaces.");
+    }
+    require_memory("The outside of volume '" + name + "'", kBytesOfRun * count);
+    std::uint32_t sum = 0;
+    for (std::uint32_t& first : first_) sum += std::exchange(first, sum);
+    runs_.resize(count);
+    solid_.for_rows([&](std::size_t y, std::size_t z) { write_runs(y, z); });
     parent_.resize(runs_.size());
     for (std::uint32_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
+  }
+
+  void write_runs(std::size_t y, std::size_t z) {
+    Run* out = runs_.data() + first_[(z - 1) * solid_.size()[1] + y - 1];
+    const std::uint64_t* row = solid_.row(y, z);
+    // Runs start and end where the bit differs from the one before it.
+    std::uint32_t x = 1;
+    const std::uint32_t end = solid_.size()[0] + 1;
+    const auto next = [&](bool solid) {  // first at or after x whose bit is so, or end
+      while (x < end) {
+        const std::uint64_t word = (solid ? row[x >> 6] : ~row[x >> 6]) >> (x & 63);
+        if (word != 0) {
+          x = std::min(end, x + static_cast<std::uint32_t>(std::countr_zero(word)));
+          return;
+        }
+        x = (x | 63U) + 1;
+      }
+      x = end;
+    };
+    next(false);
+    while (x < end) {
+      const std::uint32_t first = x;
+      next(true);
+      *out++ = {first, x - 1};
+      next(false);
+    }
   }
 
   void join() {
@@ -228,20 +260,24 @@ void set_range(std::uint64_t* row, std::uint32_t first, std::uint32_t last) {
 
 }  // namespace
 
-std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap) {
+std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::string& name) {
   const auto size = cells.size();
   const std::size_t words = cells.row_words();
   const std::vector<std::uint64_t> mask = voxel_mask(size[0], words);
   const auto line = [&](std::size_t y, std::size_t z) {
     return cells.plane(static_cast<std::uint32_t>(z)) + y * words;
   };
+  // Solid, reached, and what one of them is dilated to.
+  require_memory("The outside of volume '" + name + "'", 3 * sizeof(std::uint64_t) * words *
+                                                             (std::uint64_t{size[1]} + 2) *
+                                                             (std::uint64_t{size[2]} + 2));
   BitVolume solid(size, words);
   solid.for_rows(
       [&](std::size_t y, std::size_t z) { std::copy_n(line(y, z), words, solid.row(y, z)); });
   if (gap != 0) dilate(solid, gap, mask);
   BitVolume reached(size, words);
   {
-    const Regions free(solid);
+    const Regions free(solid, name);
     const std::vector<char> open = free.open_runs();
     reached.for_rows([&](std::size_t y, std::size_t z) {
       const std::size_t row = (z - 1) * size[1] + y - 1;

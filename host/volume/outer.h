@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "volume/cell_grid.h"
 
@@ -15,6 +16,8 @@ namespace kiln {
 /// "Sequential Operations in Digital Picture Processing"; runs after He, Chao, Suzuki 2008, "A Run-Based
 /// Two-Scan Labeling Algorithm"). Gaps are closed to the search by moving a cube instead of a voxel: the
 /// solid is dilated by the cube first, and what is found dilated back.
-std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap);
+/// \param name  of the volume, for messages. \throws Error(internal) where memory is short, Error(input) where
+///              there are too many runs to be counted in 32 bits
+std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::string& name);
 
 }  // namespace kiln

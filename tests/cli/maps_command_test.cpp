@@ -126,6 +126,7 @@ TEST(MapsCommand, TakesMapsOfYourOwn) {
   expect_refused(broken, 3, "mine.cl:2");
   // It is the source's fault, so nothing is tried anew, and no cache is blamed.
   EXPECT_EQ(broken.errors.find("once more"), std::string::npos) << broken.errors;
+  EXPECT_EQ(broken.errors.find("second time"), std::string::npos) << broken.errors;
   EXPECT_EQ(broken.errors.find("cache"), std::string::npos) << broken.errors;
   for (const char* source : {"float4 kiln_map(const kiln_point* p) {\n}\n",  // gives nothing
                              "float4 other(const kiln_point* p) { return (float4)(1.0f); }\n"}) {
@@ -165,6 +166,11 @@ TEST(MapsCommand, RefusesWhatIsNotThere) {
   expect_refused(bake(scene, {"--transfer", brick + ":wall:"}), 2, "linear");
   expect_refused(bake(scene, {"--transfer", brick + ":ao:srgb"}), 2, "'ao'");
   expect_refused(bake(scene, {"--transfer", brick, "--transfer", brick}), 2, "brick");
+  // Longer than any file's name; the second would be asked for 40,000 times, each a path of many parts.
+  expect_refused(bake(scene, {"--transfer", std::string(5000, 'a')}), 3, "aaa");
+  std::string many = "a";
+  for (int i = 0; i < 40'000; ++i) many += ":/b";
+  expect_refused(bake(scene, {"--transfer", many + ":"}), 3, "a:/b");
   expect_refused(bake(scene, {"--id-by", "group"}), 2, "--maps id");
   expect_refused(bake(scene, {"--maps", "id", "--id-by", "object"}), 3, "objects");
   expect_refused(bake(scene, {"--light", "1,0,0"}), 2, "--maps shadow");

@@ -1,7 +1,7 @@
 // A library to load before a program (LD_PRELOAD) that lets one call of the C library fail.
 //
 //   KILN_FAULT=malloc:17   the 17th call of malloc, calloc, realloc or posix_memalign after main began
-//   KILN_FAULT=malloc:17+  the 17th and all that follow
+//   KILN_FAULT=malloc:17+  the 17th and all that follow, and those of programs that it becomes
 //   KILN_FAULT_COUNT=FILE  writes there how often each was called
 //   KILN_FAULT_READ=WAY    the first clEnqueueReadBuffer: "deadlock" never returns; "sleep" takes 3 s, and so
 //                          does "wait", for a thread that sleeps
@@ -94,6 +94,7 @@ int begin(int argc, char** argv, char** environment) {
     char* end = nullptr;
     first = colon != nullptr ? std::strtol(colon + 1, &end, 10) : 0;
     all_that_follow = end != nullptr && *end == '+';
+    if (!all_that_follow) unsetenv("KILN_FAULT");  // a run that is begun anew has no such fault
   }
   std::atexit(report);
   started = true;

@@ -10,9 +10,12 @@
 #include <cstdlib>
 #include <numbers>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "kiln/contour.h"
+#include "kiln/error.h"
+#include "kiln/memory.h"
 #include "support/environment.h"
 #include "support/volumes.h"
 
@@ -116,7 +119,7 @@ TEST(Outer, IsWhatASearchFinds) {
             word(x, y, z) |= std::uint64_t{1} << ((x + 1) & 63);
           }
         });
-        const std::uint64_t filled = fill_unreached(cells, std::uint32_t(gap));
+        const std::uint64_t filled = fill_unreached(cells, std::uint32_t(gap), "v");
         Flags expected = gap == 0 ? flags.reached() : flags.dilated(gap).reached().dilated(gap);
         std::uint64_t expected_filled = 0, wrong = 0, bits = 0, inside = 0;
         flags.for_all([&](int x, int y, int z) {
@@ -136,6 +139,30 @@ TEST(Outer, IsWhatASearchFinds) {
       }
     }
   }
+}
+
+// Every second voxel is solid: as many runs as there can be.
+TEST(Outer, AsksForMemory) {
+  const Size size{254, 254, 30};
+  CellGrid cells(size);
+  for (std::uint32_t z = 0; z < size[2]; ++z) {
+    for (std::uint32_t y = 0; y < size[1]; ++y) {
+      std::uint64_t* row = cells.plane(z + 1) + std::size_t{y + 1} * cells.row_words();
+      for (std::uint32_t x = (y + z) % 2; x < size[0]; x += 2) {
+        row[(x + 1) / 64] |= std::uint64_t{1} << ((x + 1) & 63);
+      }
+    }
+  }
+  set_memory_limit(1);
+  try {
+    fill_unreached(cells, 0, "v");
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::internal);
+    EXPECT_EQ(std::string(error.what()).find("The outside of volume 'v' would take"), 0U)
+        << error.what();
+  }
+  set_memory_limit(0);
 }
 
 /// A ball of radius 18 that is hollow within 12, in which a ball of radius 6 floats; along +x a tunnel

@@ -21,14 +21,16 @@ namespace kiln::cli {
 namespace {
 
 constexpr const char* kCache = "POCL_CACHE_DIR";
-constexpr const char* kRetry = "KILN_RETRY";  // in the environment of a run that was begun anew
+// In the environment of a run that was begun anew: "1" as it was, "2" with an empty cache.
+constexpr const char* kRetry = "KILN_RETRY";
 
 // All that a handler needs, made before: nothing can be allocated in one.
 constexpr std::size_t kMostVariables = 4096;
 std::array<char*, kMostVariables + 3> environment;
 std::array<char, 256> folder, cache_variable;
-char retry_variable[] = "KILN_RETRY=1";
+char retry_variable[] = "KILN_RETRY=0";
 char** arguments = nullptr;
+int tries_before = 0;
 bool may_retry = false;
 volatile sig_atomic_t crashed = 0;
 
@@ -41,7 +43,13 @@ bool is_variable(const char* entry, const char* name) {
   return std::strncmp(entry, name, size) == 0 && entry[size] == '=';
 }
 
+int read_tries() {
+  const char* tries = std::getenv(kRetry);
+  return tries == nullptr ? 0 : *tries == '1' ? 1 : 2;
+}
+
 void prepare_retry(char** argv) {
+  tries_before = read_tries();
   const char* temporary = std::getenv("TMPDIR");
   const int size = std::snprintf(folder.data(), folder.size(), "%s/kiln-cache-%ld",
                                  temporary != nullptr && *temporary != '\0' ? temporary : "/tmp",
@@ -49,13 +57,16 @@ void prepare_retry(char** argv) {
   std::snprintf(cache_variable.data(), cache_variable.size(), "%s=%s", kCache, folder.data());
   std::size_t count = 0;
   for (char** entry = environ; *entry != nullptr && count < kMostVariables; ++entry) {
-    if (!is_variable(*entry, kCache)) environment[count++] = *entry;
+    const bool replaced =
+        is_variable(*entry, kRetry) || (tries_before == 1 && is_variable(*entry, kCache));
+    if (!replaced) environment[count++] = *entry;
   }
-  environment[count++] = cache_variable.data();
+  retry_variable[std::strlen(kRetry) + 1] = static_cast<char>('1' + tries_before);
   environment[count++] = retry_variable;
+  if (tries_before == 1) environment[count++] = cache_variable.data();
   environment[count] = nullptr;
   arguments = argv;
-  may_retry = std::getenv(kRetry) == nullptr && size > 0 &&
+  may_retry = tries_before < 2 && size > 0 &&
               static_cast<std::size_t>(size) + std::strlen(kCache) + 2 < folder.size();
 }
 
@@ -86,7 +97,7 @@ extern "C" void on_crash(int number) {
     raise(number);
     return;
   }
-  retry_with_empty_cache();
+  retry();
   end_by_driver();
 }
 
@@ -94,7 +105,7 @@ extern "C" void on_crash(int number) {
 void on_exit_within() {
   if (!in_driver() && on_main_thread()) return;
   remove_temporary_files();
-  retry_with_empty_cache();
+  retry();
   end_by_driver();
 }
 
@@ -122,17 +133,19 @@ extern "C" void pass_on(int number) {
 
 }  // namespace
 
-void retry_with_empty_cache() noexcept {
-  if (!may_retry || mkdir(folder.data(), 0700) != 0) return;
+void retry() noexcept {
+  const bool empty_cache = tries_before == 1;
+  if (!may_retry || (empty_cache && mkdir(folder.data(), 0700) != 0)) return;
   may_retry = false;
-  say("kiln: The OpenCL driver failed; PoCL's cache of kernels (POCL_CACHE_DIR) may be damaged or "
-      "its disk "
-      "full. Trying once more with an empty one.\n");
+  say(empty_cache ? "kiln: The OpenCL driver failed again; PoCL's cache of kernels "
+                    "(POCL_CACHE_DIR) may be damaged or its disk full. Trying once more with an "
+                    "empty one.\n"
+                  : "kiln: The OpenCL driver failed. Trying a second time.\n");
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   execve("/proc/self/exe", arguments, environment.data());
-  rmdir(folder.data());
+  if (empty_cache) rmdir(folder.data());
 }
 
 void catch_crashes(char** argv) noexcept {
@@ -152,7 +165,7 @@ void catch_crashes(char** argv) noexcept {
 }
 
 bool supervised(int& exit_code) {
-  if (std::getenv(kRetry) == nullptr) return false;
+  if (read_tries() != 2) return false;
   const char* cache = std::getenv(kCache);
   child = fork();
   if (child <= 0) return false;  // the child, or there can be none: run here

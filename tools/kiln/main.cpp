@@ -128,7 +128,7 @@ int run(int argc, char** argv) {
     if (cli::interrupted()) return cancelled();
     // What the message of a kernel that PoCL did not build says.
     if (std::strstr(error.what(), "PoCL's cache of kernels") != nullptr) {
-      cli::retry_with_empty_cache();
+      cli::retry();
     }
     std::fprintf(stderr, "kiln: %s\n", cli::with_flags(error.what()).c_str());
     return static_cast<int>(error.code());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <string_view>
 
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
@@ -78,14 +79,14 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       read.push_back(std::move(material));
     }
   }
+  std::map<std::string_view, const Material*> by_name;  // the first of a name
+  for (const Material& material : read) by_name.emplace(material.name, &material);
   std::vector<Material> materials;
   std::uint64_t missing = 0;
   std::string example;
   for (const std::string& name : mesh.material_names) {
-    const auto found =
-        std::find_if(read.begin(), read.end(), [&](const Material& m) { return m.name == name; });
-    if (found != read.end()) {
-      materials.push_back(*found);
+    if (const auto found = by_name.find(name); found != by_name.end()) {
+      materials.push_back(*found->second);
       continue;
     }
     materials.emplace_back().name = name;

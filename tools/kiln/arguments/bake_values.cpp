@@ -103,13 +103,6 @@ const std::map<std::string, MissPolicy>& fallback_miss_values() {
   return values;
 }
 
-const std::map<std::string, TextureKind>& texture_kind_values() {
-  static const std::map<std::string, TextureKind> values = {{"srgb", TextureKind::srgb},
-                                                            {"linear", TextureKind::linear},
-                                                            {"normal", TextureKind::normal}};
-  return values;
-}
-
 const std::map<std::string, IdBy>& id_by_values() {
   static const std::map<std::string, IdBy> values = {{"part", IdBy::part},
                                                      {"material", IdBy::material},

@@ -44,7 +44,6 @@ std::string name_of(const std::map<std::string, T>& values, T wanted) {
   throw Error(ErrorCode::internal, "An option's value has no name.");
 }
 
-const std::map<std::string, TextureKind>& texture_kind_values();
 const std::map<std::string, IdBy>& id_by_values();
 const std::map<std::string, PartsBy>& parts_by_values();
 const std::map<std::string, UvCopies>& uv_copies_values();

@@ -13,54 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kMaterials = "mtl";
-
-const std::map<std::string, MaterialSlot>& slot_values() {
-  static const std::map<std::string, MaterialSlot> values = {
-      {"color", MaterialSlot::color},       {"opacity", MaterialSlot::opacity},
-      {"normals", MaterialSlot::normal},    {"roughness", MaterialSlot::roughness},
-      {"metallic", MaterialSlot::metallic}, {"emission", MaterialSlot::emission}};
-  return values;
-}
-
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-
-bool is_name(const std::string& text) {
-  return !text.empty() && is_letter(text[0]) && std::all_of(text.begin(), text.end(), [](char c) {
-    return is_letter(c) || c == '_' || (c >= '0' && c <= '9');
-  });
-}
-
-/// A name of a file's stem.
-std::string name_of_file(const std::string& file) {
-  std::string name = fs::path(file).stem().string();
-  for (char& c : name) {
-    if (!is_letter(c) && !(c >= '0' && c <= '9')) c = '_';
-  }
-  return is_name(name) ? name : "t_" + name;
-}
-
-/// Takes the part after the last colon off a text, where there is one.
-std::optional<std::string> last_part(std::string& text) {
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) return std::nullopt;
-  std::string part = text.substr(colon + 1);
-  text.resize(colon);
-  return part;
-}
-
-/// Where no such file is there, but one before a colon is: the words after it are wrong. \throws Error(usage)
-void check_words(const std::string& text, const std::string& file) {
-  if (fs::exists(file)) return;
-  for (std::string rest = file; last_part(rest);) {
-    if (!fs::exists(rest)) continue;
-    throw Error(ErrorCode::usage, "--transfer '" + text + "': '" +
-                                      text.substr(text.rfind(':') + 1) +
-                                      "' is no colour space. Give FILE, FILE:NAME or "
-                                      "FILE:NAME:SPACE, where SPACE is srgb, linear or normal.");
-  }
-}
-
 bool asks(const BakeOptions& options, std::string_view map) {
   return std::find(options.maps.begin(), options.maps.end(), MapKind{map}) != options.maps.end();
 }
@@ -86,8 +38,8 @@ class Materials {
 };
 
 Texture load_texture(const TransferArgument& transfer, Materials& materials) {
-  if (transfer.file == kMaterials) {
-    Texture texture = materials.texture(slot_values().at(transfer.name));
+  if (transfer.materials()) {
+    Texture texture = materials.texture(material_slot_values().at(transfer.name));
     if (transfer.kind) texture.kind = *transfer.kind;
     return texture;
   }
@@ -108,59 +60,6 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials) {
 
 }  // namespace
 
-TransferArgument parse_transfer(const std::string& text) {
-  TransferArgument transfer;
-  transfer.file = text;
-  std::string rest = text;
-  if (std::optional<std::string> part = last_part(rest)) {
-    if (const auto kind = texture_kind_values().find(*part); kind != texture_kind_values().end()) {
-      transfer.kind = kind->second;
-      transfer.file = rest;
-      part = last_part(rest);
-    }
-    if (part && is_name(*part)) {
-      transfer.name = *part;
-      transfer.file = rest;
-    }
-  }
-  if (transfer.file == kMaterials) {
-    if (!slot_values().contains(transfer.name)) {
-      throw Error(ErrorCode::usage,
-                  "--transfer '" + text +
-                      "': of materials it takes mtl:color, opacity, normals, roughness, metallic "
-                      "or emission.");
-    }
-    return transfer;
-  }
-  check_words(text, transfer.file);
-  if (transfer.name.empty()) transfer.name = name_of_file(transfer.file);
-  return transfer;
-}
-
-std::vector<TransferArgument> parse_transfers(const BakeArguments& arguments) {
-  std::vector<TransferArgument> transfers;
-  for (const std::string& text : arguments.transfers) transfers.push_back(parse_transfer(text));
-  return transfers;
-}
-
-std::vector<std::string> own_map_names(const BakeArguments& arguments) {
-  std::vector<std::string> names;
-  for (const TransferArgument& transfer : parse_transfers(arguments)) {
-    if (transfer.name != "color" && transfer.name != "opacity") names.push_back(transfer.name);
-  }
-  for (const std::string& text : arguments.own_maps)
-    names.push_back(text.substr(0, text.find('=')));
-  return names;
-}
-
-void part_maps(BakeArguments& a) {
-  std::vector<std::string> maps;
-  for (const std::string& map : a.maps) {
-    (map.find('=') == std::string::npos ? maps : a.own_maps).push_back(map);
-  }
-  a.maps = std::move(maps);
-}
-
 std::vector<OwnMap> load_own_maps(const BakeArguments& a) {
   constexpr std::size_t kMost = std::size_t{1} << 20;
   std::vector<OwnMap> maps;
@@ -171,17 +70,6 @@ std::vector<OwnMap> load_own_maps(const BakeArguments& a) {
     map.file = text.substr(equals + 1);
     map.source = read_small_file(map.file, kMost, "--maps '" + text + "'");
     maps.push_back(std::move(map));
-  }
-  return maps;
-}
-
-std::vector<std::string> maps_asked(const BakeArguments& arguments) {
-  std::vector<std::string> maps = arguments.maps;
-  for (const TransferArgument& transfer : parse_transfers(arguments)) {
-    const bool known = transfer.name == "color" || transfer.name == "opacity";
-    if (known && std::find(maps.begin(), maps.end(), transfer.name) == maps.end()) {
-      maps.push_back(transfer.name);
-    }
   }
   return maps;
 }

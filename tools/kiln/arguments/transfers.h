@@ -1,6 +1,7 @@
 // Textures of the high poly that a bake carries over.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +15,12 @@ struct TransferArgument {
   std::string file;  ///< Or "mtl": what the materials name
   std::string name;
   std::optional<TextureKind> kind;
+
+  bool materials() const { return file == "mtl"; }
 };
+
+/// Names that `mtl:NAME` may have.
+const std::map<std::string, MaterialSlot>& material_slot_values();
 
 /// \throws Error(usage)
 TransferArgument parse_transfer(const std::string& text);

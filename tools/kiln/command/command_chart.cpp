@@ -119,7 +119,9 @@ void check_no_settings(const ChartArguments& a) {
   std::vector<std::string> names = mesh_setting_names();
   for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
   for (const std::string& path : a.meshes) {
-    if (fs::exists(path) || std::find(names.begin(), names.end(), path) == names.end()) continue;
+    std::error_code ignored;
+    if (fs::exists(path, ignored) || std::find(names.begin(), names.end(), path) == names.end())
+      continue;
     std::sort(names.begin(), names.end());
     names.erase(std::unique(names.begin(), names.end()), names.end());
     throw Error(ErrorCode::usage, "'" + path +

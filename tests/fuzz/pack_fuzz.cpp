@@ -1,0 +1,47 @@
+// The words of --pack, a line each, in a bake of four maps: 1 to 4 channels that are there, or
+// kiln::Error(usage).
+#include <cstdint>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+
+#include "arguments/packs.h"
+
+namespace {
+
+constexpr kiln::MapInfo kMaps[] = {{.kind = {"normal"}, .channels = 3},
+                                   {.kind = {"ao"}, .channels = 1},
+                                   {.kind = {"color"}, .channels = 4},
+                                   {.kind = {"uv"}, .channels = 2}};
+
+}  // namespace
+
+// In place of the registry, which would bring all maps along.
+const kiln::MapInfo& kiln::find_map(std::string_view name) {
+  for (const MapInfo& map : kMaps) {
+    if (map.kind.name == name) return map;
+  }
+  throw Error(ErrorCode::usage, "There is no such map.");
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  kiln::cli::BakeArguments arguments;
+  arguments.maps.clear();
+  for (const kiln::MapInfo& map : kMaps) arguments.maps.emplace_back(map.kind.name);
+  std::istringstream text({reinterpret_cast<const char*>(data), size});
+  for (std::string line; std::getline(text, line);) arguments.packs.push_back(line);
+  try {
+    const std::vector<kiln::cli::Pack> packs = kiln::cli::parse_packs(arguments);
+    if (packs.size() != arguments.packs.size()) std::abort();
+    for (const kiln::cli::Pack& pack : packs) {
+      if (pack.name.empty() || pack.channels.empty() || pack.channels.size() > 4) std::abort();
+      for (const kiln::cli::PackChannel& channel : pack.channels) {
+        const bool number = channel.map.empty() && channel.value >= 0 && channel.value <= 1;
+        if (!number && channel.channel >= kiln::find_map(channel.map).channels) std::abort();
+      }
+    }
+  } catch (const kiln::Error& error) {
+    if (error.code() != kiln::ErrorCode::usage) std::abort();
+  }
+  return 0;
+}
