@@ -56,7 +56,7 @@ kiln_compile_together(host lowpoly
   lowpoly/chart_trims.cpp lowpoly/collapse.cpp lowpoly/collapse_mesh.cpp lowpoly/collapse_shape.cpp
   lowpoly/flat_chart.cpp lowpoly/flat_predicates.cpp lowpoly/flat_solvers.cpp)
 kiln_compile_together(host lowpoly_2
-  lowpoly/head_start.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/keep_names.cpp
+  lowpoly/head_start.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/hull_rule.cpp lowpoly/keep_names.cpp
   lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp lowpoly/quadric.cpp
   lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp)
 kiln_compile_together(host lowpoly_3

@@ -8,8 +8,10 @@ namespace {
 
 /// Cosine of the largest turn of a triangle in one collapse, by leniency.
 constexpr std::array<double, 3> kTurnLimits{0.5, 0.2, 0.0};
-/// Quality below which a triangle must not get worse. 1: equilateral; 0: no area.
-constexpr double kQualityLimit = 0.35;
+/// Quality below which a triangle must not get worse. 1: equilateral; 0: no area. Long triangles along bevels and
+/// creases stand for the surface better than even ones: this is 80 times as long as high. With 0.35, rendered
+/// normals were up to 13% worse.
+constexpr double kQualityLimit = 0.02;
 /// Doubled area over the square of the longest side: below this it must not get worse either, however
 /// lenient. Single precision tells such a triangle from one without area.
 constexpr double kAreaLimit = 1e-5;

@@ -25,6 +25,11 @@ void check(const Mesh& high, const SimplifyOptions& options) {
                     "; it must be above 0 and at most 1, a share of the diagonal");
   }
   require_memory("Simplification", kBytesOfFace * high.triangles.size());
+  if (options.hull && (options.height_field || options.keep_uvs)) {
+    throw Error(ErrorCode::usage, std::string("simplify: hull and ") +
+                                      (options.keep_uvs ? "keep_uvs" : "height_field") +
+                                      " exclude each other: both say where vertices may go");
+  }
   if (!options.keep_uvs) return;
   if (options.height_field) {
     throw Error(

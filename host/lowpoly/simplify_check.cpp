@@ -21,6 +21,8 @@ constexpr double kSharp = -0.5;
 constexpr double kAway = -0.2;
 /// How far around a triangle the high poly is looked for, a share of the diagonal.
 constexpr double kReach = 0.02;
+/// And how much farther triangles are kept.
+constexpr double kSpare = 0.01;
 /// Cells a side of the grid that finds dense triangles near some place.
 constexpr int kCells = 64;
 constexpr double kNoArea = 1e-12;
@@ -107,14 +109,22 @@ void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
 void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
-  std::vector<std::uint8_t> marked(std::size_t{kCells} * kCells * kCells, 0);
+  // Wider than needed, so that the tree still serves when a few of the candidates have been mended.
+  std::vector<std::uint8_t> needed(std::size_t{kCells} * kCells * kCells, 0), marked = needed;
   Vec3d low, high;
   for (const std::uint32_t t : candidates) {
     bounds(corners_of(points, triangles[t]), low, high);
     const double reach = kReach + length(high - low);
-    const Vec3d margin{reach, reach, reach};
-    each_cell(low - margin, high + margin, [&](std::size_t cell) { marked[cell] = 1; });
+    for (auto* cells : {&needed, &marked}) {
+      const double wide = cells == &needed ? reach : reach + kSpare;
+      const Vec3d margin{wide, wide, wide};
+      each_cell(low - margin, high + margin, [&](std::size_t cell) { (*cells)[cell] = 1; });
+    }
   }
+  const bool known =
+      std::equal(needed.begin(), needed.end(), marked_.begin(), marked_.end(),
+                 [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
+  if (known) return;
   near_.clear();
   for (const Triangle& t : triangles_) {
     bounds({Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]), Vec3d(positions_[t[2]])}, low, high);
@@ -123,6 +133,7 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
     if (any) near_.push_back(t);
   }
   surface_ = std::make_unique<SurfaceDistance>(positions_, near_);
+  marked_ = std::move(marked);
 }
 
 /// Whether the high poly near each of four of its points faces the other way.

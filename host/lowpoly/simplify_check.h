@@ -43,7 +43,8 @@ class SimplifyCheck {
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   bool height_field_;
-  std::vector<Triangle> near_;  ///< Triangles of the high poly near the candidates.
+  std::vector<Triangle> near_;        ///< Triangles of the high poly near the candidates.
+  std::vector<std::uint8_t> marked_;  ///< Cells of a grid that these touch.
   std::unique_ptr<SurfaceDistance> surface_;
 };
 

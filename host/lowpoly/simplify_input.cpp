@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -126,6 +127,12 @@ Scale::Scale(const Mesh& mesh, const std::vector<Triangle>& triangles) {
   }
   center_ = (low + high) * 0.5;
   diagonal_ = length(high - low);
+}
+
+double Scale::slack() const {
+  const double farthest =
+      std::max({std::abs(center_.x), std::abs(center_.y), std::abs(center_.z)}) + diagonal_;
+  return std::numeric_limits<float>::epsilon() * farthest / diagonal_;
 }
 
 Vec3d Scale::to_work(const Vec3& p) const {

@@ -32,6 +32,8 @@ class Scale {
   Vec3 to_mesh(const Vec3d& p) const { return to_float(p * diagonal_ + center_); }
   /// To where the mesh's numbers can hold a point.
   Vec3d snap(const Vec3d& p) const { return to_work(to_mesh(p)); }
+  /// How far that moves a point, at most.
+  double slack() const;
 
  private:
   Vec3d center_;

@@ -42,7 +42,7 @@ void warn_of_flaws(SimplifyReport& report) {
 }  // namespace
 
 SimplifyResult SimplifyJob::to_count(const Work& work) const {
-  Shrinking shrinking(work.points, work.triangles, layout(), options_.height_field, scale_);
+  Shrinking shrinking(work.points, work.triangles, layout(), options_, scale_);
   shrinking.collapser().run(options_.faces);
   SimplifyResult result;
   shrinking.extract(result);
@@ -55,7 +55,7 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) const {
   // A few samples guide the search. All of them then decide, and narrow the guide's bound if need be.
   double guide = 0.9 * bound;
   for (int attempt = 0; attempt < 4; ++attempt) {
-    Shrinking shrinking(work.points, work.triangles, layout(), options_.height_field, scale_);
+    Shrinking shrinking(work.points, work.triangles, layout(), options_, scale_);
     SimplifyResult best;
     std::size_t faces = std::numeric_limits<std::size_t>::max();
     for (double distance = 0.05 * bound; distance < 8 * bound; distance *= 1.2) {
@@ -81,8 +81,7 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
   const std::size_t found = flaws.count();
   for (int round = 0; round < kMendingRounds && !flaws.none(); ++round) {
     Shrinking shrinking(result.points, result.triangles,
-                        options_.keep_uvs ? &result.layout : nullptr, options_.height_field,
-                        scale_);
+                        options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
     const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
@@ -110,7 +109,7 @@ bool SimplifyJob::is_good(const SimplifyResult& result) {
 Work SimplifyJob::start(std::size_t faces) const {
   const std::size_t near_goal = std::max(kDirectLimit, kHeadStartShare * faces);
   Work work = dense_;
-  if (work.triangles.size() > near_goal && !options_.keep_uvs) {
+  if (work.triangles.size() > near_goal && !options_.keep_uvs && !options_.hull) {
     head_start(work, near_goal, options_.faces == 0 ? 0.1 * options_.max_error : 1.0,
                options_.height_field);
   }
@@ -120,7 +119,7 @@ Work SimplifyJob::start(std::size_t faces) const {
 std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> faces) const {
   std::vector<SimplifyResult> results;
   const Work work = start(faces.empty() ? 0 : faces.front());
-  Shrinking shrinking(work.points, work.triangles, layout(), options_.height_field, scale_);
+  Shrinking shrinking(work.points, work.triangles, layout(), options_, scale_);
   for (const std::uint32_t goal : faces) {
     const std::size_t before = shrinking.faces();
     shrinking.collapser().run(goal);

@@ -10,6 +10,7 @@
 #include "kiln/lowpoly.h"
 #include "lowpoly/collapse.h"
 #include "lowpoly/height_rule.h"
+#include "lowpoly/hull_rule.h"
 #include "lowpoly/layout_rule.h"
 #include "lowpoly/simplify_check.h"
 #include "lowpoly/simplify_input.h"
@@ -29,10 +30,14 @@ struct SimplifyResult {
 class Shrinking {
  public:
   Shrinking(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
-            const Layout* layout, bool height_field, const Scale& scale)
+            const Layout* layout, const SimplifyOptions& options, const Scale& scale)
       : mesh_(points, triangles),
         layout_(layout == nullptr ? nullptr : std::make_unique<LayoutRule>(mesh_, *layout)),
-        height_(height_field ? std::make_unique<HeightRule>(mesh_) : nullptr),
+        height_(options.height_field ? std::make_unique<HeightRule>(mesh_) : nullptr),
+        hull_(options.hull
+                  ? std::make_unique<HullRule>(
+                        mesh_, [scale](const Vec3d& p) { return scale.snap(p); }, scale.slack())
+                  : nullptr),
         collapser_(mesh_, rule(), [scale](const Vec3d& p) { return scale.snap(p); }) {}
 
   EdgeCollapser& collapser() { return collapser_; }
@@ -55,11 +60,13 @@ class Shrinking {
  private:
   CollapseRule* rule() const {
     if (layout_) return layout_.get();
-    return height_.get();
+    if (height_) return height_.get();
+    return hull_.get();
   }
   CollapseMesh mesh_;
   std::unique_ptr<LayoutRule> layout_;
   std::unique_ptr<HeightRule> height_;
+  std::unique_ptr<HullRule> hull_;
   EdgeCollapser collapser_;
 };
 

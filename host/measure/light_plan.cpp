@@ -54,7 +54,6 @@ class LightPlanner {
   struct Made {
     std::size_t level = 0;
     Mesh low;
-    SimplifyReport simplified;
     UnwrapReport unwrapped;
     BakeOptions bake;
     LightTrial trial;
@@ -76,6 +75,10 @@ class LightPlanner {
       search();
       bake_all_maps();
     }
+    // Its deviation takes long to measure, so only that of what was chosen is.
+    const Stopwatch watch;
+    looks_.levels().mesh(best_->level, &plan_.simplified);
+    plan_.seconds_simplify += watch.total();
     plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds);
     fill_trade();
     return std::move(plan_);
@@ -251,7 +254,7 @@ class LightPlanner {
   void measure_without_map(std::size_t level) {
     Made made;
     made.level = level;
-    made.low = looks_.levels().mesh(level, &made.simplified);
+    made.low = looks_.levels().mesh(level);
     made.trial = trial_of(level, 0);
     made.trial.measured = looks_.model().exactly(level).plain;
     keep(std::move(made));
@@ -276,7 +279,7 @@ class LightPlanner {
     made.level = level;
     made.trial = trial_of(level, size);
     Stopwatch watch;
-    made.low = looks_.levels().mesh(level, &made.simplified);
+    made.low = looks_.levels().mesh(level);
     plan_.seconds_simplify += watch.lap();
     say(0.4, "laying out charts");
     UnwrapOptions layout{options_.unwrap, size, std::max(2U, size / 256)};
@@ -343,7 +346,6 @@ class LightPlanner {
   /// Bakes all maps, as asked for.
   void bake_all_maps() {
     plan_.low = std::move(best_->low);
-    plan_.simplified = std::move(best_->simplified);
     plan_.chosen = best_->trial;
     if (plan_.chosen.size == 0) return;
     plan_.unwrapped = std::move(best_->unwrapped);

@@ -88,6 +88,22 @@ TEST(SimplifyFlaws, AVertexPulledOverItsNeighboursFoldsTriangles) {
   }
 }
 
+/// Looks after the first keep what it loaded of the high poly where that serves.
+TEST(SimplifyFlaws, ALookFindsTheSameWhateverWasLookedAtBefore) {
+  const Pulled first(17);
+  SimplifyCheck check(first.dense.positions, first.dense.triangles, false);
+  check.find(first.points, first.light.triangles);
+  std::size_t folded = 0;
+  for (const std::uint32_t vertex : {17U, 18U, 200U, 17U, 411U}) {
+    const Pulled scene(vertex);
+    SimplifyCheck fresh(first.dense.positions, first.dense.triangles, false);
+    const Flaws expected = fresh.find(scene.points, scene.light.triangles);
+    EXPECT_EQ(check.find(scene.points, scene.light.triangles).folded, expected.folded) << vertex;
+    folded += expected.folded.size();
+  }
+  EXPECT_GT(folded, 5U);
+}
+
 TEST(SimplifyFlaws, AThinPlateHasSharpEdgesButNoFold) {
   // Two sides of a plate 0.002 thick, whose rim the low poly leaves out.
   const auto plate = [](std::uint32_t n, double rim) {

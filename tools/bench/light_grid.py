@@ -1,6 +1,7 @@
 """Compares `kiln bake HIGH --max-error normal=E` with a brute-force grid over faces and map sizes.
 
     python3 tools/bench/light_grid.py KILN OUT_DIR HIGH:DEGREES [HIGH:DEGREES ...] [--step 0.95] [--repeat 3]
+        [--times]
 
 For each high poly: the plan; then, for every size of maps, low polys from as many faces as the plan's bytes
 and 5% more allow, down in steps of 5%, until two in a row miss the error. All go the same way: `kiln bake --faces
@@ -11,9 +12,10 @@ over the plan's own. Prints one JSON line a mesh:
     plan, best    faces, size, bytes, degrees by pictures
     excess        bytes of the plan over those of the lightest that was found: 1 where that is the plan
     grid          bakes that the grid took
-    ratio         user seconds of the plan, over those of one bake of its result: least of --repeat runs each
+    ratio         processor seconds of the plan, over those of one bake of its result: least of --repeat runs each
+    with_picture  the same where Python draws the plan's picture, too
 
-Bytes are those of kiln/light_plan.h: 24 a vertex (16 without a map), 2 an index, 1 a texel and its mip-maps.
+With --times, there is no grid, but the seconds alone. Bytes are those of kiln/light_plan.h: 24 a vertex (16 without a map), 2 an index, 1 a texel and its mip-maps.
 """
 import argparse
 import json
@@ -22,16 +24,18 @@ import resource
 import subprocess
 
 
-def user_seconds():
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+def processor_seconds():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
-def run(program, *words):
-    before = user_seconds()
-    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True)
+def run(program, *words, path=None):
+    before = processor_seconds()
+    environment = {**os.environ, "PATH": path} if path else None
+    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True, env=environment)
     if done.returncode not in (0, 1):
         raise SystemExit(f"{' '.join(map(str, words))}\n{done.stderr}")
-    return user_seconds() - before
+    return processor_seconds() - before
 
 
 def split_vertices(path):
@@ -103,8 +107,10 @@ def compare(options, high, degrees):
     folder = os.path.join(options.out, os.path.splitext(os.path.basename(high))[0])
     os.makedirs(folder, exist_ok=True)
     report = os.path.join(folder, "plan.json")
-    plan_seconds = min(run(options.kiln, "bake", high, "--max-error", f"normal={degrees}", "--out", folder, "--json",
-                           report, "--force", "--quiet") for _ in range(options.repeat))
+    words = ["bake", high, "--max-error", f"normal={degrees}", "--out", folder, "--json", report, "--force", "--quiet"]
+    with_picture = min(run(options.kiln, *words) for _ in range(options.repeat))
+    # Where no folder has Python, nothing is drawn.
+    plan_seconds = min(run(options.kiln, *words, path=folder) for _ in range(options.repeat))
     with open(report) as file:
         plan = json.load(file)["plan"]
     chosen = plan["chosen"]
@@ -116,6 +122,10 @@ def compare(options, high, degrees):
                     "--samples", chosen["samples"], "--match", chosen["match"], "--out", folder, "--force",
                     "--quiet") for _ in range(options.repeat))
     row["ratio"] = round(plan_seconds / fixed, 2)
+    row["with_picture"] = round(with_picture / fixed, 2)
+    if options.times:
+        print(json.dumps(row), flush=True)
+        return
     at_plan = grid.point(chosen["faces"], chosen["size"])
     wanted = at_plan["degrees"] * degrees / chosen["measured_degrees"]
     row["plan"] = {**at_plan, "bytes": chosen["bytes"]["total"]}
@@ -136,6 +146,7 @@ def main():
     parser.add_argument("meshes", nargs="+", metavar="HIGH:DEGREES")
     parser.add_argument("--step", type=float, default=0.95)
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--times", action="store_true")
     options = parser.parse_args()
     for mesh in options.meshes:
         high, degrees = mesh.rsplit(":", 1)

@@ -1,21 +1,27 @@
-"""Compares simplification by kiln with meshoptimizer, MeshLab and Blender, by what the baked result looks like.
+"""Compares simplification by kiln with meshoptimizer, OpenMesh, MeshLab and Blender, by what the baked result looks
+like.
 
-    python3 tools/bench/simplify_bench.py KILN OUT_DIR HIGH.ply ... [--faces 500 2000 10000] [--size 512]
+    python3 tools/bench/simplify_bench.py KILN OUT_DIR HIGH.ply ... [--faces 500 2000 5000 10000] [--size 512]
+        [--peer build/bench/tools/bench/decimate_peer] [--ways kiln meshlab]
+    python3 tools/bench/simplify_bench.py --table ROWS.jsonl
 
-Needs PyPI's numpy and trimesh; rows of meshoptimizer, pymeshlab and bpy are left out where these are missing.
-bpy and pymeshlab may not load into one process: ask for them one at a time with --ways. Every
-low poly goes the same way: charts by kiln, normals baked by rays to --size texels a side, rendered by
-kiln beside the high poly. Prints one JSON line each:
+Needs PyPI's numpy and trimesh; rows of pymeshlab and bpy are left out where these are missing, those of
+meshoptimizer and OpenMesh without --peer. bpy and pymeshlab may not load into one process: ask for them one at a
+time with --ways. Every low poly goes the same way: charts by kiln, normals baked by rays to --size texels a side,
+rendered by kiln beside the high poly from 30 directions all around. Prints one JSON line each:
 
     faces       triangles of the low poly
     seconds     of simplifying alone (kiln: as reported)
     degrees     mean angle between rendered normals and the high poly's, with the map
     silhouette  pixels that only one of the two covers, as a share of those that both cover
+
+--table prints such lines as a table, and how far Kiln is over the best of the others.
 """
 import argparse
 import json
 import os
 import subprocess
+import sys
 import time
 
 import numpy
@@ -29,9 +35,9 @@ def write_obj(path, positions, faces):
         file.writelines("f %d %d %d\n" % tuple(f) for f in numpy.asarray(faces) + 1)
 
 
-def by_kiln(kiln, high, positions, faces, target, path):
+def by_kiln(options, high, positions, faces, target, path):
     report = path + ".json"
-    subprocess.run([kiln, "simplify", high, "--faces", str(target), "--out", path, "--json", report, "--force",
+    subprocess.run([options.kiln, "simplify", high, "--faces", str(target), "--out", path, "--json", report, "--force",
                     "--quiet"], check=True)
     points, _, triangles, _ = read_obj(path)
     write_obj(path, points, triangles)
@@ -39,21 +45,21 @@ def by_kiln(kiln, high, positions, faces, target, path):
         return json.load(file)["seconds"]["simplify"]
 
 
-def by_meshoptimizer(kiln, high, positions, faces, target, path):
-    import meshoptimizer
+def by_peer(name):
+    """\\param name  as decimate_peer takes it"""
+    def simplified(options, high, positions, faces, target, path):
+        if not options.peer:
+            raise ImportError(name)
+        welded = os.path.join(options.out, os.path.basename(high) + "_welded.obj")
+        if not os.path.exists(welded):
+            write_obj(welded, positions, faces)
+        done = subprocess.run([options.peer, name, welded, str(target), path], check=True, capture_output=True,
+                              text=True)
+        return float(done.stdout)
+    return simplified
 
-    points = numpy.ascontiguousarray(positions, numpy.float32)
-    indices = numpy.ascontiguousarray(faces, numpy.uint32).ravel()
-    out = numpy.zeros_like(indices)
-    start = time.perf_counter()
-    count = meshoptimizer.simplify(out, indices, points, target_index_count=3 * target, target_error=1.0)
-    seconds = time.perf_counter() - start
-    used, numbers = numpy.unique(out[:count], return_inverse=True)
-    write_obj(path, points[used], numbers.reshape(-1, 3))
-    return seconds
 
-
-def by_meshlab(kiln, high, positions, faces, target, path):
+def by_meshlab(options, high, positions, faces, target, path):
     import pymeshlab
 
     meshes = pymeshlab.MeshSet()
@@ -65,7 +71,7 @@ def by_meshlab(kiln, high, positions, faces, target, path):
     return seconds
 
 
-def by_blender(kiln, high, positions, faces, target, path):
+def by_blender(options, high, positions, faces, target, path):
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -84,7 +90,8 @@ def by_blender(kiln, high, positions, faces, target, path):
     return seconds
 
 
-WAYS = {"kiln": by_kiln, "meshoptimizer": by_meshoptimizer, "meshlab": by_meshlab, "blender": by_blender}
+WAYS = {"kiln": by_kiln, "meshoptimizer": by_peer("meshoptimizer"), "openmesh": by_peer("openmesh"),
+        "meshlab": by_meshlab, "blender": by_blender}
 
 
 def rate(kiln, high, low, size, folder):
@@ -93,13 +100,14 @@ def rate(kiln, high, low, size, folder):
 
     stem = os.path.splitext(os.path.basename(low))[0] + "_unwrapped"
     run("bake", high, low, "--unwrap=charts", "--match", "ray", "--size", str(size), "--out", folder, "--force",
-        "--quiet")
+        "--quiet", "--recall", "0")
     report = os.path.join(folder, stem + ".json")
     run("render", os.path.join(folder, stem + ".obj"), "--normal", os.path.join(folder, stem + "_normal.png"),
-        "--reference", high, "--out", os.path.join(folder, stem + ".png"), "--json", report, "--quiet")
+        "--reference", high, "--out", os.path.join(folder, stem + ".png"), "--json", report, "--quiet",
+        "--size", "64", "--samples", "1", "--ambient-rays", "0", "--frames", "1")
     with open(report) as file:
-        rendered = json.load(file)["rendered_normals"]["with_map"]
-    return {"degrees": round(rendered["mean_angle_degrees"], 3),
+        rendered = json.load(file)["rendered_normals"]["around"]["with_map"]
+    return {"degrees": round(rendered["mean_angle_degrees"], 4),
             "silhouette": round(rendered["one_sided_pixels"] / rendered["pixels"], 5)}
 
 
@@ -114,28 +122,57 @@ def read_high(path):
     return points, faces[good]
 
 
+def print_table(path):
+    """A row a mesh and number of faces: degrees and silhouettes of every way; last, the worse of Kiln's two ratios."""
+    rows, ways = {}, []
+    with open(path) as file:
+        for line in file:
+            row = json.loads(line)
+            rows.setdefault((row["mesh"], row["asked"]), {})[row["way"]] = row
+            if row["way"] not in ways:
+                ways.append(row["way"])
+    print("| mesh | faces | " + " | ".join(ways) + " | over the best |")
+    print("| --- | --: |" + " --- |" * len(ways) + " --- |")
+    for (mesh, asked), found in rows.items():
+        cells = []
+        for way in ways:
+            row = found.get(way)
+            exact = row and row["faces"] <= 1.01 * asked
+            cells.append("-" if not row else "%.3g°, %.2f%%%s" % (row["degrees"], 100 * row["silhouette"],
+                                                                 "" if exact else " (%d faces)" % row["faces"]))
+        over = []
+        for figure in ("degrees", "silhouette"):
+            others = [row[figure] for way, row in found.items() if way != "kiln" and row["faces"] <= 1.01 * asked]
+            over.append("%.2f" % (found["kiln"][figure] / min(others)) if others and "kiln" in found else "-")
+        print("| %s | %d | %s | %s |" % (mesh, asked, " | ".join(cells), ", ".join(over)))
+
+
 def main():
+    if len(sys.argv) == 3 and sys.argv[1] == "--table":
+        print_table(sys.argv[2])
+        return
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("kiln")
     parser.add_argument("out")
     parser.add_argument("high", nargs="+")
-    parser.add_argument("--faces", type=int, nargs="+", default=[500, 2000, 10000])
+    parser.add_argument("--faces", type=int, nargs="+", default=[500, 2000, 5000, 10000])
     parser.add_argument("--size", type=int, default=512)
+    parser.add_argument("--peer", help="the program decimate_peer")
     parser.add_argument("--ways", nargs="+", choices=list(WAYS), default=list(WAYS))
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
     for high in options.high:
         positions, faces = read_high(high)
         name = os.path.splitext(os.path.basename(high))[0]
-        for target in options.faces:
+        for target in [count for count in options.faces if count < len(faces)]:
             for way in options.ways:
                 make = WAYS[way]
                 path = os.path.join(options.out, "%s_%d_%s.obj" % (name, target, way))
                 try:
-                    seconds = make(options.kiln, high, positions, faces, target, path)
+                    seconds = make(options, high, positions, faces, target, path)
                 except ImportError:
                     continue
-                row = {"mesh": name, "way": way, "faces": len(read_obj(path)[2]), "seconds": round(seconds, 3)}
+                row = {"mesh": name, "way": way, "asked": target, "faces": len(read_obj(path)[2]), "seconds": round(seconds, 3)}
                 row.update(rate(options.kiln, high, path, options.size, options.out))
                 print(json.dumps(row), flush=True)
 

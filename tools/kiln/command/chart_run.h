@@ -22,9 +22,12 @@ struct ChartArguments {
   std::string out, device;
   std::string max_distance = "2%";
   std::vector<std::string> settings;
-  bool ao = false;                  ///< Also ambient occlusion
-  std::string ao_error;             ///< A share of 1, or a fraction
-  std::optional<double> ao_budget;  ///< Seconds
+  bool ao = false;                         ///< Also ambient occlusion
+  std::string ao_error;                    ///< A share of 1, or a fraction
+  std::optional<double> ao_budget;         ///< Seconds
+  bool plan = false;                       ///< Bytes against error of high polys alone
+  std::vector<std::string> max_errors;     ///< To plan for, degrees
+  std::vector<std::string> not_for_plans;  ///< Options given that plans have no use for
   ChartOptions options;
   bool quiet = false;
 };
@@ -51,6 +54,15 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const AoCha
 
 /// How far a chart's progress is when files are written.
 inline constexpr double kChartAtSave = 0.98;
+
+/// Adds --plan and --max-error.
+void add_plan_options(CLI::App& command, ChartArguments& a);
+/// Those that --plan has no use for, of what the command has by now.
+std::vector<const CLI::Option*> options_not_for_plans(const CLI::App& command);
+/// Before any work. \throws Error(usage)
+void check_plan(const ChartArguments& a);
+/// Runs `kiln chart --plan`, checked. \returns the exit code
+int run_plan_command(const ChartArguments& a);
 
 /// Runs `kiln chart` over volumes, checked. \returns the exit code
 int run_volumes_command(const ChartArguments& a);

@@ -134,7 +134,8 @@ void check_no_settings(const ChartArguments& a) {
 /// Before any work. \throws Error(usage)
 void check(const ChartArguments& a) {
   check_no_settings(a);
-  has_volumes(a) ? check_volumes(a) : check_meshes(a);
+  check_plan(a);
+  if (!a.plan) has_volumes(a) ? check_volumes(a) : check_meshes(a);
   std::vector<fs::path> outputs;
   for (const char* ending : {".json", ".csv", ".md", "_ao.csv"}) {
     outputs.push_back(fs::path(a.out) / file_name(ending));
@@ -293,6 +294,7 @@ int run_chart_command(const ChartArguments& arguments) {
 
 int run_chart(const ChartArguments& a) {
   check(a);
+  if (a.plan) return run_plan_command(a);
   return has_volumes(a) ? run_volumes_command(a) : run_chart_command(a);
 }
 
@@ -308,7 +310,8 @@ Run add_chart(CLI::App& app) {
       ->add_option("HIGH", a->meshes,
                    "High polys (PLY, OBJ, STL, OFF) or height fields (PNG, EXR), each with its "
                    "light one, with UVs: a row of "
-                   "panels a pair. Or volumes with --iso, a row of panels each")
+                   "panels a pair. Or volumes with --iso, a row of panels each. Or high polys "
+                   "alone with --plan")
       ->type_name("LOW [HIGH2 LOW2 ...]")
       ->required();
   command
@@ -342,6 +345,7 @@ Run add_chart(CLI::App& app) {
       ->add_option("--ao-budget", a->ao_budget,
                    "Of ambient occlusion: say what comes nearest to the truth in so many seconds")
       ->check(CLI::PositiveNumber);
+  add_plan_options(*command, *a);
   std::vector<std::string> names = mesh_setting_names();
   names.emplace_back(kHard);
   for (const VolumeWay& way : volume_ways()) {
@@ -370,10 +374,16 @@ Run add_chart(CLI::App& app) {
   for (const CLI::Option* option : command->get_options()) {
     if (std::find(own.begin(), own.end(), option) == own.end()) for_volumes.push_back(option);
   }
-  return [a, for_volumes] {
-    for (const CLI::Option* option : for_volumes) {
-      if (option->count() != 0) a->for_volumes.push_back(option->get_name());
-    }
+  const std::vector<const CLI::Option*> not_for_plans = options_not_for_plans(*command);
+  return [a, for_volumes, not_for_plans] {
+    const auto given = [](const std::vector<const CLI::Option*>& options,
+                          std::vector<std::string>& names) {
+      for (const CLI::Option* option : options) {
+        if (option->count() != 0) names.push_back(option->get_name());
+      }
+    };
+    given(for_volumes, a->for_volumes);
+    given(not_for_plans, a->not_for_plans);
     expand_settings(*a);
     return run_chart(*a);
   };

@@ -20,6 +20,7 @@ struct SimplifyArguments {
   std::string high, out, size = "2048", unwrap = "charts", json;
   std::uint32_t faces = 0;
   std::string max_error;
+  bool hull = false;
   bool keep_uvs = false, laid_out = false;  // laid_out: --size or --unwrap was given.
   bool quiet = false, force = false;
 };
@@ -60,6 +61,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.faces = arguments.faces;
   if (!arguments.max_error.empty()) options.max_error = parse_error_bound(arguments.max_error);
   options.keep_uvs = arguments.keep_uvs;
+  options.hull = arguments.hull;
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
@@ -93,6 +95,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"faces", report.faces},
                  {"error", report.error},
                  {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
+                 {"hull", arguments.hull},
                  {"charts", charts},
                  {"coverage", coverage},
                  {"flaws", describe_flaws(report)},
@@ -136,8 +139,13 @@ Run add_simplify(CLI::App& app) {
                        "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
           ->check(CLI::IsMember({"charts", "pairs"}))
           ->capture_default_str();
-  command->add_flag("--keep-uvs", arguments->keep_uvs,
-                    "Keep HIGH's UVs, seams and groups instead of making new charts");
+  CLI::Option* keep =
+      command->add_flag("--keep-uvs", arguments->keep_uvs,
+                        "Keep HIGH's UVs, seams and groups instead of making new charts");
+  command
+      ->add_flag("--hull", arguments->hull,
+                 "Enclose HIGH: nothing of it pokes through the low poly")
+      ->excludes(keep);
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
   command->add_option("--json", arguments->json,
                       "Write a report to this file, or - for standard output");

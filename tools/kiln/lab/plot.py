@@ -229,7 +229,9 @@ LOOKS = {"paper": ("#d55e00", "s", "-"), "kiln": ("#0072b2", "o", "-"),
 
 
 def curve_look(look):
-    """\\param look  a name, or a share from light to dark: an order"""
+    """\\param look  a name, or a share from light to dark: an order; {"thin": share}: in the background"""
+    if isinstance(look, dict):
+        return {**curve_look(look["thin"]), "linewidth": 1, "markersize": 3.5, "alpha": 0.6}
     shade = None if isinstance(look, str) else np.array(
         [250 - 225 * look, 180 - 150 * look, 80 + 20 * look]) / 255
     color, marker, style = LOOKS[look] if shade is None else (tuple(shade), "o", "-")
@@ -247,6 +249,8 @@ def draw_study(data, _):
         values = [y for curve in panel["curves"] for y in curve["y"]]
         values += [level["y"] for level in panel["levels"]]
         is_log = min(values) > 0 and max(values) >= 3 * min(values)
+        if "title" in panel:
+            axes.set_title(panel["title"], size=NORMAL, color=INK)
         style_axes(axes, data["x_title"] + " (logarithmic)",
                    panel["y_title"] + (" (logarithmic)" if is_log else ""))
         set_log(axes, "x", ticks[0] / 1.15, ticks[-1] * 1.15, ticks)

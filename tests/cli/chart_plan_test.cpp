@@ -1,0 +1,122 @@
+// kiln chart --plan: the grid, its fronts, the plans, files, exit codes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/chart_files.h"
+#include "cli/lab_scene.h"
+#include "kiln/light_plan.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::make_scene;
+using test::ProcessResult;
+using test::read_json;
+using test::run_kiln;
+using namespace test::chart_files;
+
+/// Nothing else of its way has fewer bytes and less error: by brute force.
+bool on_front(const json& point, const json& points) {
+  return std::none_of(points.begin(), points.end(), [&](const json& other) {
+    if (other["way"] != point["way"] || other == point) return false;
+    return other["bytes"]["total"] <= point["bytes"]["total"] &&
+           other["mean_degrees"] <= point["mean_degrees"];
+  });
+}
+
+TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(8000);
+  const fs::path out = scene / "out";
+  const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
+                                         "6,normal=3", "--size", "128", "--out", out},
+                                        without_python());
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(out / "chart.json");
+  ASSERT_EQ(report["meshes"].size(), 1U);
+  const json& points = report["meshes"][0]["points"];
+  std::vector<std::uint64_t> faces;
+  std::size_t on_fronts = 0, plain = 0;
+  for (const json& p : points) {
+    plain += p["way"] == "meshoptimizer";
+    faces.push_back(p["faces"].get<std::uint64_t>());
+    EXPECT_EQ(p["front"].get<bool>(), on_front(p, points)) << p;
+    on_fronts += p["front"].get<bool>();
+    const LightBytes bytes =
+        light_bytes(p["vertices"], p["faces"], p["size"].get<std::uint32_t>(), {3}, 8);
+    EXPECT_EQ(p["bytes"]["total"], bytes.total());
+    EXPECT_EQ(p["bytes"]["texels"], bytes.texels);
+  }
+  // 125 to 4,000 faces, without a map and with those of 16 to 128 texels that are not far too large or small.
+  EXPECT_GT(plain, 12U);
+  EXPECT_GT(points.size() - plain, 12U);
+  EXPECT_GE(*std::min_element(faces.begin(), faces.end()), 120U);
+  EXPECT_LE(*std::max_element(faces.begin(), faces.end()), 4000U);
+  EXPECT_GE(on_fronts, 8U);
+
+  const json& plans = report["meshes"][0]["plans"];
+  ASSERT_EQ(plans.size(), 2U);
+  EXPECT_EQ(plans[0]["wanted_degrees"], 6);
+  EXPECT_EQ(plans[1]["wanted_degrees"], 3);
+  for (const json& plan : plans) {
+    EXPECT_TRUE(plan["reached"].get<bool>());
+    // Other pictures than the plan's own say about the same.
+    EXPECT_LT(plan["mean_degrees"], 1.25 * plan["wanted_degrees"].get<double>());
+    // The front is of a coarse grid: a plan may be lighter, and must not be far heavier.
+    const double over = plan["bytes"]["total"].get<double>() / plan["front_bytes"].get<double>();
+    EXPECT_GT(over, 0.5);
+    EXPECT_LT(over, 1.3);
+  }
+  EXPECT_LT(plans[0]["bytes"]["total"], plans[1]["bytes"]["total"]);
+  EXPECT_EQ(read_lines(out / "chart.csv").size(), 1 + points.size() + plans.size());
+  for (const char* file : {"chart.md", "chart_plot.json", "kiln_plot.py"}) {
+    EXPECT_TRUE(fs::exists(out / file)) << file;
+  }
+  const json shown = read_json(out / "chart_plot.json");
+  EXPECT_EQ(shown["panels"][0]["rings"]["x"].size(), 2U);
+}
+
+TEST(PlanChart, RefusesBadUsage) {
+  const fs::path scene = make_scene(1000);
+  const std::string high = scene / "high.obj", low = scene / "low.obj", out = scene / "out";
+  struct Bad {
+    std::vector<std::string> words;
+    const char* says;
+  };
+  for (const Bad& bad : std::vector<Bad>{
+           {{high, low, "--max-error", "2"}, "add --plan"},
+           {{high, "--plan", "--repeat", "2"}, "--repeat is for charts of matches"},
+           {{high, "--plan", "--ao"}, "--ao is for charts of matches"},
+           {{high, "--plan", "--settings", "ray"}, "--settings is for charts of matches"},
+           {{high, "--plan", "--iso", "2"}, "--iso is for volumes"},
+           {{"x.nrrd", "--plan"}, "is a volume"},
+           {{high, "--plan", "--height", "2"}, "height field"},
+           {{high, "--plan", "--max-error", "nothing"}, "--max-error"},
+           {{high, "--plan", "--max-error", "-1"}, "--max-error"}}) {
+    std::vector<std::string> words = {"chart", "--out", out};
+    words.insert(words.begin() + 1, bad.words.begin(), bad.words.end());
+    const ProcessResult result = run_kiln(words);
+    EXPECT_EQ(result.exit_code, 2) << bad.says;
+    EXPECT_NE(result.errors.find(bad.says), std::string::npos) << result.errors;
+    EXPECT_FALSE(fs::exists(out));
+  }
+}
+
+TEST(PlanChart, AMeshOfFewFacesHasNoGrid) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(100);
+  const ProcessResult result =
+      run_kiln({"chart", scene / "high.obj", "--plan", "--out", scene / "out"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_NE(result.errors.find("needs 250 or more"), std::string::npos) << result.errors;
+}
+
+}  // namespace
+}  // namespace kiln
