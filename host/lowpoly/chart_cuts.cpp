@@ -6,6 +6,8 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "base/parallel.h"
@@ -101,28 +103,38 @@ struct Shape {
   double area = 0, box = 0;
 };
 
-/// The best cut along lines across one direction.
+/// The best cut along lines across one direction. The lines make bands of triangles; what hangs together in
+/// a band is a node. Each line is then tried on the few nodes.
 class Sweep {
  public:
   Sweep(const Shape& shape, const CutPrice& price)
       : shape_(shape),
         price_(price),
-        count_(static_cast<std::uint32_t>(shape.chart.triangles.size())),
-        across_(count_) {}
+        count_(static_cast<std::uint32_t>(shape.chart.triangles.size())) {}
 
   Cut run(std::size_t direction) {
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      const Triangle& t = shape_.chart.triangles[i];
-      const std::vector<Along>& along = shape_.along;
-      across_[i] = (along[t[0]][direction] + along[t[1]][direction] + along[t[2]][direction]) / 3;
+    find_nodes(direction);
+    find_links();
+    for (int line = 1; line <= kLines; ++line) look(line);
+    if (best_.gain > 0) {
+      best_.apart.resize(count_);
+      for (std::uint32_t i = 0; i < count_; ++i) best_.apart[i] = apart_[node_of_[i]];
     }
-    const double low = shape_.whole.low[direction], high = shape_.whole.high[direction];
-    for (int line = 1; line <= kLines; ++line) look(low + (high - low) * line / (kLines + 1));
     return std::move(best_);
   }
 
  private:
-  /// Connected triangles on one side of a line.
+  /// Connected triangles of one band.
+  struct Node {
+    int band = 0;
+    double area = 0;
+  };
+  /// The edges between two nodes.
+  struct Link {
+    std::uint32_t a = 0, b = 0;
+    double length = 0;
+  };
+  /// Connected nodes on one side of a line.
   struct Part {
     std::uint32_t neighbour = kNoIndex;
     bool leaf = true;   ///< Next to one other part alone.
@@ -130,48 +142,99 @@ class Sweep {
     double area = 0;
   };
 
-  void look(double line) {
-    part_.assign(count_, kNoIndex);
-    parts_.clear();
-    extents_.clear();
-    cut_.clear();
-    for (std::uint32_t seed = 0; seed < count_; ++seed) {
-      if (part_[seed] == kNoIndex) spread(line, seed);
+  void find_nodes(std::size_t direction) {
+    const double low = shape_.whole.low[direction], high = shape_.whole.high[direction];
+    std::array<double, kLines> lines{};
+    for (int line = 1; line <= kLines; ++line) {
+      lines[static_cast<std::size_t>(line) - 1] = low + (high - low) * line / (kLines + 1);
     }
+    std::vector<int> band(count_);
     for (std::uint32_t i = 0; i < count_; ++i) {
-      for (std::uint32_t k = 0; k < 3; ++k) {
-        const std::uint32_t n = shape_.neighbour[3 * i + k];
-        if (n == kNoIndex || part_[n] == part_[i]) continue;
-        Part& part = parts_[part_[i]];
-        part.leaf = part.leaf && (part.neighbour == kNoIndex || part.neighbour == part_[n]);
-        part.neighbour = part_[n];
-        part.length += shape_.length[3 * i + k];
-        if (cut_.empty() || cut_.back() != i) cut_.push_back(i);
-      }
+      const Triangle& t = shape_.chart.triangles[i];
+      const std::vector<Along>& along = shape_.along;
+      const double across =
+          (along[t[0]][direction] + along[t[1]][direction] + along[t[2]][direction]) / 3;
+      for (const double line : lines) band[i] += across < line ? 0 : 1;
     }
-    for (std::uint32_t p = 0; p < parts_.size(); ++p) {
-      if (parts_[p].leaf && parts_.size() > 1) consider(p);
+    node_of_.assign(count_, kNoIndex);
+    std::vector<std::uint32_t> stack;
+    for (std::uint32_t seed = 0; seed < count_; ++seed) {
+      if (node_of_[seed] != kNoIndex) continue;
+      const auto id = static_cast<std::uint32_t>(nodes_.size());
+      nodes_.push_back({band[seed], 0});
+      stack.assign(1, seed);
+      node_of_[seed] = id;
+      while (!stack.empty()) {
+        const std::uint32_t i = stack.back();
+        stack.pop_back();
+        nodes_[id].area += shape_.chart.rest[i].area;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+          const std::uint32_t n = shape_.neighbour[3 * i + k];
+          if (n == kNoIndex || node_of_[n] != kNoIndex || band[n] != band[seed]) continue;
+          node_of_[n] = id;
+          stack.push_back(n);
+        }
+      }
     }
   }
 
-  void spread(double line, std::uint32_t seed) {
-    const auto id = static_cast<std::uint32_t>(parts_.size());
-    const bool side = across_[seed] < line;
-    Part part;
-    stack_.assign(1, seed);
-    part_[seed] = id;
-    while (!stack_.empty()) {
-      const std::uint32_t i = stack_.back();
-      stack_.pop_back();
-      part.area += shape_.chart.rest[i].area;
+  void find_links() {
+    std::vector<Link> edges;
+    for (std::uint32_t i = 0; i < count_; ++i) {
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t n = shape_.neighbour[3 * i + k];
-        if (n == kNoIndex || part_[n] != kNoIndex || (across_[n] < line) != side) continue;
-        part_[n] = id;
-        stack_.push_back(n);
+        if (n == kNoIndex || node_of_[n] == node_of_[i]) continue;
+        if (rim_.empty() || rim_.back() != i) rim_.push_back(i);
+        if (node_of_[i] < node_of_[n]) {
+          edges.push_back({node_of_[i], node_of_[n], shape_.length[3 * i + k]});
+        }
       }
     }
-    parts_.push_back(part);
+    std::stable_sort(edges.begin(), edges.end(), [](const Link& a, const Link& b) {
+      return std::tie(a.a, a.b) < std::tie(b.a, b.b);
+    });
+    for (const Link& edge : edges) {
+      if (links_.empty() || links_.back().a != edge.a || links_.back().b != edge.b) {
+        links_.push_back({edge.a, edge.b, 0});
+      }
+      links_.back().length += edge.length;
+    }
+  }
+
+  void look(int line) {
+    const auto is_low = [&](std::uint32_t node) { return nodes_[node].band < line; };
+    part_.resize(nodes_.size());
+    std::iota(part_.begin(), part_.end(), 0U);
+    const auto find = [&](std::uint32_t node) {
+      while (part_[node] != node) node = part_[node] = part_[part_[node]];
+      return node;
+    };
+    for (const Link& link : links_) {
+      if (is_low(link.a) != is_low(link.b)) continue;
+      const std::uint32_t a = find(link.a), b = find(link.b);
+      part_[std::max(a, b)] = std::min(a, b);
+    }
+    parts_.assign(nodes_.size(), {});
+    std::size_t count = 0;
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      part_[n] = find(n);
+      count += part_[n] == n;
+      parts_[part_[n]].area += nodes_[n].area;
+    }
+    if (count < 2) return;
+    for (const Link& link : links_) {
+      const std::uint32_t a = part_[link.a], b = part_[link.b];
+      if (a == b) continue;
+      for (const auto& [one, other] : {std::pair{a, b}, std::pair{b, a}}) {
+        Part& part = parts_[one];
+        part.leaf = part.leaf && (part.neighbour == kNoIndex || part.neighbour == other);
+        part.neighbour = other;
+        part.length += link.length;
+      }
+    }
+    for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+      if (part_[p] == p && parts_[p].leaf) consider(p);
+    }
   }
 
   void consider(std::uint32_t p) {
@@ -182,26 +245,26 @@ class Sweep {
         part.length * (2 * price_.margin + price_.seam) - 2 * price_.size * part.area * rest;
     if (shape_.box - kLeastBox * shape_.area - cost <= best_.gain_at(part.length)) return;
     if (extents_.empty()) find_extents();
-    Extents outside;
-    for (std::uint32_t other = 0; other < parts_.size(); ++other) {
-      if (other != p) outside.add(extents_[other].low, extents_[other].high);
+    Extents inside, outside;
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      (part_[n] == p ? inside : outside).add(extents_[n].low, extents_[n].high);
     }
-    const double gain = shape_.box - smallest_box(extents_[p]) - smallest_box(outside) - cost;
+    const double gain = shape_.box - smallest_box(inside) - smallest_box(outside) - cost;
     if (gain <= best_.gain_at(part.length)) return;
     best_.gain = gain;
     best_.length = part.length;
-    best_.apart.resize(count_);
-    for (std::uint32_t i = 0; i < count_; ++i) best_.apart[i] = part_[i] == p;
+    apart_.resize(nodes_.size());
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) apart_[n] = part_[n] == p;
   }
 
-  /// Of all parts in one pass: nothing inside a part reaches farther than its border.
+  /// Of all nodes in one pass: nothing inside a node reaches farther than its border.
   void find_extents() {
-    extents_.assign(parts_.size(), {});
+    extents_.assign(nodes_.size(), {});
     for (const std::vector<std::uint32_t>& border :
-         {std::cref(shape_.rim), std::cref(std::as_const(cut_))}) {
+         {std::cref(shape_.rim), std::cref(std::as_const(rim_))}) {
       for (const std::uint32_t i : border) {
         for (const std::uint32_t v : shape_.chart.triangles[i]) {
-          extents_[part_[i]].add(shape_.along[v], shape_.along[v]);
+          extents_[node_of_[i]].add(shape_.along[v], shape_.along[v]);
         }
       }
     }
@@ -210,11 +273,14 @@ class Sweep {
   const Shape& shape_;
   const CutPrice& price_;
   std::uint32_t count_;
-  std::vector<double> across_;
-  std::vector<std::uint32_t> part_, stack_;
+  std::vector<std::uint32_t> node_of_;  ///< Of each triangle.
+  std::vector<Node> nodes_;
+  std::vector<Link> links_;
+  std::vector<Extents> extents_;     ///< Of each node; empty until one is needed.
+  std::vector<std::uint32_t> rim_;   ///< Triangles at borders of nodes.
+  std::vector<std::uint32_t> part_;  ///< Of each node: the first node of its part.
   std::vector<Part> parts_;
-  std::vector<Extents> extents_;    ///< Of each part; empty until one is needed.
-  std::vector<std::uint32_t> cut_;  ///< Triangles at the line.
+  std::vector<std::uint8_t> apart_;  ///< Per node, for the best cut.
   Cut best_;
 };
 

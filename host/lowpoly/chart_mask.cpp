@@ -1,6 +1,7 @@
 #include "lowpoly/chart_mask.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -21,60 +22,81 @@ struct Box {
   }
 };
 
-/// Rows of cells, set or not.
+/// What a slab, the points between two heights, has of a shape: from one x to another.
+struct Span {
+  double low = std::numeric_limits<double>::max(), high = -low;
+  void add(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+};
+
+/// Adds what the slab has of a segment.
+void add_segment(const FlatPoint& a, const FlatPoint& b, double bottom, Span& span) {
+  const double top = bottom + 1;
+  if (std::max(a.y, b.y) < bottom || std::min(a.y, b.y) > top) return;
+  const double slope = a.y == b.y ? 0 : (b.x - a.x) / (b.y - a.y);
+  for (const FlatPoint& p : {a, b}) {
+    span.add(a.y == b.y ? p.x : p.x + (std::clamp(p.y, bottom, top) - p.y) * slope);
+  }
+}
+
+/// Adds what the slab has of a disc.
+void add_disc(const FlatPoint& centre, double radius, double bottom, Span& span) {
+  const double away = centre.y - std::clamp(centre.y, bottom, bottom + 1);
+  const double squared = radius * radius - away * away;
+  if (squared < 0) return;
+  const double reach = std::sqrt(squared);
+  span.add(centre.x - reach);
+  span.add(centre.x + reach);
+}
+
+/// Rows of cells, set or not, 64 a word.
 class Cells {
  public:
   Cells(std::uint32_t width, std::uint32_t height)
-      : width_(width), height_(height), set_(std::size_t{width} * height, 0) {}
+      : width_(width), height_(height), words_(width / 64 + 1), set_(words_ * height, 0) {}
 
-  /// Sets every cell that comes within `margin` of the segment. A cell is a square, so its centre may be
-  /// farther by the square's reach in that direction.
+  /// Sets every cell that comes within `margin` of the segment: in each row, what the slab has of the two
+  /// discs at its ends and of the sides of the strip between them.
   void widen(const FlatPoint& a, const FlatPoint& b, double margin) {
     const FlatPoint along = b - a;
-    const double squared = dot(along, along);
-    const double reach = margin + 1;
-    const auto cell = [](double x, std::uint32_t count) {
-      return static_cast<std::uint32_t>(std::clamp(std::floor(x), 0.0, count - 1.0));
-    };
-    const std::uint32_t x0 = cell(std::min(a.x, b.x) - reach, width_);
-    const std::uint32_t x1 = cell(std::max(a.x, b.x) + reach, width_);
-    const std::uint32_t y0 = cell(std::min(a.y, b.y) - reach, height_);
-    const std::uint32_t y1 = cell(std::max(a.y, b.y) + reach, height_);
-    for (std::uint32_t y = y0; y <= y1; ++y) {
-      std::uint8_t* const row = set_.data() + std::size_t{y} * width_;
-      for (std::uint32_t x = x0; x <= x1; ++x) {
-        if (row[x] != 0) continue;
-        const FlatPoint p{x + 0.5 - a.x, y + 0.5 - a.y};
-        const double t = squared > 0 ? std::clamp(dot(p, along) / squared, 0.0, 1.0) : 0.0;
-        const FlatPoint d = p - along * t;
-        const double distance = std::sqrt(dot(d, d));
-        row[x] =
-            distance * distance <= margin * distance + 0.5 * (std::abs(d.x) + std::abs(d.y)) + 1e-9;
-      }
+    const double size = std::sqrt(dot(along, along));
+    const FlatPoint side =
+        size > 0 ? FlatPoint{-along.y, along.x} * (margin / size) : FlatPoint{0, 0};
+    const std::uint32_t first = row_at(std::min(a.y, b.y) - margin - kSlack);
+    const std::uint32_t last = row_at(std::max(a.y, b.y) + margin + kSlack);
+    for (std::uint32_t y = first; y <= last; ++y) {
+      Span span;
+      add_disc(a, margin, y, span);
+      add_disc(b, margin, y, span);
+      add_segment(a + side, b + side, y, span);
+      add_segment(a - side, b - side, y, span);
+      if (span.low <= span.high) set(y, span.low - kSlack, span.high + kSlack);
     }
   }
 
-  /// Sets cells whose centres are inside.
+  /// Sets cells whose centres are inside: each side toggles all that lie to its right.
   void fill(const std::vector<std::vector<FlatPoint>>& rings) {
-    std::vector<std::vector<double>> crossings(height_);
     for (const auto& ring : rings) {
       for (std::size_t i = 0; i < ring.size(); ++i) {
         FlatPoint a = ring[i], b = ring[(i + 1) % ring.size()];
         if (a.y > b.y) std::swap(a, b);
-        const double first = std::max(std::ceil(a.y - 0.5), 0.0);
-        for (double y = first; y + 0.5 < b.y && y < height_; ++y) {
-          crossings[static_cast<std::size_t>(y)].push_back(a.x + (b.x - a.x) * (y + 0.5 - a.y) /
-                                                                     (b.y - a.y));
+        const double slope = (b.x - a.x) / (b.y - a.y);
+        for (double y = std::max(std::ceil(a.y - 0.5), 0.0); y + 0.5 < b.y && y < height_; ++y) {
+          const double x = std::ceil(a.x + (y + 0.5 - a.y) * slope - 0.5);
+          const auto cell = static_cast<std::uint32_t>(std::clamp(x, 0.0, 1.0 * width_));
+          row(static_cast<std::uint32_t>(y))[cell / 64] ^= std::uint64_t{1} << cell % 64;
         }
       }
     }
     for (std::uint32_t y = 0; y < height_; ++y) {
-      std::sort(crossings[y].begin(), crossings[y].end());
-      for (std::size_t i = 0; i + 1 < crossings[y].size(); i += 2) {
-        const double last = std::min(crossings[y][i + 1] - 0.5, width_ - 1.0);
-        for (double x = std::max(std::ceil(crossings[y][i] - 0.5), 0.0); x <= last; ++x) {
-          set_[std::size_t{y} * width_ + static_cast<std::size_t>(x)] = 1;
-        }
+      std::uint64_t carry = 0;
+      for (std::size_t w = 0; w < words_; ++w) {
+        std::uint64_t& word = row(y)[w];
+        for (std::uint32_t shift = 1; shift < 64; shift *= 2) word ^= word << shift;
+        word ^= carry;
+        carry = (word >> 63) != 0 ? ~std::uint64_t{0} : 0;
       }
     }
   }
@@ -82,12 +104,10 @@ class Cells {
   std::vector<ChartMask::Run> runs() const {
     std::vector<ChartMask::Run> result;
     for (std::uint32_t y = 0; y < height_; ++y) {
-      const std::uint8_t* const row = set_.data() + std::size_t{y} * width_;
-      for (std::uint32_t x = 0; x < width_; ++x) {
-        if (row[x] == 0) continue;
-        const std::uint32_t first = x;
-        while (x + 1 < width_ && row[x + 1] != 0) ++x;
-        result.push_back({y, first, x});
+      for (std::uint32_t x = next(y, 0, true); x < width_;) {
+        const std::uint32_t end = next(y, x, false);
+        result.push_back({y, x, end - 1});
+        x = next(y, end, true);
       }
     }
     std::stable_sort(result.begin(), result.end(), [](const auto& a, const auto& b) {
@@ -97,8 +117,41 @@ class Cells {
   }
 
  private:
+  /// More than what rounding may lose, cells.
+  static constexpr double kSlack = 1e-9;
+
+  std::uint64_t* row(std::uint32_t y) { return set_.data() + words_ * y; }
+  const std::uint64_t* row(std::uint32_t y) const { return set_.data() + words_ * y; }
+  std::uint32_t row_at(double y) const {
+    return static_cast<std::uint32_t>(std::clamp(std::floor(y), 0.0, height_ - 1.0));
+  }
+
+  void set(std::uint32_t y, double low, double high) {
+    const auto cell = [&](double x) {
+      return static_cast<std::uint32_t>(std::clamp(std::floor(x), 0.0, width_ - 1.0));
+    };
+    for (std::uint32_t x = cell(low), end = cell(high) + 1; x < end;) {
+      const std::uint32_t count = std::min(64 - x % 64, end - x);
+      row(y)[x / 64] |= (~std::uint64_t{0} >> (64 - count)) << x % 64;
+      x += count;
+    }
+  }
+
+  /// The first cell from x on that is set, or is not; the width where there is none.
+  std::uint32_t next(std::uint32_t y, std::uint32_t x, bool is_set) const {
+    while (x < width_) {
+      const std::uint64_t word = row(y)[x / 64];
+      const std::uint64_t rest = (is_set ? word : ~word) >> x % 64;
+      if (rest != 0)
+        return std::min(width_, x + static_cast<std::uint32_t>(std::countr_zero(rest)));
+      x = (x / 64 + 1) * 64;
+    }
+    return width_;
+  }
+
   std::uint32_t width_, height_;
-  std::vector<std::uint8_t> set_;
+  std::size_t words_;
+  std::vector<std::uint64_t> set_;
 };
 
 }  // namespace
@@ -127,12 +180,7 @@ ChartMask make_mask(const Outline& outline, double angle, double scale, double m
   grid.fill(rings);
   for (const auto& ring : rings) {
     for (std::size_t i = 0; i < ring.size(); ++i) {
-      const FlatPoint a = ring[i], step = ring[(i + 1) % ring.size()] - a;
-      // Short pieces, so that their boxes hold few cells.
-      const double pieces = std::max(1.0, std::ceil(std::sqrt(dot(step, step)) / 3));
-      for (double k = 0; k < pieces; ++k) {
-        grid.widen(a + step * (k / pieces), a + step * ((k + 1) / pieces), margin);
-      }
+      grid.widen(ring[i], ring[(i + 1) % ring.size()], margin);
     }
   }
   mask.runs = grid.runs();
