@@ -79,7 +79,7 @@ kiln_compile_together(host measure_2
 kiln_compile_together(host mesh
   mesh/cage.cpp mesh/charts.cpp mesh/curvature.cpp mesh/fans.cpp mesh/join_meshes.cpp mesh/low_shading.cpp
   mesh/low_surface.cpp mesh/normals.cpp mesh/open_sheets.cpp mesh/polygon_weights.cpp
-  mesh/surface_distance.cpp mesh/tangent.cpp mesh/usable.cpp mesh/uv_copies.cpp mesh/uv_grid.cpp
+  mesh/surface_distance.cpp mesh/tangent.cpp mesh/usable.cpp mesh/uv_copies.cpp mesh/uv_grid.cpp mesh/uv_squares.cpp
   mesh/weld.cpp)
 kiln_compile_together(host mesh_2
   mesh/dense_normals.cpp mesh/frame.cpp mesh/parts.cpp)

@@ -3,136 +3,173 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
-#include <tuple>
-#include <unordered_map>
 
 #include "mesh/charts.h"
+#include "mesh/uv_squares.h"
 
 namespace kiln {
 namespace {
 
-constexpr double kNear = 1e-4;
-constexpr double kNearShare = 0.05;  // of the longest side
-constexpr double kCells = 1024;      // a unit
-constexpr double kFarthest = 1e6;    // whole numbers beyond are no tiles
+constexpr double kWhole = 1e-3;         // share of a triangle's area that may stay uncovered
+constexpr std::size_t kMostCover = 64;  // triangles over one that another triangulation cuts
 constexpr std::array<std::array<std::size_t, 3>, 6> kOrders = {
     {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
 
-/// A triangle's UVs, moved by whole numbers so that their middle lies in the unit square.
-struct Place {
-  std::array<std::array<double, 2>, 3> uv{};
-  std::array<double, 2> middle{}, offset{};
-  double side = 0;  ///< The longest
-  bool mirrored = false, usable = false;
-};
-
-Place place_of(const std::array<LowSurface::Corner, 3>& corners) {
-  Place place;
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      place.uv[k][axis] = axis == 0 ? corners[k].uv.x : corners[k].uv.y;
-      place.middle[axis] += place.uv[k][axis] / 3;
-    }
-    if (!(std::abs(place.middle[axis]) < kFarthest)) return place;
-    place.offset[axis] = std::floor(place.middle[axis]);
-    place.middle[axis] -= place.offset[axis];
-    for (auto& uv : place.uv) uv[axis] -= place.offset[axis];
-  }
-  const auto& [a, b, c] = place.uv;
-  const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto &p = place.uv[k], &q = place.uv[(k + 1) % 3];
-    place.side = std::max(place.side, std::hypot(p[0] - q[0], p[1] - q[1]));
-  }
-  place.mirrored = area < 0;
-  place.usable = area != 0;
-  return place;
-}
-
-bool same(const Place& a, const Place& b) {
-  const double near = std::min(kNear, kNearShare * std::min(a.side, b.side));
+bool same(const UvPlace& a, const UvPlace& b) {
+  const double near = std::min(a.near(), b.near());
   return std::any_of(kOrders.begin(), kOrders.end(), [&](const auto& order) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto &p = a.uv[k], &q = b.uv[order[k]];
-      if (!(std::abs(p[0] - q[0]) <= near && std::abs(p[1] - q[1]) <= near)) return false;
+      if (!are_near(a.uv[k], b.uv[order[k]], near)) return false;
     }
     return true;
   });
 }
 
-/// Triangles by the middles of their UVs.
-class Cells {
+/// The baked triangles that stand for another one: one of the same corners; or, where the other one's polygon is cut
+/// along other diagonals, those that cover it. No two of them overlap in it then, and its corners are corners of
+/// theirs. They are found by walking over their corners from the one at its middle.
+class Cover {
  public:
-  /// The first of those put in that has the same UVs; none: the triangle itself.
-  std::uint32_t find(const std::vector<Place>& places, std::uint32_t t) const {
-    const Place& place = places[t];
-    const auto low = cell(place.middle, -kNear), high = cell(place.middle, kNear);
-    for (std::int64_t x = low[0]; x <= high[0]; ++x) {
-      for (std::int64_t y = low[1]; y <= high[1]; ++y) {
-        const auto found = cells_.find(key(x, y));
-        if (found == cells_.end()) continue;
-        for (const std::uint32_t other : found->second) {
-          if (same(place, places[other])) return other;
-        }
-      }
-    }
-    return t;
-  }
+  Cover(const std::vector<UvPlace>& places, const UvSquares& baked)
+      : places_(places), baked_(baked) {}
 
-  void add(const std::vector<Place>& places, std::uint32_t t) {
-    const auto [x, y] = cell(places[t].middle, 0);
-    cells_[key(x, y)].push_back(t);
+  /// The triangles over `t`, the one with the largest share first; none where they do not cover it wholly.
+  const std::vector<std::uint32_t>& of(std::uint32_t t) {
+    found_.clear();
+    const bool twin = baked_.any_at(places_[t].middle, [&](std::uint32_t other) {
+      if (!same(places_[t], places_[other])) return false;
+      found_.push_back(other);
+      return true;
+    });
+    if (!twin && !walk(t)) found_.clear();
+    return found_;
   }
 
  private:
-  static std::array<std::int64_t, 2> cell(const std::array<double, 2>& middle, double off) {
-    return {static_cast<std::int64_t>(std::floor((middle[0] + off) * kCells)),
-            static_cast<std::int64_t>(std::floor((middle[1] + off) * kCells))};
+  bool walk(std::uint32_t t) {
+    outline_ = places_[t].uv;
+    if (!visit_all(t, places_[t].middle) || !snap(t)) return false;
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      for (const UvPosition& corner : places_[found_[i]].uv) {
+        if (!visit_all(t, corner)) return false;
+      }
+    }
+    double sum = 0, most = 0;
+    const double area = shared_area(outline_, outline_);
+    for (std::uint32_t& triangle : found_) {
+      const double share = shared_area(outline_, places_[triangle].uv);
+      sum += share;
+      if (share <= most) continue;
+      most = share;
+      std::swap(found_[0], triangle);
+    }
+    return std::abs(sum - area) <= kWhole * area;
   }
-  static std::int64_t key(std::int64_t x, std::int64_t y) { return x * 65536 + y; }
 
-  std::unordered_map<std::int64_t, std::vector<std::uint32_t>> cells_;
+  /// Adds what lies at a point and over the triangle. \return false where that is too much
+  bool visit_all(std::uint32_t t, const UvPosition& point) {
+    return !baked_.any_at(point, [&](std::uint32_t other) {
+      const UvPlace& place = places_[other];
+      const double near = std::min(place.near(), places_[t].near());
+      const bool at = place.holds(point) ||
+                      std::any_of(place.uv.begin(), place.uv.end(), [&](const UvPosition& corner) {
+                        return are_near(corner, point, near);
+                      });
+      if (!at || std::find(found_.begin(), found_.end(), other) != found_.end()) return false;
+      const double least = std::min(std::abs(place.area), std::abs(places_[t].area));
+      if (shared_area(outline_, place.uv) <= kWhole * least) return false;
+      found_.push_back(other);
+      return found_.size() > kMostCover;
+    });
+  }
+
+  /// Moves the outline's corners onto those of baked triangles. \return false where one has none
+  bool snap(std::uint32_t t) {
+    for (UvPosition& corner : outline_) {
+      const bool found = baked_.any_at(corner, [&](std::uint32_t other) {
+        const UvPlace& place = places_[other];
+        const double near = std::min(place.near(), places_[t].near());
+        const auto* const at =
+            std::find_if(place.uv.begin(), place.uv.end(),
+                         [&](const UvPosition& uv) { return are_near(uv, corner, near); });
+        if (at == place.uv.end()) return false;
+        corner = *at;
+        return true;
+      });
+      if (!found) return false;
+    }
+    return true;
+  }
+
+  const std::vector<UvPlace>& places_;
+  const UvSquares& baked_;
+  std::array<UvPosition, 3> outline_{};
+  std::vector<std::uint32_t> found_;
 };
+
+/// Those whose middle lies in another one, in their order; the others are added to the grid.
+std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSquares& others) {
+  const auto count = static_cast<std::uint32_t>(places.size());
+  UvSquares all(places);
+  for (std::uint32_t t = 0; t < count; ++t) {
+    if (places[t].area != 0) all.add(t);
+  }
+  std::vector<std::uint32_t> result;
+  for (std::uint32_t t = 0; t < count; ++t) {
+    if (places[t].area == 0) continue;
+    const bool inside = all.any_at(places[t].middle, [&](std::uint32_t other) {
+      return other != t && places[other].holds(places[t].middle);
+    });
+    if (inside) result.push_back(t);
+  }
+  if (result.empty()) return result;
+  for (std::uint32_t t = 0, next = 0; t < count; ++t) {
+    const bool overlaps = next < result.size() && result[next] == t;
+    next += overlaps ? 1 : 0;
+    if (!overlaps && places[t].area != 0) others.add(t);
+  }
+  return result;
+}
 
 }  // namespace
 
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
-  const auto count = static_cast<std::uint32_t>(surface.triangles.size());
-  std::vector<Place> places(count);
-  std::vector<std::uint32_t> order;
-  Cells all;
-  bool any = false;
-  for (std::uint32_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
-    places[t] = place_of(surface.triangles[t]);
-    if (!places[t].usable) continue;
-    order.push_back(t);
-    any = any || all.find(places, t) != t;
-    all.add(places, t);
+  const std::size_t count = surface.triangles.size();
+  std::vector<UvPlace> places(count);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (surface.usable[t] != 0) places[t] = UvPlace::of(surface.triangles[t]);
   }
-  if (!any) return;
+  UvSquares baked(places);
+  std::vector<std::uint32_t> order = overlapping(places, baked);
+  if (order.empty()) return;
   const std::vector<std::uint32_t> chart = uv_charts(low);
-  const auto rank = [&](std::uint32_t t) {
-    const Place& place = places[t];
-    const bool other = rule != UvCopies::first && place.mirrored != (rule == UvCopies::mirrored);
-    const bool beside = place.offset[0] != 0 || place.offset[1] != 0;
-    return std::tuple(other, beside, chart[t], t);
-  };
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
-  Cells baked;
-  surface.copy_of.assign(count, LowSurface::kNoCopy);
-  std::vector<std::uint8_t> shared(count);
+  std::vector<std::uint64_t> rank(count);
   for (const std::uint32_t t : order) {
-    const std::uint32_t first = baked.find(places, t);
-    if (first == t) {
-      baked.add(places, t);
+    const UvPlace& place = places[t];
+    const bool mirrored = place.area < 0;
+    const bool other = rule != UvCopies::first && mirrored != (rule == UvCopies::mirrored);
+    const bool beside = place.offset[0] != 0 || place.offset[1] != 0;
+    rank[t] = (other ? 2ULL << 32U : 0) + (beside ? 1ULL << 32U : 0) + chart[t];
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });
+  std::vector<std::uint32_t> copy_of(count, LowSurface::kNoCopy);
+  std::vector<std::uint8_t> shared(count);
+  Cover cover(places, baked);
+  bool any = false;
+  for (const std::uint32_t t : order) {
+    const std::vector<std::uint32_t>& over = cover.of(t);
+    if (over.empty()) {
+      baked.add(t);
       continue;
     }
-    surface.copy_of[t] = first;
-    shared[t] = shared[first] = 1;
+    any = true;
+    copy_of[t] = over[0];
+    shared[t] = 1;
+    for (const std::uint32_t other : over) shared[other] = 1;
   }
+  if (!any) return;
+  surface.copy_of = std::move(copy_of);
   for (std::uint32_t t = 0; t < count; ++t) {
     if (shared[t] == 0) continue;
     for (LowSurface::Corner& corner : surface.triangles[t]) {

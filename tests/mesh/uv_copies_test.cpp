@@ -65,6 +65,109 @@ TEST(UvCopies, InTheUnitSquareComeFirst) {
   EXPECT_TRUE(copies(strip({{}, {false, 0.5F, 0}}), UvCopies::plain).empty());
 }
 
+/// A polygon of `corners` corners on a circle of `radius` around (u, v), cut into a fan from the corner `from`; the
+/// mirrored one goes round the other way. On the surface it lies beside the ones before.
+void add_polygon(Mesh& mesh, std::uint32_t corners, std::uint32_t from, bool mirrored, Vec2 at,
+                 float radius) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  const float beside = static_cast<float>(mesh.triangles.size());
+  for (std::uint32_t k = 0; k < corners; ++k) {
+    // Not even, so that a turned one is another one.
+    const float angle = 6.2831853F *
+                        (static_cast<float>(k) + 0.3F * std::sin(2.0F * static_cast<float>(k))) /
+                        static_cast<float>(corners);
+    const float x = std::cos(angle), y = std::sin(angle);
+    mesh.uvs.push_back({at.x + radius * x, at.y + radius * y});
+    mesh.positions.push_back({beside + (mirrored ? -x : x), y, 0});
+  }
+  for (std::uint32_t k = 1; k + 1 < corners; ++k) {
+    const std::uint32_t a = first + from, b = first + (from + k) % corners,
+                        c = first + (from + k + 1) % corners;
+    mesh.triangles.push_back(mirrored ? Triangle{a, c, b} : Triangle{a, b, c});
+  }
+}
+
+Mesh finished(Mesh mesh) {
+  mesh.name = "polygons";
+  mesh.uv_triangles = mesh.triangles;
+  mesh.normals = {{0, 0, 1}};
+  mesh.normal_triangles.assign(mesh.triangles.size(), {0, 0, 0});
+  return mesh;
+}
+
+std::size_t shared_ones(const std::vector<std::uint32_t>& copy_of, std::size_t first) {
+  std::size_t count = 0;
+  for (std::size_t t = 0; t < copy_of.size(); ++t) {
+    const bool copy = copy_of[t] != kNone;
+    EXPECT_TRUE(!copy || (t >= first && copy_of[t] < first)) << t << " is a copy of " << copy_of[t];
+    count += copy ? 1 : 0;
+  }
+  return count;
+}
+
+TEST(UvCopies, AreFoundWhereTheirPolygonsAreCutElsewhere) {
+  for (std::uint32_t corners = 4; corners <= 32; corners += corners < 8 ? 1 : 6) {
+    for (std::uint32_t from = 0; from < corners; ++from) {
+      for (const float radius : {0.4F, 0.02F, 0.0005F}) {
+        Mesh mesh;
+        add_polygon(mesh, corners, 0, false, {0.5F, 0.5F}, radius);
+        add_polygon(mesh, corners, from, true, {3.5F, -0.5F}, radius);
+        const std::size_t each = corners - 2;
+        EXPECT_EQ(shared_ones(copies(finished(mesh), UvCopies::first), each), each)
+            << corners << " corners from " << from << ", radius " << radius;
+      }
+    }
+  }
+}
+
+/// Another corner more, a corner moved, half a polygon: these overlap, and nothing is shared.
+TEST(UvCopies, AreNotTakenWhereOutlinesDiffer) {
+  const auto none = [](const Mesh& mesh) {
+    return copies(finished(mesh), UvCopies::first).empty();
+  };
+  Mesh more, moved, turned;
+  add_polygon(more, 6, 0, false, {0.5F, 0.5F}, 0.4F);
+  add_polygon(more, 7, 1, true, {0.5F, 0.5F}, 0.4F);
+  EXPECT_TRUE(none(more));
+  add_polygon(moved, 4, 0, false, {0.5F, 0.5F}, 0.4F);
+  add_polygon(moved, 4, 1, true, {0.5F, 0.5F}, 0.4F);
+  moved.uvs[6].x += 0.01F;  // the third corner of the second one
+  const std::vector<std::uint32_t> kept = copies(finished(moved), UvCopies::first);
+  EXPECT_LE(kept.empty() ? 0U : shared_ones(kept, 2), 1U);
+  add_polygon(turned, 5, 0, false, {0.5F, 0.5F}, 0.4F);
+  add_polygon(turned, 5, 2, false, {0.51F, 0.5F}, 0.4F);
+  EXPECT_TRUE(none(turned));
+}
+
+/// Half a quad does not stand for a whole one; where anything is shared, the whole one stands for the half.
+TEST(UvCopies, AreCoveredWholly) {
+  for (const bool mirrored : {false, true}) {
+    Mesh mesh;
+    add_polygon(mesh, 4, 0, false, {0.5F, 0.5F}, 0.4F);
+    mesh.triangles.pop_back();
+    add_polygon(mesh, 4, 1, mirrored, {0.5F, 0.5F}, 0.4F);
+    std::vector<std::uint32_t> copy_of = copies(finished(mesh), UvCopies::first);
+    copy_of.resize(3, kNone);
+    EXPECT_EQ(copy_of[1], kNone);
+    EXPECT_EQ(copy_of[2], kNone);
+  }
+}
+
+/// Mirrored quads whose files cut them along other diagonals: one half is baked, and no warning is given.
+TEST(UvCopies, OfQuadsCutOtherwiseGiveNoWarning) {
+  KILN_REQUIRE_DEVICE();
+  Mesh low = strip({{true, 1, 0}, {}});
+  low.triangles[0] = {0, 1, 2};
+  low.triangles[1] = {0, 2, 3};
+  low.uv_triangles = low.triangles;
+  const Source source(*test::device(), test::plane(64, 32, 4, 4));
+  BakeOptions options;
+  options.width = options.height = 64;
+  const BakeResult baked = bake(source, low, options);
+  EXPECT_EQ(baked.report.uv_copies, 2U);
+  for (const Warning& warning : baked.report.warnings) EXPECT_NE(warning.code, "uv-overlap");
+}
+
 /// Two sheets side by side over bumps that mirror each other; the second one's UVs are mirrored and one unit
 /// off. No warning, and the map is that of the plain sheet alone; the other way round it is the mirrored one's.
 TEST(UvCopies, AreBakedOnceFromTheHalfThatIsAskedFor) {
