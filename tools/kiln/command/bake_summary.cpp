@@ -182,7 +182,7 @@ void print_totals(Console& console, const BakeReport& report, std::uint64_t map_
   console.line(text);
   std::snprintf(
       text, sizeof text,
-      "%.2f s: load %.2f, low mesh %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "
+      "%.2f s: load %.2f, low poly %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "
       "recall %.2f, image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
       total, stages.load, stages.low, stages.build + report.seconds_build, report.seconds_texels,
       report.seconds_match, report.seconds_detail, report.seconds_recall, report.seconds_image,
@@ -198,7 +198,7 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   const BakeReport& report = run.result.report;
   if (run.low.simplified) {
     char text[256];
-    std::snprintf(text, sizeof text, "low mesh: %s of %s faces, within %.3f%% of the diagonal",
+    std::snprintf(text, sizeof text, "low poly: %s of %s faces, within %.3f%% of the diagonal",
                   with_commas(run.low.simplified->faces).c_str(),
                   with_commas(run.low.simplified->input_faces).c_str(),
                   run.low.simplified->error * 100);

@@ -40,7 +40,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   if (out.extension() != ".obj") {
     throw Error(ErrorCode::usage,
                 "--out '" + arguments.out +
-                    "': the low mesh is written as OBJ, so the name must end in .obj.");
+                    "': the low poly is written as OBJ, so the name must end in .obj.");
   }
   const auto [width, height] = parse_size(arguments.size);
   if (arguments.keep_uvs && arguments.laid_out) {
