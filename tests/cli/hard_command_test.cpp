@@ -119,6 +119,7 @@ TEST(HardCommand, SaysWhyTexelsAreMissed) {
   const nlohmann::json reasons = read_json(folder / "out.json")["reasons"];
   ASSERT_EQ(reasons.size(), 2U);
   EXPECT_EQ(reasons[1]["reason"], "far");
+  EXPECT_NE(reasons[1]["words"].get<std::string>().find("raise --max-distance"), std::string::npos);
   EXPECT_EQ(reasons[0]["samples"].get<int>() + reasons[1]["samples"].get<int>(), 256);
   const Image picture = load_image(folder / "out" / "low_reasons.png");
   const std::size_t texel =

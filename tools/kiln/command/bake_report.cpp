@@ -2,6 +2,7 @@
 #include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "command/bake_run.h"
+#include "report/flags.h"
 
 namespace kiln::cli {
 namespace {
@@ -63,7 +64,7 @@ Json reasons_json(const Reasons& reasons) {
   for (const ReasonCount& count : reasons.counts) {
     const ReasonInfo& info = infos[static_cast<std::size_t>(count.reason)];
     Json entry = {{"reason", info.name},
-                  {"words", info.words},
+                  {"words", with_flags(info.words)},
                   {"color", info.color},
                   {"samples", count.samples},
                   {"texel", {count.column, count.row}},

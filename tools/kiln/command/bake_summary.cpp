@@ -4,6 +4,7 @@
 #include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "command/bake_run.h"
+#include "report/flags.h"
 
 namespace kiln::cli {
 namespace {
@@ -157,7 +158,7 @@ void print_reasons(Console& console, const Reasons& reasons, std::uint64_t sampl
     std::snprintf(text, sizeof text, ", such as at texel column %u, row %u (%.4g, %.4g, %.4g)",
                   count.column, count.row, count.position[0], count.position[1], count.position[2]);
     console.line(std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
-                 percent(count.samples, samples) + ") " + std::string(info.words) + text);
+                 percent(count.samples, samples) + ") " + with_flags(info.words) + text);
   }
 }
 
