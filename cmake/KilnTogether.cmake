@@ -60,7 +60,7 @@ kiln_compile_together(host lowpoly_2
   lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp lowpoly/quadric.cpp
   lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp)
 kiln_compile_together(host lowpoly_3
-  lowpoly/layout_rule.cpp lowpoly/simplify_check.cpp)
+  lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp lowpoly/simplify_check.cpp)
 kiln_compile_together(host match
   match/along_visibility.cpp match/bevel.cpp match/cage_shells.cpp match/low_rays.cpp match/match_array.cpp
   match/registry.cpp match/surface_places.cpp match/uv_layout.cpp match/visibility.cpp

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "kiln/lowpoly.h"
 #include "kiln/validate.h"
+#include "lowpoly/keep_colors.h"
 #include "lowpoly/keep_names.h"
 #include "lowpoly/simplify_job.h"
 #include "lowpoly/simplify_levels.h"
@@ -55,6 +56,7 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
   out.input_faces = high.triangles.size();
   Mesh mesh = SimplifyJob(high, options, out).run(report != nullptr);
   keep_names(high, mesh);
+  keep_colors(high, mesh);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return mesh;
 }
@@ -98,6 +100,7 @@ Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
   impl_->options.faces = impl_->asked.at(level);
   Mesh mesh = impl_->job->run(impl_->results.at(level), report != nullptr);
   keep_names(impl_->high, mesh);
+  keep_colors(impl_->high, mesh);
   if (report != nullptr) {
     *report = impl_->report;
     report->input_faces = impl_->high.triangles.size();

@@ -66,8 +66,9 @@ struct SimplifyReport {
 /// what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
 /// The result has smooth angle-weighted normals and the input's name, place and units (same origin); UVs
-/// with `keep_uvs`, else none; no colours. Its groups, objects and materials are those of most of the high
-/// poly under each triangle. Its triangle count is the target, or one below it
+/// with `keep_uvs`, else none. Its groups, objects and materials are those of most of the high poly under each
+/// triangle; where the high poly has vertex colours, its own come nearest to them (least squares in linear
+/// light). Its triangle count is the target, or one below it
 /// where a collapse takes two, and up to two fewer for each triangle that was mended. Works the same at any
 /// scale. Deterministic: the same on every run and number of threads.
 /// Lifetimes: `high` is read during the call, and the result is the caller's own. Thread safety: may be called
