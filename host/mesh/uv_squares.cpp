@@ -7,9 +7,9 @@
 namespace kiln {
 namespace {
 
-constexpr double kFarthest = 1e6;  // whole numbers beyond are no tiles
-constexpr double kHoldsSlack = 1e-3;    // of a triangle's height
-constexpr int kSmallestSquare = -30;       // squares of 1e-9 at least
+constexpr double kFarthest = 1e6;     // whole numbers beyond are no tiles
+constexpr double kHoldsSlack = 1e-3;  // of a triangle's height
+constexpr int kSmallestSquare = -30;  // squares of 1e-9 at least
 
 double twice_area(const UvPosition& a, const UvPosition& b, const UvPosition& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
