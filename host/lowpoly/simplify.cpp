@@ -100,7 +100,6 @@ Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
   impl_->options.faces = impl_->asked.at(level);
   Mesh mesh = impl_->job->run(impl_->results.at(level), report != nullptr);
   keep_names(impl_->high, mesh);
-  keep_colors(impl_->high, mesh);
   if (report != nullptr) {
     *report = impl_->report;
     report->input_faces = impl_->high.triangles.size();

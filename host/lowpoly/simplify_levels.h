@@ -31,7 +31,7 @@ class SimplifyLevels {
   std::size_t faces(std::size_t level) const;    ///< Triangles, before any is mended
   std::size_t vertices(std::size_t level) const;
 
-  /// A level's mesh, mended as simplify() does.
+  /// A level's mesh, mended as simplify() does; without vertex colours, which keep_colors() gives to what is kept.
   /// \param report  where to write what was done; may be null (which saves measuring)
   Mesh mesh(std::size_t level, SimplifyReport* report = nullptr) const;
 

@@ -10,6 +10,7 @@
 #include "bake/pipeline.h"
 #include "kiln/plan.h"
 #include "kiln/progress.h"
+#include "lowpoly/keep_colors.h"
 #include "measure/bounds.h"
 #include "measure/light_check.h"
 #include "measure/light_limits.h"
@@ -346,6 +347,7 @@ class LightPlanner {
   /// Bakes all maps, as asked for.
   void bake_all_maps() {
     plan_.low = std::move(best_->low);
+    keep_colors(high_, plan_.low);
     plan_.chosen = best_->trial;
     if (plan_.chosen.size == 0) return;
     plan_.unwrapped = std::move(best_->unwrapped);

@@ -7,6 +7,7 @@
 
 #include "bake/progress.h"
 #include "base/stopwatch.h"
+#include "lowpoly/keep_colors.h"
 #include "measure/light_check.h"
 #include "measure/light_looks.h"
 #include "measure/light_planner.h"
@@ -144,6 +145,7 @@ class LodMaker {
     light.trials.push_back(trial);
     if (trial.measured > options_.plan.max_error) return trial;
     light.low = std::move(low);
+    keep_colors(first().low, light.low);
     light.simplified = std::move(report);
     light.chosen = trial;
     light.reached = true;

@@ -11,6 +11,7 @@
 #include "image/srgb.h"
 #include "kiln/kiln.h"
 #include "mesh/surface_distance.h"
+#include "support/environment.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -155,6 +156,29 @@ TEST(KeepColors, DoNotDependOnThreads) {
   const Mesh one = simplify(high, {.faces = 300});
   set_thread_limit(0);
   EXPECT_EQ(one.colors, simplify(high, {.faces = 300}).colors);
+}
+
+/// What is planned keeps them, and so do lighter levels that share its UVs.
+TEST(KeepColors, OfPlans) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::BumpySphere::dense(6000);
+  for (const Vec3& p : high.positions) high.colors.push_back(ramp(p));
+  const Source source(*test::device(), high);
+  LodOptions options;
+  options.levels = 2;
+  options.share_uvs = true;
+  options.plan.max_error = 8;
+  options.plan.screen = 256;
+  options.plan.bake.width = options.plan.bake.height = 64;
+  const LodChain chain = bake_lods(source, high, options);
+  ASSERT_FALSE(chain.levels.empty());
+  for (const LodLevel& level : chain.levels) {
+    const Mesh& low = level.light.low;
+    ASSERT_EQ(low.colors.size(), low.positions.size());
+    for (std::size_t v = 0; v < low.positions.size(); ++v) {
+      EXPECT_NEAR(low.colors[v][0], ramp(low.positions[v])[0], 40) << v;
+    }
+  }
 }
 
 /// Two spheres apart in two colours: neither takes the other's.
