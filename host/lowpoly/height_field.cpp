@@ -5,6 +5,7 @@
 #include <string>
 
 #include "kiln/error.h"
+#include "lowpoly/height_layout.h"
 
 namespace kiln {
 namespace {
@@ -106,10 +107,32 @@ Mesh height_field_plane(const Image& image, const HeightFieldOptions& options) {
 
 void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightFieldOptions& options) {
   const Extent extent = extent_of(image, options);
+  lay_out_over(mesh, {{0, 0}, {extent.width, extent.depth}});
+}
+
+FieldRectangle FieldRectangle::of(const Mesh& field) {
+  std::array<double, 2> low = {HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL};
+  for (const Vec3& p : field.positions) {
+    const std::array<double, 2> at = {p.x + field.origin[0], p.y + field.origin[1]};
+    for (std::size_t k = 0; k < 2; ++k) {
+      low[k] = std::min(low[k], at[k]);
+      high[k] = std::max(high[k], at[k]);
+    }
+  }
+  if (!(high[0] > low[0] && high[1] > low[1])) {
+    throw Error(
+        ErrorCode::input,
+        "Mesh '" + field.name + "' has no area in the plane of x and y, so it is no height field.");
+  }
+  return {{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2}, {high[0] - low[0], high[1] - low[1]}};
+}
+
+void lay_out_over(Mesh& mesh, const FieldRectangle& rectangle) {
+  const auto& [center, size] = rectangle;
   mesh.uvs.clear();
   for (const Vec3& p : mesh.positions) {
-    const double u = (p.x + mesh.origin[0]) / extent.width + 0.5;
-    const double v = (p.y + mesh.origin[1]) / extent.depth + 0.5;
+    const double u = (p.x + mesh.origin[0] - center[0]) / size[0] + 0.5;
+    const double v = (p.y + mesh.origin[1] - center[1]) / size[1] + 0.5;
     mesh.uvs.push_back({to_border(u), to_border(v)});
   }
   mesh.uv_triangles = mesh.triangles;

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "kiln/lowpoly.h"
 #include "kiln/validate.h"
+#include "lowpoly/height_layout.h"
 #include "lowpoly/keep_colors.h"
 #include "lowpoly/keep_names.h"
 #include "lowpoly/simplify_job.h"
@@ -62,10 +63,11 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
 }
 
 struct SimplifyLevels::Impl {
-  Impl(const Mesh& mesh, std::span<const std::uint32_t> faces, bool keep_uvs)
+  Impl(const Mesh& mesh, std::span<const std::uint32_t> faces, LevelRule rule)
       : high(mesh), asked(faces.begin(), faces.end()) {
     options.faces = asked.empty() ? 1 : asked.front();
-    options.keep_uvs = keep_uvs;
+    options.keep_uvs = rule == LevelRule::keep_uvs;
+    options.height_field = rule == LevelRule::height_field;
     check(high, options);
     job.emplace(high, options, report);
     results = job->levels(asked);
@@ -80,9 +82,9 @@ struct SimplifyLevels::Impl {
 };
 
 SimplifyLevels::SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces,
-                               bool keep_uvs) {
+                               LevelRule rule) {
   validate(high);
-  impl_ = std::make_unique<Impl>(high, faces, keep_uvs);
+  impl_ = std::make_unique<Impl>(high, faces, rule);
 }
 SimplifyLevels::~SimplifyLevels() = default;
 
@@ -100,6 +102,7 @@ Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
   impl_->options.faces = impl_->asked.at(level);
   Mesh mesh = impl_->job->run(impl_->results.at(level), report != nullptr);
   keep_names(impl_->high, mesh);
+  if (impl_->options.height_field) lay_out_over(mesh, FieldRectangle::of(impl_->high));
   if (report != nullptr) {
     *report = impl_->report;
     report->input_faces = impl_->high.triangles.size();

@@ -11,6 +11,13 @@
 
 namespace kiln {
 
+/// What all levels keep besides the shape.
+enum class LevelRule {
+  shape,
+  keep_uvs,  ///< SimplifyOptions::keep_uvs
+  height_field,  ///< SimplifyOptions::height_field; levels have UVs by x and y over the field's rectangle.
+};
+
 /// The meshes that simplify() passes on its way down. Each is the very mesh that simplify() makes of that
 /// number of faces, as long as none has more than 25,000 faces or the high poly has at most 100,000;
 /// else the smaller ones may differ a little, since finer meshes need a finer head start.
@@ -18,9 +25,8 @@ class SimplifyLevels {
  public:
   /// \param high   must outlive this
   /// \param faces  falling
-  /// \param keep_uvs  as SimplifyOptions::keep_uvs
   /// \throws as simplify()
-  SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces, bool keep_uvs = false);
+  SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces, LevelRule rule);
   ~SimplifyLevels();
   SimplifyLevels(const SimplifyLevels&) = delete;
   SimplifyLevels& operator=(const SimplifyLevels&) = delete;

@@ -33,7 +33,8 @@ void check_light_plan(const LightPlanOptions& options) {
   if (bake.cage_mesh != nullptr || bake.parts != nullptr || bake.match != nullptr) {
     fail("bake_light: a cage mesh, parts and a saved match belong to a given low poly");
   }
-  if (bake.method == MatchMethod::uv || bake.method == MatchMethod::axis) {
+  const bool by_uvs = bake.method == MatchMethod::uv && !options.height_field;
+  if (by_uvs || bake.method == MatchMethod::axis) {
     fail("bake_light: matching by " + std::string(bake.method.name) +
          " is for a low poly of your own");
   }

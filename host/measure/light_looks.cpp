@@ -50,6 +50,16 @@ DenseShown shown_to_plans(const Source& source, std::uint32_t screen) {
   return shown;
 }
 
+Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
+              UnwrapReport& report) {
+  if (!options.height_field)
+    return unwrap(level, {options.unwrap, size, std::max(2U, size / 256)}, &report);
+  report = {};
+  report.charts = 1;
+  report.coverage = 1;
+  return level;
+}
+
 void LightLooks::take_pictures(std::uint32_t screen) {
   say(0, "looking at the high poly");
   const Stopwatch watch;
@@ -57,7 +67,7 @@ void LightLooks::take_pictures(std::uint32_t screen) {
   plan_.seconds_measure += watch.total();
 }
 
-void LightLooks::make_levels(std::uint32_t most) {
+void LightLooks::make_levels(std::uint32_t most, bool height_field) {
   say(0.05, "simplifying");
   const Stopwatch watch;
   std::vector<std::uint32_t> faces;
@@ -68,7 +78,9 @@ void LightLooks::make_levels(std::uint32_t most) {
   }
   if (faces.empty()) faces.push_back(kFewestFaces);
   std::shared_ptr<const SimplifyLevels>& known = cache_[most];
-  if (known == nullptr) known = std::make_shared<const SimplifyLevels>(high_, faces);
+  if (known == nullptr)
+    known = std::make_shared<const SimplifyLevels>(
+        high_, faces, height_field ? LevelRule::height_field : LevelRule::shape);
   levels_ = known;
   plan_.seconds_simplify += watch.total();
   std::vector<double> counts;
@@ -106,12 +118,13 @@ BakeOptions LightLooks::limit_options(MatchMethod method) const {
   return options;
 }
 
-void LightLooks::choose_match(std::size_t level) {
+void LightLooks::choose_match(std::size_t level, bool height_field) {
   const Stopwatch watch;
   const NormalProbe probe(impl_of(source_), with_any_uvs(levels_->mesh(level)), shown_);
   std::shared_ptr<const VisibilityField> field;
-  std::vector<MatchMethod> ways = {MatchMethod::ray};
+  std::vector<MatchMethod> ways = {height_field ? MatchMethod::uv : MatchMethod::ray};
   const bool cage = bake_.cage.has_value();
+  if (height_field) ways.push_back(MatchMethod::ray);
   if (!cage) ways.insert(ways.end(), {MatchMethod::hybrid, MatchMethod::closest});
   double least = 0;
   for (const MatchMethod way : ways) {

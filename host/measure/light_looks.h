@@ -17,6 +17,10 @@ DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
 /// A map as files of so many bits hold it.
 Image rounded(Image map, std::uint32_t bits);
 
+/// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
+Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
+              UnwrapReport& report);
+
 /// Pictures of the high poly, low polys of all numbers of faces, and what is known of them.
 class LightLooks {
  public:
@@ -29,9 +33,10 @@ class LightLooks {
 
   void take_pictures(std::uint32_t screen);
   /// \param most  faces of the finest level
-  void make_levels(std::uint32_t most);
+  /// \param height_field  the high poly is one
+  void make_levels(std::uint32_t most, bool height_field);
   /// The first of the ways that gets nearest, on one mesh.
-  void choose_match(std::size_t level);
+  void choose_match(std::size_t level, bool height_field);
 
   /// What a low poly of any layout can do.
   LightModel::Node look_with(const NormalProbe& probe) const;

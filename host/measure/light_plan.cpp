@@ -62,7 +62,7 @@ class LightPlanner {
 
   LightBake planned() {
     looks_.take_pictures(options_.screen);
-    looks_.make_levels(kMostFaces);
+    looks_.make_levels(kMostFaces, options_.height_field);
     first_map();
     search();
     bake_all_maps();
@@ -136,11 +136,11 @@ class LightPlanner {
     };
     std::optional<std::size_t> found = looks_.model().fewest(leaves_room);
     if (!found && high_.triangles.size() > 2 * kMostFaces) {
-      looks_.make_levels(kManyFaces);
+      looks_.make_levels(kManyFaces, options_.height_field);
       found = looks_.model().fewest(leaves_room);
     }
     const std::size_t level = found.value_or(0);
-    if (options_.choose_match) looks_.choose_match(level);
+    if (options_.choose_match) looks_.choose_match(level, options_.height_field);
     std::uint32_t size = sizes_.front();
     while (2 * size <= largest_ && bytes(level, 2 * size).texels < bytes(level, 0).total()) {
       size *= 2;
@@ -282,9 +282,8 @@ class LightPlanner {
     Stopwatch watch;
     made.low = looks_.levels().mesh(level);
     plan_.seconds_simplify += watch.lap();
-    say(0.4, "laying out charts");
-    UnwrapOptions layout{options_.unwrap, size, std::max(2U, size / 256)};
-    made.low = unwrap(made.low, layout, &made.unwrapped);
+    if (!options_.height_field) say(0.4, "laying out charts");
+    made.low = laid_out(std::move(made.low), options_, size, made.unwrapped);
     plan_.seconds_unwrap += watch.lap();
     made.bake = bake_options(size);
     BakeOptions plain = made.bake;

@@ -124,7 +124,7 @@ class LodMaker {
       if (faces.empty() || whole < faces.back()) faces.push_back(whole);
     }
     if (faces.empty()) faces.push_back(kFewestFaces);
-    simpler_ = std::make_unique<SimplifyLevels>(first().low, faces, /*keep_uvs=*/true);
+    simpler_ = std::make_unique<SimplifyLevels>(first().low, faces, LevelRule::keep_uvs);
   }
 
   /// Keeps the mesh in `light` where it does.

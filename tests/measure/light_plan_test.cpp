@@ -155,6 +155,48 @@ TEST(LightPlan, ObeysWhatIsGiven) {
   EXPECT_EQ(light.chosen.bytes.texels, light_bytes(0, 0, light.chosen.size, {3, 1}, 16).texels);
 }
 
+/// A plan of a height field is a mesh over its rectangle with its layout, whatever its size and place.
+TEST(LightPlan, OfHeightFieldsKeepTheirLayout) {
+  KILN_REQUIRE_DEVICE();
+  Image heights;
+  heights.width = heights.height = 97;
+  heights.channels = 1;
+  for (std::uint32_t i = 0; i < 97 * 97; ++i) {
+    const float x = static_cast<float>(i % 97) / 96, y = static_cast<float>(i / 97) / 96;
+    heights.pixels.push_back(0.5F + 0.2F * std::sin(5 * x) * std::cos(4 * y) +
+                             0.004F * std::sin(90 * x) * std::sin(80 * y));
+  }
+  const HeightFieldOptions extent{300, 200, 60};
+  const Mesh high = height_field_mesh(heights, extent);
+  const Source source(*test::device(), high);
+  LightPlanOptions options = light_options(4);
+  options.height_field = true;
+  options.may_leave_map_out = false;
+  for (const bool choose : {true, false}) {
+    options.choose_match = choose;
+    options.bake.method = choose ? MatchMethod::ray : MatchMethod::uv;
+    const LightBake light = bake_light(source, high, options);
+    EXPECT_TRUE(light.reached);
+    EXPECT_LT(light.low.triangles.size(), high.triangles.size() / 8);
+    ASSERT_TRUE(light.result.has_value());
+    Mesh laid_out = light.low;
+    lay_out_over_height_field(laid_out, heights, extent);
+    ASSERT_EQ(light.low.uvs.size(), laid_out.uvs.size());
+    std::size_t corners = 0;
+    for (std::size_t v = 0; v < laid_out.uvs.size(); ++v) {
+      const Vec2 &uv = light.low.uvs[v], &wanted = laid_out.uvs[v];
+      EXPECT_NEAR(uv.x, wanted.x, 1e-6);
+      EXPECT_NEAR(uv.y, wanted.y, 1e-6);
+      corners += (uv.x == 0 || uv.x == 1) && (uv.y == 0 || uv.y == 1) ? 1 : 0;
+    }
+    EXPECT_EQ(corners, 4U);
+    EXPECT_EQ(light.result->report.texels, std::uint64_t{light.chosen.size} * light.chosen.size);
+  }
+  Mesh upright = high;
+  for (Vec3& p : upright.positions) p.y = 0;
+  EXPECT_THROW(bake_light(Source(*test::device(), upright), upright, options), Error);
+}
+
 TEST(LightPlan, SaysWhereTheErrorIsOutOfReach) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(2000, true);
@@ -208,7 +250,7 @@ TEST(LightPlan, CountsBytes) {
 TEST(SimplifyLevels, AreWhatSimplifyMakes) {
   const Mesh high = test::BumpySphere::dense(6000);
   const std::vector<std::uint32_t> faces = {2000, 700, 240};
-  const SimplifyLevels levels(high, faces);
+  const SimplifyLevels levels(high, faces, LevelRule::shape);
   ASSERT_EQ(levels.count(), 3U);
   for (const std::size_t i : {2U, 0U, 1U}) {
     SimplifyReport report, direct_report;
@@ -228,7 +270,7 @@ TEST(SimplifyLevels, AreWhatSimplifyMakes) {
 TEST(SimplifyLevels, EndWhereTheShapeNeedsItsFaces) {
   const std::vector<std::uint32_t> faces = {8, 6, 4, 3, 2};
   const Mesh high = test::icosphere(1);
-  const SimplifyLevels levels(high, faces);
+  const SimplifyLevels levels(high, faces, LevelRule::shape);
   ASSERT_GE(levels.count(), 1U);
   for (std::size_t i = 1; i < levels.count(); ++i) EXPECT_LT(levels.faces(i), levels.faces(i - 1));
   EXPECT_GE(levels.faces(levels.count() - 1), 4U);

@@ -95,7 +95,7 @@ std::string deviation_bound(const BakeArguments& a) {
 }
 
 bool plans_light(const BakeArguments& a) {
-  const bool own = a.low.empty() && a.faces == 0 && !is_height_field(a.high);
+  const bool own = a.low.empty() && a.faces == 0;
   return own && a.load_match.empty() && !angle_bound(a).empty();
 }
 

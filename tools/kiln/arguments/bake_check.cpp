@@ -84,7 +84,7 @@ void check_light_plan(const BakeArguments& a) {
         "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
         "plans its own here.");
   }
-  if (a.match == "uv" || a.match == "axis") {
+  if ((a.match == "uv" && !is_height_field(a.high)) || a.match == "axis") {
     fail("--match " + a.match + " is for a LOW of yours: leave it out, or give LOW or --faces.");
   }
   if (std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {

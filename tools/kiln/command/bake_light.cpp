@@ -23,6 +23,7 @@ LightPlanOptions light_options(const BakeRun& run) {
   options.choose_samples = !a.given.contains("--samples");
   if (a.given.contains("--format")) options.bits = a.format == "png8" ? 8 : 16;
   options.bake = run.options;
+  options.height_field = run.dense.heights.has_value();
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
   const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
                              options.bake.own_maps.empty();
