@@ -12,7 +12,7 @@ kiln_compile_together(host base
   base/error.cpp base/heartbeat.cpp base/memory.cpp base/normal_angle.cpp base/parallel.cpp
   base/voxel_type.cpp)
 kiln_compile_together(host cl
-  cl/context.cpp cl/device.cpp cl/driver.cpp cl/opencl.cpp cl/program.cpp cl/watch.cpp)
+  cl/binary_cache.cpp cl/context.cpp cl/device.cpp cl/driver.cpp cl/opencl.cpp cl/program.cpp cl/watch.cpp)
 kiln_compile_together(host detail
   detail/ao.cpp detail/band_reads.cpp detail/bent_normal.cpp detail/color.cpp detail/cut_out.cpp
   detail/distance.cpp detail/height.cpp detail/hemisphere_views.cpp detail/hemispheres.cpp

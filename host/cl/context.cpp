@@ -5,6 +5,7 @@
 #include <cstring>
 #include <thread>
 
+#include "cl/binary_cache.h"
 #include "cl/driver.h"
 #include "cl/program.h"
 #include "kiln/memory.h"
@@ -36,6 +37,27 @@ constexpr StatusName kStatusNames[] = {
     {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE"},
     {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
 };
+
+/// Platform and version: for PoCL, its compiler's, too. Empty where the driver does not say.
+std::string platform_version(cl_device_id device) {
+  cl_platform_id platform = nullptr;
+  std::size_t size = 0;
+  std::string text;
+  driver([&] {
+    return clGetDeviceInfo(device, CL_DEVICE_PLATFORM, sizeof platform, &platform, nullptr);
+  });
+  const auto ask = [&](std::size_t room, char* to) {
+    return driver(
+        [&] { return clGetPlatformInfo(platform, CL_PLATFORM_VERSION, room, to, &size); });
+  };
+  if (platform == nullptr || ask(0, nullptr) != CL_SUCCESS) return {};
+  text.resize(size);
+  return ask(text.size(), text.data()) == CL_SUCCESS ? text : std::string();
+}
+
+std::unique_ptr<const BinaryCache> binaries_of(cl_device_id device, const DeviceInfo& info) {
+  return std::make_unique<BinaryCache>(BinaryCache::of(info, platform_version(device)));
+}
 
 std::string megabytes(std::size_t bytes) {
   return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
@@ -91,7 +113,7 @@ Buffer::~Buffer() {
 }
 
 Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
-    : info_(std::move(info)), device_(device) {
+    : info_(std::move(info)), binaries_(binaries_of(device, info_)), device_(device) {
   const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
                                               reinterpret_cast<cl_context_properties>(platform), 0};
   cl_int status = CL_SUCCESS;
@@ -113,7 +135,11 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
 }
 
 Context::Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info)
-    : info_(std::move(info)), device_(device), context_(context), queue_(queue) {
+    : info_(std::move(info)),
+      binaries_(binaries_of(device, info_)),
+      device_(device),
+      context_(context),
+      queue_(queue) {
   check(driver([&] { return clRetainContext(context_); }), "Sharing a context of " + info_.name);
   try {
     check(driver([&] { return clRetainCommandQueue(queue_); }),

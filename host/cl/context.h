@@ -40,6 +40,8 @@ extern thread_local void (*while_waiting)();
 /// Turns an OpenCL status into Error(device). The one conversion point.
 void check(cl_int status, std::string_view what);
 
+class BinaryCache;
+
 /// Device memory that owns itself. Byte-level; use Array.
 class Buffer {
  public:
@@ -184,6 +186,8 @@ class KILN_HIDDEN Context {
   /// What a source came to. \param builds  its name in messages  \param code  of an error of the compiler's
   std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
+  std::shared_ptr<Program> load(std::string_view source, const std::string& options);
+  void keep(std::string_view source, const std::string& options, const Program& built);
   /// Of a program that is built where there is none of its key yet. Whoever waits gives signs of life; where
   /// those end the wait the build goes on, for the next who needs it.
   Kernel kernel_by(const std::string& key, const std::string& name,
@@ -218,6 +222,7 @@ class KILN_HIDDEN Context {
   void read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes);
 
   DeviceInfo info_;
+  std::unique_ptr<const BinaryCache> binaries_;
   cl_device_id device_ = nullptr;
   cl_context context_ = nullptr;
   cl_command_queue queue_ = nullptr;

@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "cl/binary_cache.h"
 #include "cl/embedded.h"
 
 namespace kiln::ocl {
@@ -26,8 +27,55 @@ double Context::build_seconds() const {
   return build_seconds_;
 }
 
+/// From a binary of an earlier run; null where there is none, or the driver does not take it.
+std::shared_ptr<Context::Program> Context::load(std::string_view source,
+                                                const std::string& options) {
+  const auto binary = binaries_->find(source, options);
+  if (!binary) return nullptr;
+  auto loaded = std::make_shared<Program>();
+  const unsigned char* bytes = binary->data();
+  const std::size_t length = binary->size();
+  cl_int taken = CL_SUCCESS, status = CL_SUCCESS;
+  driver([&] {
+    loaded->program =
+        clCreateProgramWithBinary(context_, 1, &device_, &length, &bytes, &taken, &status);
+    return status;
+  });
+  if (status == CL_SUCCESS && taken == CL_SUCCESS) {
+    status = driver([&] {
+      return clBuildProgram(loaded->program, 1, &device_, options.c_str(), nullptr, nullptr);
+    });
+    if (status == CL_SUCCESS) return loaded;
+  }
+  binaries_->forget(source, options);
+  return nullptr;
+}
+
+/// For later runs. What fails here fails quietly: the program is there.
+void Context::keep(std::string_view source, const std::string& options, const Program& built) {
+  if (!binaries_->keeps_any()) return;
+  std::size_t size = 0;
+  const auto ask = [&](cl_program_info what, std::size_t room, void* to) {
+    return driver([&] { return clGetProgramInfo(built.program, what, room, to, nullptr); });
+  };
+  if (ask(CL_PROGRAM_BINARY_SIZES, sizeof size, &size) != CL_SUCCESS || size == 0) return;
+  std::vector<unsigned char> binary(size);
+  unsigned char* bytes = binary.data();
+  if (ask(CL_PROGRAM_BINARIES, sizeof bytes, &bytes) == CL_SUCCESS) {
+    binaries_->keep(source, options, binary);
+  }
+}
+
 std::shared_ptr<Context::Program> Context::build(std::string_view source, const std::string& builds,
                                                  const std::string& defines, ErrorCode code) {
+  std::string options = "-cl-std=CL1.2";
+  if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+  if (info_.is_gpu) options += " -DKILN_GPU=1";
+  if (!defines.empty()) options += " " + defines;
+  const bool own = code != ErrorCode::input;  // A text of the user's may include files that change.
+  if (own) {
+    if (std::shared_ptr<Program> loaded = load(source, options)) return loaded;
+  }
   auto built = std::make_shared<Program>();
   const char* text = source.data();
   const std::size_t length = source.size();
@@ -37,14 +85,13 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
           return status;
         }),
         "clCreateProgramWithSource for " + builds);
-  std::string options = "-cl-std=CL1.2";
-  if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
-  if (info_.is_gpu) options += " -DKILN_GPU=1";
-  if (!defines.empty()) options += " " + defines;
   status = driver([&] {
     return clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
   });
-  if (status == CL_SUCCESS) return built;
+  if (status == CL_SUCCESS) {
+    if (own) keep(source, options, *built);
+    return built;
+  }
   const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
     driver([&] {
       return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);

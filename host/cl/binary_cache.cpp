@@ -1,0 +1,139 @@
+#include "cl/binary_cache.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+namespace kiln::ocl {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kMagic = "kiln binary 1\n";
+constexpr std::uint64_t kLargest = std::uint64_t{64} << 20U;  // bytes of a file
+constexpr const char* kEnding = ".bin";
+
+/// FNV-1a, 64 bits (Fowler, Noll, Vo). \param start  another one: another hash
+std::uint64_t hash_of(std::string_view text, std::uint64_t start = 0xCBF29CE484222325U) {
+  for (const char c : text) {
+    start = (start ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+  }
+  return start;
+}
+
+std::string hex(std::uint64_t number) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
+  return text;
+}
+
+fs::path cache_folder() {
+  const auto set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return fs::path(value != nullptr ? value : "");
+  };
+  if (const fs::path folder = set("POCL_CACHE_DIR"); !folder.empty()) return folder / "kiln";
+  if (const fs::path folder = set("XDG_CACHE_HOME"); !folder.empty()) return folder / "kiln";
+  const fs::path home = set("HOME");
+  return home.empty() ? fs::path() : home / ".cache" / "kiln";
+}
+
+}  // namespace
+
+BinaryCache::BinaryCache(fs::path folder, std::string driver)
+    : folder_(std::move(folder)), driver_(std::move(driver)) {}
+
+BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_version) {
+  const char* pocl_keeps = std::getenv("POCL_KERNEL_CACHE");
+  const bool kept = device.platform == "Portable Computing Language" &&
+                    (pocl_keeps == nullptr || std::string_view(pocl_keeps) != "0");
+  std::string driver = device.name + '\n' + device.driver + '\n' + device.opencl_version + '\n';
+  driver += platform_version;
+  return {kept ? cache_folder() : fs::path(), std::move(driver)};
+}
+
+std::string BinaryCache::key(std::string_view source, std::string_view options) const {
+  return driver_ + '\n' + std::string(options) + '\n' + std::to_string(source.size()) + ' ' +
+         hex(hash_of(source)) + hex(hash_of(source, 0x9E3779B97F4A7C15U)) + '\n';
+}
+
+fs::path BinaryCache::file(const std::string& key) const {
+  return folder_ / (hex(hash_of(key)) + kEnding);
+}
+
+// A file: the magic words, the key, a hash of the binary, the binary.
+std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view source,
+                                                            std::string_view options) const {
+  if (folder_.empty()) return std::nullopt;
+  const std::string wanted = key(source, options);
+  std::error_code failed;
+  const fs::path path = file(wanted);
+  const std::uintmax_t size = fs::file_size(path, failed);  // not of folders, pipes and the like
+  const std::size_t head = kMagic.size() + wanted.size() + 17;
+  if (failed || size <= head || size > kLargest) return std::nullopt;
+  std::string text(size, '\0');
+  std::ifstream in(path, std::ios::binary);
+  if (!in.read(text.data(), static_cast<std::streamsize>(size))) return std::nullopt;
+  const std::string_view all = text, binary = all.substr(head);
+  const std::string expected = std::string(kMagic) + wanted + hex(hash_of(binary)) + '\n';
+  if (all.substr(0, head) != expected) return std::nullopt;
+  return std::vector<unsigned char>(binary.begin(), binary.end());
+}
+
+void BinaryCache::keep(std::string_view source, std::string_view options,
+                       const std::vector<unsigned char>& binary) const noexcept {
+  if (folder_.empty() || binary.empty() || binary.size() > kLargest / 2) return;
+  try {
+    static std::atomic<unsigned> count{0};
+    const std::string wanted = key(source, options);
+    const fs::path path = file(wanted);
+    std::error_code failed;
+    fs::create_directories(folder_, failed);
+    const fs::path temporary =
+        path.string() + "." + std::to_string(getpid()) + "." + std::to_string(count++);
+    std::string text(kMagic);
+    const std::string_view bytes(reinterpret_cast<const char*>(binary.data()), binary.size());
+    text += wanted + hex(hash_of(bytes)) + '\n';
+    text += bytes;
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+    out.close();
+    if (out.good()) fs::rename(temporary, path, failed);
+    if (!out.good() || failed) fs::remove(temporary, failed);
+    remove_oldest();
+  } catch (const std::exception&) {  // The next run builds it again.
+  }
+}
+
+void BinaryCache::forget(std::string_view source, std::string_view options) const noexcept {
+  if (folder_.empty()) return;
+  try {
+    std::error_code failed;
+    fs::remove(file(key(source, options)), failed);
+  } catch (const std::exception&) {
+  }
+}
+
+/// Also what a process left half-written: it is never loaded, and grows old.
+void BinaryCache::remove_oldest() const {
+  std::error_code failed;
+  std::vector<std::pair<fs::file_time_type, fs::path>> files;
+  for (fs::directory_iterator at(folder_, failed), end; !failed && at != end;
+       at.increment(failed)) {
+    std::error_code gone;
+    const fs::file_time_type time = fs::last_write_time(at->path(), gone);
+    if (!gone && at->is_regular_file(gone)) files.emplace_back(time, at->path());
+  }
+  if (files.size() <= kMostBinaries) return;
+  std::sort(files.begin(), files.end());
+  for (std::size_t i = 0; i < files.size() - kMostBinaries; ++i)
+    fs::remove(files[i].second, failed);
+}
+
+}  // namespace kiln::ocl
