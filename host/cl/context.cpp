@@ -44,7 +44,7 @@ std::string platform_version(cl_device_id device) {
   std::size_t size = 0;
   std::string text;
   driver([&] {
-    return clGetDeviceInfo(device, CL_DEVICE_PLATFORM, sizeof platform, &platform, nullptr);
+    return clGetDeviceInfo(device, CL_DEVICE_PLATFORM, sizeof(void*), &platform, nullptr);
   });
   const auto ask = [&](std::size_t room, char* to) {
     return driver(
@@ -177,7 +177,7 @@ void Context::account(std::int64_t bytes) {
 
 void Context::set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {
   const cl_mem memory = buffer.get();
-  set_raw_argument(kernel, index, &memory, sizeof memory);
+  set_raw_argument(kernel, index, &memory, sizeof(void*));
 }
 
 void Context::set_raw_argument(const Kernel& kernel, cl_uint index, const void* value,

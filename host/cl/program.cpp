@@ -137,7 +137,7 @@ std::shared_ptr<Context::Build> Context::build_by(
         build_seconds_ += seconds_since(start);
         return program;
       });
-  const auto made = std::make_shared<Build>();
+  auto made = std::make_shared<Build>();
   made->program = task->get_future().share();
   programs_.emplace(key, made);
   if (while_waiting != nullptr) {

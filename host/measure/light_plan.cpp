@@ -135,7 +135,7 @@ class LightPlanner {
       return looks_.model().at(i).limit <= kFirstLimit * options_.max_error;
     };
     std::optional<std::size_t> found = looks_.model().fewest(leaves_room);
-    if (!found && high_.triangles.size() > 2 * kMostFaces) {
+    if (!found && high_.triangles.size() > std::size_t{2} * kMostFaces) {
       looks_.make_levels(kManyFaces, options_.height_field);
       found = looks_.model().fewest(leaves_room);
     }

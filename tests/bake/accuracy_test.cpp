@@ -106,12 +106,12 @@ Vec3d sphere_normal(const Vec3d& p) {
 
 double torus_surface(const Vec3d& p) {
   const double ring = std::hypot(p.x, p.z);
-  const double tube = std::hypot(ring - test::BumpyTorus::major_radius, p.y);
+  const double tube = std::hypot(ring - test::BumpyTorus::kMajorRadius, p.y);
   // The angles as shapes.h has them: around the axis, and around the tube from the outer equator.
-  const double v = std::atan2(p.y, ring - test::BumpyTorus::major_radius);
+  const double v = std::atan2(p.y, ring - test::BumpyTorus::kMajorRadius);
   // Which way u runs is found from the high poly's first vertices in a test below.
   const double u = std::atan2(-p.z, p.x);
-  return tube - test::BumpyTorus::minor_radius - test::BumpyTorus::height(u, v);
+  return tube - test::BumpyTorus::kMinorRadius - test::BumpyTorus::height(u, v);
 }
 Vec3d torus_normal(const Vec3d& p) { return from_test(test::BumpyTorus::exact_normal(to_test(p))); }
 

@@ -136,13 +136,13 @@ double BumpyTorus::height(double u, double v) {
 // S(u, v) = R e(u) + (r + h) n(u, v); the normal is the cross product of the two partial derivatives.
 Vec3d BumpyTorus::exact_normal(const Vec3d& point) {
   const double u = std::atan2(-point.z, point.x);
-  const double v = std::atan2(point.y, std::hypot(point.x, point.z) - major_radius);
+  const double v = std::atan2(point.y, std::hypot(point.x, point.z) - kMajorRadius);
   const double h_u = 0.135 * std::cos(9 * u) * std::cos(3 * v) + 0.140 * std::cos(14 * u + 4 * v);
   const double h_v = -0.045 * std::sin(9 * u) * std::sin(3 * v) + 0.040 * std::cos(14 * u + 4 * v);
-  const double tube = minor_radius + height(u, v);
+  const double tube = kMinorRadius + height(u, v);
   const Vec3d n = torus_normal(u, v);
   const Vec3d n_v = -std::sin(v) * torus_outward(u) + Vec3d{0, std::cos(v), 0};
-  const Vec3d s_u = (major_radius + tube * std::cos(v)) * torus_along(u) + h_u * n;
+  const Vec3d s_u = (kMajorRadius + tube * std::cos(v)) * torus_along(u) + h_u * n;
   const Vec3d s_v = tube * n_v + h_v * n;
   return unit(cross(s_u, s_v));
 }
@@ -160,7 +160,7 @@ Mesh BumpyTorus::dense(std::uint64_t faces, bool with_normals) {
       for (std::uint32_t i = 0; i < slices; ++i) {
         const double u = 2 * pi * i / slices, v = 2 * pi * j / rings;
         const Vec3d point =
-            major_radius * torus_outward(u) + (minor_radius + height(u, v)) * torus_normal(u, v);
+            kMajorRadius * torus_outward(u) + (kMinorRadius + height(u, v)) * torus_normal(u, v);
         mesh.positions[cell(i, j, slices)] = to_float(point);
         if (with_normals) mesh.normals[cell(i, j, slices)] = to_float(exact_normal(point));
       }
@@ -172,7 +172,7 @@ Mesh BumpyTorus::dense(std::uint64_t faces, bool with_normals) {
 }
 
 Mesh BumpyTorus::light(std::uint32_t slices, std::uint32_t rings) {
-  return torus(slices, rings, major_radius, minor_radius);
+  return torus(slices, rings, kMajorRadius, kMinorRadius);
 }
 
 }  // namespace kiln::test

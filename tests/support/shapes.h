@@ -50,7 +50,7 @@ Mesh random_soup(std::uint32_t count, std::uint64_t seed, double size = 0.1);
 /// (wavelengths 0.80, 0.57, 0.42). The height stays within +-0.04 and the normal within 23 degrees of
 /// the radial one.
 struct BumpySphere {
-  static constexpr double amplitude = 0.04;
+  static constexpr double kAmplitude = 0.04;
 
   /// Distance from the centre in a direction. \param direction  unit length
   static double radius(const Vec3d& direction);
@@ -73,9 +73,9 @@ struct BumpySphere {
 /// (waves of 0.3 to 0.9 in length on the surface). The height stays within +-0.025 and the normal
 /// within 35 degrees of the smooth torus's.
 struct BumpyTorus {
-  static constexpr double amplitude = 0.025;
-  static constexpr double major_radius = 1;
-  static constexpr double minor_radius = 0.35;
+  static constexpr double kAmplitude = 0.025;
+  static constexpr double kMajorRadius = 1;
+  static constexpr double kMinorRadius = 0.35;
 
   /// Height over the smooth torus, world units. \param u,v  angles, radians
   static double height(double u, double v);

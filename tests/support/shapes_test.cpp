@@ -132,7 +132,7 @@ TEST(Shapes, ExactNormalsAreThoseOfTheSurface) {
     EXPECT_NEAR(inner(normal, sub(surface(e, 0, 0), surface(-e, 0, 0))) / (2 * e), 0, 1e-7);
     EXPECT_NEAR(inner(normal, sub(surface(0, e, 0), surface(0, -e, 0))) / (2 * e), 0, 1e-7);
     EXPECT_NEAR(inner(normal, sub(surface(0, 0, e), surface(0, 0, -e))) / (2 * e), 0, 1e-7);
-    EXPECT_LE(std::abs(BumpySphere::radius(d) - 1), BumpySphere::amplitude);
+    EXPECT_LE(std::abs(BumpySphere::radius(d) - 1), BumpySphere::kAmplitude);
     largest = std::max(largest, degrees_between(normal, d));
   }
   EXPECT_LT(largest, 23);
@@ -151,7 +151,7 @@ TEST(Shapes, ExactNormalsAreThoseOfTheSurface) {
                   1e-7);
       EXPECT_NEAR(inner(normal, sub(surface(u, v + e, 1), surface(u, v - e, 1))) / (2 * e), 0,
                   1e-7);
-      EXPECT_LE(std::abs(BumpyTorus::height(u, v)), BumpyTorus::amplitude);
+      EXPECT_LE(std::abs(BumpyTorus::height(u, v)), BumpyTorus::kAmplitude);
       const Vec3d smooth{std::cos(v) * std::cos(u), std::sin(v), -std::cos(v) * std::sin(u)};
       largest = std::max(largest, degrees_between(normal, smooth));
     }
