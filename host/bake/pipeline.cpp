@@ -78,7 +78,7 @@ void Pipeline::sample() {
 /// A band's samples, with room for their points.
 PipelineBand& Pipeline::sampled(std::uint32_t number) {
   PipelineBand& band = bands_[bands_stay_ == Bands::stay ? number : 0];
-  band.texels = sampler_.sample(number);
+  band.texels = sampler_.sample(number, std::move(band.texels));
   turn_.apply(context_, band.texels);
   sheets_.apply(context_, band.texels);
   cage_.apply(context_, band.texels);

@@ -27,10 +27,23 @@ constexpr std::size_t kAtOnce = 1 << 20;  // rays
 constexpr double kWider = 1.0001;         // than a radius, for what is rounded
 constexpr double kSamplesATriangle = 16;  // above which it pays to look at triangles first
 constexpr float kOutside = 1e-3F;         // of its sides, that a point may lie off its triangle
+constexpr std::size_t kFewPlaces = 16;    // above which a triangle's places are found by the grid
+// Of a triangle: no place reaches into it, or all that do are held; the grid knows them; a list.
+constexpr std::uint32_t kNone = 0, kGrid = 1, kFirstFew = 2;
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
   const Vec3d a(high.positions[t[0]]);
   return cross(Vec3d(high.positions[t[1]]) - a, Vec3d(high.positions[t[2]]) - a);
+}
+
+std::array<Vec3d, 2> box_of(const Source::Impl& high, const Triangle& t) {
+  Vec3d low(high.positions[t[0]]), top = low;
+  for (const std::uint32_t corner : t) {
+    const Vec3d p(high.positions[corner]);
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
+  }
+  return {low, top};
 }
 
 /// A share in [0, 1) of a number, evenly spread over numbers that follow each other.
@@ -259,42 +272,73 @@ void Recall::find_triangles(const Source::Impl& high) {
   const auto x_of = [&](std::uint32_t i) { return places_[i].position.x; };
   std::sort(order.begin(), order.end(),
             [&](std::uint32_t a, std::uint32_t b) { return x_of(a) < x_of(b); });
-  near_.assign(high.triangles.size(), 0);
-  parallel_for(near_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  struct Found {
+    std::vector<std::uint32_t> triangles, ends, places;
+  };
+  const std::size_t count = high.triangles.size();
+  std::vector<Found> found((count + kGrain - 1) / kGrain);
+  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+    auto& [triangles, ends, places] = found[begin / kGrain];
     for (std::size_t t = begin; t < end; ++t) {
-      Vec3d low(high.positions[high.triangles[t][0]]), top = low;
-      for (const std::uint32_t corner : high.triangles[t]) {
-        const Vec3d p(high.positions[corner]);
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
-      }
+      const auto [low, top] = box_of(high, high.triangles[t]);
       const double slack = kOutside * 4 * length(top - low);
+      const std::size_t before = places.size();
       auto next = std::lower_bound(order.begin(), order.end(), low.x - slack - farthest,
                                    [&](std::uint32_t i, double x) { return x_of(i) < x; });
-      for (; near_[t] == 0 && next != order.end(); ++next) {
+      for (; next != order.end() && places.size() <= before + kFewPlaces; ++next) {
         const Vec3d p(places_[*next].position);
         if (p.x > top.x + slack + farthest) break;
         const double r = slack + double{radius_[*next]} * kWider;
         const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
                             p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
-        near_[t] = within ? 1 : 0;
+        if (within) places.push_back(*next);
       }
+      if (places.size() == before) continue;
+      triangles.push_back(static_cast<std::uint32_t>(t));
+      if (places.size() > before + kFewPlaces) places.resize(before);  // the grid has them
+      ends.push_back(static_cast<std::uint32_t>(places.size()));
     }
   });
+  near_.assign(count, kNone);
+  few_first_ = {0};
+  for (const auto& [triangles, ends, places] : found) {
+    const auto base = static_cast<std::uint32_t>(few_.size());
+    few_.insert(few_.end(), places.begin(), places.end());
+    for (std::size_t k = 0; k < triangles.size(); ++k) {
+      const bool many = ends[k] == (k == 0 ? 0 : ends[k - 1]);
+      near_[triangles[k]] =
+          many ? kGrid : kFirstFew + static_cast<std::uint32_t>(few_first_.size()) - 1;
+      if (!many) few_first_.push_back(base + ends[k]);
+    }
+  }
 }
 
-void Recall::mark(const Vec3d& point, const Vec3d& ab, const Vec3d& ac) {
-  const std::uint64_t key = cell({slice(point.x), slice(point.y), slice(point.z)});
+/// Whether a place is held, by this sample or an earlier one.
+bool Recall::hold(std::uint32_t i, const Sample& sample) {
+  std::atomic_ref<std::uint8_t> held(held_[i]);
+  if (held.load(std::memory_order_relaxed) != 0) return true;
+  const Vec3d way = Vec3d(places_[i].position) - sample.point;
+  if (dot(way, way) > double{radius_[i]} * radius_[i]) return false;
+  if (!(dot(cross(sample.ab, sample.ac), Vec3d(places_[i].normal)) > 0)) return false;
+  held.store(1, std::memory_order_relaxed);
+  return true;
+}
+
+void Recall::mark(const Sample& sample) {
+  const Vec3d& p = sample.point;
+  const std::uint64_t key = cell({slice(p.x), slice(p.y), slice(p.z)});
   if ((maybe_[key % kFilterBits / 64] >> (key % 64) & 1) == 0) return;
   const auto found = cells_.find(key);
   if (found == cells_.end()) return;
-  for (const std::uint32_t i : found->second) {
-    std::atomic_ref<std::uint8_t> held(held_[i]);
-    if (held.load(std::memory_order_relaxed) != 0) continue;
-    const Vec3d way = Vec3d(places_[i].position) - point;
-    if (dot(way, way) > double{radius_[i]} * radius_[i]) continue;
-    if (dot(cross(ab, ac), Vec3d(places_[i].normal)) > 0) held.store(1, std::memory_order_relaxed);
+  for (const std::uint32_t i : found->second) hold(i, sample);
+}
+
+bool Recall::mark_few(std::uint32_t few, const Sample& sample) {
+  bool all = true;
+  for (std::uint32_t k = few_first_[few]; k < few_first_[few + std::size_t{1}]; ++k) {
+    if (!hold(few_[k], sample)) all = false;
   }
+  return all;
 }
 
 void Recall::store(const Source::Impl& high, BandReads& reads, const Correspondence& match) {
@@ -304,15 +348,24 @@ void Recall::store(const Source::Impl& high, BandReads& reads, const Corresponde
   const std::vector<float>& v = reads.read(match.barycentric, match.count, match.capacity);
   parallel_for(match.count, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (triangle[i] == KILN_NO_TRIANGLE) continue;
-      if (!near_.empty() && near_[triangle[i]] == 0 && u[i] >= -kOutside && v[i] >= -kOutside &&
-          u[i] + v[i] <= 1 + kOutside) {
-        continue;
+      const std::uint32_t of = triangle[i];
+      if (of == KILN_NO_TRIANGLE) continue;
+      const bool inside = u[i] >= -kOutside && v[i] >= -kOutside && u[i] + v[i] <= 1 + kOutside;
+      std::uint32_t near = kGrid;
+      if (!near_.empty() && inside) {
+        near = std::atomic_ref<std::uint32_t>(near_[of]).load(std::memory_order_relaxed);
+        if (near == kNone) continue;
       }
-      const Triangle& t = high.triangles[triangle[i]];
+      const Triangle& t = high.triangles[of];
       const Vec3d a(high.positions[t[0]]), b(high.positions[t[1]]), c(high.positions[t[2]]);
       const Vec3d ab = b - a, ac = c - a;
-      mark(a + ab * double{u[i]} + ac * double{v[i]}, ab, ac);
+      const Sample sample{a + ab * double{u[i]} + ac * double{v[i]}, ab, ac};
+      if (near == kGrid) {
+        mark(sample);
+      } else if (mark_few(near - kFirstFew, sample)) {
+        // No sample of this triangle can hold another place.
+        std::atomic_ref<std::uint32_t>(near_[of]).store(kNone, std::memory_order_relaxed);
+      }
     }
   });
 }

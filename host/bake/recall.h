@@ -48,23 +48,31 @@ class Recall {
   void find_near(const MatchRequest& request);
   void find_seen(const MatchRequest& request);
   void make_grid();
-  /// Most samples of large maps lie on triangles that no place reaches into. By boxes: some are kept that
-  /// need not be.
+  /// Most samples of large maps lie on triangles that no place reaches into, or whose places are all held
+  /// already. By boxes: some are kept that need not be.
   void find_triangles(const Source::Impl& high);
   static std::uint64_t cell(const std::array<std::int64_t, 3>& at);
   std::int64_t slice(double x) const;
   /// A point, and two edges of its triangle, of which only the cross product's direction counts.
-  void mark(const Vec3d& point, const Vec3d& ab, const Vec3d& ac);
+  struct Sample {
+    Vec3d point, ab, ac;
+  };
+  bool hold(std::uint32_t place, const Sample& sample);
+  /// All places that a sample stands for, by the grid.
+  void mark(const Sample& sample);
+  /// The same among the few places that reach into its triangle. \returns whether all of these are held
+  bool mark_few(std::uint32_t few, const Sample& sample);
 
   std::vector<Place> places_;
   double spacing_ = 0;
   std::vector<float> radius_;  ///< Within which a sample stands for the place; 0: it does not count
   std::vector<float> seen_;    ///< Sum of cosines of directions that see it
   std::vector<std::uint8_t> held_;
-  std::vector<std::uint8_t>
-      near_;             ///< Per triangle: whether a place may reach into it; empty: not known
-  double per_side_ = 0;  ///< Cells a frame unit
-  std::vector<std::uint64_t> maybe_;  ///< Bits by hash: whether a cell has places
+  /// Per triangle: which places may reach into it, see find_triangles(); empty: not known.
+  std::vector<std::uint32_t> near_;
+  std::vector<std::uint32_t> few_, few_first_;  ///< Places of triangles that have few, in runs
+  double per_side_ = 0;                         ///< Cells a frame unit
+  std::vector<std::uint64_t> maybe_;            ///< Bits by hash: whether a cell has places
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 

@@ -50,10 +50,22 @@ void count_samples(BandReads& reads, const Correspondence& match, double unit, B
   constexpr std::size_t kBlock = 1 << 16;
   std::vector<Sums> blocks((match.count + kBlock - 1) / kBlock);
   parallel_for(match.count, kBlock, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Sums& sums = blocks[i / kBlock];
+    // Each sum waits for the one before it: so there are four of each, added up in order.
+    constexpr std::size_t kSumsAtOnce = 4;
+    std::array<Sums, kSumsAtOnce> lanes;
+    const auto add = [&](std::size_t i, Sums& sums) {
       ++sums.counts[std::min<std::size_t>(status[i], KILN_STATUS_COUNT - 1)];
-      if (status[i] != KILN_STATUS_MISS) sums.distance += std::abs(distance[i]);
+      sums.distance += status[i] != KILN_STATUS_MISS ? double{std::abs(distance[i])} : 0.0;
+    };
+    std::size_t i = begin;
+    for (; i + kSumsAtOnce <= end; i += kSumsAtOnce) {
+      for (std::size_t k = 0; k < kSumsAtOnce; ++k) add(i + k, lanes[k]);
+    }
+    for (; i < end; ++i) add(i, lanes[0]);
+    Sums& sums = blocks[begin / kBlock];
+    for (const Sums& lane : lanes) {
+      for (std::size_t s = 0; s < sums.counts.size(); ++s) sums.counts[s] += lane.counts[s];
+      sums.distance += lane.distance;
     }
   });
   for (const Sums& sums : blocks) {

@@ -16,8 +16,9 @@ void save_text(const std::filesystem::path& path, std::string_view text);
 /// While a set is open, what any thread saves with Kiln is written out of sight, and commit() puts it in
 /// place. Without commit() nothing appears. Pipes and devices are written to at once.
 ///
-/// While a set is open, files that Kiln reads are inputs: saving over one throws Error(usage), by whatever
-/// name (the device and inode count), and before a byte of it changes. A process has one set at a time; its
+/// While a set is open, files that Kiln reads are inputs, and so are the material files that a mesh names:
+/// saving over one throws Error(usage), by whatever name (the device and inode count), and before a byte of it
+/// changes. So does saving two files that links make one. A process has one set at a time; its
 /// functions may be called from any thread, commit() when all saves have returned.
 class OutputSet {
  public:

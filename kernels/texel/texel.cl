@@ -107,6 +107,12 @@ float8 texel_blend(const float v0, const float v1, const float v2, const float8 
   return fma(w2, (float8)(v2), fma(w1, (float8)(v1), w0 * v0));
 }
 
+/// How many lanes are true.
+int texel_count(const int8 lanes) {
+  const int4 pairs = lanes.lo + lanes.hi;
+  return -(pairs.x + pairs.y + pairs.z + pairs.w);
+}
+
 /// Unit normal of a triangle: the direction where interpolation gives none.
 float3 texel_face_normal(global const kiln_texel_corners* corners) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -164,8 +170,7 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
   for (uint g = 0u; g < params.group_count; ++g) {
     uint8 id = vload8(g, own) & KILN_TEXEL_EMPTY;
     const int8 covered = id != KILN_TEXEL_EMPTY;
-    const int4 pairs = covered.lo + covered.hi;
-    const int count = -(pairs.x + pairs.y + pairs.z + pairs.w);
+    const int count = texel_count(covered);
     if (count == 0) continue;
     const int8 x = vload8(g, slots + TEXEL_PLANE_X * pitch) + block.x;
     const int8 y = vload8(g, slots + TEXEL_PLANE_Y * pitch) + block.y;
@@ -177,7 +182,8 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
     // Once for every piece among the eight: mostly one.
     uint pending[8];
     vstore8(id, 0, pending);
-    for (uint lane = 0u; lane < 8u; ++lane) {
+    int left = count;
+    for (uint lane = 0u; lane < 8u && left > 0; ++lane) {
       const uint current = pending[lane];
       if (current == KILN_TEXEL_EMPTY) continue;
       global const kiln_texel_piece* p = pieces + current;
@@ -187,6 +193,7 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
       w2 = min(w2, 1.0f - w1);
       const float8 w0 = 1.0f - w1 - w2;
       const int8 mine = id == current;
+      left -= texel_count(mine);
       owner = select(owner, (uint8)(p->triangle), as_uint8(mine));
       const float8 u_whole = min(
           max(texel_blend(c->weight1[0], c->weight1[1], c->weight1[2], w0, w1, w2), 0.0f), 1.0f);

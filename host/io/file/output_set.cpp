@@ -30,6 +30,11 @@ State& state() {
   return the_state;
 }
 
+/// A file's name before links are followed.
+std::filesystem::path whole_name(const HeldFile& file) {
+  return std::filesystem::absolute(file.destination).lexically_normal();
+}
+
 }  // namespace
 
 OutputSet::OutputSet() {
@@ -53,6 +58,11 @@ void OutputSet::commit() {
   {
     const std::lock_guard lock(state().mutex);
     files.swap(state().files);
+  }
+  // What was read after a file of that name was written, too.
+  for (const HeldFile& file : files) {
+    struct stat found {};
+    if (stat(file.target.c_str(), &found) == 0) refuse_input(file.destination, found);
   }
   place_files(files);
 }
@@ -82,6 +92,13 @@ void OutputSet::check(const std::filesystem::path& destination) {
 bool hold_output(HeldFile& file) {
   const std::lock_guard lock(state().mutex);
   if (!state().is_open) return false;
+  for (const HeldFile& other : state().files) {
+    if (other.target != file.target || whole_name(other) == whole_name(file)) continue;
+    throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
+                                      other.destination.string() +
+                                      "' would be one file, by a link: remove the link, or choose "
+                                      "another folder for the output.");
+  }
   state().files.push_back(std::move(file));
   return true;
 }

@@ -9,7 +9,8 @@
 
 namespace kiln {
 
-/// Hands a finished file to the set that is open. \returns false where none is: it is the caller's to place
+/// Hands a finished file to the set that is open. \returns false where none is: it is the caller's to place.
+/// Throws Error(usage) where links make it one file with another one of the set.
 bool hold_output(HeldFile& file);
 
 /// Throws Error(usage) where a file is among those that were read since the set was opened; by identity, not

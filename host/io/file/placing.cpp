@@ -321,16 +321,14 @@ void place_files(std::vector<HeldFile>& files) {
   }
   HeldFile& file = files.front();
   file.sync();
+  const LockedFolder folder(file.target.parent_path());
+  finish_all(file.target.parent_path());  // or an older file of that name would come later
   file.name();
-  const fs::path above = file.target.parent_path();  // nothing asks for memory from here on
   if (std::rename(file.temporary.path().c_str(), file.target.c_str()) != 0) {
     fail_to_write(file.destination, "", errno);
   }
   file.temporary.release();
-  const int folder = open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;
-  fsync(folder);
-  close(folder);
+  folder.sync();
 }
 
 void finish_interrupted(const fs::path& folder) noexcept {

@@ -11,6 +11,7 @@
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
 #include "io/mesh/mesh_reader.h"
+#include "kiln/files.h"
 #include "kiln/mesh.h"
 
 namespace kiln {
@@ -163,7 +164,13 @@ Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options
   try {
     const std::string bytes = read_file(input, path);
     input.bytes = bytes;
-    return parse_named(input, path);
+    Mesh mesh = parse_named(input, path);
+    // They belong to the mesh, whether they are read or not.
+    for (std::string file : mesh.material_files) {
+      std::replace(file.begin(), file.end(), '\\', '/');
+      OutputSet::protect(path.parent_path() / file);
+    }
+    return mesh;
   } catch (const std::bad_alloc&) {
     input.fail("", "memory ran out while it was read", "Free some memory, or use a lighter mesh.");
   }

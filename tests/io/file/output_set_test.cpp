@@ -19,6 +19,7 @@
 #include "kiln/error.h"
 #include "kiln/files.h"
 #include "kiln/image.h"
+#include "kiln/mesh.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
 
@@ -152,6 +153,41 @@ TEST_F(OutputSetTest, AFileNamedInsideAFileCounts) {
   EXPECT_EQ(contents(folder_ / "ramp.raw"), "01234567");
 }
 
+// It belongs to the mesh, also where no map needs it.
+TEST_F(OutputSetTest, AMaterialFileThatAMeshNamesCounts) {
+  std::ofstream(folder_ / "m.mtl") << "newmtl m\n";
+  std::ofstream(folder_ / "mesh.obj") << "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  fs::create_symlink("m.mtl", folder_ / "report.json");
+  OutputSet set;
+  load_mesh(folder_ / "mesh.obj");
+  EXPECT_EQ(code_of([&] { save_text(folder_ / "report.json", "{}"); }), ErrorCode::usage);
+  EXPECT_EQ(contents(folder_ / "m.mtl"), "newmtl m\n");
+}
+
+TEST_F(OutputSetTest, WhatIsReadAfterAFileOfItsNameWasSavedCounts) {
+  std::ofstream(folder_ / "mesh.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const std::string bytes = contents(folder_ / "mesh.obj");
+  OutputSet set;
+  save_text(folder_ / "mesh.obj", "new");
+  save_text(folder_ / "other", "new");
+  load_mesh(folder_ / "mesh.obj");
+  EXPECT_EQ(code_of([&] { set.commit(); }), ErrorCode::usage);
+  EXPECT_EQ(contents(folder_ / "mesh.obj"), bytes);
+  EXPECT_EQ(names(folder_), std::set<std::string>{"mesh.obj"});
+}
+
+TEST_F(OutputSetTest, TwoFilesThatLinksMakeOneAreRefused) {
+  fs::create_symlink("one", folder_ / "a");
+  fs::create_symlink("one", folder_ / "b");
+  OutputSet set;
+  save_text(folder_ / "a", "a");
+  save_text(folder_ / "." / "a", "a again");
+  EXPECT_EQ(code_of([&] { save_text(folder_ / "b", "b"); }), ErrorCode::usage);
+  EXPECT_EQ(code_of([&] { save_text(folder_ / "one", "b"); }), ErrorCode::usage);
+  set.commit();
+  EXPECT_EQ(contents(folder_ / "one"), "a again");
+}
+
 TEST_F(OutputSetTest, WithoutASetAFileMayBeReadAndReplaced) {
   const Image image{1, 1, 1, {0.5F}};
   save_image(image, folder_ / "map.png", {ImageFormat::png8});
@@ -199,6 +235,17 @@ TEST_F(OutputSetTest, TheNextRunFinishesWhatAKilledOneBegan) {
   prepare_output_folder(folder_);
   for (const char* name : {"a", "b", "c"}) EXPECT_EQ(contents(folder_ / name), "new") << name;
   EXPECT_EQ(names(folder_), (std::set<std::string>{"a", "b", "c", "outside"}));
+}
+
+// Else the next set would put the killed run's file over this newer one.
+TEST_F(OutputSetTest, AFileAloneFinishesItFirst) {
+  std::ofstream(folder_ / ".kiln-1-1.tmp") << "killed";
+  const std::string journal = std::string(".kiln-1-1.tmp") + '\0' + "a" + '\0' + '\0';
+  std::ofstream(folder_ / ".kiln-1-4.journal") << journal;
+  save_text(folder_ / "a", "newer");
+  prepare_output_folder(folder_);
+  EXPECT_EQ(contents(folder_ / "a"), "newer");
+  EXPECT_EQ(names(folder_), std::set<std::string>{"a"});
 }
 
 // A child replaces eight files again and again, each time by its next number, and is killed at any moment.
