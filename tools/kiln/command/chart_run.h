@@ -22,6 +22,7 @@ struct ChartArguments {
   std::string out, device;
   std::string max_distance = "2%";
   std::vector<std::string> settings;
+  std::optional<std::uint32_t> directions;  ///< Of viewing rays
   bool ao = false;                         ///< Also ambient occlusion
   std::string ao_error;                    ///< A share of 1, or a fraction
   std::optional<double> ao_budget;         ///< Seconds
