@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "kiln/export.h"
@@ -12,9 +13,17 @@ namespace KILN_PUBLIC kiln {
 template <class T>
 class Maybe {
  public:
-  Maybe() = default;                                         ///< Nothing there
-  Maybe(std::nullopt_t) {}                                   ///< Nothing there
+  Maybe() = default;                                          ///< Nothing there
+  Maybe(std::nullopt_t) {}                                    ///< Nothing there
   Maybe(T value) : value_(std::move(value)), there_(true) {}  ///< The value is there
+
+  /// The value is there, also by `= {...}`.
+  template <class U = T>
+  Maybe& operator=(U value) requires std::is_same_v<U, T> {
+    value_ = std::move(value);
+    there_ = true;
+    return *this;
+  }
 
   bool has_value() const noexcept { return there_; }          ///< It is there
   explicit operator bool() const noexcept { return there_; }  ///< It is there

@@ -51,7 +51,7 @@ struct ChartOptions {
   std::vector<ChartSetting> settings = chart_settings();  ///< The reference among them
   std::uint32_t size = 1024;                              ///< Texels a side of the map
   Length max_distance = Length::share(0.02);
-  UvOptions uv;              ///< Of all settings
+  UvOptions uv;                    ///< Of all settings
   std::uint32_t repeat = 3;        ///< Timed runs of each setting
   std::uint32_t directions = 512;  ///< Of viewing rays, for Tarini's measures
   std::uint32_t pixels = 512;      ///< A side of the pictures whose normals are measured

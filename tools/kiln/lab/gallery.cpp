@@ -110,9 +110,8 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
         {mapped.draw(view),
          {exhibit.method, "normals off " + with_two_digits(exhibit.mean_degrees) + " degrees",
           missed_text(exhibit.bake)}});
-    exhibit.error =
-        normal_error_texture(device, original, mapped, high, low, held_out, options.size,
-                                         options.size, options.pixels);
+    exhibit.error = normal_error_texture(device, original, mapped, high, low, held_out,
+                                         options.size, options.size, options.pixels);
     gallery.exhibits.push_back(std::move(exhibit));
   }
   gallery.matches = make_sheet(panels);
