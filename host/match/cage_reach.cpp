@@ -101,7 +101,7 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
   return ways;
 }
 
-std::optional<CageReport> CageReach::report(const LowSurface& surface) const {
+Maybe<CageReport> CageReach::report(const LowSurface& surface) const {
   if (!surface.has_cage_mesh) return std::nullopt;
   const double unit = 1 / frame_.scale;
   std::vector<float> outward = ways_, inward;

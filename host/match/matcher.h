@@ -16,9 +16,9 @@ enum class Decider : std::uint8_t { nothing, method, fallback };
 
 /// What a match says of itself.
 struct MatchNotes {
-  std::optional<ViewReport> views;
-  std::optional<VisibilityReport> visibility;
-  std::optional<UvReport> uv;
+  Maybe<ViewReport> views;
+  Maybe<VisibilityReport> visibility;
+  Maybe<UvReport> uv;
   std::vector<Warning> warnings;
 };
 

@@ -15,7 +15,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -130,7 +129,7 @@ class VisibilityField {
              std::uint32_t capacity, std::uint32_t cluster = 0) const;
 
   /// Where more than one cluster was asked for.
-  const std::optional<VisibilityClusters>& clusters() const { return clusters_; }
+  const Maybe<VisibilityClusters>& clusters() const { return clusters_; }
 
   /// Means of directions per texel (or corner), 4 floats each, for tests.
   const cl::Array<float>& field() const { return field_; }
@@ -153,7 +152,7 @@ class VisibilityField {
   cl::Array<float> normals_;
   cl::Array<float> field_;
   std::vector<cl::Array<float>> further_;  // the field for clusters 1 and on
-  std::optional<VisibilityClusters> clusters_;
+  Maybe<VisibilityClusters> clusters_;
   cl::Array<std::uint32_t> field_triangle_;
   cl::Array<std::uint32_t> chart_;
   cl::Array<std::uint32_t> border_;  // of each pixel: its place among the links

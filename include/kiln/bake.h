@@ -9,6 +9,7 @@
 #include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
+#include "kiln/maybe.h"
 #include "kiln/mesh.h"
 #include "kiln/own_map.h"
 #include "kiln/parts.h"
@@ -120,38 +121,38 @@ struct BakeReport {
   std::uint64_t gutter_texels = 0;       ///< Texels that padding filled
   double max_distance = 0;               ///< As used, world units
   double mean_abs_distance = 0;          ///< Of the samples that hit, world units
-  std::optional<ViewReport> views;       ///< Where matched by views
-  std::optional<SwitchReport> switches;  ///< Where a fallback was asked for; before blending
-  std::optional<SwitchReport> switches_blended;  ///< After, where blending was asked for
-  std::uint64_t blended_texels = 0;            ///< Of the method, that took some of the fallback's
-  std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
-  std::optional<UvReport> uv;                  ///< Where matched by UVs
-  EdgeReport edges;                            ///< Where rays turn at hard edges; else 0 of them
-  std::optional<CageReport> cage_mesh;         ///< Where rays start from a mesh
-  std::optional<RecallReport> recall;          ///< Where it was asked for and can be told
-  double seconds_recall = 0;                   ///< Telling it
-  double seconds_build = 0;                    ///< Structures of the source, made for this bake
-  double seconds_texels = 0;                   ///< Samples of the low poly
-  double seconds_match = 0;                    ///< The match and its fallbacks
-  double seconds_detail = 0;                   ///< Reading of the maps' values
-  double seconds_image = 0;                    ///< Padding and encoding
-  double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
-  std::vector<IdEntry> ids;                    ///< The legend of the map id, where it was baked
-  std::optional<OcclusionReport> occlusion;    ///< Where ao or bent_normal was baked
-  std::vector<MapError> errors;                ///< Where BakeOptions::report_errors asks for them
-  double seconds_errors = 0;                   ///< The finer evaluation
-  std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once
-  std::vector<Warning> warnings;               ///< Of all steps
+  Maybe<ViewReport> views;               ///< Where matched by views
+  Maybe<SwitchReport> switches;          ///< Where a fallback was asked for; before blending
+  Maybe<SwitchReport> switches_blended;  ///< After, where blending was asked for
+  std::uint64_t blended_texels = 0;      ///< Of the method, that took some of the fallback's
+  Maybe<VisibilityReport> visibility;    ///< Where matched by visibility
+  Maybe<UvReport> uv;                    ///< Where matched by UVs
+  EdgeReport edges;                      ///< Where rays turn at hard edges; else 0 of them
+  Maybe<CageReport> cage_mesh;           ///< Where rays start from a mesh
+  Maybe<RecallReport> recall;            ///< Where it was asked for and can be told
+  double seconds_recall = 0;             ///< Telling it
+  double seconds_build = 0;              ///< Structures of the source, made for this bake
+  double seconds_texels = 0;             ///< Samples of the low poly
+  double seconds_match = 0;              ///< The match and its fallbacks
+  double seconds_detail = 0;             ///< Reading of the maps' values
+  double seconds_image = 0;              ///< Padding and encoding
+  double seconds_mips = 0;               ///< Charts, levels, their gutters and encoding
+  std::vector<IdEntry> ids;              ///< The legend of the map id, where it was baked
+  Maybe<OcclusionReport> occlusion;      ///< Where ao or bent_normal was baked
+  std::vector<MapError> errors;          ///< Where BakeOptions::report_errors asks for them
+  double seconds_errors = 0;             ///< The finer evaluation
+  std::uint64_t peak_device_bytes = 0;   ///< The most memory on the device at once
+  std::vector<Warning> warnings;         ///< Of all steps
 };
 
 /// The maps of a bake, and what there is to say of them.
 struct BakeResult {
   std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, for each cluster
   std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
-  std::optional<Match> match;          ///< Where BakeOptions::keep_match asks for it
+  Maybe<Match> match;                  ///< Where BakeOptions::keep_match asks for it
   std::vector<Recalled>
       recalled;  ///< Per vertex of the high poly, where recall_vertices asks for it
-  std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for
+  Maybe<VisibilityClusters> clusters;  ///< Where more than one was asked for
   BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
 

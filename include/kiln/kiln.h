@@ -25,6 +25,7 @@
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "kiln/material.h"
+#include "kiln/maybe.h"
 #include "kiln/measure.h"
 #include "kiln/memory.h"
 #include "kiln/mesh.h"

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "kiln/bake.h"
 #include "kiln/export.h"
 #include "kiln/lowpoly.h"
+#include "kiln/maybe.h"
 #include "kiln/mesh.h"
 #include "kiln/source.h"
 
@@ -79,11 +79,11 @@ struct LightLevel {
 
 /// The lightest mesh and maps that reach an error, and what they were chosen from.
 struct LightBake {
-  Mesh low;                               ///< With UVs where there is a map
-  SimplifyReport simplified;              ///< How the mesh was made
-  std::optional<UnwrapReport> unwrapped;  ///< None without a map
-  std::optional<BakeResult> result;       ///< The maps; none where no map is needed
-  BakeOptions bake;                       ///< That `result` is baked with
+  Mesh low;                       ///< With UVs where there is a map
+  SimplifyReport simplified;      ///< How the mesh was made
+  Maybe<UnwrapReport> unwrapped;  ///< None without a map
+  Maybe<BakeResult> result;       ///< The maps; none where no map is needed
+  BakeOptions bake;               ///< That `result` is baked with
   Image drawn;  ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
   LightTrial chosen;                ///< What `low` and `result` are
   std::vector<LightTrial> trials;   ///< That were made and measured, in order

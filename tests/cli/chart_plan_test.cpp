@@ -94,6 +94,7 @@ TEST(PlanChart, RefusesBadUsage) {
            {{high, low, "--max-error", "2"}, "add --plan"},
            {{high, "--plan", "--repeat", "2"}, "--repeat is for charts of matches"},
            {{high, "--plan", "--ao"}, "--ao is for charts of matches"},
+           {{high, "--plan", "--pixels", "64"}, "--pixels is for charts of matches"},
            {{high, "--plan", "--settings", "ray"}, "--settings is for charts of matches"},
            {{high, "--plan", "--iso", "2"}, "--iso is for volumes"},
            {{"x.nrrd", "--plan"}, "is a volume"},

@@ -117,13 +117,15 @@ TEST(GalleryCommand, ShowsEveryMatch) {
                                               "--match",
                                               "closest",
                                               "--size",
-                                              "128",
+                                              "64",
                                               "--max-distance",
                                               "10%",
                                               "--picture-size",
                                               "160",
                                               "--out",
                                               out,
+                                              "--pixels",
+                                              "256",
                                               "--json",
                                               scene / "g.json"};
   const ProcessResult result = run_kiln(arguments);
@@ -138,7 +140,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
   }
   // The error's texture: where it is seen, its mean is about that of the one view.
   const Image error = load_image(out / "low_ray_normal_error.exr");
-  ASSERT_EQ(error.width, 128U);
+  ASSERT_EQ(error.width, 64U);
   ASSERT_EQ(error.channels, 1U);
   double sum = 0, count = 0, unseen = 0;
   for (const float value : error.pixels) {
@@ -150,7 +152,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
       ++count;
     }
   }
-  EXPECT_GT(count, 0.9 * 128 * 128);
+  EXPECT_GT(count, 0.9 * 64 * 64);
   const double mean = report["methods"][0]["mean_angle_degrees"].get<double>();
   EXPECT_NEAR(sum / count, mean, 0.5 * mean);
   // The same bytes on one thread.

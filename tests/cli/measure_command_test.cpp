@@ -40,6 +40,8 @@ TEST(MeasureCommand, RatesWaysToMatch) {
                                               "128",
                                               "--directions",
                                               "64",
+                                              "--pixels",
+                                              "128",
                                               "--max-distance",
                                               "10%",
                                               "--json",
@@ -139,10 +141,10 @@ TEST(MeasureCommand, ShowsAThinModelLarge) {
   save_obj(low, scene / "low.obj");
   ProcessOptions options;
   options.environment = {{"PATH", test::path_without("python3")}};
-  const ProcessResult result =
-      run_kiln({"measure", scene / "high.obj", scene / "low.obj", "--match", "closest", "--size",
-                "64", "--directions", "12", "--max-distance", "10%", "--out", scene / "out"},
-               options);
+  const ProcessResult result = run_kiln(
+      {"measure", scene / "high.obj", scene / "low.obj", "--match", "closest", "--size", "64",
+       "--directions", "12", "--pixels", "128", "--max-distance", "10%", "--out", scene / "out"},
+      options);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_NE(result.errors.find("python3-matplotlib"), std::string::npos) << result.errors;
   EXPECT_FALSE(fs::exists(scene / "out" / "measure.png"));
@@ -167,11 +169,23 @@ TEST(MeasureCommand, PicturesAreTakenFromTheViewAskedFor) {
   save_obj(high, scene / "high.obj");
   save_obj(low, scene / "low.obj");
   const auto tile = [&](const std::string& name, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"measure", scene / "high.obj", scene / "low.obj",
-                                          "--match", "closest",          "--size",
-                                          "32",      "--directions",     "12",
-                                          "--out",   scene / name,       "--max-distance",
-                                          "10%",     "--picture-size",   "200"};
+    std::vector<std::string> arguments = {"measure",
+                                          scene / "high.obj",
+                                          scene / "low.obj",
+                                          "--match",
+                                          "closest",
+                                          "--size",
+                                          "32",
+                                          "--directions",
+                                          "12",
+                                          "--out",
+                                          scene / name,
+                                          "--max-distance",
+                                          "10%",
+                                          "--picture-size",
+                                          "200",
+                                          "--pixels",
+                                          "64"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProcessResult result = run_kiln(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -193,7 +207,7 @@ TEST(MeasureCommand, RatesPlacesOfVisibilityApart) {
   const fs::path scene = make_scene(2000);
   const auto measure = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"measure", scene / "high.obj", scene / "low.obj", "--size", "64",
-                               "--directions", "12", "--max-distance", "10%"});
+                               "--directions", "12", "--pixels", "128", "--max-distance", "10%"});
     return run_kiln(more);
   };
   const ProcessResult result =
@@ -238,8 +252,9 @@ TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_layouts();
   const auto measure = [&](const fs::path& low, std::vector<std::string> more) {
-    more.insert(more.begin(), {"measure", scene / "high.obj", low, "--size", "64", "--directions",
-                               "12", "--max-distance", "10%", "--json", scene / "r.json"});
+    more.insert(more.begin(),
+                {"measure", scene / "high.obj", low, "--size", "64", "--directions", "12",
+                 "--pixels", "128", "--max-distance", "10%", "--json", scene / "r.json"});
     return run_kiln(more);
   };
   const auto methods = [](const json& report) {
@@ -298,9 +313,9 @@ TEST(MeasureCommand, LeavesOutWhatFindsNothing) {
   save_obj(low, scene / "outside.obj");
   save_obj(high, scene / "left.obj");
   const auto measure = [&](std::vector<std::string> more) {
-    more.insert(more.begin(),
-                {"measure", scene / "left.obj", scene / "outside.obj", "--size", "64",
-                 "--directions", "12", "--max-distance", "10%", "--json", scene / "r.json"});
+    more.insert(more.begin(), {"measure", scene / "left.obj", scene / "outside.obj", "--size", "64",
+                               "--directions", "12", "--pixels", "128", "--max-distance", "10%",
+                               "--json", scene / "r.json"});
     return run_kiln(more);
   };
   const ProcessResult result = measure({});
@@ -332,9 +347,9 @@ TEST(MeasureCommand, TakesAHeightField) {
   save_image(image, scene / "field.exr", {ImageFormat::exr_float});
   // A fifth of the diagonal off the plane, far beyond what layouts of meshes may be apart.
   const auto measure = [&](const std::string& high, std::vector<std::string> more) {
-    more.insert(more.begin(),
-                {"measure", scene / high, scene / "low.obj", "--size", "64", "--directions", "12",
-                 "--max-distance", "40%", "--height", "0.3", "--json", scene / "r.json"});
+    more.insert(more.begin(), {"measure", scene / high, scene / "low.obj", "--size", "64",
+                               "--directions", "12", "--pixels", "128", "--max-distance", "40%",
+                               "--height", "0.3", "--json", scene / "r.json"});
     return run_kiln(more);
   };
   const ProcessResult result = measure("field.exr", {"--match", "uv", "--match", "ray"});

@@ -43,6 +43,8 @@ TEST(MeasureCommand, StudiesViews) {
                                               "256",
                                               "--max-distance",
                                               "10%",
+                                              "--pixels",
+                                              "128",
                                               "--json",
                                               scene / "report.json"};
   const ProcessResult result = run_kiln(arguments);
@@ -57,6 +59,7 @@ TEST(MeasureCommand, StudiesViews) {
   }
   EXPECT_EQ(report["options"]["size"], 128);
   EXPECT_EQ(report["measured_from"]["views"], 30);
+  EXPECT_EQ(report["measured_from"]["size"], 128);
   EXPECT_GE(report["measured_from"]["least_angle_to_a_matching_view_degrees"].get<double>(), 2);
   ASSERT_EQ(report["settings"].size(), 24U);
   const double none = mean_of(select(report, "none").at(0));
@@ -95,8 +98,8 @@ TEST(MeasureCommand, StudiesFaces) {
   const fs::path out = scene / "out";
   const auto arguments = [&](const fs::path& folder) {
     return std::vector<std::string>{
-        "measure", scene / "high.obj", "--study", "faces",       "--out", folder, "--size",
-        "128",     "--views",          "6",       "--view-size", "256"};
+        "measure", scene / "high.obj", "--study", "faces",       "--out", folder,     "--size",
+        "128",     "--views",          "6",       "--view-size", "256",   "--pixels", "128"};
   };
   std::vector<std::string> first = arguments(out);
   first.insert(first.end(), {"--json", scene / "report.json", "--quiet"});
@@ -160,7 +163,7 @@ TEST(MeasureCommand, StudiesSize) {
   const fs::path out = scene / "out";
   const ProcessResult result =
       run_kiln({"measure", scene / "high.obj", "--study", "size", "--out", out, "--views", "4",
-                "--view-size", "256", "--json", scene / "report.json"});
+                "--view-size", "256", "--pixels", "128", "--json", scene / "report.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   expect_files(out, "study_size", 1);
   const json report = read_json(scene / "report.json");
@@ -208,6 +211,7 @@ TEST(MeasureCommand, RefusesBadUsage) {
   expect({high, "--study", "size", "--size", "300", "--out", out}, 2, {"--size"});
   expect({high, "--study", "faces", "--views", "0", "--out", out}, 2, {"--views"});
   expect({high, "--study", "faces", "--size", "1", "--out", out}, 2, {"--size"});
+  expect({high, "--study", "faces", "--pixels", "4", "--out", out}, 2, {"--pixels"});
   expect({high, "--study", "views", "--max-distance", "0", "--out", out}, 2, {"--max-distance"});
   expect({high, "--study", "faces", "--zoom", "2", "--out", out}, 2, {"--zoom", "--study"});
   expect({high, low, "--picture-size", "90"}, 2, {"--picture-size", "--out"});

@@ -60,7 +60,7 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
                                           "--out",
                                           scene / "out",
                                           "--size",
-                                          "200",
+                                          "128",
                                           "--max-distance",
                                           "10%",
                                           "--directions",

@@ -30,7 +30,8 @@ foreach(compiler IN LISTS compilers)
   file(REMOVE_RECURSE ${consumer})
   # The build tree must not be what makes it work: its library is not what the consumer may link.
   run(${CMAKE_COMMAND} -S ${ROOT}/tests/package -B ${consumer} -G ${GENERATOR}
-      -DCMAKE_CXX_COMPILER=${compiler} -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=${prefix})
+      -DCMAKE_CXX_COMPILER=${compiler} -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=${FLAGS}"
+      -DCMAKE_PREFIX_PATH=${prefix})
   run(${CMAKE_COMMAND} --build ${consumer})
   file(STRINGS ${consumer}/CMakeCache.txt found REGEX "^kiln_DIR:")
   if(NOT found MATCHES "=${prefix}/")
@@ -64,6 +65,7 @@ endif()
 set(examples ${WORK}/examples)
 file(REMOVE_RECURSE ${examples})
 run(${CMAKE_COMMAND} -S ${ROOT}/tools/examples -B ${examples} -G ${GENERATOR}
-    -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=${prefix})
+    -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=${FLAGS}"
+    -DCMAKE_PREFIX_PATH=${prefix})
 run(${CMAKE_COMMAND} --build ${examples})
 run(${CMAKE_CTEST_COMMAND} --test-dir ${examples} --output-on-failure)

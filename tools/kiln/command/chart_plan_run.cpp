@@ -46,8 +46,8 @@ void add_plan_options(CLI::App& command, ChartArguments& a) {
 
 std::vector<const CLI::Option*> options_not_for_plans(const CLI::App& command) {
   std::vector<const CLI::Option*> options;
-  for (const char* name :
-       {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget"}) {
+  for (const char* name : {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error",
+                           "--ao-budget", "--directions", "--pixels"}) {
     options.push_back(command.get_option(name));
   }
   return options;

@@ -22,12 +22,13 @@ struct ChartArguments {
   std::string out, device;
   std::string max_distance = "2%";
   std::vector<std::string> settings;
-  bool ao = false;                         ///< Also ambient occlusion
-  std::string ao_error;                    ///< A share of 1, or a fraction
-  std::optional<double> ao_budget;         ///< Seconds
-  bool plan = false;                       ///< Bytes against error of high polys alone
-  std::vector<std::string> max_errors;     ///< To plan for, degrees
-  std::vector<std::string> not_for_plans;  ///< Options given that plans have no use for
+  std::optional<std::uint32_t> directions;  ///< Of viewing rays
+  bool ao = false;                          ///< Also ambient occlusion
+  std::string ao_error;                     ///< A share of 1, or a fraction
+  std::optional<double> ao_budget;          ///< Seconds
+  bool plan = false;                        ///< Bytes against error of high polys alone
+  std::vector<std::string> max_errors;      ///< To plan for, degrees
+  std::vector<std::string> not_for_plans;   ///< Options given that plans have no use for
   ChartOptions options;
   bool quiet = false;
 };

@@ -87,6 +87,10 @@ void check_volumes(const ChartArguments& a) {
     throw Error(ErrorCode::usage, "--ao, --ao-error and --ao-budget are for meshes, but '" +
                                       a.meshes.front() + "' is a volume.");
   }
+  if (a.directions) {
+    throw Error(ErrorCode::usage, "--directions is for measures of meshes, but '" +
+                                      a.meshes.front() + "' is a volume.");
+  }
 }
 
 /// Before any work. \throws Error(usage)
@@ -147,6 +151,7 @@ void check(const ChartArguments& a) {
 ChartOptions chart_options(const ChartArguments& a) {
   ChartOptions options = a.options;
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  options.directions = a.directions.value_or(options.directions);
   if (a.settings.empty()) return options;
   options.strict = true;
   options.settings = all_chart_settings();
@@ -168,6 +173,8 @@ Json json_of(const ChartArguments& a, const ChartOptions& options) {
           {"height", has_height_fields(a) ? Json(a.heights.height) : Json()},
           {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
           {"repeat", options.repeat},
+          {"directions", options.directions},
+          {"pixels", options.pixels},
           {"settings", names},
           {"ao_settings", ao_names}};
 }
@@ -334,6 +341,16 @@ Run add_chart(CLI::App& app) {
                    "Timed runs of each setting, of which the median counts; one more comes first, "
                    "which compiles the kernels and gives the errors")
       ->check(CLI::Range(1U, 1000U))
+      ->capture_default_str();
+  command
+      ->add_option("--directions", a->directions,
+                   "Of meshes: directions that viewing rays of object space, image space and "
+                   "uniformity come from (default 512)")
+      ->check(CLI::Range(12U, 4096U));
+  command
+      ->add_option("--pixels", a->options.pixels,
+                   "Pixels a side of the pictures that rendered normals are measured in")
+      ->check(CLI::Range(16U, 4096U))
       ->capture_default_str();
   command->add_flag("--ao", a->ao,
                     "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 "

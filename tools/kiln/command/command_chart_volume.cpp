@@ -19,6 +19,7 @@ VolumeChartOptions volume_options(const ChartArguments& a) {
   options.size = a.options.size;
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   options.repeat = a.options.repeat;
+  options.pixels = a.options.pixels;
   if (a.settings.empty()) return options;
   std::erase_if(options.ways, [&](const VolumeWay& way) {
     return std::find(a.settings.begin(), a.settings.end(), way.name) == a.settings.end();
@@ -78,6 +79,7 @@ int run_volumes_command(const ChartArguments& a) {
                       {"chart_border", options.extract.border_texels},
                       {"max_distance", a.max_distance},
                       {"repeat", options.repeat},
+                      {"pixels", options.pixels},
                       {"settings", names}});
   const double seconds_save = watch.lap();
   const Json json = {{"version", version()},

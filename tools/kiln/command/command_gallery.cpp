@@ -24,7 +24,7 @@ struct GalleryArguments {
   std::vector<std::string> matches;
   HeightArguments heights;
   ViewArguments view;
-  std::uint32_t size = 1024, picture_size = 480;
+  std::uint32_t size = 1024, picture_size = 480, pixels = 512;
   bool quiet = false;
 };
 
@@ -33,6 +33,7 @@ GalleryOptions gallery_options(const GalleryArguments& a) {
   options.methods = a.matches.empty() ? match_names() : a.matches;
   options.strict = !a.matches.empty();
   options.size = a.size;
+  options.pixels = a.pixels;
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   options.view = view_options(a.view, is_height_field(a.high));
   options.view.size = a.picture_size;
@@ -99,6 +100,7 @@ int run_gallery(const GalleryArguments& a) {
                  {"size", options.size},
                  {"max_distance", a.max_distance},
                  {"picture_size", a.picture_size},
+                 {"pixels", a.pixels},
                  {"view", {options.view.azimuth_degrees, options.view.elevation_degrees}},
                  {"zoom", options.view.zoom},
                  {"at", options.view.at ? Json(*options.view.at) : Json()},
@@ -147,6 +149,11 @@ Run add_gallery(CLI::App& app) {
       ->add_option("--picture-size", a->picture_size,
                    "Pixels of a picture's longer side, 64 to 4096")
       ->check(CLI::Range(64U, 4096U))
+      ->capture_default_str();
+  command
+      ->add_option("--pixels", a->pixels,
+                   "Pixels a side of the pictures that the errors of texels are measured in")
+      ->check(CLI::Range(16U, 4096U))
       ->capture_default_str();
   add_view_options(*command, a->view);
   add_height_options(*command, a->heights, "The height field (HIGH is a PNG or EXR)");

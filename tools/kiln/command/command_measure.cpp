@@ -98,6 +98,7 @@ int run_rating(const MeasureArguments& a) {
   options.strict = !a.matches.empty();
   options.size = a.size.value_or(options.size);
   options.directions = a.directions.value_or(options.directions);
+  options.pixels = a.pixels.value_or(options.pixels);
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   options.pictures = !a.out.empty();
   if (!options.pictures && a.asks_for_view()) {
@@ -180,6 +181,7 @@ int run_rating(const MeasureArguments& a) {
           {"visibility_at", a.visibility_at},
           {"size", options.size},
           {"directions", options.directions},
+          {"pixels", options.pixels},
           {"match_flags", a.bake.given},
           {"max_distance", a.max_distance},
           {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
@@ -246,6 +248,11 @@ Run add_measure(CLI::App& app) {
       ->add_option("--directions", a->directions,
                    "Directions that viewing rays come from (default 512)")
       ->check(CLI::Range(12U, 4096U));
+  command
+      ->add_option("--pixels", a->pixels,
+                   "Pixels a side of the pictures that rendered normals are measured in (default "
+                   "512)")
+      ->check(CLI::Range(16U, 4096U));
   command
       ->add_option("--study", a->study,
                    "What varies: the views matched from, the low poly's faces, or its faces and "

@@ -22,7 +22,7 @@ struct MeasureArguments {
   BakeArguments bake;                    // flags of the match, all but those below
   std::set<std::string> matching_flags;  // their names
   std::vector<std::string> matches, visibility_at;
-  std::optional<std::uint32_t> views, view_size, size, faces, directions;
+  std::optional<std::uint32_t> views, view_size, size, faces, directions, pixels;
   HeightArguments heights;
   ViewArguments view;
   std::optional<std::uint32_t> picture_size;

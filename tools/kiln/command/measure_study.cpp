@@ -64,6 +64,7 @@ StudyOptions study_options(const MeasureArguments& a) {
   options.view_size = a.view_size.value_or(options.view_size);
   options.size = a.size.value_or(options.size);
   options.faces = a.faces.value_or(options.faces);
+  options.pixels = a.pixels.value_or(options.pixels);
   options.z_up = a.view.z_up;
   options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   return options;

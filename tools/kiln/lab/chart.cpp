@@ -48,7 +48,7 @@ MatchAssessment assess_setting(const Source& source, const Mesh& low, const Char
     bake_with.cage_mesh = &cage.emplace(find_cage(source, low, bake_with)).mesh;
   const BakeResult baked = bake(source, low, bake_with);
   AssessOptions assess_with;
-  assess_with.directions = kAssessedDirections;
+  assess_with.directions = options.directions;
   assess_with.avoid = used;
   assess_with.progress = progress;
   return assess(source, low, *baked.match, assess_with);
@@ -193,6 +193,7 @@ std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const
   pair.low_name = low.name;
   pair.high_faces = high.triangles.size();
   pair.low_faces = low.triangles.size();
+  pair.pixels = options.pixels;
   if (!progress(0, "preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   const std::vector<ChartSetting> settings = fitting(source, high, low, options, pair);
@@ -227,7 +228,7 @@ std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const
   stage = "drawing the high poly";
   if (!show(0)) return std::nullopt;
   std::optional<Scene> high_scene(std::in_place, device, high);
-  const NormalReference pictures(*high_scene, high, angles, kMeasuredSize);
+  const NormalReference pictures(*high_scene, high, angles, options.pixels);
   high_scene.reset();
 
   for (std::size_t i = 0; i < settings.size(); ++i) {

@@ -51,8 +51,10 @@ struct ChartOptions {
   std::vector<ChartSetting> settings = chart_settings();  ///< The reference among them
   std::uint32_t size = 1024;                              ///< Texels a side of the map
   Length max_distance = Length::share(0.02);
-  UvOptions uv;              ///< Of all settings
-  std::uint32_t repeat = 3;  ///< Timed runs of each setting
+  UvOptions uv;                    ///< Of all settings
+  std::uint32_t repeat = 3;        ///< Timed runs of each setting
+  std::uint32_t directions = 512;  ///< Of viewing rays, for Tarini's measures
+  std::uint32_t pixels = 512;      ///< A side of the pictures whose normals are measured
   /// All settings must do for all pairs. Else those that do not are left out.
   bool strict = false;
 };
@@ -81,8 +83,8 @@ constexpr std::array<ChartMeasure, 5> kChartMeasures = {
 constexpr std::array<ChartMeasure, 4> kChartPanels = {
     ChartMeasure::object_space, ChartMeasure::normalised_image_space, ChartMeasure::uniformity,
     ChartMeasure::picture};
-/// Of Tarini's measures: texels a side, one sample each, and directions of viewing rays.
-constexpr std::uint32_t kAssessedSize = 256, kAssessedDirections = 512;
+/// Of Tarini's measures: texels a side, one sample each.
+constexpr std::uint32_t kAssessedSize = 256;
 
 struct ChartRow {
   ChartSetting setting;
@@ -108,6 +110,7 @@ struct ChartPair {
   double diagonal = 0;             ///< Of HIGH, world units
   double max_distance = 0;         ///< World units
   std::vector<Vec3> held_out;      ///< Directions measured from
+  std::uint32_t pixels = 0;        ///< A side of their pictures
   double least_angle_degrees = 0;  ///< Between them and those matched from
   NormalError without_map;         ///< The low poly's own normals
   std::vector<ChartRow> rows;      ///< As the options' settings, but for those left out

@@ -201,7 +201,7 @@ std::string chart_table(const std::vector<ChartPair>& pairs, const ChartOptions&
           "normalised "
           "image space (mean, 0 to 1) and uniformity (mean, %) are those of Tarini et al. 2003, "
           "sections 4.1, 4.2.1 and 4.3, over viewing rays from "
-       << kAssessedDirections << " directions, of a map of " << kAssessedSize
+       << options.directions << " directions, of a map of " << kAssessedSize
        << "²; match distance: the mean from the low poly to its matches, % of the diagonal. ●: "
           "nothing else is both faster and closer.\n";
   for (const ChartPair& pair : pairs) {
@@ -273,7 +273,7 @@ Json describe(const ChartPair& pair) {
                {"reference", kChartReference},
                {"measured_from",
                 {{"views", pair.held_out.size()},
-                 {"size", kMeasuredSize},
+                 {"size", pair.pixels},
                  {"least_angle_to_a_matching_view_degrees", pair.least_angle_degrees},
                  {"directions", held_out}}},
                {"normal_error_without_map", describe(pair.without_map)}};

@@ -176,7 +176,7 @@ class Runner {
       angles.push_back(view_angles(toward));
     }
     if (!show("drawing the full contour")) return false;
-    const NormalReference pictures(Scene(device_, dense_), dense_, angles, kMeasuredSize);
+    const NormalReference pictures(Scene(device_, dense_), dense_, angles, options_.pixels);
     for (Sized& sized : sizes_) {
       if (!measure(source, pictures, sized)) return false;
       chart_.sizes.push_back(sized.size);

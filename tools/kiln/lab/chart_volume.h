@@ -34,6 +34,7 @@ struct VolumeChartOptions {
   std::uint32_t size = 1024;
   Length max_distance = Length::share(0.02);
   std::uint32_t repeat = 3;
+  std::uint32_t pixels = 512;  ///< A side of the pictures whose normals are measured
 };
 
 /// Of one timed run, from the volume in memory to low poly and map. What several ways share counts for each:

@@ -6,6 +6,7 @@
 
 #include "arguments/bake_arguments.h"
 #include "lab/gallery_samples.h"
+#include "lab/normal_error.h"
 #include "lab/study.h"
 #include "picture/angles.h"
 #include "report/check_result.h"
@@ -66,53 +67,6 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
 
 }  // namespace
 
-Image normal_error_texture(const Device& device, const Scene& high, const Scene& low,
-                           const Mesh& mesh, const Mesh& frame, const std::vector<Vec3>& views,
-                           std::uint32_t size) {
-  // A map whose colours say where they lie in it: what a pixel shows names its texel.
-  constexpr std::uint32_t kRamp = 256;
-  Image ramp{kRamp, kRamp, 3, {}};
-  for (std::uint32_t y = 0; y < kRamp; ++y) {
-    for (std::uint32_t x = 0; x < kRamp; ++x) {
-      ramp.pixels.insert(ramp.pixels.end(), {(static_cast<float>(x) + 0.5F) / kRamp,
-                                             (static_cast<float>(y) + 0.5F) / kRamp, 1.0F});
-    }
-  }
-  const Scene places(device, mesh, {&ramp});
-  std::vector<double> sums(std::size_t{size} * size);
-  std::vector<std::uint32_t> counts(sums.size());
-  for (const Vec3& toward : views) {
-    const ViewAngles angles = view_angles(toward);
-    RenderOptions view;
-    view.size = kMeasuredSize;
-    view.azimuth_degrees = angles.azimuth_degrees;
-    view.elevation_degrees = angles.elevation_degrees;
-    view.frame = &frame;
-    view.samples = 1;
-    RenderOptions colours = view;
-    colours.show_colors = true;
-    const Image shown = places.draw(colours);
-    view.show_normals = true;
-    const Image error = normal_angles(high.draw(view), low.draw(view));
-    for (std::size_t i = 0; i < error.pixels.size(); ++i) {
-      if (error.pixels[i] < 0) continue;
-      const auto texel = [&](float share) {
-        return std::min(size - 1, static_cast<std::uint32_t>(share * static_cast<float>(size)));
-      };
-      const std::size_t at =
-          std::size_t{texel(shown.pixels[3 * i + 1])} * size + texel(shown.pixels[3 * i]);
-      sums[at] += double{error.pixels[i]};
-      ++counts[at];
-    }
-  }
-  Image result{size, size, 1, {}};
-  result.pixels.resize(sums.size());
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    result.pixels[i] = counts[i] == 0 ? -1.0F : static_cast<float>(sums[i] / counts[i]);
-  }
-  return result;
-}
-
 std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, const Mesh& low,
                                     const GalleryOptions& options, const Progress& progress) {
   Gallery gallery;
@@ -133,8 +87,10 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
   flat.flat = true;
   std::vector<Panel> panels = {{original.draw(view), {"high poly", faces_text(high), ""}},
                                {plain.draw(flat), {"low poly", faces_text(low), ""}}};
-  const std::vector<Vec3> held_out =
-      held_out_views(kHeldOutViews, spread_views(12), kLeastHeldOutAngle);
+  std::vector<ViewAngles> held_out;
+  for (const Vec3& toward : held_out_views(kHeldOutViews, spread_views(12), kLeastHeldOutAngle)) {
+    held_out.push_back(view_angles(toward));
+  }
   AnglePictures angles;
   angles.add(original, plain, view);
   const double steps = static_cast<double>(methods.size());
@@ -154,8 +110,8 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
         {mapped.draw(view),
          {exhibit.method, "normals off " + with_two_digits(exhibit.mean_degrees) + " degrees",
           missed_text(exhibit.bake)}});
-    exhibit.error =
-        normal_error_texture(device, original, mapped, low, high, held_out, options.size);
+    exhibit.error = normal_error_texture(device, original, mapped, high, low, held_out,
+                                         options.size, options.size, options.pixels);
     gallery.exhibits.push_back(std::move(exhibit));
   }
   gallery.matches = make_sheet(panels);

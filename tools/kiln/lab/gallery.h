@@ -16,7 +16,8 @@ struct GalleryOptions {
   std::vector<std::string> methods;  ///< As `kiln bake --match` has them
   bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
   UvOptions uv;
-  std::uint32_t size = 1024;  ///< Texels a side
+  std::uint32_t size = 1024;   ///< Texels a side
+  std::uint32_t pixels = 512;  ///< A side of the pictures whose normals are measured
   Length max_distance = Length::share(0.02);
   RenderOptions view;  ///< Without a frame
 };
@@ -48,13 +49,6 @@ struct Gallery {
 /// \throws Error(input) where nothing matches, or (strict) a method does not do
 std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, const Mesh& low,
                                     const GalleryOptions& options, const Progress& progress);
-
-/// The angle between the rendered normals of two meshes as a texture of the low poly, degrees: of each texel
-/// the mean over the pixels of `views` that show it; -1 where none does.
-/// \param low  a scene of `mesh` with its map
-Image normal_error_texture(const Device& device, const Scene& high, const Scene& low,
-                           const Mesh& mesh, const Mesh& frame, const std::vector<Vec3>& views,
-                           std::uint32_t size);
 
 /// Points of the world as dots on a picture: those that nothing hides.
 /// \returns how many

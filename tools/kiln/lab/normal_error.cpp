@@ -5,7 +5,6 @@
 namespace kiln::cli {
 namespace {
 
-constexpr std::uint32_t kPixels = 512;
 // A side of the map that says where a pixel lies; between its texels places are exact.
 constexpr std::uint32_t kPlaces = 256;
 
@@ -25,7 +24,7 @@ Image places() {
 
 Image normal_error_texture(const Device& device, const Scene& high, const Scene& shown,
                            const Mesh& frame, const Mesh& low, const std::vector<ViewAngles>& views,
-                           std::uint32_t width, std::uint32_t height) {
+                           std::uint32_t width, std::uint32_t height, std::uint32_t pixels) {
   const Image map = places();
   const Scene placed(device, low, {&map});
   std::vector<double> sums(std::size_t{width} * height);
@@ -37,7 +36,7 @@ Image normal_error_texture(const Device& device, const Scene& high, const Scene&
   for (const ViewAngles& angles : views) {
     RenderOptions view;
     view.frame = &frame;
-    view.size = kPixels;
+    view.size = pixels;
     view.samples = 1;
     view.azimuth_degrees = angles.azimuth_degrees;
     view.elevation_degrees = angles.elevation_degrees;

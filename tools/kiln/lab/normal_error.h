@@ -8,10 +8,12 @@
 namespace kiln::cli {
 
 /// The mean angle between HIGH's normals and those that LOW shows with its map, over all pixels of all views
-/// that a texel lies under. \param shown  LOW with its map
+/// that a texel lies under.
+/// \param shown   LOW with its map
+/// \param pixels  a side of the pictures
 /// \returns degrees, one channel; -1 where no view sees both meshes
 Image normal_error_texture(const Device& device, const Scene& high, const Scene& shown,
                            const Mesh& frame, const Mesh& low, const std::vector<ViewAngles>& views,
-                           std::uint32_t width, std::uint32_t height);
+                           std::uint32_t width, std::uint32_t height, std::uint32_t pixels);
 
 }  // namespace kiln::cli

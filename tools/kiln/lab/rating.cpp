@@ -160,7 +160,7 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
   for (const Vec3& toward : held_out_views(kHeldOutViews, usual, kLeastHeldOutAngle)) {
     angles.push_back(view_angles(toward));
   }
-  const NormalReference reference(Scene(device, high), high, angles, kMeasuredSize);
+  const NormalReference reference(Scene(device, high), high, angles, options.pixels);
   std::vector<Candidate> rows = candidates(options);
   std::erase_if(rows, [&](const Candidate& row) {
     std::optional<LeftOut> left = unfit(match_method(row.method), "--match " + row.method, source,
@@ -210,7 +210,7 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     if (options.pictures) {
       draw_pictures(device, high, low, map, options, row);
       row.normal_error = normal_error_texture(device, Scene(device, high), scene, high, low, angles,
-                                              map.width, map.height);
+                                              map.width, map.height, options.pixels);
     }
     ratings.rows.push_back(std::move(row));
   }

@@ -24,6 +24,7 @@ struct RatingOptions {
   std::function<BakeOptions(const std::string& method)> bake_of;
   std::uint32_t size = 512;        ///< Texels a side
   std::uint32_t directions = 512;  ///< Of viewing rays
+  std::uint32_t pixels = 512;      ///< A side of the pictures whose normals are measured
   Length max_distance = Length::share(0.02);
   bool pictures = false;
   RenderOptions view;  ///< Of the pictures. Size 0: by how much of a picture the mesh fills

@@ -181,9 +181,9 @@ Study run_study(const Device& device, const Mesh& high, const Mesh* low,
   const Scene high_scene(device, high);
   std::vector<ViewAngles> angles;
   for (const Vec3& toward : study.held_out) angles.push_back(view_angles(toward));
-  const NormalReference reference(high_scene, high, angles, kMeasuredSize);
+  const NormalReference reference(high_scene, high, angles, options.pixels);
   std::optional<DepthReference> depths;
-  if (options.kind == StudyKind::faces) depths.emplace(high_scene, high, angles, kMeasuredSize);
+  if (options.kind == StudyKind::faces) depths.emplace(high_scene, high, angles, options.pixels);
   RenderOptions picture = picture_options(high, study.held_out, used, options.z_up);
   study.original = high_scene.draw(picture);
   picture.show_normals = true;

@@ -22,7 +22,8 @@ struct StudyOptions {
   std::uint32_t size = 1024;    ///< Texels a side of the map, where it does not vary
   std::uint32_t faces = 2000;   ///< Of the low poly, where they do not vary and none is given
   Length max_distance = Length::share(0.02);
-  bool z_up = false;  ///< In the error picture
+  std::uint32_t pixels = 512;  ///< A side of the pictures measured
+  bool z_up = false;           ///< In the error picture
 };
 
 constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48};
@@ -30,7 +31,6 @@ constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 800
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
 constexpr std::uint32_t kHeldOutViews = 30;
 constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from to one measured from
-constexpr std::uint32_t kMeasuredSize = 512;  ///< Pixels a side of the pictures measured
 
 /// How a setting's map was made: one curve of a plot.
 enum class Curve {

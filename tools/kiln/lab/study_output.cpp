@@ -198,7 +198,7 @@ Json describe(const Study& study, const StudyOptions& options) {
   Json json = {{"study", study_name(options.kind)},
                {"measured_from",
                 {{"views", study.held_out.size()},
-                 {"size", kMeasuredSize},
+                 {"size", options.pixels},
                  {"least_angle_to_a_matching_view_degrees", study.least_angle_degrees},
                  {"directions", held_out}}},
                {"diagonal", study.diagonal},
