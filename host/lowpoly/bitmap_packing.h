@@ -5,14 +5,18 @@
 #include <span>
 #include <vector>
 
-#include "lowpoly/chart_mask.h"
+#include "lowpoly/chart_sheet.h"
 
 namespace kiln {
 
-/// Where an outline goes: turned, scaled and moved, in texels.
-struct OutlinePlace {
-  FlatPoint turn{1, 0};  ///< Cosine and sine.
-  FlatPoint shift;
+/// How far a search has come. Another search can go on from there, also with outlines that differ a little.
+struct PackState {
+  std::vector<double> angles;  ///< Of each outline's first turn.
+  PackOrder order;             ///< The best that fits,
+  Packed packed;               ///< and what it came to.
+  double share = 0;            ///< Of the square that outlines cover then; 0 where none fits.
+  PackOrder attempt;           ///< What nearly fits
+  double attempt_share = 0;    ///< at this share, if that is above 0.
 };
 
 struct OutlinePacking {
@@ -20,24 +24,28 @@ struct OutlinePacking {
   std::vector<OutlinePlace> places;
 };
 
+/// Looks for an order in which outlines fill much of the square, on coarse cells, on the calling thread. An
+/// order is changed again and again, by numbers that are random but follow from the seed; what leaves less
+/// out of a square that is a little too small stays. Where all fit, they are drawn larger.
+/// \param outlines  each of positive area
+/// \param padding   texels, above 0
+/// \param effort    orders to try; of many outlines, fewer
+/// \param from      where to go on; null: from orders by size
+PackState search_packing(std::span<const Outline> outlines, std::uint32_t size, double padding,
+                         std::uint32_t effort, std::uint32_t seed, const PackState* from = nullptr);
+
 /// Packs outlines into [0, size] x [0, size], `padding` apart and half of it from the sides, at the
 /// largest scale that the search finds. They are never mirrored.
 ///
-/// Each outline goes, in some order, to the lowest place that is free at any of up to 16 turns. A few orders
-/// by size come first, at a scale at which they just fill the square. The best of them is then changed
-/// again and again, by numbers that are random but always the same; what is lower stays. At the end the
-/// outlines go to nearly the same places on finer cells, at the largest scale that fits.
+/// Each outline goes, in some order, to the lowest place that is free at any of up to 16 turns. A few
+/// searches with other seeds run side by side. At the end the outlines go to nearly the same places
+/// on finer cells, at the largest scale that fits.
 /// Deterministic on any number of threads.
 /// \param outlines  each of positive area
 /// \param padding   texels, above 0
+/// \param from      as for search_packing()
 /// \param threads   0: thread_count()
 OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t size, double padding,
-                             int threads = 0);
-
-/// The share of the square that pack_outlines() can be expected to fill, after the first orders: an
-/// estimate, on the calling thread.
-/// \param tolerance  how far from a square it may be taken of, as a share of the side
-double expected_share(std::span<const Outline> outlines, std::uint32_t size, double padding,
-                      double tolerance);
+                             const PackState* from = nullptr, int threads = 0);
 
 }  // namespace kiln

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,10 +37,12 @@ constexpr double kExpectedCoverage = 0.75;
 struct CutChoice {
   double seam = 0, size = 0;
 };
-constexpr std::array<CutChoice, 4> kCutChoices{
-    {{0.02, 0}, {0.035, 0.3}, {0.02, 0.4}, {0.012, 0.4}}};
+constexpr std::array<CutChoice, 5> kCutChoices{
+    {{0.02, 0}, {0.035, 0.3}, {0.01, 0}, {0.005, 0}, {0.005, 0.3}}};
 /// Of texels used, where the first is taken whatever others promise.
-constexpr double kGoodEnough = 0.85;
+constexpr double kGoodEnough = 0.83;
+/// Orders in which the charts of each choice are packed.
+constexpr std::uint32_t kCutEffort = 60;
 /// Only the last, where there are more charts than this; of one chart, only the first.
 constexpr std::size_t kManyCharts = 150;
 /// No part is smaller than this share of the mesh.
@@ -113,48 +116,56 @@ void cut(const ChartSurface& surface, const UnwrapOptions& options, const CutCho
   trim_charts(surface, made.borders, {}, made.charts);
 }
 
-/// Texels that a layout is expected to use, less what its vertices weigh.
-double worth(const ChartSurface& surface, const std::vector<FlatChart>& charts,
-             const UnwrapOptions& options, double tolerance) {
+/// What vertices weigh, as a share of the map's texels.
+double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   std::size_t vertices = 0;
   for (const FlatChart& chart : charts) vertices += chart.points.size();
   const auto positions = static_cast<double>(surface.positions.size());
   const double added = static_cast<double>(vertices) - positions;
-  const double beyond = std::max(0.0, added - kFreeVertices * std::sqrt(positions));
-  return expected_share(outlines_of(charts), options.size, options.border_texels, tolerance) -
-         kVertexPrice * beyond / positions;
+  return kVertexPrice * std::max(0.0, added - kFreeVertices * std::sqrt(positions)) / positions;
 }
 
-/// Cuts charts so that they pack well for few vertices.
-void choose_cuts(const ChartSurface& surface, const UnwrapOptions& options, Charts& made,
-                 int threads) {
+/// Cuts charts so that they pack well for few vertices. \returns how they were packed, if they were
+std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOptions& options,
+                                     Charts& made, int threads) {
   if (made.charts.size() == 1 || made.charts.size() > kManyCharts) {
     const CutChoice& only = made.charts.size() == 1 ? kCutChoices.front() : kCutChoices.back();
     cut(surface, options, only, made, threads);
-    return;
+    return std::nullopt;
   }
   std::vector<Charts> tried(kCutChoices.size(), made);
+  std::array<PackState, kCutChoices.size()> packed;
   std::array<double, kCutChoices.size()> worths{};
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       cut(surface, options, kCutChoices[i], tried[i], 1);
-      worths[i] = worth(surface, tried[i].charts, options, i == 0 ? 0.02 : 0.2);
+      const std::vector<FlatChart>& charts = tried[i].charts;
+      packed[i] =
+          search_packing(outlines_of(charts), options.size, options.border_texels, kCutEffort, 1);
+      worths[i] = packed[i].share - vertex_price(surface, charts);
     }
   };
   parallel_for(tried.size(), 1, body, threads);
-  const auto best = worths[0] >= kGoodEnough
-                        ? 0
-                        : std::max_element(worths.begin(), worths.end()) - worths.begin();
-  made.charts = std::move(tried[static_cast<std::size_t>(best)].charts);
-  made.borders.restore(tried[static_cast<std::size_t>(best)].borders.glued());
+  const auto best = static_cast<std::size_t>(
+      worths[0] >= kGoodEnough ? 0
+                               : std::max_element(worths.begin(), worths.end()) - worths.begin());
+  made.charts = std::move(tried[best].charts);
+  made.borders.restore(tried[best].borders.glued());
+  if (packed[best].share == 0) return std::nullopt;
+  return std::move(packed[best]);
 }
 
-std::vector<FlatChart> make_charts(const ChartSurface& surface, const UnwrapOptions& options,
-                                   const std::vector<std::uint8_t>& lone, int threads) {
+struct MadeCharts {
+  std::vector<FlatChart> charts;
+  std::optional<PackState> packed;  ///< How they were packed when they were made, nearly.
+};
+
+MadeCharts make_charts(const ChartSurface& surface, const UnwrapOptions& options,
+                       const std::vector<std::uint8_t>& lone, int threads) {
   Charts made{ChartBorders(surface), {}};
   made.charts = grow_charts(surface, made.borders, {});
   trim_charts(surface, made.borders, {}, made.charts);
-  choose_cuts(surface, options, made, threads);
+  std::optional<PackState> packed = choose_cuts(surface, options, made, threads);
   const double texel = std::sqrt(surface.total_area) / options.size;
   std::vector<FlatChart>& charts = made.charts;
   std::vector<std::uint32_t> local(surface.triangles.size());
@@ -170,7 +181,7 @@ std::vector<FlatChart> make_charts(const ChartSurface& surface, const UnwrapOpti
     }
   };
   parallel_for(charts.size(), 1, finish, threads);
-  return std::move(made.charts);
+  return {std::move(made.charts), std::move(packed)};
 }
 
 struct Layout {
@@ -179,11 +190,12 @@ struct Layout {
 };
 
 Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
-                 int threads) {
+                 const PackState* from, int threads) {
   // Rounding to UV steps may move two borders towards each other.
   const double apart = padding + 4 * size / kSteps;
-  Layout layout{outlines.size() > kBitmapLimit ? pack_boxes(outlines, size, apart)
-                                               : pack_outlines(outlines, size, apart, threads),
+  Layout layout{outlines.size() > kBitmapLimit
+                    ? pack_boxes(outlines, size, apart)
+                    : pack_outlines(outlines, size, apart, from, threads),
                 padding};
   const double side = layout.packing.scale / size;
   for (const Outline& outline : outlines) layout.coverage += outline.area * side * side;
@@ -191,16 +203,17 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
 }
 
 /// With the padding asked for, or with less where that lets charts have many more texels.
-Layout pack(const std::vector<FlatChart>& charts, const UnwrapOptions& options, int threads) {
-  const std::vector<Outline> outlines = outlines_of(charts);
-  Layout best = pack_with(outlines, options.size, options.border_texels, threads);
+Layout pack(const MadeCharts& made, const UnwrapOptions& options, int threads) {
+  const std::vector<Outline> outlines = outlines_of(made.charts);
+  const PackState* from = made.packed ? &*made.packed : nullptr;
+  Layout best = pack_with(outlines, options.size, options.border_texels, from, threads);
   while (best.coverage < kWantedCoverage && (best.padding > 1 || best.coverage == 0)) {
     if (best.padding < 1.0 / 1024) {
       throw Error(ErrorCode::input, "unwrap: the mesh has too many charts for a texture of " +
                                         std::to_string(options.size) +
                                         " texels; simplify it first, or use a larger size");
     }
-    Layout next = pack_with(outlines, options.size, 0.5 * best.padding, threads);
+    Layout next = pack_with(outlines, options.size, 0.5 * best.padding, nullptr, threads);
     // Long thin charts leave room whatever the padding.
     if (best.coverage > 0 && next.coverage < kWorthwhile * best.coverage) break;
     best = std::move(next);
@@ -293,8 +306,9 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
   // Each round sets at least one more triangle apart, and one by itself always has a place.
   for (;;) {
     const ChartSurface surface = make_surface(mesh, lone);
-    std::vector<FlatChart> charts = make_charts(surface, options, lone, threads);
-    const Layout layout = pack(charts, options, threads);
+    MadeCharts made = make_charts(surface, options, lone, threads);
+    const Layout layout = pack(made, options, threads);
+    std::vector<FlatChart>& charts = made.charts;
     bool failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);

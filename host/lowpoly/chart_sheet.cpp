@@ -1,0 +1,130 @@
+#include "lowpoly/chart_sheet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "base/heartbeat.h"
+#include "lowpoly/cell_rows.h"
+
+namespace kiln {
+namespace {
+
+/// So many of the largest are drawn at all turns, and so many at half of them.
+constexpr std::size_t kAllTurns = 12, kHalfTurns = 32;
+
+/// The score of a place, less is better.
+std::uint32_t score(const ChartMask& mask, std::uint32_t x, std::uint32_t y, std::uint32_t rule) {
+  if (rule == 0) return 2 * (y + mask.height);
+  if (rule == 1) return 2 * y + mask.height;
+  return std::max(2 * (y + mask.height), x + mask.width);
+}
+
+CellRows::Window window_of(const PackOrder& order, std::uint32_t outline, std::uint32_t cells) {
+  CellRows::Window window{cells};
+  if (order.left.empty()) return window;
+  const double left = order.left[outline] * cells, reach = order.reach * cells;
+  window.first = static_cast<std::uint32_t>(std::max(0.0, left - reach));
+  window.last = static_cast<std::uint32_t>(left + reach);
+  return window;
+}
+
+/// Looks for an outline's best place by the order's rule, at all turns that it may have.
+void look(const CellRows& taken, const Sheet& sheet, const PackOrder& order, std::uint32_t i,
+          Packed& packed) {
+  std::uint32_t best = 0;
+  CellRows::Window window = window_of(order, i, sheet.cells);
+  for (std::uint32_t turn = 0; turn < ChartSheets::turns; ++turn) {
+    const ChartMask& mask = sheet.masks[std::size_t{i} * ChartSheets::turns + turn];
+    if (mask.runs.empty()) continue;
+    if (order.turn[i] >= 0 && order.turn[i] != static_cast<std::int8_t>(turn)) continue;
+    const auto at = taken.find(mask, window);
+    if (!at) continue;
+    const std::uint32_t value = score(mask, at->first, at->second, order.rule);
+    const bool worse = value > best || (value == best && at->first >= packed.x[i]);
+    if (packed.turn[i] >= 0 && worse) continue;
+    best = value;
+    packed.x[i] = at->first, packed.y[i] = at->second;
+    packed.turn[i] = static_cast<std::int8_t>(turn);
+    if (order.rule != 1) window.top = std::min(window.top, best / 2);
+  }
+}
+
+}  // namespace
+
+ChartSheets::ChartSheets(std::span<const Outline> outlines, std::uint32_t size, double padding,
+                         std::vector<double> angles)
+    : outlines_(outlines), size_(size), padding_(padding), angles_(std::move(angles)) {
+  const bool new_angles = angles_.empty();
+  for (const Outline& outline : outlines) {
+    area_ += outline.area;
+    if (new_angles) angles_.push_back(best_box_angle(outline));
+  }
+  std::vector<std::uint32_t> order(outlines.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return outlines[a].area > outlines[b].area;
+  });
+  turns_of_.resize(outlines.size());
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    turns_of_[order[n]] = n < kAllTurns ? turns : n < kHalfTurns ? turns / 2 : turns / 4;
+  }
+}
+
+Sheet ChartSheets::draw(std::uint32_t cells, double scale,
+                        std::span<const std::int8_t> only) const {
+  Sheet sheet{cells, scale, std::vector<ChartMask>(outlines_.size() * turns)};
+  const double margin = 0.5 * padding_ * cells / size_;
+  for (std::size_t i = 0; i < outlines_.size(); ++i) {
+    const std::uint32_t step = turns / turns_of_[i];
+    for (std::uint32_t turn = 0; turn < turns; turn += step) {
+      if (!only.empty() && only[i] >= 0 && only[i] != static_cast<std::int8_t>(turn)) continue;
+      sheet.masks[i * turns + turn] =
+          make_mask(outlines_[i], angles_[i] + turn * 2 * std::numbers::pi / turns, scale, margin);
+    }
+  }
+  return sheet;
+}
+
+/// Writes down where an outline went: x, y and its turn are known.
+void ChartSheets::put(const ChartMask& mask, std::uint32_t outline, double cell,
+                      Packed& packed) const {
+  const std::uint32_t x = packed.x[outline], y = packed.y[outline];
+  packed.places[outline] = {mask.turn, {(x + mask.shift.x) * cell, (y + mask.shift.y) * cell}};
+  packed.weight += outlines_[outline].area * (y + mask.height);
+  packed.height = std::max(packed.height, y + mask.height);
+}
+
+Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most,
+                         const Packed* done, std::size_t same) const {
+  Packed packed;
+  packed.places.assign(outlines_.size(), {});
+  packed.turn.assign(outlines_.size(), -1);
+  packed.x.assign(outlines_.size(), 0), packed.y = packed.x;
+  CellRows taken(sheet.cells, sheet.cells);
+  const double cell = static_cast<double>(size_) / sheet.cells;
+  for (std::size_t n = 0; n < order.order.size(); ++n) {
+    Heartbeat::beat();
+    const std::uint32_t i = order.order[n];
+    if (n < same) {
+      packed.turn[i] = done->turn[i], packed.x[i] = done->x[i], packed.y[i] = done->y[i];
+    } else {
+      look(taken, sheet, order, i, packed);
+    }
+    if (packed.turn[i] < 0) {
+      packed.left_out += outlines_[i].area;
+      packed.refused.push_back(i);
+      if (packed.left_out > most) return packed;
+      continue;
+    }
+    const ChartMask& mask =
+        sheet.masks[std::size_t{i} * turns + static_cast<std::size_t>(packed.turn[i])];
+    taken.take(mask, packed.x[i], packed.y[i]);
+    put(mask, i, cell, packed);
+  }
+  return packed;
+}
+
+}  // namespace kiln

@@ -1,0 +1,86 @@
+// Outlines drawn as masks at one scale, and packed one after another into a square of cells.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "lowpoly/chart_mask.h"
+
+namespace kiln {
+
+/// Where an outline goes: turned, scaled and moved, in texels.
+struct OutlinePlace {
+  FlatPoint turn{1, 0};  ///< Cosine and sine.
+  FlatPoint shift;
+};
+
+/// In which order outlines go, and where each wants to be.
+struct PackOrder {
+  std::vector<std::uint32_t> order;
+  std::uint32_t rule = 0;         ///< Which of the free places is best: below ChartSheets::rules.
+  std::vector<std::int8_t> turn;  ///< The only turn of an outline, or -1 for any.
+  std::vector<double> left;       ///< Where a left side should be, share of the width; or none.
+  double reach = 0;               ///< How far from there it may be, share of the width.
+};
+
+/// What an order came to.
+struct Packed {
+  double left_out = 0;                 ///< Area of the outlines that found no place.
+  std::vector<std::uint32_t> refused;  ///< These outlines.
+  std::uint32_t height = 0;            ///< Rows.
+  double weight = 0;                   ///< Sum of area by top.
+  std::vector<OutlinePlace> places;
+  std::vector<std::int8_t> turn;  ///< That each outline got, or -1.
+  std::vector<std::uint32_t> x, y;
+};
+
+/// Outlines drawn at one scale, at all turns.
+struct Sheet {
+  std::uint32_t cells = 0;
+  double scale = 0;  ///< Cells per unit.
+  std::vector<ChartMask> masks;
+};
+
+/// Draws outlines at any scale, and packs what it drew.
+class ChartSheets {
+ public:
+  static constexpr std::uint32_t turns = 16, rules = 3;
+
+  /// \param outlines  viewed, not copied
+  /// \param size      texels of a side
+  /// \param padding   texels between two outlines
+  /// \param angles    of each outline's first turn; empty: that of its smallest box
+  ChartSheets(std::span<const Outline> outlines, std::uint32_t size, double padding,
+              std::vector<double> angles = {});
+
+  std::span<const Outline> outlines() const { return outlines_; }
+  const std::vector<double>& angles() const { return angles_; }
+  /// The sum of all.
+  double area() const { return area_; }
+  /// At how many of the turns an outline is drawn: large ones decide, small ones find gaps at few.
+  std::uint32_t turns_of(std::uint32_t outline) const { return turns_of_[outline]; }
+
+  /// \param scale  cells per unit
+  /// \param only   of each outline the turn to draw, -1 for all
+  Sheet draw(std::uint32_t cells, double scale, std::span<const std::int8_t> only = {}) const;
+
+  /// Each outline goes to the best free place by the order's rule. What finds none is left out.
+  /// \param most  area that may be left out; beyond, the rest is not tried, and left_out is above it
+  /// \param done  what the first `same` of the order came to on this sheet, which is not looked for again
+  Packed pack(const Sheet& sheet, const PackOrder& order,
+              double most = std::numeric_limits<double>::infinity(), const Packed* done = nullptr,
+              std::size_t same = 0) const;
+
+ private:
+  void put(const ChartMask& mask, std::uint32_t outline, double cell, Packed& packed) const;
+
+  std::span<const Outline> outlines_;
+  std::uint32_t size_;
+  double padding_, area_ = 0;
+  std::vector<double> angles_;
+  std::vector<std::uint32_t> turns_of_;
+};
+
+}  // namespace kiln
