@@ -16,13 +16,15 @@ namespace {
 constexpr std::uint32_t kSearchCells = 256, kFinalCells = 1024;
 /// Orders tried after the first ones: at most this, over the squared number of outlines, since each takes
 /// longer, too; but some. Of few outlines at most this, times the squared number.
-constexpr std::uint32_t kMostEffort = 240000, kLeastTries = 4, kFewEffort = 8;
+constexpr std::uint32_t kMostEffort = 120000, kLeastTries = 4, kFewEffort = 8;
 /// Searches side by side, and what each tries.
 constexpr std::uint32_t kSearches = 4, kSearchTries = 120;
 /// Share of the square that outlines are drawn for at first.
 constexpr double kFirstShare = 0.72;
 /// A scale is tried this often before a smaller one is; less often, where there are few tries.
 constexpr std::uint32_t kPatience = 20;
+/// At the least step the search ends after so many.
+constexpr std::uint32_t kStuck = 60;
 /// The least step to a larger scale, and the largest.
 constexpr double kLeastStep = 1.004, kMostStep = 1.1;
 
@@ -53,7 +55,7 @@ class Search {
                              : step_after(state_.packed);
     patience_ = std::clamp(tries / 4, 1U, kPatience);
     aim(ahead, state_.attempt_share > 0 ? state_.attempt : state_.order);
-    for (std::uint32_t i = 0; i < tries; ++i) improve();
+    for (std::uint32_t i = 0; i < tries && waited_ < kStuck; ++i) improve();
     state_.attempt = std::move(order_);
     state_.attempt_share = share_of(sheet_);
     return std::move(state_);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -136,16 +137,24 @@ std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOp
   std::vector<Charts> tried(kCutChoices.size(), made);
   std::array<PackState, kCutChoices.size()> packed;
   std::array<double, kCutChoices.size()> worths{};
-  const auto body = [&](std::size_t begin, std::size_t end) {
+  const auto cut_one = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) cut(surface, options, kCutChoices[i], tried[i], 1);
+  };
+  parallel_for(tried.size(), 1, cut_one, threads);
+  const auto pack_one = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      cut(surface, options, kCutChoices[i], tried[i], 1);
+      const auto& cuts = tried[i].borders.glued();
+      const bool known = std::any_of(tried.begin(), tried.begin() + static_cast<std::ptrdiff_t>(i),
+                                     [&](const Charts& c) { return c.borders.glued() == cuts; });
+      worths[i] = -std::numeric_limits<double>::infinity();
+      if (known) continue;
       const std::vector<FlatChart>& charts = tried[i].charts;
       packed[i] =
           search_packing(outlines_of(charts), options.size, options.border_texels, kCutEffort, 1);
       worths[i] = packed[i].share - vertex_price(surface, charts);
     }
   };
-  parallel_for(tried.size(), 1, body, threads);
+  parallel_for(tried.size(), 1, pack_one, threads);
   const auto best = static_cast<std::size_t>(
       worths[0] >= kGoodEnough ? 0
                                : std::max_element(worths.begin(), worths.end()) - worths.begin());

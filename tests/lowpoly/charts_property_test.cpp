@@ -5,6 +5,7 @@
 #include <random>
 #include <string>
 
+#include "kiln/threads.h"
 #include "lowpoly/charts_check.h"
 #include "lowpoly/unwrap_charts.h"
 #include "support/shapes.h"
@@ -76,14 +77,15 @@ TEST(ChartsProperty, RandomMeshesGiveValidLayouts) {
     Dice dice(seed);
     const Mesh mesh = seed % 2 == 0 ? lattice_soup(dice) : crumpled(dice);
     UnwrapOptions options{.method = UnwrapMethod::charts};
-    options.size = 32 + dice.below(300);
+    // Above 256 there is a last step on finer cells.
+    options.size = seed % 10 == 9 ? 260 + dice.below(100) : 32 + dice.below(96);
     options.border_texels = 1 + dice.below(4);
     UnwrapReport report;
     Mesh once;
+    set_thread_limit(2);
     test::check_charts(mesh, options, report, &once);
-    for (const int threads : {1, 2}) {
-      EXPECT_EQ(unwrap_charts(mesh, options, nullptr, threads).uvs, once.uvs);
-    }
+    set_thread_limit(0);
+    EXPECT_EQ(unwrap_charts(mesh, options, nullptr, 1).uvs, once.uvs);
   }
 }
 
