@@ -59,8 +59,9 @@ void prepare_output_folder(const std::filesystem::path& folder);
 /// a run that ends without having written anything. Any thread.
 void remove_empty_output_folders() noexcept;
 
-/// Removes the temporary files of every save under way in this process. Async-signal-safe: for a signal
-/// handler that is about to end the process. Finished files are not touched.
+/// Removes the temporary files of every save under way in this process, and then what
+/// remove_empty_output_folders() would. Async-signal-safe: for a signal handler that is about to end the
+/// process. Finished files are not touched.
 void remove_temporary_files() noexcept;
 
 }  // namespace kiln

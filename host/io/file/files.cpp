@@ -13,6 +13,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/file/placing.h"
+#include "io/file/temporary.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -67,6 +68,7 @@ void remove_empty_output_folders() noexcept {
     if (rmdir(folder.c_str()) != 0) continue;
   }
   created_folders.clear();
+  forget_created_folders();
 }
 
 void prepare_output_folder(const std::filesystem::path& folder) {
@@ -83,6 +85,7 @@ void prepare_output_folder(const std::filesystem::path& folder) {
     const fs::path whole = fs::absolute(target, error);
     const std::lock_guard lock(created_mutex);
     created_folders.push_back(error ? target : whole);
+    note_created_folder(created_folders.back());
     return;
   }
   if (!fs::is_directory(target, error)) {

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -25,15 +26,16 @@ struct Slot {
 static_assert(std::atomic<int>::is_always_lock_free);
 
 std::array<Slot, 64> slots;
+std::array<Slot, 16> folder_slots;
 std::atomic<unsigned> name_counter{0};
 
-int register_name(const std::string& name) {
-  if (name.size() >= slots[0].path.size()) return -1;
-  for (std::size_t i = 0; i < slots.size(); ++i) {
+int register_name(std::span<Slot> all, const std::string& name) {
+  if (name.size() >= all[0].path.size()) return -1;
+  for (std::size_t i = 0; i < all.size(); ++i) {
     int expected = kSlotFree;
-    if (!slots[i].state.compare_exchange_strong(expected, kSlotTaken)) continue;
-    std::memcpy(slots[i].path.data(), name.c_str(), name.size() + 1);
-    slots[i].state = kSlotLive;
+    if (!all[i].state.compare_exchange_strong(expected, kSlotTaken)) continue;
+    std::memcpy(all[i].path.data(), name.c_str(), name.size() + 1);
+    all[i].state = kSlotLive;
     return static_cast<int>(i);
   }
   return -1;
@@ -44,7 +46,7 @@ int register_name(const std::string& name) {
 TemporaryName::TemporaryName(const std::filesystem::path& folder, const char* ending)
     : path_(folder / (".kiln-" + std::to_string(static_cast<long>(getpid())) + "-" +
                       std::to_string(name_counter++) + "." + ending)),
-      slot_(register_name(path_.native())) {}
+      slot_(register_name(slots, path_.native())) {}
 
 TemporaryName::TemporaryName(TemporaryName&& other) noexcept
     : path_(std::exchange(other.path_, {})), slot_(std::exchange(other.slot_, -1)) {}
@@ -64,10 +66,22 @@ void TemporaryName::release() noexcept {
   path_.clear();
 }
 
+void note_created_folder(const std::filesystem::path& folder) noexcept {
+  if (register_name(folder_slots, folder.native()) < 0) errno = 0;
+}
+
+void forget_created_folders() noexcept {
+  for (Slot& slot : folder_slots) slot.state = kSlotFree;
+}
+
 void remove_temporary_files() noexcept {
   const int saved = errno;
   for (Slot& slot : slots) {
     if (slot.state == kSlotLive) unlink(slot.path.data());
+  }
+  // Last made, first gone. Fails where something is in it, as it should.
+  for (std::size_t i = folder_slots.size(); i-- > 0;) {
+    if (folder_slots[i].state == kSlotLive && rmdir(folder_slots[i].path.data()) != 0) continue;
   }
   errno = saved;
 }

@@ -26,6 +26,12 @@ class TemporaryName {
   int slot_ = -1;
 };
 
+/// A folder that remove_temporary_files() removes where it is still empty. Where too many are registered
+/// already, or the name is too long, it is not.
+void note_created_folder(const std::filesystem::path& folder) noexcept;
+/// None of them is removed any more.
+void forget_created_folders() noexcept;
+
 /// How often another name is tried where one is taken.
 inline constexpr int kNameAttempts = 100;
 

@@ -223,6 +223,27 @@ TEST_P(AtomicFileTest, ASignalHandlerCanRemoveWhatIsBeingWritten) {
   EXPECT_TRUE(fs::exists(folder_ / "c"));
 }
 
+// Whether or not something was begun in them.
+TEST_P(AtomicFileTest, ASignalHandlerCanRemoveFoldersMadeForNothing) {
+  const fs::path made = folder_ / "made", kept = folder_ / "kept", there = folder_ / "there";
+  fs::create_directory(there);
+  const pid_t child = fork();
+  if (child == 0) {
+    for (const fs::path& folder : {made, kept, there}) prepare_output_folder(folder);
+    std::ofstream(kept / "map") << "whole";
+    AtomicFile file(made / "map", unnamed());
+    file.write("part");
+    remove_temporary_files();
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_FALSE(fs::exists(made));
+  EXPECT_TRUE(fs::exists(kept / "map"));
+  EXPECT_TRUE(fs::exists(there));
+}
+
 TEST_P(AtomicFileTest, MoreFilesAtOnceThanTheRegistryHolds) {
   std::vector<std::unique_ptr<AtomicFile>> files;
   for (int i = 0; i < 100; ++i) {
