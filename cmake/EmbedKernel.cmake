@@ -4,7 +4,8 @@
 #               -DFAMILY=ray -P EmbedKernel.cmake
 #
 # `#include "lib/x.clh"` is resolved against ROOT, once a file. Each line of the result keeps the file
-# and line it came from, so that a compiler's message or a debugger names the true place.
+# and line it came from, so that a compiler's message or a debugger names the true place. Lines that are
+# comments alone stay empty: compilers of C++ need take no more than 65,536 characters.
 
 cmake_policy(VERSION 3.25)
 
@@ -36,6 +37,8 @@ function(flatten file)
       flatten("${CMAKE_MATCH_1}")
       math(EXPR next "${number} + 1")
       string(APPEND text "#line ${next} \"kernels/${file}\"\n")
+    elseif(line MATCHES "^[ \t]*//")
+      string(APPEND text "\n")
     else()
       string(APPEND text "${line}\n")
     endif()
