@@ -56,6 +56,19 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const AoCha
 /// How far a chart's progress is when files are written.
 inline constexpr double kChartAtSave = 0.98;
 
+/// The name that stands for the settings that suit hard surfaces.
+inline constexpr const char* kHard = "hard";
+/// Every setting of charts of meshes, by name.
+std::vector<std::string> mesh_setting_names();
+/// The names that `hard` stands for in its place.
+void expand_settings(ChartArguments& a);
+/// By the first input: all are of one kind.
+bool has_volumes(const ChartArguments& a);
+/// Among the high polys.
+bool has_height_fields(const ChartArguments& a);
+/// All but the settings' own values, before any work. \throws Error(usage)
+void check_chart(const ChartArguments& a);
+
 /// Adds --plan and --max-error.
 void add_plan_options(CLI::App& command, ChartArguments& a);
 /// Those that --plan has no use for, of what the command has by now.
