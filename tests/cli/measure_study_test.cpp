@@ -244,14 +244,18 @@ TEST(MeasureCommand, InterruptLeavesNothing) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(20000);
   for (const double delay : {0.3, 2.0}) {
-    const fs::path out = scene / ("out" + std::to_string(delay));
-    ProcessOptions options;
-    options.interrupt_after_seconds = delay;
-    const ProcessResult result =
-        run_kiln({"measure", scene / "high.obj", "--study", "size", "--out", out}, options);
-    EXPECT_EQ(result.exit_code, 130) << result.errors;
-    EXPECT_LT(result.seconds_after_signal, 1.2);  // other tests run beside it
-    EXPECT_TRUE(!fs::exists(out) || fs::is_empty(out));
+    double least = 1e9;  // of several tries: other tests run beside this one
+    for (int tries = 0; tries < 4 && least >= 0.6; ++tries) {
+      const fs::path out = scene / ("out" + std::to_string(delay) + std::to_string(tries));
+      ProcessOptions options;
+      options.interrupt_after_seconds = delay;
+      const ProcessResult result =
+          run_kiln({"measure", scene / "high.obj", "--study", "size", "--out", out}, options);
+      EXPECT_EQ(result.exit_code, 130) << result.errors;
+      EXPECT_TRUE(!fs::exists(out) || fs::is_empty(out));
+      least = std::min(least, result.seconds_after_signal);
+    }
+    EXPECT_LT(least, 0.6);
   }
 }
 
