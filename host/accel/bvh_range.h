@@ -9,20 +9,14 @@
 #include <limits>
 #include <span>
 
+#include "base/float4.h"
 #include "kiln/types.h"
 #include "shared/bvh.h"
 
 namespace kiln::bvh {
 
-// Four floats in a register. GCC's and Clang's vector extension: baseline SSE2 on x86, NEON on ARM.
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
-
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 inline constexpr int kMaxBins = 16;
-inline Float4 splat(float value) { return Float4{value, value, value, value}; }
-inline Float4 lower(Float4 a, Float4 b) { return a < b ? a : b; }
-inline Float4 upper(Float4 a, Float4 b) { return a > b ? a : b; }
 
 struct Box {
   Float4 lo = splat(kInfinity);

@@ -7,7 +7,6 @@
 namespace kiln {
 
 using bvh::Box;
-using bvh::Float4;
 
 void refit_bvh(Bvh& bvh, std::span<const Vec3> positions, std::span<const Triangle> triangles) {
   std::vector<Box> leaves(bvh.block_count);

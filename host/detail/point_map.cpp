@@ -7,6 +7,7 @@
 #include <span>
 
 #include "base/parallel.h"
+#include "detail/uv_facet.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"
 
@@ -80,7 +81,7 @@ class PointMap : public MapMaker {
         reads_(request.reads()),
         function_(std::move(function)),
         needs_(function_->needs()) {
-    if (needs_.sides) sides_ = sides_of_samples(request);
+    if (needs_.uv) sides_ = sides_of_samples(request);
   }
 
   void report(BakeReport& report) const override { function_->report(report); }
@@ -111,6 +112,7 @@ class PointMap : public MapMaker {
     }
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
       Average average(info_);
+      UvFacet facet;
       for (std::size_t t = begin; t < end; ++t) {
         std::uint8_t& coverage = out.coverage[samples.index[t]];
         coverage = kCoverageMissed;
@@ -121,9 +123,9 @@ class PointMap : public MapMaker {
           } else if (miss_ != MissPolicy::keep || info_.fills_misses) {
             continue;
           }
-          Value value = value_at(samples, s, found, found);
+          Value value = value_at(samples, s, found, found, facet);
           if (mixed && mixed->triangle[s] != KILN_NO_TRIANGLE) {
-            const Value with = value_at(samples, s, *mixed, found);
+            const Value with = value_at(samples, s, *mixed, found, facet);
             for (std::uint32_t c = 0; c < info_.channels; ++c) {
               value[c] = value[c] * share[s] + with[c] * (1 - share[s]);
             }
@@ -196,8 +198,9 @@ class PointMap : public MapMaker {
   };
 
   /// \param first  what the bake's own match says of the sample, which has its directions
+  /// \param facet  of the sample before
   Value value_at(const HostSamples& samples, std::size_t s, const HostMatch& found,
-                 const HostMatch& first) const {
+                 const HostMatch& first, UvFacet& facet) const {
     DensePoint point;
     if (!first.seen[0].empty()) point.seen = {first.seen[0][s], first.seen[1][s], first.seen[2][s]};
     point.triangle = found.triangle[s];
@@ -212,7 +215,7 @@ class PointMap : public MapMaker {
       if (!found.distance.empty()) point.distance = found.distance[s] / source_.frame.scale;
     }
     if (needs_.position) place(point);
-    if (needs_.normal || needs_.sides) turn(point);
+    if (needs_.normal || needs_.uv) turn(point, facet);
     Value value{};
     (*function_)(point, value.data());
     return value;
@@ -241,15 +244,15 @@ class PointMap : public MapMaker {
     point.offset = (position - low) * (1 / source_.frame.scale);
   }
 
-  /// Its normal and its sides, as far as they are needed.
-  void turn(DensePoint& point) const {
+  /// Its normal and its UVs, as far as they are needed.
+  void turn(DensePoint& point, UvFacet& facet) const {
     const auto& [a, b, c] = surface_.triangles[point.low_triangle];
     const Vec3d low = unit(on_low(point, a.normal, b.normal, c.normal), Vec3d(a.normal));
     if (!point.found) {
       point.normal = low;
       return;
     }
-    if (needs_.sides) carry(point, low);
+    if (needs_.uv) carry(point, low, facet);
     if (!needs_.normal) return;
     const std::uint32_t* index = &normal_indices_[std::size_t{3} * point.triangle];
     const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
@@ -262,19 +265,21 @@ class PointMap : public MapMaker {
     if (two_sided_ && dot(point.normal, low) < 0) point.normal = point.normal * -1.0;
   }
 
-  void carry(DensePoint& point, const Vec3d& along) const {
-    const Triangle& corners = source_.triangles[point.triangle];
-    const Vec3d a(source_.positions[corners[0]]);
-    const Vec3d face = unit(
-        cross(Vec3d(source_.positions[corners[1]]) - a, Vec3d(source_.positions[corners[2]]) - a),
-        along);
+  void carry(DensePoint& point, const Vec3d& along, UvFacet& facet) const {
+    facet.move_to(source_, point.triangle);
+    point.has_uv = facet.has_uv;
+    if (!facet.has_uv) return;
+    const Vec3d face = dot(facet.normal, facet.normal) > 0 ? facet.normal : along;
     // Where the triangle is seen at a grazing angle the way there is bounded.
     constexpr double kLeast = 0.2;
     double cosine = dot(face, along);
     if (std::abs(cosine) < kLeast) cosine = std::copysign(kLeast, cosine);
+    const double way = 1 / cosine;
     for (std::size_t k = 0; k < 2; ++k) {
+      point.uv[k] = facet.at[k] + facet.to_b[k] * point.u + facet.to_c[k] * point.v;
       const Vec3d& side = sides_[point.low_triangle][k];
-      point.sides[k] = side - along * (dot(face, side) / cosine);
+      const Vec3d carried = side - along * (dot(face, side) * way);
+      point.uv_sides[k] = {dot(facet.gradient[0], carried), dot(facet.gradient[1], carried)};
     }
   }
 

@@ -23,9 +23,12 @@ struct DensePoint {
   std::uint32_t low_triangle = 0;  ///< The low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
   Vec3d offset;                    ///< From the low poly's point to this one, world units
+  bool has_uv =
+      false;  ///< The two below are known: they were asked for, and the high poly has them
+  std::array<double, 2> uv;  ///< The high poly's there
   /// Sides of the sample's share of its texel (rightwards, downwards), carried along the low poly's normal onto
-  /// the high poly's triangle; frame units. 0 where not asked for, not known, or not found.
-  std::array<Vec3d, 2> sides;
+  /// the high poly's triangle, in its UVs.
+  std::array<std::array<double, 2>, 2> uv_sides;
   Vec3d
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };
@@ -34,7 +37,7 @@ struct DensePoint {
 struct PointNeeds {
   bool position = true;  ///< position and offset
   bool normal = true;
-  bool sides = false;
+  bool uv = false;  ///< uv and uv_sides
 };
 
 /// What a map holds at a point. \param value  as many as the map has channels

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "mesh/uv_grid.h"
 #include "source/dense_uvs.h"
 
 namespace kiln {
@@ -30,7 +29,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
   }
   for (const std::shared_ptr<const Image>& image : texture.images) {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map + " is missing.");
-    pictures_.push_back(std::make_unique<FilteredTexture>(*image, texture.kind));
+    pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind));
   }
   for (const std::uint32_t picture : picture_of_material_) {
     if (picture == Texture::kNone || picture < pictures_.size()) continue;
@@ -53,25 +52,8 @@ void SurfaceTexture::read(const DensePoint& point, float* value) const {
     if (material < plain_.size()) std::copy_n(plain_[material].begin(), 4, value);
     return;
   }
-  const Triangle& uv = source_.uv_triangles[point.triangle];
-  const Triangle& at = source_.triangles[point.triangle];
-  const Vec2 &a = source_.uvs[uv[0]], &b = source_.uvs[uv[1]], &c = source_.uvs[uv[2]];
-  if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return;  // a corner without UV: 0
-  const double bu = double{b.x} - a.x, bv = double{b.y} - a.y;
-  const double cu = double{c.x} - a.x, cv = double{c.y} - a.y;
-  // How weights of corners change along a side, by the normal equations; so UVs do.
-  const Vec3d corner(source_.positions[at[0]]);
-  const Vec3d p = Vec3d(source_.positions[at[1]]) - corner;
-  const Vec3d q = Vec3d(source_.positions[at[2]]) - corner;
-  const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
-  FilteredTexture::Sides sides{};
-  for (std::size_t k = 0; k < 2 && area > 0; ++k) {
-    const double along_p = dot(p, point.sides[k]), along_q = dot(q, point.sides[k]);
-    const double u = (qq * along_p - pq * along_q) / area;
-    const double v = (pp * along_q - pq * along_p) / area;
-    sides[k] = {bu * u + cu * v, bv * u + cv * v};
-  }
-  picture->mean(a.x + bu * point.u + cu * point.v, a.y + bv * point.u + cv * point.v, sides, value);
+  if (!point.has_uv) return;  // a corner without UV: 0
+  picture->mean(point.uv[0], point.uv[1], point.uv_sides, value);
   if (picture->channels() < 3) {
     value[3] = picture->channels() == 2 ? value[1] : 1;
     value[1] = value[2] = value[0];

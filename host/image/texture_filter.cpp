@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "base/float4.h"
 #include "base/parallel.h"
 #include "image/srgb.h"
 #include "kiln/error.h"
@@ -47,10 +48,101 @@ std::int64_t wrapped(std::int64_t place, std::int64_t size) {
   return rest < 0 ? rest + size : rest;
 }
 
-/// How long a vector of UV is on a level, texels.
-double length_on(const std::array<double, 2>& side, std::uint32_t width, std::uint32_t height) {
+// As std::floor and std::ceil for numbers of less than 2^62, without a call.
+std::int64_t floored(double value) {
+  const auto whole = static_cast<std::int64_t>(value);
+  return whole - (static_cast<double>(whole) > value ? 1 : 0);
+}
+double ceiled(double value) { return -static_cast<double>(floored(-value)); }
+double fraction(double value) {
+  const bool is_small = std::abs(value) < 0x1p62;
+  return value - (is_small ? static_cast<double>(floored(value)) : std::floor(value));
+}
+
+/// Points on a level: rows times columns of them, spread evenly over a parallelogram with the sides a and b
+/// around a place, which is `right` and `below` of the middle of texel (x, y), in texels.
+struct Parts {
+  std::int64_t x, y;
+  float right, below, ax, ay, bx, by;
+  int columns, rows;
+};
+
+/// A texel's numbers in the first places; what is in the others is not told.
+/// \param end  of the level's numbers: four at once are read where there are so many
+template <std::uint32_t Channels>
+Float4 read_texel(const float* from, const float* end) {
+  if (end - from >= 4) [[likely]]
+    return load_float4(from);
+  Float4 texel{};
+  for (std::uint32_t k = 0; k < Channels; ++k) texel[k] = from[k];
+  return texel;
+}
+
+Float4 mix(Float4 a, Float4 b, float share) { return a + (b - a) * splat(share); }
+
+/// The sum of the bilinear values at points.
+/// \tparam Inside  none of them, nor the texels around, is beyond the picture's borders
+template <std::uint32_t Channels, bool Inside>
+std::array<double, 4> sum_of(const Parts& parts, const float* pixels, std::int64_t width,
+                             std::int64_t height) {
+  const float* end = pixels + width * height * Channels;
+  const float across = 1.0F / static_cast<float>(parts.columns);
+  const float down = 1.0F / static_cast<float>(parts.rows);
+  std::array<double, 4> sum{};
+  for (int j = 0; j < parts.rows; ++j) {
+    const float t = (static_cast<float>(j) + 0.5F) * down - 0.5F;
+    for (int i = 0; i < parts.columns; i += 4) {
+      const Float4 column = splat(static_cast<float>(i)) + Float4{0.5F, 1.5F, 2.5F, 3.5F};
+      const Float4 s = column * splat(across) - splat(0.5F);
+      const Float4 x = splat(parts.right + parts.bx * t) + splat(parts.ax) * s;
+      const Float4 y = splat(parts.below + parts.by * t) + splat(parts.ay) * s;
+      const Int4 left = floor_int4(x), top = floor_int4(y);
+      const Float4 right = x - __builtin_convertvector(left, Float4);
+      const Float4 below = y - __builtin_convertvector(top, Float4);
+      Float4 some{};
+      for (int k = 0; k < 4 && i + k < parts.columns; ++k) {
+        std::int64_t x0 = parts.x + left[k], y0 = parts.y + top[k], x1 = x0 + 1, y1 = y0 + 1;
+        if constexpr (!Inside) {
+          x0 = wrapped(x0, width), y0 = wrapped(y0, height);
+          x1 = x0 + 1 == width ? 0 : x0 + 1, y1 = y0 + 1 == height ? 0 : y0 + 1;
+        }
+        const auto at = [&](std::int64_t to_right, std::int64_t to_bottom) {
+          const float* from = pixels + (to_bottom * width + to_right) * Channels;
+          return Inside ? load_float4(from) : read_texel<Channels>(from, end);
+        };
+        const Float4 upper_row = mix(at(x0, y0), at(x1, y0), right[k]);
+        some += mix(upper_row, mix(at(x0, y1), at(x1, y1), right[k]), below[k]);
+      }
+      for (std::size_t k = 0; k < 4; ++k) sum[k] += double{some[k]};
+    }
+  }
+  return sum;
+}
+
+template <std::uint32_t Channels>
+std::array<double, 4> sum_of(const Parts& parts, const float* pixels, std::int64_t width,
+                             std::int64_t height) {
+  // Whole texels that points are away at most, and one more for their neighbours and for rounding.
+  const auto reach_x = static_cast<std::int64_t>(std::abs(parts.ax) + std::abs(parts.bx)) / 2 + 2;
+  const auto reach_y = static_cast<std::int64_t>(std::abs(parts.ay) + std::abs(parts.by)) / 2 + 2;
+  // Four numbers are read from each texel, which may be more than it has: but not in the last row.
+  const bool inside = parts.x >= reach_x && parts.x + reach_x < width - 4 && parts.y >= reach_y &&
+                      parts.y + reach_y < height - 1;
+  return inside ? sum_of<Channels, true>(parts, pixels, width, height)
+                : sum_of<Channels, false>(parts, pixels, width, height);
+}
+
+/// The square of a UV vector's length on a level, texels.
+double squared_on(const std::array<double, 2>& side, double width, double height) {
   const double across = side[0] * width, down = side[1] * height;
-  return std::sqrt(across * across + down * down);
+  return across * across + down * down;
+}
+
+/// A vector's length in whole texels, rounded up; at least 1.
+double texels_along(double squared) {
+  double parts = 1;
+  while (parts < 4 && parts * parts < squared) ++parts;  // nearly always no more
+  return parts * parts < squared ? ceiled(std::sqrt(squared)) : parts;
 }
 
 /// How wide a parallelogram is where it is narrowest: the lesser singular value of its sides.
@@ -64,44 +156,70 @@ double width_of(const FilteredTexture::Sides& sides, double width, double height
 
 }  // namespace
 
-FilteredTexture::FilteredTexture(const Image& image, TextureKind kind) : channels_(image.channels) {
-  const std::size_t texels = std::size_t{image.width} * image.height;
-  if (texels == 0 || channels_ < 1 || channels_ > 4 || image.pixels.size() != texels * channels_) {
+FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind)
+    : image_(std::move(image)), channels_(image_->channels) {
+  const std::size_t texels = std::size_t{image_->width} * image_->height;
+  if (texels == 0 || channels_ < 1 || channels_ > 4 ||
+      image_->pixels.size() != texels * channels_) {
     throw Error(ErrorCode::input, "A texture has no pixels, or not as many as its size says.");
   }
   if (kind == TextureKind::normal && channels_ < 3) {
     throw Error(ErrorCode::input, "A normal map needs three channels, but the texture has " +
                                       std::to_string(channels_) + ".");
   }
-  Level level{image.width, image.height, std::vector<float>(image.pixels.size())};
+  std::uint32_t width = image_->width, height = image_->height;
+  levels_.push_back({width, height, image_->pixels.data(), {}});
+  while (width > 1 || height > 1) {
+    width = std::max(1U, width / 2);
+    height = std::max(1U, height / 2);
+    levels_.push_back({width, height, nullptr, {}});
+  }
+  convert(*image_, kind);
+}
+
+/// Makes the picture's own level where it cannot be read where it is.
+void FilteredTexture::convert(const Image& image, TextureKind kind) {
+  const std::size_t texels = image.pixels.size() / channels_;
   std::atomic<std::uint64_t> replaced{0};
-  parallel_for(texels, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(image.pixels.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::uint64_t bad = 0;
+    for (std::size_t i = begin; i < end; ++i) bad += std::isfinite(image.pixels[i]) ? 0U : 1U;
+    if (bad != 0) replaced += bad;
+  });
+  replaced_ = replaced;
+  if (kind == TextureKind::linear && replaced_ == 0) return;
+  Level& level = levels_[0];
+  level.own.resize(image.pixels.size());
+  level.pixels = level.own.data();
+  parallel_for(texels, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * channels_; i < end * channels_; ++i) {
       float value = image.pixels[i];
       const bool is_color = channels_ == 2 ? i % 2 == 0 : i % channels_ < 3;
       if (!std::isfinite(value)) {
         value = 0;
-        ++bad;
       } else if (kind == TextureKind::srgb && is_color) {
         value = linear(value);
       } else if (kind == TextureKind::normal) {
         value = value * 2 - 1;
       }
-      level.pixels[i] = value;
+      level.own[i] = value;
     }
-    replaced += bad;
   });
-  replaced_ = replaced;
-  levels_.push_back(std::move(level));
-  while (levels_.back().width > 1 || levels_.back().height > 1) {
-    levels_.push_back(half(levels_.back()));
-  }
 }
 
-FilteredTexture::Level FilteredTexture::half(const Level& level) const {
-  Level next{std::max(1U, level.width / 2), std::max(1U, level.height / 2), {}};
-  next.pixels.resize(std::size_t{next.width} * next.height * channels_);
+const FilteredTexture::Level& FilteredTexture::level(std::size_t number) const {
+  if (number < made_.load(std::memory_order_acquire)) return levels_[number];
+  const std::lock_guard lock(making_);
+  for (std::size_t made = made_.load(std::memory_order_relaxed); made <= number; ++made) {
+    fill_half(levels_[made - 1], levels_[made]);
+    made_.store(made + 1, std::memory_order_release);
+  }
+  return levels_[number];
+}
+
+void FilteredTexture::fill_half(const Level& level, Level& next) const {
+  next.own.resize(std::size_t{next.width} * next.height * channels_);
+  next.pixels = next.own.data();
   const std::size_t rows = std::max<std::size_t>(1, kGrain / next.width);
   parallel_for(next.height, rows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
@@ -117,31 +235,11 @@ FilteredTexture::Level FilteredTexture::half(const Level& level) const {
             for (std::size_t c = 0; c < channels_; ++c) sum[c] += share * row[i * channels_ + c];
           }
         }
-        float* to = &next.pixels[(y * next.width + x) * channels_];
+        float* to = &next.own[(y * next.width + x) * channels_];
         for (std::size_t c = 0; c < channels_; ++c) to[c] = static_cast<float>(sum[c]);
       }
     }
   });
-  return next;
-}
-
-/// Adds the bilinear value at a place, in texels from the middle of the first one.
-void FilteredTexture::add(const Level& level, double x, double y, double* sum) const {
-  const double left = std::floor(x), top = std::floor(y);
-  const std::int64_t width = level.width, height = level.height;
-  const std::int64_t x0 = wrapped(static_cast<std::int64_t>(left), width);
-  const std::int64_t y0 = wrapped(static_cast<std::int64_t>(top), height);
-  const std::int64_t x1 = x0 + 1 == width ? 0 : x0 + 1, y1 = y0 + 1 == height ? 0 : y0 + 1;
-  const double right = x - left, below = y - top;
-  const auto at = [&](std::int64_t column, std::int64_t row) {
-    return &level.pixels[static_cast<std::size_t>(row * width + column) * channels_];
-  };
-  const float *a = at(x0, y0), *b = at(x1, y0), *c = at(x0, y1), *d = at(x1, y1);
-  for (std::size_t k = 0; k < channels_; ++k) {
-    const double upper = a[k] + (double{b[k]} - a[k]) * right;
-    const double lower = c[k] + (double{d[k]} - c[k]) * right;
-    sum[k] += upper + (lower - upper) * below;
-  }
 }
 
 void FilteredTexture::mean(double u, double v, const Sides& given, float* value) const {
@@ -150,39 +248,53 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value)
     // Over so many pictures the mean is the whole one's.
     if (!(side[0] * side[0] + side[1] * side[1] < 1e12)) sides = {{{1, 0}, {0, 1}}};
   }
-  const double narrow = width_of(sides, levels_[0].width, levels_[0].height);
-  std::size_t number = 0;
-  if (narrow >= 2 * kAcross) number = static_cast<std::size_t>(std::log2(narrow / kAcross));
-  number = std::min(number, levels_.size() - 1);
-  const auto parts_of = [&](std::size_t side) {
-    const Level& level = levels_[number];
-    return std::max(1.0, std::ceil(length_on(sides[side], level.width, level.height)));
+  const auto squared = [&](std::size_t side, std::size_t on) {
+    return squared_on(sides[side], levels_[on].width, levels_[on].height);
   };
+  constexpr double kNarrow = 2 * kAcross;
+  std::size_t number = 0;
+  // It is not wider than either side is long.
+  if (squared(0, 0) >= kNarrow * kNarrow && squared(1, 0) >= kNarrow * kNarrow) {
+    const double narrow = width_of(sides, levels_[0].width, levels_[0].height);
+    if (narrow >= kNarrow) number = static_cast<std::size_t>(std::log2(narrow / kAcross));
+  }
+  number = std::min(number, levels_.size() - 1);
+  const auto parts_of = [&](std::size_t side) { return texels_along(squared(side, number)); };
   double along_a = parts_of(0), along_b = parts_of(1);
   while (number + 1 < levels_.size() && !(along_a * along_b <= kMostParts)) {
     ++number;
     along_a = parts_of(0);
     along_b = parts_of(1);
   }
-  const Level& level = levels_[number];
+  const Level& level = this->level(number);
   const double most = kMostParts;  // of the last level: one texel, which holds the mean
-  const int columns = static_cast<int>(std::min(along_a, most));
-  const int rows = static_cast<int>(std::min(along_b, most / columns));
-  const double x = (u - std::floor(u)) * level.width - 0.5;
-  const double y = (1 - (v - std::floor(v))) * level.height - 0.5;
-  const double ax = sides[0][0] * level.width, ay = -sides[0][1] * level.height;
-  const double bx = sides[1][0] * level.width, by = -sides[1][1] * level.height;
-  std::array<double, 4> sum{};
-  for (int j = 0; j < rows; ++j) {
-    const double t = (j + 0.5) / rows - 0.5;
-    for (int i = 0; i < columns; ++i) {
-      const double s = (i + 0.5) / columns - 0.5;
-      add(level, x + ax * s + bx * t, y + ay * s + by * t, sum.data());
+  Parts parts{};
+  parts.columns = static_cast<int>(std::min(along_a, most));
+  parts.rows = static_cast<int>(std::min(along_b, most / parts.columns));
+  const double x = fraction(u) * level.width - 0.5, y = (1 - fraction(v)) * level.height - 0.5;
+  parts.x = floored(x), parts.y = floored(y);
+  parts.right = static_cast<float>(x - static_cast<double>(parts.x));
+  parts.below = static_cast<float>(y - static_cast<double>(parts.y));
+  parts.ax = static_cast<float>(sides[0][0] * level.width);
+  parts.ay = static_cast<float>(-sides[0][1] * level.height);
+  parts.bx = static_cast<float>(sides[1][0] * level.width);
+  parts.by = static_cast<float>(-sides[1][1] * level.height);
+  const auto sum_on = [&] {
+    const std::int64_t width = level.width, height = level.height;
+    switch (channels_) {
+      case 1:
+        return sum_of<1>(parts, level.pixels, width, height);
+      case 2:
+        return sum_of<2>(parts, level.pixels, width, height);
+      case 3:
+        return sum_of<3>(parts, level.pixels, width, height);
+      default:
+        return sum_of<4>(parts, level.pixels, width, height);
     }
-  }
-  for (std::size_t c = 0; c < channels_; ++c) {
-    value[c] = static_cast<float>(sum[c] / (double{1} * columns * rows));
-  }
+  };
+  const std::array<double, 4> sum = sum_on();
+  const double share = 1.0 / (double{1} * parts.columns * parts.rows);
+  for (std::size_t c = 0; c < channels_; ++c) value[c] = static_cast<float>(sum[c] * share);
 }
 
 }  // namespace kiln

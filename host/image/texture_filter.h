@@ -2,7 +2,10 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "kiln/image.h"
@@ -10,14 +13,16 @@
 
 namespace kiln {
 
-/// A picture over UVs, with its mip chain: in linear light, or as vectors. Immutable: for several threads at
-/// once. 4/3 of the picture's floats of memory.
+/// A picture over UVs, with its mip chain: in linear light, or as vectors. For several threads at once.
+///
+/// A linear picture without NaN and infinities is read where it is; any other is copied. A level of the chain
+/// is made when it is first read. So it has up to 4/3 of the picture's floats of memory.
 class FilteredTexture {
  public:
   using Sides = std::array<std::array<double, 2>, 2>;  ///< Two vectors, each u and v
 
   /// \throws Error(input) for a picture without pixels, or of normals with fewer than three channels
-  FilteredTexture(const Image& image, TextureKind kind);
+  FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind);
 
   std::uint32_t channels() const { return channels_; }
   /// Numbers of the picture that are not finite, and count as 0.
@@ -36,15 +41,21 @@ class FilteredTexture {
  private:
   struct Level {
     std::uint32_t width = 0, height = 0;
-    std::vector<float> pixels;
+    const float* pixels = nullptr;
+    std::vector<float>
+        own;  ///< What `pixels` points to, but for a picture that is read where it is
   };
 
-  Level half(const Level& level) const;
-  void add(const Level& level, double x, double y, double* sum) const;
+  void convert(const Image& image, TextureKind kind);
+  void fill_half(const Level& level, Level& next) const;
+  const Level& level(std::size_t number) const;
 
+  std::shared_ptr<const Image> image_;
   std::uint32_t channels_;
   std::uint64_t replaced_ = 0;
-  std::vector<Level> levels_;
+  mutable std::vector<Level> levels_;  ///< Sizes of all; pixels of those that were read
+  mutable std::atomic<std::size_t> made_{1};
+  mutable std::mutex making_;
 };
 
 }  // namespace kiln

@@ -21,7 +21,7 @@ enum class TextureKind {
 };
 
 /// Pictures over the high poly's UVs: one for all of it, or one a material. They repeat outside [0, 1]^2.
-/// Copies share the pictures, and so does a session; nobody may change them while a bake runs.
+/// Copies share the pictures, and so does a session; nobody may change them while a bake runs or a session lives.
 struct Texture {
   /// Of a material without a picture.
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();

@@ -5,8 +5,11 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <random>
+#include <utility>
 
+#include "base/parallel.h"
 #include "image/srgb.h"
 #include "kiln/error.h"
 
@@ -33,6 +36,10 @@ double wave(double begin, double end) {
   return (integral(end) - integral(begin)) / (end - begin);
 }
 
+std::shared_ptr<const Image> shared(Image image) {
+  return std::make_shared<const Image>(std::move(image));
+}
+
 float mean_of(const FilteredTexture& texture, double u, double v,
               const FilteredTexture::Sides& sides) {
   float value[4] = {};
@@ -42,7 +49,7 @@ float mean_of(const FilteredTexture& texture, double u, double v,
 
 TEST(TextureFilter, MeansOfACheckerboardAreItsIntegrals) {
   constexpr std::uint32_t kSide = 256, kCell = 16;
-  const FilteredTexture texture(checkerboard(kSide, kSide, kCell), TextureKind::linear);
+  const FilteredTexture texture(shared(checkerboard(kSide, kSide, kCell)), TextureKind::linear);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-2, 2), size(2, 48);
   double squares = 0;
@@ -69,7 +76,7 @@ TEST(TextureFilter, SkewedAndLongAreasAreIntegratedToo) {
   for (std::uint32_t y = 0; y < kSide; ++y) {
     for (std::uint32_t x = 0; x < kSide; ++x) *stripes.at(x, y) = static_cast<float>(y / 8 % 2);
   }
-  const FilteredTexture texture(stripes, TextureKind::linear);
+  const FilteredTexture texture(shared(stripes), TextureKind::linear);
   // 200 texels along x by 3 along y: a filter as wide as it is long would be grey everywhere.
   for (int y = 4; y < 250; y += 8) {
     const double v = 1 - y / double{kSide};
@@ -85,18 +92,18 @@ TEST(TextureFilter, ColoursAreMeansOfLight) {
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     image.pixels[i] = i / 3 % 2 == 0 ? 1.0F : 0.0F;  // columns of white and black
   }
-  const FilteredTexture texture(image, TextureKind::srgb);
+  const FilteredTexture texture(shared(image), TextureKind::srgb);
   const double light = mean_of(texture, 0.5, 0.5, {{{0.5, 0}, {0, 0.5}}});
   EXPECT_NEAR(light, 0.5, 1e-6);
   EXPECT_NEAR(to_srgb(static_cast<float>(light)), 0.735357, 1e-5);  // not 0.5
 }
 
 TEST(TextureFilter, TakesAnySizeAndRepeats) {
-  const FilteredTexture line(checkerboard(100000, 1, 50000), TextureKind::linear);
+  const FilteredTexture line(shared(checkerboard(100000, 1, 50000)), TextureKind::linear);
   EXPECT_NEAR(mean_of(line, 0.25, 0.5, {{{0.1, 0}, {0, 1}}}), 0, 1e-6);
   EXPECT_NEAR(mean_of(line, 7.75, -3.2, {{{0.1, 0}, {0, 1}}}), 1, 1e-6);
   EXPECT_NEAR(mean_of(line, 0.5, 0.5, {{{1, 0}, {0, 1}}}), 0.5, 1e-4);
-  const FilteredTexture odd(checkerboard(37, 101, 37), TextureKind::linear);
+  const FilteredTexture odd(shared(checkerboard(37, 101, 37)), TextureKind::linear);
   double sum = 0;
   for (std::uint32_t y = 0; y < 101; ++y) sum += y / 37 % 2;
   EXPECT_NEAR(mean_of(odd, 0.5, 0.5, {{{1e9, 0}, {0, 1e9}}}), sum / 101, 1e-5)
@@ -107,11 +114,11 @@ TEST(TextureFilter, TakesAnySizeAndRepeats) {
 
 TEST(TextureFilter, NumbersThatAreNoneCountAsZero) {
   Image image{2, 1, 1, {std::numeric_limits<float>::quiet_NaN(), 1}};
-  const FilteredTexture texture(image, TextureKind::linear);
+  const FilteredTexture texture(shared(image), TextureKind::linear);
   EXPECT_EQ(texture.replaced(), 1U);
   EXPECT_NEAR(mean_of(texture, 0.5, 0.5, {{{1, 0}, {0, 1}}}), 0.5, 1e-6);
-  EXPECT_THROW(FilteredTexture(Image{2, 1, 1, {0, 0}}, TextureKind::normal), Error);
-  EXPECT_THROW(FilteredTexture(Image{}, TextureKind::srgb), Error);
+  EXPECT_THROW(FilteredTexture(shared(Image{2, 1, 1, {0, 0}}), TextureKind::normal), Error);
+  EXPECT_THROW(FilteredTexture(shared(Image{}), TextureKind::srgb), Error);
 }
 
 TEST(Srgb, FollowsTheFormula) {
@@ -128,6 +135,32 @@ TEST(Srgb, FollowsTheFormula) {
   EXPECT_EQ(to_srgb(2), 1);
   EXPECT_EQ(to_srgb(-1), 0);
   EXPECT_EQ(to_srgb(std::numeric_limits<float>::quiet_NaN()), 0);
+}
+
+TEST(TextureFilter, ThreadsThatReadItsLevelsFirstAgree) {
+  constexpr std::uint32_t kSide = 256;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> value(0, 1);
+  Image noise{kSide, kSide, 3, std::vector<float>(std::size_t{kSide} * kSide * 3)};
+  for (float& number : noise.pixels) number = value(random);
+  const auto picture = shared(std::move(noise));
+  // Each place of a size that takes another level, coarse ones first.
+  const auto read = [](const FilteredTexture& texture, std::size_t place) {
+    const double side = 1.0 / static_cast<double>(std::size_t{1} << (place % 8));
+    return mean_of(texture, 0.37 * static_cast<double>(place), 0.21, {{{side, 0}, {0, side}}});
+  };
+  const FilteredTexture alone(picture, TextureKind::linear);
+  for (int trial = 0; trial < 20; ++trial) {
+    const FilteredTexture texture(picture, TextureKind::linear);
+    parallel_for(
+        64, 1,
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t place = begin; place < end; ++place) {
+            EXPECT_EQ(read(texture, place), read(alone, place));
+          }
+        },
+        4);
+  }
 }
 
 }  // namespace

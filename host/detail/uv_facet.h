@@ -1,0 +1,48 @@
+// A triangle of the high poly with its UVs.
+#pragma once
+
+#include <array>
+
+#include "mesh/kernels_shared.h"
+#include "mesh/uv_grid.h"
+#include "mesh/vector.h"
+#include "source/dense_mesh.h"
+
+namespace kiln {
+
+/// What it takes to read a texture on a triangle, worked out once for all samples on it.
+struct UvFacet {
+  std::uint32_t triangle = KILN_NO_TRIANGLE;
+  bool has_uv = false;                   ///< All three corners have one
+  Vec3d normal;                          ///< Unit; 0 for a triangle without area
+  std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and from there to corners 1 and 2
+  std::array<Vec3d, 2> gradient;  ///< Of u and of v on the triangle, a frame unit; 0 without area
+
+  void move_to(const Source::Impl& source, std::uint32_t next) {
+    if (next == triangle) return;
+    *this = {};
+    triangle = next;
+    const Triangle& corners = source.triangles[next];
+    const Vec3d corner(source.positions[corners[0]]);
+    const Vec3d p = Vec3d(source.positions[corners[1]]) - corner;
+    const Vec3d q = Vec3d(source.positions[corners[2]]) - corner;
+    const Vec3d across = cross(p, q);
+    if (const double size = length(across); size > 0) normal = across * (1 / size);
+    if (source.uv_triangles.empty()) return;
+    const Triangle& uvs = source.uv_triangles[next];
+    const Vec2 &a = source.uvs[uvs[0]], &b = source.uvs[uvs[1]], &c = source.uvs[uvs[2]];
+    has_uv = is_finite(a) && is_finite(b) && is_finite(c);
+    if (!has_uv) return;
+    at = {a.x, a.y};
+    to_b = {double{b.x} - a.x, double{b.y} - a.y};
+    to_c = {double{c.x} - a.x, double{c.y} - a.y};
+    // How weights of corners change along a vector, by the normal equations; so UVs do.
+    const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
+    if (!(area > 0)) return;
+    const Vec3d weight_b = (p * qq - q * pq) * (1 / area),
+                weight_c = (q * pp - p * pq) * (1 / area);
+    for (std::size_t k = 0; k < 2; ++k) gradient[k] = weight_b * to_b[k] + weight_c * to_c[k];
+  }
+};
+
+}  // namespace kiln
