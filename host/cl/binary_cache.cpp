@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include "cl/fnv.h"
+
 namespace kiln::ocl {
 namespace {
 
@@ -18,14 +20,6 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMagic = "kiln binary 1\n";
 constexpr std::uint64_t kLargest = std::uint64_t{64} << 20U;  // bytes of a file
 constexpr const char* kEnding = ".bin";
-
-/// FNV-1a, 64 bits (Fowler, Noll, Vo). \param start  another one: another hash
-std::uint64_t hash_of(std::string_view text, std::uint64_t start = 0xCBF29CE484222325U) {
-  for (const char c : text) {
-    start = (start ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
-  }
-  return start;
-}
 
 std::string hex(std::uint64_t number) {
   char text[17];
@@ -60,11 +54,11 @@ BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_
 
 std::string BinaryCache::key(std::string_view source, std::string_view options) const {
   return driver_ + '\n' + std::string(options) + '\n' + std::to_string(source.size()) + ' ' +
-         hex(hash_of(source)) + hex(hash_of(source, 0x9E3779B97F4A7C15U)) + '\n';
+         hex(fnv1a(source)) + hex(fnv1a(source, 0x9E3779B97F4A7C15U)) + '\n';
 }
 
 fs::path BinaryCache::file(const std::string& key) const {
-  return folder_ / (hex(hash_of(key)) + kEnding);
+  return folder_ / (hex(fnv1a(key)) + kEnding);
 }
 
 // A file: the magic words, the key, a hash of the binary, the binary.
@@ -81,7 +75,7 @@ std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view sou
   std::ifstream in(path, std::ios::binary);
   if (!in.read(text.data(), static_cast<std::streamsize>(size))) return std::nullopt;
   const std::string_view all = text, binary = all.substr(head);
-  const std::string expected = std::string(kMagic) + wanted + hex(hash_of(binary)) + '\n';
+  const std::string expected = std::string(kMagic) + wanted + hex(fnv1a(binary)) + '\n';
   if (all.substr(0, head) != expected) return std::nullopt;
   return std::vector<unsigned char>(binary.begin(), binary.end());
 }
@@ -99,7 +93,7 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
         path.string() + "." + std::to_string(getpid()) + "." + std::to_string(count++);
     std::string text(kMagic);
     const std::string_view bytes(reinterpret_cast<const char*>(binary.data()), binary.size());
-    text += wanted + hex(hash_of(bytes)) + '\n';
+    text += wanted + hex(fnv1a(bytes)) + '\n';
     text += bytes;
     std::ofstream out(temporary, std::ios::binary);
     out.write(text.data(), static_cast<std::streamsize>(text.size()));

@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "cl/driver.h"
+#include "cl/fnv.h"
 
 namespace kiln {
 namespace {
@@ -41,22 +42,15 @@ std::size_t read_small(const char* path, std::array<char, room>& text) {
 std::optional<std::uint64_t> wait_of(const char* thread) {
   std::array<char, 64> path{};
   std::array<char, 4096> text{};
-  std::uint64_t hash = 14695981039346656037U;  // FNV-1a
-  const auto add = [&](const char* begin) {
-    for (; *begin != '\0'; ++begin) {
-      hash = (hash ^ static_cast<unsigned char>(*begin)) * 1099511628211U;
-    }
-  };
   std::snprintf(path.data(), path.size(), "/proc/self/task/%s/syscall", thread);
   if (read_small(path.data(), text) == 0) return {};
   if (std::strtol(text.data(), nullptr, 10) != SYS_futex) return {};  // also "running"
-  add(text.data());
+  const std::uint64_t call = ocl::fnv1a(text.data());
   std::snprintf(path.data(), path.size(), "/proc/self/task/%s/status", thread);
   if (read_small(path.data(), text) == 0) return {};
   const char* const switches = std::strstr(text.data(), "voluntary_ctxt_switches");
   if (switches == nullptr) return {};
-  add(switches);
-  return hash;
+  return ocl::fnv1a(switches, call);
 }
 
 /// Of all other threads; nothing where one is not asleep, or the system does not say.

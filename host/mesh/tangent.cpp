@@ -113,7 +113,7 @@ std::vector<Face> first_order(const Corners& corners, std::span<const std::uint3
 /// Pairs triangles that run along the same welded edge in opposite directions.
 void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& faces) {
   // Edges sorted by their smaller vertex (by counting), then within each small bucket.
-  struct Edge {
+  struct HalfEdge {
     std::uint32_t other;   // larger vertex
     std::uint32_t corner;  // 3 * face + k
   };
@@ -124,20 +124,20 @@ void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& fa
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = vertex[3 * f + k];
         const std::uint32_t b = vertex[3 * f + (k + 1) % 3];
-        body(std::min(a, b), Edge{std::max(a, b), static_cast<std::uint32_t>(3 * f + k)});
+        body(std::min(a, b), HalfEdge{std::max(a, b), static_cast<std::uint32_t>(3 * f + k)});
       }
     }
   };
-  for_each_edge([&](std::uint32_t low, const Edge&) { ++start[low + 1]; });
+  for_each_edge([&](std::uint32_t low, const HalfEdge&) { ++start[low + 1]; });
   for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
-  std::vector<Edge> edges(start.back());
+  std::vector<HalfEdge> edges(start.back());
   std::vector<std::uint32_t> cursor(start.begin(), start.end() - 1);
-  for_each_edge([&](std::uint32_t low, const Edge& edge) { edges[cursor[low]++] = edge; });
+  for_each_edge([&](std::uint32_t low, const HalfEdge& edge) { edges[cursor[low]++] = edge; });
 
   for (std::size_t low = 0; low + 1 < start.size(); ++low) {
     const auto begin = edges.begin() + start[low];
     const auto end = edges.begin() + start[low + 1];
-    std::sort(begin, end, [](const Edge& a, const Edge& b) {
+    std::sort(begin, end, [](const HalfEdge& a, const HalfEdge& b) {
       return a.other != b.other ? a.other < b.other : a.corner < b.corner;
     });
     for (auto i = begin; i != end; ++i) {

@@ -27,7 +27,8 @@ constexpr const char* kRetry = "KILN_RETRY";
 // All that a handler needs, made before: nothing can be allocated in one.
 constexpr std::size_t kMostVariables = 4096;
 std::array<char*, kMostVariables + 3> environment;
-std::array<char, 256> folder, cache_variable;
+std::array<char, 256> folder;
+std::array<char, folder.size() + 32> cache_variable;
 char retry_variable[] = "KILN_RETRY=0";
 char** arguments = nullptr;
 int tries_before = 0;
