@@ -19,13 +19,13 @@ Json& Json::operator=(const Json& other) = default;
 Json& Json::operator=(Json&& other) noexcept = default;
 Json::~Json() = default;
 
-Json::Json(std::initializer_list<Json> elements) {
-  const bool pairs = std::all_of(elements.begin(), elements.end(), [](const Json& element) {
+Json::Json(std::initializer_list<Element> elements) {
+  const bool pairs = std::all_of(elements.begin(), elements.end(), [](const Element& element) {
     return element.is_array() && element.size() == 2 && element[0].is_string();
   });
   kind_ = pairs ? Kind::object : Kind::list;
   elements_.reserve(elements.size());
-  for (const Json& element : elements) {
+  for (const Element& element : elements) {
     if (pairs) {
       (*this)[element[0].text()] = element[1];
     } else {
@@ -34,10 +34,12 @@ Json::Json(std::initializer_list<Json> elements) {
   }
 }
 
-Json Json::array(std::initializer_list<Json> elements) {
+Json Json::array() { return array({}); }
+
+Json Json::array(std::initializer_list<Element> elements) {
   Json json;
   json.kind_ = Kind::list;
-  json.elements_ = elements;
+  json.elements_.assign(elements.begin(), elements.end());
   return json;
 }
 

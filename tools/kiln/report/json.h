@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace kiln::cli {
@@ -23,6 +24,9 @@ concept JsonList = !std::convertible_to<const List&, std::string> && requires(co
 /// Null, a truth value, a number, a text, a list, or an object whose keys keep their order.
 class Json {
  public:
+  /// One of a list in braces: {value} in there is a list of one, not the value.
+  struct Element;
+
   /// Null.
   Json();
   Json(std::nullptr_t);
@@ -46,7 +50,7 @@ class Json {
     for (const auto& element : list) push_back(element);
   }
   /// An object where every element is a list of two of which the first is a text, else a list.
-  Json(std::initializer_list<Json> elements);
+  Json(std::initializer_list<Element> elements);
 
   Json(const Json& other);
   Json(Json&& other) noexcept;
@@ -55,7 +59,8 @@ class Json {
   ~Json();
 
   /// A list, whatever its elements are.
-  static Json array(std::initializer_list<Json> elements = {});
+  static Json array();
+  static Json array(std::initializer_list<Element> elements);
   /// An object without keys.
   static Json object();
   /// Null where the text is no JSON.
@@ -112,6 +117,12 @@ class Json {
   std::string text_;
   std::vector<Json> elements_;     // of a list, or an object's values
   std::vector<std::string> keys_;  // of an object
+};
+
+struct Json::Element : Json {
+  using Json::Json;
+  Element(const Json& value) : Json(value) {}
+  Element(Json&& value) noexcept : Json(std::move(value)) {}
 };
 
 }  // namespace kiln::cli
