@@ -20,16 +20,11 @@ kiln_compile_together(host detail
   detail/shadow.cpp detail/share_filter.cpp detail/slope.cpp detail/surface_texture.cpp detail/thickness.cpp
   detail/uv.cpp detail/vertex_color.cpp detail/visibility.cpp)
 kiln_compile_together(host detail_2
-  detail/curvature.cpp detail/hemisphere_map.cpp detail/hemispheres_groups.cpp detail/hemispheres_more.cpp
-  detail/hemispheres_views.cpp)
+  detail/curvature.cpp detail/hemisphere_map.cpp detail/hemispheres_groups.cpp
+  detail/hemispheres_more.cpp detail/hemispheres_views.cpp detail/id.cpp detail/normal.cpp)
 kiln_compile_together(host detail_3
-  detail/displacement.cpp detail/hemispheres_cast.cpp detail/mask.cpp)
-kiln_compile_together(host detail_4
-  detail/id.cpp detail/normal.cpp)
-kiln_compile_together(host detail_5
-  detail/own.cpp detail/transfer.cpp)
-kiln_compile_together(host detail_6
-  detail/point_map.cpp detail/wireframe.cpp)
+  detail/displacement.cpp detail/hemispheres_cast.cpp detail/mask.cpp detail/own.cpp detail/point_map.cpp
+  detail/transfer.cpp detail/wireframe.cpp)
 kiln_compile_together(host image
   image/compare.cpp image/gutter.cpp image/mips.cpp image/pixels.cpp image/srgb.cpp image/value_range.cpp)
 kiln_compile_together(host image_2
@@ -48,7 +43,8 @@ kiln_compile_together(host io_mesh
   io/mesh/mesh_tangents.cpp io/mesh/obj_writer.cpp io/mesh/ply_header.cpp io/mesh/polygon.cpp
   io/mesh/polygon_rules.cpp)
 kiln_compile_together(host io_volume
-  io/volume/nrrd_axes.cpp io/volume/volume_io.cpp io/volume/volume_nrrd_write.cpp io/volume/volume_vdb.cpp
+  io/volume/nrrd_axes.cpp io/volume/volume_io.cpp io/volume/volume_meta.cpp io/volume/volume_nifti.cpp
+  io/volume/volume_nrrd_write.cpp io/volume/volume_vdb.cpp
   io/volume/volume_vdb_frame.cpp io/volume/volume_voxels.cpp)
 kiln_compile_together(host lowpoly
   lowpoly/bitmap_packing.cpp lowpoly/box_packing.cpp lowpoly/cell_rows.cpp lowpoly/chart_borders.cpp
@@ -58,35 +54,37 @@ kiln_compile_together(host lowpoly
 kiln_compile_together(host lowpoly_2
   lowpoly/head_start.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/hull_rule.cpp lowpoly/keep_names.cpp
   lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp lowpoly/quadric.cpp
-  lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp)
+  lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp lowpoly/unwrap.cpp)
 kiln_compile_together(host lowpoly_3
-  lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp lowpoly/simplify_check.cpp)
+  lowpoly/chart_sheet.cpp lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp lowpoly/simplify_check.cpp
+  lowpoly/unwrap_charts.cpp)
 kiln_compile_together(host match
   match/along_visibility.cpp match/bevel.cpp match/cage_shells.cpp match/low_rays.cpp match/match_array.cpp
   match/registry.cpp match/surface_places.cpp match/uv_layout.cpp match/visibility.cpp
   match/visibility_clusters.cpp match/visibility_corners.cpp match/visibility_field.cpp)
 kiln_compile_together(host match_2
-  match/axis.cpp match/cage_reach.cpp match/uv_points.cpp match/view_plan.cpp)
+  match/axis.cpp match/cage_reach.cpp match/uv.cpp match/uv_points.cpp match/view_plan.cpp
+  match/views.cpp)
 kiln_compile_together(host match_3
-  match/cage_search.cpp match/closest.cpp)
+  match/cage_search.cpp match/closest.cpp match/fallback.cpp match/far_rays.cpp match/outermost.cpp
+  match/part_matcher.cpp match/ray.cpp match/saved.cpp match/second_look.cpp)
 kiln_compile_together(host measure
   measure/assess.cpp measure/assess_rays.cpp measure/assess_uniformity.cpp measure/bounds.cpp
   measure/depth.cpp measure/light_bytes.cpp measure/light_check.cpp measure/light_looks.cpp
   measure/light_model.cpp measure/light_plan.cpp measure/measure.cpp measure/plan.cpp
   measure/probe_least.cpp)
 kiln_compile_together(host measure_2
-  measure/assess_samples.cpp measure/lod.cpp)
+  measure/assess_samples.cpp measure/lod.cpp measure/normal_probe.cpp measure/probe_pictures.cpp
+  measure/probe_places.cpp)
 kiln_compile_together(host mesh
   mesh/cage.cpp mesh/charts.cpp mesh/curvature.cpp mesh/fans.cpp mesh/join_meshes.cpp mesh/low_shading.cpp
   mesh/low_surface.cpp mesh/normals.cpp mesh/open_sheets.cpp mesh/polygon_weights.cpp
   mesh/surface_distance.cpp mesh/tangent.cpp mesh/usable.cpp mesh/uv_copies.cpp mesh/uv_grid.cpp mesh/uv_squares.cpp
   mesh/weld.cpp)
 kiln_compile_together(host mesh_2
-  mesh/dense_normals.cpp mesh/frame.cpp mesh/parts.cpp)
+  mesh/dense_normals.cpp mesh/frame.cpp mesh/parts.cpp mesh/soft_seams.cpp mesh/validate_mesh.cpp)
 kiln_compile_together(host mesh_3
-  mesh/mesh_view.cpp mesh/soft_seams.cpp)
-kiln_compile_together(host mesh_4
-  mesh/surface_links.cpp mesh/validate_mesh.cpp)
+  mesh/mesh_view.cpp mesh/surface_links.cpp)
 kiln_compile_together(host render
   render/camera.cpp render/frames.cpp)
 kiln_compile_together(host source

@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 12;
+constexpr std::size_t kProbeGrain = 1 << 12;
 
 /// Three channels at a place of a map: bilinear between the centres of texels, clamped to its edges.
 Vec3d texel_at(const Image& map, double u, double v) {
@@ -53,7 +53,7 @@ NormalError NormalProbe::compare(const Image& shown) const {
 
 NormalError NormalProbe::without_map() const {
   std::vector<float> normals(3 * places_.size());
-  parallel_for(places_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(places_.size(), kProbeGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Place& place = places_[i];
       const auto& [a, b, c] = surface_.triangles[place.triangle];
@@ -68,7 +68,7 @@ NormalError NormalProbe::without_map() const {
 
 NormalError NormalProbe::with_normals(const std::vector<float>& normals) const {
   Image shown{static_cast<std::uint32_t>(places_.size()), 1, 3, std::vector<float>(normals.size())};
-  parallel_for(places_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(places_.size(), kProbeGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const float* n = &normals[3 * i];
       encode(Vec3d(n[0], n[1], n[2]) * (places_[i].back ? -1.0 : 1.0), &shown.pixels[3 * i]);
@@ -80,7 +80,7 @@ NormalError NormalProbe::with_normals(const std::vector<float>& normals) const {
 NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) const {
   const NormalMapSpace space = baked.space;
   std::vector<float> normals(3 * places_.size());
-  parallel_for(places_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(places_.size(), kProbeGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Place& place = places_[i];
       const auto& corners = surface_.triangles[place.triangle];
@@ -148,7 +148,7 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
                               Correspondence& match) const {
   const std::size_t count = places_.size();
   std::vector<Vec2> uvs(count);
-  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kProbeGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Place& place = places_[i];
       const auto& [a, b, c] = surface_.triangles[place.triangle];

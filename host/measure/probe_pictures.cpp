@@ -10,7 +10,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kTile = PictureGrid::kPictureTile;
-constexpr std::size_t kGrain = 1 << 12;
+constexpr std::size_t kPictureGrain = 1 << 12;
 
 /// A box around the high poly: frames the same pictures for both meshes.
 Mesh box_of(const Source::Impl& source) {
@@ -108,7 +108,7 @@ PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
   const std::uint32_t each = pictures[0].points();
   const auto count = static_cast<std::uint32_t>(each * pictures.size());
   std::vector<float> points(std::size_t{7} * count, 0.0F);
-  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kPictureGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Picture& picture = pictures[i / each];
       const Vec3d at = picture.point(static_cast<std::uint32_t>(i % each));

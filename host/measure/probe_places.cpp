@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 12;
+constexpr std::size_t kPlaceGrain = 1 << 12;
 /// Of the low poly, where it is seen from behind and the high poly was drawn.
 constexpr std::uint32_t kUnseenTriangle = KILN_NO_TRIANGLE - 1;
 
@@ -106,7 +106,7 @@ void NormalProbe::take_places(const std::vector<Picture>& pictures, const Pictur
   places_.resize(both.size());
   reference_ = {static_cast<std::uint32_t>(both.size()), 1, 3,
                 std::vector<float>(std::size_t{3} * both.size())};
-  parallel_for(both.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(both.size(), kPlaceGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t at = both[i];
       const Picture& picture = pictures[at / each];
@@ -129,7 +129,7 @@ TexelBand NormalProbe::band_of(const std::vector<Place>& places) const {
   std::vector<std::uint32_t> index(count + 1), triangle(count);
   std::iota(index.begin(), index.end(), 0U);
   std::vector<float> barycentric(2 * count), points(7 * count);
-  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kPlaceGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Place& place = places[i];
       const auto& [a, b, c] = surface_.triangles[place.triangle];
@@ -168,7 +168,7 @@ TexelBand NormalProbe::band_of(const std::vector<Place>& places) const {
 
 Image NormalProbe::pixel_means(const Image& points, std::uint32_t each) {
   Image means{points.width / each, 1, 3, std::vector<float>(points.pixels.size() / each)};
-  parallel_for(means.width, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(means.width, kPlaceGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3d sum;
       for (std::size_t k = i * each; k < (i + 1) * each; ++k) {

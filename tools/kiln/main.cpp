@@ -1,7 +1,6 @@
 // The kiln command: parses, runs a subcommand, turns errors into the documented exit codes.
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments/command_line.h"
 #include "arguments/memory_option.h"
 #include "arguments/unknown_flags.h"
 #include "commands.h"
@@ -20,6 +20,10 @@
 #include "report/flags.h"
 
 namespace {
+
+using kiln::cli::Command;
+using kiln::cli::Option;
+using kiln::cli::UsageError;
 
 int cancelled() {
   std::fputs("\nCancelled.\n", stderr);
@@ -32,19 +36,17 @@ void check_environment() {
   char* end = nullptr;
   const long value = std::strtol(threads, &end, 10);
   if (end == threads || *end != '\0' || value < 1 || value > 1024) {
-    throw CLI::ParseError(
-        "KILN_THREADS is '" + std::string(threads) + "': set it to 1 to 1024, or unset it",
-        CLI::ExitCodes::ValidationError);
+    throw UsageError("KILN_THREADS is '" + std::string(threads) +
+                     "': set it to 1 to 1024, or unset it");
   }
 }
 
 /// What was wrong, with what to do where an option is unknown.
-std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
-  const auto chosen = app.get_subcommands();
-  CLI::App& command = chosen.empty() ? app : *chosen.front();
-  for (const std::string& word : app.remaining(true)) {
+std::string usage_message(const Command& app, const UsageError& error) {
+  const Command* const chosen = app.chosen();
+  for (const std::string& word : app.not_understood()) {
     if (!word.starts_with("-")) continue;
-    return kiln::cli::answer_to_unknown(command, word);
+    return kiln::cli::answer_to_unknown(chosen == nullptr ? app : *chosen, word);
   }
   return error.what();
 }
@@ -52,10 +54,9 @@ std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
 /// All that may throw.
 int run(int argc, char** argv) {
   using namespace kiln;
-  CLI::App app("Kiln bakes the detail of high polys into the textures of low polys.", "kiln");
-  app.set_version_flag("--version", std::string("kiln ") + version());
-  app.require_subcommand(1);
-  app.footer(
+  Command app(
+      "Kiln bakes the detail of high polys into the textures of low polys.", "kiln",
+      std::string("kiln ") + version(),
       "Exit codes: 0 done, 1 beyond the limits (diff) or a defect, 2 usage, 3 input, 4 device,\n"
       "5 output, 130 cancelled. 'kiln COMMAND --help' explains a command.");
   std::map<std::string, cli::Run> commands;
@@ -82,23 +83,19 @@ int run(int argc, char** argv) {
     if (!words.empty() && !words[0].starts_with('-') && commands.count(words[0]) == 0) {
       std::string known;
       for (const auto& [name, run] : commands) known += (known.empty() ? "" : ", ") + name;
-      throw CLI::ParseError("there is no command '" + words[0] + "'; there are " + known,
-                            CLI::ExitCodes::ValidationError);
+      throw UsageError("there is no command '" + words[0] + "'; there are " + known);
     }
-    std::reverse(words.begin(), words.end());  // as CLI11 wants them
-    app.parse(words);
-    for (const CLI::Option* option : app.get_subcommands().front()->get_options()) {
+    if (!app.parse(words)) return 0;  // --help, --version
+    for (const Option* option : app.chosen()->get_options()) {
       for (const std::string& value : option->results()) {
         if (value.empty()) {
-          throw CLI::ParseError(
-              option->get_name() + " was given nothing: leave it out, or give a value",
-              CLI::ExitCodes::ValidationError);
+          throw UsageError(option->get_name() +
+                           " was given nothing: leave it out, or give a value");
         }
       }
     }
     check_environment();
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  } catch (const UsageError& error) {
     std::fprintf(stderr, "kiln: %s\n", usage_message(app, error).c_str());
     std::fprintf(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.\n");
     return static_cast<int>(ErrorCode::usage);
@@ -112,7 +109,7 @@ int run(int argc, char** argv) {
   } tidy;
   try {
     OutputSet outputs;
-    const int result = commands.at(app.get_subcommands().front()->get_name())();
+    const int result = commands.at(app.chosen()->get_name())();
     if (result == cli::kExitCancelled) return cancelled();
     // First: where it fails, no file appears.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -11,8 +11,6 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Position in the repeat, from its middle: [-0.5, 0.5).
 double from_middle(double x) { return x - std::floor(x) - 0.5; }
 
@@ -25,7 +23,7 @@ double half_round(double d, double radius) {
 double leaf_half_width(double t) {
   if (t <= 0 || t >= 1) return 0;
   const double widest = 0.42;
-  if (t < widest) return 0.40 + 0.08 * std::sin(0.5 * kPi * t / widest);
+  if (t < widest) return 0.40 + 0.08 * std::sin(0.5 * std::numbers::pi * t / widest);
   const double u = (t - widest) / (1 - widest);
   return 0.48 * std::pow(1 - u * u, 0.75);
 }
@@ -102,14 +100,14 @@ double leaves(const BandPoint& p) {
 }
 
 double guilloche(const BandPoint& p) {
-  const double t = 2 * kPi * p.x;
+  const double t = 2 * std::numbers::pi * p.x;
   const double swing = 0.31 * p.height;
   const double cord = 0.155 * p.height;
   const double y = (p.y - 0.5) * p.height;
   double highest = 0;
   for (const double side : {1.0, -1.0}) {
     const double middle = side * swing * std::sin(t);
-    const double steep = side * swing * std::cos(t) * 2 * kPi / p.width;
+    const double steep = side * swing * std::cos(t) * 2 * std::numbers::pi / p.width;
     const double d = (y - middle) / std::sqrt(1 + steep * steep);
     if (std::abs(d) >= cord) continue;
     const double over = side * std::cos(t);  // above the other cord at every second crossing

@@ -8,8 +8,6 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Point unit(const Point& p) { return (1 / std::sqrt(dot(p, p))) * p; }
 
 Point crossed(const Point& a, const Point& b) {
@@ -24,7 +22,7 @@ Vec3 to_float(const Point& p) {
 std::vector<double> box_lines(double half, double radius, int steps) {
   // The last one exactly, so that faces meet.
   const auto line = [&](int i) {
-    return i == steps ? half : half - radius + radius * std::tan(kPi / 4 * i / steps);
+    return i == steps ? half : half - radius + radius * std::tan(std::numbers::pi / 4 * i / steps);
   };
   std::vector<double> lines;
   for (int i = steps; i >= 0; --i) lines.push_back(-line(i));
@@ -117,7 +115,7 @@ void DenseParts::turned(const Stand& stand, const std::vector<Turned>& profile, 
   for (const Turned& part : profile) {
     const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
     for (int i = 0; i <= segments; ++i) {
-      const double angle = 2 * kPi * (i % segments) / segments;
+      const double angle = 2 * std::numbers::pi * (i % segments) / segments;
       const double c = std::cos(angle), s = std::sin(angle);
       const auto add = [&](const std::array<double, 2>& p, const std::array<double, 2>& n) {
         corner(stand, {p[0] * c, p[0] * s, p[1]}, {n[0] * c, n[0] * s, n[1]});
@@ -141,7 +139,7 @@ void DenseParts::disc(const Stand& stand, double radius, double height, double r
   };
   constexpr int kSteps = 4;
   for (int i = 0; i < kSteps; ++i) {
-    const double a = kPi / 2 * i / kSteps, b = kPi / 2 * (i + 1) / kSteps;
+    const double a = std::numbers::pi / 2 * i / kSteps, b = std::numbers::pi / 2 * (i + 1) / kSteps;
     const auto on = [&](double angle) -> std::array<double, 2> {
       return {radius - rounding + rounding * std::cos(angle),
               height - rounding + rounding * std::sin(angle)};
@@ -155,10 +153,10 @@ void DenseParts::disc(const Stand& stand, double radius, double height, double r
 void DenseParts::prism(const Stand& stand, int sides, double radius, double height,
                        double chamfer) {
   const auto at = [&](int i, double r, double z) -> Point {
-    const double angle = 2 * kPi * (i % sides) / sides;
+    const double angle = 2 * std::numbers::pi * (i % sides) / sides;
     return {r * std::cos(angle), r * std::sin(angle), z};
   };
-  const double inner = radius - chamfer / std::cos(kPi / sides);
+  const double inner = radius - chamfer / std::cos(std::numbers::pi / sides);
   const auto strip = [&](int i, double r0, double z0, double r1, double z1) {
     const Point a = at(i, r0, z0), b = at(i + 1, r0, z0), c = at(i + 1, r1, z1), d = at(i, r1, z1);
     const Point normal = unit(crossed(b - a, d - a));

@@ -9,8 +9,6 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 double length(const Point& p) { return std::sqrt(dot(p, p)); }
 Point unit(const Point& p) { return (1 / length(p)) * p; }
 
@@ -128,7 +126,7 @@ void LightParts::box(const Stand& stand, const Point& half) {
 void LightParts::cylinder(const Stand& stand, int sides, double radius, double height,
                           bool smooth) {
   const auto at = [&](int i, double z) -> Point {
-    const double angle = 2 * kPi * (i % sides) / sides;
+    const double angle = 2 * std::numbers::pi * (i % sides) / sides;
     return {radius * std::cos(angle), radius * std::sin(angle), z};
   };
   const double width = length(at(1, 0) - at(0, 0));

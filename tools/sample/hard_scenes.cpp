@@ -11,8 +11,6 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 struct Builder {
   explicit Builder(std::string_view name)
       : high(std::string(name) + "_high"), low(std::string(name) + "_low") {}
@@ -66,8 +64,9 @@ HardScene cylinder() {
   const Stand stand = stand_along({0, -1, 0}, {0, 1, 0});
   b.rod(stand, 0.8, 2, 0.05);
   for (int i = 0; i < 6; ++i) {
-    const double angle = 2 * kPi * i / 6;
-    b.high.bent_plate(stand.moved(0, 0, 1), 0.78, 0.815, angle, 2 * kPi / 6 * 0.7, 0.55, 16);
+    const double angle = 2 * std::numbers::pi * i / 6;
+    b.high.bent_plate(stand.moved(0, 0, 1), 0.78, 0.815, angle, 2 * std::numbers::pi / 6 * 0.7,
+                      0.55, 16);
     for (const double z : {0.22, 1.78}) {
       for (const double turn : {0.15, 0.55}) {
         const double a = angle + turn;
@@ -122,7 +121,7 @@ HardScene pipe() {
     const Stand face = stand_along({0, 0, 0.12 * side}, {0, 0, side});
     b.high.disc(face.moved(0, 0, -0.02), 0.55, 0.06, 0.015, 96);  // the flange
     for (int i = 0; i < 4; ++i) {
-      const double a = kPi / 4 + kPi / 2 * i;
+      const double a = std::numbers::pi / 4 + std::numbers::pi / 2 * i;
       b.stamp(face.moved(0.8 * std::cos(a), 0.8 * std::sin(a), 0), 0.1, 0.01, 0.045);
     }
   }

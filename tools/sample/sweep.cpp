@@ -9,7 +9,6 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kRowHeight = 0.8660254037844386;  // of an equilateral triangle
 
 Profile::Control blend(const Profile::Control& a, const Profile::Control& b, double ta, double tb,
@@ -30,7 +29,8 @@ std::vector<std::uint32_t> ring_sizes(const Profile& profile, double edge) {
   for (std::size_t i = 1; i < bands; ++i) {
     const double radius =
         profile.at(profile.length() * static_cast<double>(i) / static_cast<double>(bands)).radius;
-    sizes[i] = static_cast<std::uint32_t>(std::max(5.0, std::round(2 * kPi * radius / edge)));
+    sizes[i] =
+        static_cast<std::uint32_t>(std::max(5.0, std::round(2 * std::numbers::pi * radius / edge)));
   }
   return sizes;
 }
@@ -124,8 +124,8 @@ Mesh sweep(const Profile& profile, std::uint64_t faces,
   double area = 0;
   constexpr int kSteps = 1000;
   for (int i = 0; i < kSteps; ++i) {
-    area += 2 * kPi * profile.at(profile.length() * (i + 0.5) / kSteps).radius * profile.length() /
-            kSteps;
+    area += 2 * std::numbers::pi * profile.at(profile.length() * (i + 0.5) / kSteps).radius *
+            profile.length() / kSteps;
   }
   const double guess = std::sqrt(4 * area / (std::sqrt(3.0) * static_cast<double>(faces)));
   double shortest = guess / 2, longest = guess * 2;
@@ -147,7 +147,7 @@ Mesh sweep(const Profile& profile, std::uint64_t faces,
           profile.length() * static_cast<double>(ring) / static_cast<double>(sizes.size() - 1);
       const Profile::Sample s = profile.at(arc);
       for (std::uint32_t k = 0; k < sizes[ring]; ++k) {
-        const double angle = 2 * kPi * (k + turn(ring)) / sizes[ring];
+        const double angle = 2 * std::numbers::pi * (k + turn(ring)) / sizes[ring];
         const double c = std::cos(angle), d = -std::sin(angle);
         const Point moved = displace({{s.radius * c, s.height, s.radius * d},
                                       {s.normal_radius * c, s.normal_height, s.normal_radius * d},

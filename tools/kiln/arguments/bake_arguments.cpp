@@ -6,7 +6,7 @@
 
 namespace kiln::cli {
 
-void add_file_list_flags(CLI::App& command, BakeArguments& a) {
+void add_file_list_flags(Command& command, BakeArguments& a) {
   const char* const group_files = "More files";
   command
       .add_option("--high", a.more_high,
@@ -22,7 +22,7 @@ void add_file_list_flags(CLI::App& command, BakeArguments& a) {
       ->group(group_files);
 }
 
-void add_bake_options(CLI::App& command, BakeArguments& a) {
+void add_bake_options(Command& command, BakeArguments& a) {
   command
       .add_option("HIGH", a.high,
                   "The high poly (PLY, OBJ, STL, OFF), or a height field (PNG, EXR)")

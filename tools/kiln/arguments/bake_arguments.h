@@ -1,13 +1,13 @@
 // The bake command's options, as written and as the library takes them.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "arguments/command_line.h"
 #include "arguments/dense_input.h"
 #include "kiln/kiln.h"
 #include "report/report.h"
@@ -97,7 +97,7 @@ struct BakeArguments {
   bool quiet = false;
 };
 
-void add_bake_options(CLI::App& command, BakeArguments& arguments);
+void add_bake_options(Command& command, BakeArguments& arguments);
 
 /// What one option's own check cannot see: contradictions between several. \throws Error(usage)
 void check(const BakeArguments& arguments);

@@ -3,7 +3,7 @@
 
 namespace kiln::cli {
 
-void add_detail_flags(CLI::App& command, BakeArguments& a) {
+void add_detail_flags(Command& command, BakeArguments& a) {
   const char* const group_occlusion = "Occlusion (--maps ao, bent_normal, thickness)";
   command
       .add_option("--ao-by", a.ao_by,
@@ -14,14 +14,14 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_occlusion);
   command.add_option("--ao-views", a.ao_views, "With --ao-by views: their directions, 16 to 4096")
-      ->check(CLI::Range(16U, 4096U))
+      ->check(range(16U, 4096U))
       ->capture_default_str()
       ->group(group_occlusion);
   command
       .add_option("--ao-rays", a.ao_rays,
                   "Rays a sample, 1 to 4096: more rays, less grain in ambient occlusion (ao), bent "
                   "normals and thickness. --samples multiplies them")
-      ->check(CLI::Range(1U, 4096U))
+      ->check(range(1U, 4096U))
       ->capture_default_str()
       ->group(group_occlusion);
   command
@@ -48,7 +48,7 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
           "--part-occlusion", a.part_occlusion,
           "With --match-by: what of HIGH and LOW darkens a part: all, or its own part alone "
           "(own), as if the parts were pulled apart. Files of --ao-occluders always do")
-      ->check(CLI::IsMember({"all", "own"}, CLI::ignore_case))
+      ->check(one_of({"all", "own"}))
       ->capture_default_str()
       ->group(group_occlusion);
   command
@@ -57,7 +57,7 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
           "Of ao, 0 to 1, such as 0.01: the root mean square error to reach. Texels begin with "
           "a quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels "
           "that need it cast more, up to 4096. What was reached is measured and printed")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(range(0.0, 1.0))
       ->group(group_occlusion);
   command
       .add_option("--light", a.light,
@@ -68,7 +68,7 @@ void add_detail_flags(CLI::App& command, BakeArguments& a) {
       .add_option("--light-angle", a.light_angle,
                   "Diameter of its disc as seen, degrees, 0 (a point) to 90: soft shadows, by "
                   "--ao-rays. The sun's is 0.53")
-      ->check(CLI::Range(0.0, 90.0))
+      ->check(range(0.0, 90.0))
       ->capture_default_str()
       ->group("Shadow (--maps shadow)");
   command

@@ -3,7 +3,7 @@
 
 namespace kiln::cli {
 
-void add_file_flags(CLI::App& command, BakeArguments& a) {
+void add_file_flags(Command& command, BakeArguments& a) {
   const char* const group_textures = "Textures of HIGH";
   command
       .add_option("--transfer", a.transfers,
@@ -20,7 +20,7 @@ void add_file_flags(CLI::App& command, BakeArguments& a) {
                   "Above 0, to 1: parts of HIGH that are less opaque are not there, for any match "
                   "and map: leaves on cards. By --transfer FILE:opacity, or by the pictures that "
                   "HIGH's materials name (map_d, or the alpha of map_Kd)")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(range(0.0, 1.0))
       ->group(group_textures);
   command
       .add_option("--pack", a.packs,

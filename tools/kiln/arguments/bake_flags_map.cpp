@@ -20,18 +20,18 @@ std::string maps_in_words() {
 }
 
 /// A map's name, or NAME=FILE of the user's own.
-CLI::Validator map_or_own() {
-  const CLI::Validator known = CLI::IsMember(map_names(), CLI::ignore_case);
-  return CLI::Validator(
+Check map_or_own() {
+  const Check known = one_of(map_names());
+  return Check(
       [known](std::string& text) {
         return text.find('=') != std::string::npos ? std::string() : known(text);
       },
-      known.get_description());
+      known.words());
 }
 
 }  // namespace
 
-void add_map_flags(CLI::App& command, BakeArguments& a) {
+void add_map_flags(Command& command, BakeArguments& a) {
   const char* const group_map = "The map";
   command.add_option("--size", a.size, "Texels: one side, or WxH, 1 to 16384")
       ->capture_default_str()
@@ -74,7 +74,7 @@ void add_map_flags(CLI::App& command, BakeArguments& a) {
   command.add_flag("--raw", a.raw, "EXR: components in [-1, 1] instead of n/2 + 1/2")
       ->group(group_map);
   command.add_option("--samples", a.samples, "N: N x N samples a texel, averaged")
-      ->check(CLI::Range(1U, 16U))
+      ->check(range(1U, 16U))
       ->capture_default_str()
       ->group(group_map);
   command.add_option("--gutter", a.gutter, "Texels filled around charts, or inf")

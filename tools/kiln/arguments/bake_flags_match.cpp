@@ -30,14 +30,14 @@ std::vector<std::string> fallback_names() {
 
 }  // namespace
 
-void add_match_flags(CLI::App& command, BakeArguments& a) {
+void add_match_flags(Command& command, BakeArguments& a) {
   const char* const group_match = "The match";
   command
       .add_option(
           "--match", a.match,
           "Which point of HIGH a texel stands for. " + matches_in_words() +
               "auto: the cheapest way and the smallest map (up to --size) that reach --max-angle")
-      ->check(CLI::IsMember(bake_match_names(), CLI::ignore_case))
+      ->check(one_of(bake_match_names()))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -52,14 +52,14 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
           "What decides samples that the match misses: a chain such as ray,closest. Its end "
           "is low (LOW's normal), fill (from around) or mark (in magenta; the older name is none)")
       ->delimiter(',')
-      ->check(CLI::IsMember(fallback_names(), CLI::ignore_case))
+      ->check(one_of(fallback_names()))
       ->capture_default_str()
       ->group(group_match);
   command
       .add_option("--fallback-blend", a.fallback_blend,
                   "TEXELS: this near to what the fallback decided, the match's normals blend into "
                   "the fallback's, so that the map has no step")
-      ->check(CLI::Range(0U, 256U))
+      ->check(range(0U, 256U))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -70,7 +70,7 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
           "auto, "
           "how far above LOW a part of HIGH may begin (default 4%)")
       ->group(group_match);
-  CLI::Option* cage =
+  Option* cage =
       command
           .add_option(
               "--cage", a.cage,
@@ -118,8 +118,7 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
                   "Which of HIGH a texel may find: all, or its own part alone. name: the group or "
                   "object X_low of LOW takes X_high and X_high_* of HIGH; group, object, material: "
                   "that of the same name; list: as --match-list says")
-      ->check(
-          CLI::IsMember({"all", "name", "group", "object", "material", "list"}, CLI::ignore_case))
+      ->check(one_of({"all", "name", "group", "object", "material", "list"}))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -160,7 +159,7 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       .add_option("--tangents", a.tangents,
                   "Which tangents normals are along: file, LOW's own where its file has them, else "
                   "MikkTSpace's; or mikktspace, in any case")
-      ->check(CLI::IsMember({"file", "mikktspace"}))
+      ->check(exactly_one_of({"file", "mikktspace"}))
       ->capture_default_str()
       ->group("The low poly");
   command
@@ -172,7 +171,7 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
   command
       .add_option("--recall", a.recall,
                   "At how many places of HIGH to look whether a texel stands for them; 0: none")
-      ->check(CLI::Range(0U, 1U << 20))
+      ->check(range(0U, 1U << 20))
       ->capture_default_str()
       ->group(group_match);
   command
@@ -196,9 +195,8 @@ void add_match_flags(CLI::App& command, BakeArguments& a) {
       ->check(one_of(traversal_values()))
       ->capture_default_str()
       ->group(group_match);
-  CLI::Option* save =
-      command.add_option("--save-match", a.save_match, "Write the correspondence (EXR)")
-          ->group(group_match);
+  Option* save = command.add_option("--save-match", a.save_match, "Write the correspondence (EXR)")
+                     ->group(group_match);
   command
       .add_option("--load-match", a.load_match, "Use a saved correspondence instead of matching")
       ->excludes(save)

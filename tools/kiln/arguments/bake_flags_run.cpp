@@ -6,8 +6,8 @@ namespace kiln::cli {
 namespace {
 
 /// Percent, 0 to 100.
-CLI::Validator percentage() {
-  return CLI::Validator(
+Check percentage() {
+  return Check(
       [](const std::string& text) {
         double value = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -20,13 +20,13 @@ CLI::Validator percentage() {
 
 }  // namespace
 
-void add_run_flags(CLI::App& command, BakeArguments& a) {
+void add_run_flags(Command& command, BakeArguments& a) {
   const char* const group_heights = "The height field (HIGH is a PNG or EXR; --match is uv then)";
   add_height_options(command, a.heights, group_heights);
 
   const char* const group_low = "The low poly";
   command.add_option("--faces", a.faces, "Without LOW: simplify HIGH to N triangles")
-      ->check(CLI::Range(1U, 100000000U))
+      ->check(range(1U, 100000000U))
       ->group(group_low);
   command
       .add_option("--max-error", a.max_error,
@@ -48,13 +48,13 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
           "With --screen: N low polys, 2 to 8, each planned for half the size on screen "
           "of the one before (NAME_lod0, NAME_lod1...; NAME_lods.json says which takes over "
           "where)")
-      ->check(CLI::Range(2U, 8U))
+      ->check(range(2U, 8U))
       ->group(group_low);
   command
       .add_option("--lod-uvs", a.lod_uvs,
                   "With --lod: own, each level has its layout and maps, or shared, the first one's "
                   "maps serve all")
-      ->check(CLI::IsMember({"own", "shared"}))
+      ->check(exactly_one_of({"own", "shared"}))
       ->group(group_low);
   command
       .add_flag(
@@ -62,7 +62,7 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
           "Give LOW new UVs, and write it beside the maps. How the low poly is laid out, "
           "with LOW or without: --unwrap=charts (few large ones, default) or --unwrap=pairs (of "
           "triangles)")
-      ->check(CLI::IsMember({"given", "charts", "pairs"}))
+      ->check(exactly_one_of({"given", "charts", "pairs"}))
       ->each([&a](const std::string&) { a.unwrap = true; })
       ->type_name("[=charts|pairs]")
       ->group(group_low);

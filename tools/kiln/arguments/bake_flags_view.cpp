@@ -3,7 +3,7 @@
 
 namespace kiln::cli {
 
-void add_view_flags(CLI::App& command, BakeArguments& a) {
+void add_view_flags(Command& command, BakeArguments& a) {
   const char* const group_views = "The depth views (--match views)";
   command
       .add_option("--views", a.views,
@@ -19,7 +19,7 @@ void add_view_flags(CLI::App& command, BakeArguments& a) {
   command
       .add_option("--view-size", a.view_size,
                   "Pixels a side of a view (default: by the density of HIGH, up to two a sample)")
-      ->check(CLI::Range(16U, 8192U))
+      ->check(range(16U, 8192U))
       ->group(group_views);
   command
       .add_option("--view-criterion", a.view_criterion,
@@ -43,7 +43,7 @@ void add_view_flags(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_visibility);
   command.add_option("--directions", a.directions, "How many directions look at LOW, 1 to 4096")
-      ->check(CLI::Range(1U, 4096U))
+      ->check(range(1U, 4096U))
       ->capture_default_str()
       ->group(group_visibility);
   command
@@ -54,13 +54,13 @@ void add_view_flags(CLI::App& command, BakeArguments& a) {
       ->capture_default_str()
       ->group(group_visibility);
   command.add_option("--visibility-size", a.visibility_size, "Pixels a side of these pictures")
-      ->check(CLI::Range(16U, 2048U))
+      ->check(range(16U, 2048U))
       ->capture_default_str()
       ->group(group_visibility);
   command
       .add_option("--visibility-smooth", a.visibility_smooth,
                   "Rounds of smoothing texels' directions, 3 x 3 texels each")
-      ->check(CLI::Range(0U, 256U))
+      ->check(range(0U, 256U))
       ->capture_default_str()
       ->group(group_visibility);
   command
@@ -77,14 +77,14 @@ void add_view_flags(CLI::App& command, BakeArguments& a) {
                   "directions that see a texel scatter, a map for each cluster of them. "
                   "NAME_clusters.exr has the clusters' directions: use the map of the one that is "
                   "nearest to the view")
-      ->check(CLI::Range(1U, 4U))
+      ->check(range(1U, 4U))
       ->capture_default_str()
       ->group(group_visibility);
   command
       .add_option("--visibility-deviation", a.visibility_deviation,
                   "Standard deviation of directions, 0 to 1, above which they are parted into "
                   "clusters; that of an open plane is 0.745")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(range(0.0, 1.0))
       ->capture_default_str()
       ->group(group_visibility);
 }

@@ -33,9 +33,8 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.visibility.smoothing = a.visibility_smooth;
   options.visibility.clusters = a.visibility_clusters;
   options.visibility.cluster_deviation = a.visibility_deviation;
-  if (const auto known = likelihood_values().find(a.view_weight);
-      known != likelihood_values().end()) {
-    options.visibility.likelihood = known->second;
+  if (const ViewLikelihood* const known = likelihood_values().find(a.view_weight)) {
+    options.visibility.likelihood = *known;
   } else {
     options.visibility.likelihood = ViewLikelihood::list;
     options.visibility.likelihoods = load_likelihoods(a.view_weight);

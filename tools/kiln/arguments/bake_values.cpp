@@ -4,133 +4,129 @@
 
 namespace kiln::cli {
 
-const std::map<std::string, NormalMapSpace>& space_values() {
-  static const std::map<std::string, NormalMapSpace> values = {{"tangent", NormalMapSpace::tangent},
-                                                               {"object", NormalMapSpace::object},
-                                                               {"face", NormalMapSpace::face}};
-  return values;
+Words<NormalMapSpace> space_values() {
+  static constexpr Words<NormalMapSpace>::Row kRows[] = {{"face", NormalMapSpace::face},
+                                                         {"object", NormalMapSpace::object},
+                                                         {"tangent", NormalMapSpace::tangent}};
+  return kRows;
 }
 
-const std::map<std::string, Bitangent>& bitangent_values() {
-  static const std::map<std::string, Bitangent> values = {{"pixel", Bitangent::pixel},
-                                                          {"vertex", Bitangent::vertex}};
-  return values;
+Words<Bitangent> bitangent_values() {
+  static constexpr Words<Bitangent>::Row kRows[] = {{"pixel", Bitangent::pixel},
+                                                    {"vertex", Bitangent::vertex}};
+  return kRows;
 }
 
-const std::map<std::string, Triangulation>& triangulation_values() {
-  static const std::map<std::string, Triangulation> values = {
-      {"auto", Triangulation::automatic},
-      {"blender", Triangulation::blender},
-      {"fan", Triangulation::fan},
-      {"shortest", Triangulation::shortest}};
-  return values;
+Words<Triangulation> triangulation_values() {
+  static constexpr Words<Triangulation>::Row kRows[] = {{"auto", Triangulation::automatic},
+                                                        {"blender", Triangulation::blender},
+                                                        {"fan", Triangulation::fan},
+                                                        {"shortest", Triangulation::shortest}};
+  return kRows;
 }
 
-const std::map<std::string, MissPolicy>& miss_values() {
-  static const std::map<std::string, MissPolicy> values = {
-      {"keep", MissPolicy::keep}, {"fill", MissPolicy::fill}, {"mark", MissPolicy::mark}};
-  return values;
+Words<MissPolicy> miss_values() {
+  static constexpr Words<MissPolicy>::Row kRows[] = {
+      {"fill", MissPolicy::fill}, {"keep", MissPolicy::keep}, {"mark", MissPolicy::mark}};
+  return kRows;
 }
 
-const std::map<std::string, RayTraversal>& traversal_values() {
-  static const std::map<std::string, RayTraversal> values = {
+Words<RayTraversal> traversal_values() {
+  static constexpr Words<RayTraversal>::Row kRows[] = {
       {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
-  return values;
+  return kRows;
 }
 
-const std::map<std::string, RayRule>& ray_rule_values() {
-  static const std::map<std::string, RayRule> values = {{"outermost", RayRule::outermost},
-                                                        {"nearest", RayRule::nearest}};
-  return values;
+Words<RayRule> ray_rule_values() {
+  static constexpr Words<RayRule>::Row kRows[] = {{"nearest", RayRule::nearest},
+                                                  {"outermost", RayRule::outermost}};
+  return kRows;
 }
 
-const std::map<std::string, OcclusionBy>& occlusion_by_values() {
-  static const std::map<std::string, OcclusionBy> values = {
-      {"rays", OcclusionBy::rays}, {"views", OcclusionBy::views}, {"auto", OcclusionBy::automatic}};
-  return values;
+Words<OcclusionBy> occlusion_by_values() {
+  static constexpr Words<OcclusionBy>::Row kRows[] = {
+      {"auto", OcclusionBy::automatic}, {"rays", OcclusionBy::rays}, {"views", OcclusionBy::views}};
+  return kRows;
 }
 
-const std::map<std::string, RayDirection>& ray_direction_values() {
-  static const std::map<std::string, RayDirection> values = {{"auto", RayDirection::automatic},
-                                                             {"averaged", RayDirection::averaged},
-                                                             {"face", RayDirection::face},
-                                                             {"painted", RayDirection::painted}};
-  return values;
+Words<RayDirection> ray_direction_values() {
+  static constexpr Words<RayDirection>::Row kRows[] = {{"auto", RayDirection::automatic},
+                                                       {"averaged", RayDirection::averaged},
+                                                       {"face", RayDirection::face},
+                                                       {"painted", RayDirection::painted}};
+  return kRows;
 }
 
-const std::map<std::string, VisibilityAt>& visibility_at_values() {
-  static const std::map<std::string, VisibilityAt> values = {{"face", VisibilityAt::face},
-                                                             {"vertex", VisibilityAt::vertex},
-                                                             {"texel", VisibilityAt::texel}};
-  return values;
+Words<VisibilityAt> visibility_at_values() {
+  static constexpr Words<VisibilityAt>::Row kRows[] = {{"face", VisibilityAt::face},
+                                                       {"texel", VisibilityAt::texel},
+                                                       {"vertex", VisibilityAt::vertex}};
+  return kRows;
 }
 
-const std::map<std::string, VisibilityTest>& visibility_test_values() {
-  static const std::map<std::string, VisibilityTest> values = {{"auto", VisibilityTest::automatic},
-                                                               {"views", VisibilityTest::views},
-                                                               {"rays", VisibilityTest::rays}};
-  return values;
+Words<VisibilityTest> visibility_test_values() {
+  static constexpr Words<VisibilityTest>::Row kRows[] = {{"auto", VisibilityTest::automatic},
+                                                         {"rays", VisibilityTest::rays},
+                                                         {"views", VisibilityTest::views}};
+  return kRows;
 }
 
-const std::map<std::string, ViewLikelihood>& likelihood_values() {
-  static const std::map<std::string, ViewLikelihood> values = {{"all", ViewLikelihood::all},
-                                                               {"horizon", ViewLikelihood::horizon},
-                                                               {"up", ViewLikelihood::up}};
-  return values;
+Words<ViewLikelihood> likelihood_values() {
+  static constexpr Words<ViewLikelihood>::Row kRows[] = {{"all", ViewLikelihood::all},
+                                                         {"horizon", ViewLikelihood::horizon},
+                                                         {"up", ViewLikelihood::up}};
+  return kRows;
 }
 
-const std::map<std::string, ViewCriterion>& criterion_values() {
-  static const std::map<std::string, ViewCriterion> values = {{"depth", ViewCriterion::depth},
-                                                              {"distance", ViewCriterion::distance},
-                                                              {"angle", ViewCriterion::angle}};
-  return values;
+Words<ViewCriterion> criterion_values() {
+  static constexpr Words<ViewCriterion>::Row kRows[] = {{"angle", ViewCriterion::angle},
+                                                        {"depth", ViewCriterion::depth},
+                                                        {"distance", ViewCriterion::distance}};
+  return kRows;
 }
 
-const std::map<std::string, ImageFormat>& format_values() {
-  static const std::map<std::string, ImageFormat> values = {{"exr", ImageFormat::exr_half},
-                                                            {"exr32", ImageFormat::exr_float},
-                                                            {"png16", ImageFormat::png16},
-                                                            {"png8", ImageFormat::png8}};
-  return values;
+Words<ImageFormat> format_values() {
+  static constexpr Words<ImageFormat>::Row kRows[] = {{"exr", ImageFormat::exr_half},
+                                                      {"exr32", ImageFormat::exr_float},
+                                                      {"png16", ImageFormat::png16},
+                                                      {"png8", ImageFormat::png8}};
+  return kRows;
 }
 
-const std::map<std::string, MissPolicy>& fallback_miss_values() {
-  static const std::map<std::string, MissPolicy> values = {
-      {"low", MissPolicy::keep},
-      {"fill", MissPolicy::fill},
-      {"mark", MissPolicy::mark},
-      {"none", MissPolicy::mark}};  // the older name
-  return values;
+Words<MissPolicy> fallback_miss_values() {
+  static constexpr Words<MissPolicy>::Row kRows[] = {{"fill", MissPolicy::fill},
+                                                     {"low", MissPolicy::keep},
+                                                     {"mark", MissPolicy::mark},
+                                                     {"none", MissPolicy::mark}};
+  return kRows;
 }
 
-const std::map<std::string, IdBy>& id_by_values() {
-  static const std::map<std::string, IdBy> values = {{"part", IdBy::part},
-                                                     {"material", IdBy::material},
-                                                     {"group", IdBy::group},
-                                                     {"object", IdBy::object}};
-  return values;
+Words<IdBy> id_by_values() {
+  static constexpr Words<IdBy>::Row kRows[] = {{"group", IdBy::group},
+                                               {"material", IdBy::material},
+                                               {"object", IdBy::object},
+                                               {"part", IdBy::part}};
+  return kRows;
 }
 
-const std::map<std::string, PartsBy>& parts_by_values() {
-  static const std::map<std::string, PartsBy> values = {{"name", PartsBy::name},
-                                                        {"group", PartsBy::group},
-                                                        {"object", PartsBy::object},
-                                                        {"material", PartsBy::material},
-                                                        {"list", PartsBy::list}};
-  return values;
+Words<PartsBy> parts_by_values() {
+  static constexpr Words<PartsBy>::Row kRows[] = {{"group", PartsBy::group},
+                                                  {"list", PartsBy::list},
+                                                  {"material", PartsBy::material},
+                                                  {"name", PartsBy::name},
+                                                  {"object", PartsBy::object}};
+  return kRows;
 }
 
-const std::map<std::string, UvCopies>& uv_copies_values() {
-  static const std::map<std::string, UvCopies> values = {
-      {"plain", UvCopies::plain}, {"mirrored", UvCopies::mirrored}, {"first", UvCopies::first}};
-  return values;
+Words<UvCopies> uv_copies_values() {
+  static constexpr Words<UvCopies>::Row kRows[] = {
+      {"first", UvCopies::first}, {"mirrored", UvCopies::mirrored}, {"plain", UvCopies::plain}};
+  return kRows;
 }
 
 MissPolicy miss_policy(const BakeArguments& a) {
-  const auto said = fallback_miss_values().find(a.fallback.back());
-  return said != fallback_miss_values().end() && said->second != MissPolicy::keep
-             ? said->second
-             : miss_values().at(a.miss);
+  const MissPolicy* const said = fallback_miss_values().find(a.fallback.back());
+  return said != nullptr && *said != MissPolicy::keep ? *said : miss_values().at(a.miss);
 }
 
 std::vector<MatchMethod> fallback_methods(const BakeArguments& a) {

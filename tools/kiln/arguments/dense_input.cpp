@@ -24,7 +24,7 @@ double relief(const Mesh& field) {
 
 }  // namespace
 
-void add_height_options(CLI::App& command, HeightArguments& arguments, const std::string& group) {
+void add_height_options(Command& command, HeightArguments& arguments, const std::string& group) {
   command
       .add_option("--height", arguments.height,
                   "World units of a value of 1 (PNG: white), along +Z")

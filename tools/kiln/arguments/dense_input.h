@@ -1,11 +1,11 @@
 // The high poly as commands take it: a mesh file, or a height field.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "arguments/command_line.h"
 #include "kiln/kiln.h"
 
 namespace kiln::cli {
@@ -19,7 +19,7 @@ struct HeightArguments {
 };
 
 /// Adds --height and --extent.
-void add_height_options(CLI::App& command, HeightArguments& arguments, const std::string& group);
+void add_height_options(Command& command, HeightArguments& arguments, const std::string& group);
 
 /// Whether a path names a height field: a PNG or EXR, by its ending.
 bool is_height_field(const std::string& path);

@@ -23,9 +23,9 @@ fs::path record_path(const fs::path& folder, const std::string& stem) {
 fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   const fs::path path = record_path(folder, stem);
   if (!is_readable_file(path)) return {};
-  const Json json = Json::parse(head_of_file(path, kMostBytes), nullptr, false);
-  if (!json.is_object() || !json.contains("low") || !json["low"].is_string()) return {};
-  return folder / unescape_bytes(json["low"].get<std::string>());
+  Json json = Json::parse(head_of_file(path, kMostBytes));
+  if (!json.is_object() || !json["low"].is_string()) return {};
+  return folder / unescape_bytes(json["low"].text());
 }
 
 /// A map in a folder; empty where there is none.

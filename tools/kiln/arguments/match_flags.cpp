@@ -9,14 +9,14 @@
 
 namespace kiln::cli {
 
-std::set<std::string> add_matching_flags(CLI::App& command, BakeArguments& arguments,
+std::set<std::string> add_matching_flags(Command& command, BakeArguments& arguments,
                                          const std::set<std::string>& without) {
-  const std::vector<CLI::Option*> before = command.get_options();
+  const std::vector<Option*> before = command.get_options();
   add_file_list_flags(command, arguments);
   add_match_flags(command, arguments);
   add_view_flags(command, arguments);
   std::set<std::string> added;
-  for (CLI::Option* option : command.get_options()) {
+  for (Option* option : command.get_options()) {
     if (std::find(before.begin(), before.end(), option) != before.end()) continue;
     const std::string name = option->get_name();
     // What a match has no say in, or what is of maps alone.

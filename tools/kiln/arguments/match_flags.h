@@ -1,13 +1,13 @@
 // The bake's flags that change the match, as measure and render take them.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "arguments/bake_arguments.h"
+#include "arguments/command_line.h"
 #include "arguments/mesh_files.h"
 
 namespace kiln::cli {
@@ -15,7 +15,7 @@ namespace kiln::cli {
 /// Adds all flags of the bake that change which points are found, but those that a command has none of, or its own.
 /// \param without  names such as "--match"; call this before the command adds its own
 /// \returns the names of those added
-std::set<std::string> add_matching_flags(CLI::App& command, BakeArguments& arguments,
+std::set<std::string> add_matching_flags(Command& command, BakeArguments& arguments,
                                          const std::set<std::string>& without);
 
 /// Refuses --direction and --edge-width beside a cage of LOW's own triangles, which says itself where rays leave

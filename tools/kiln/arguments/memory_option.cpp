@@ -25,7 +25,7 @@ std::uint64_t parse_memory(const std::string& text) {
   return static_cast<std::uint64_t>(value);
 }
 
-void add_memory_option(CLI::App& app) {
+void add_memory_option(Command& app) {
   const auto check = [](const std::string& text) {
     try {
       set_memory_limit(parse_memory(text));
@@ -34,12 +34,11 @@ void add_memory_option(CLI::App& app) {
     }
     return std::string();
   };
-  for (CLI::App* command : app.get_subcommands(nullptr)) {
+  for (Command* command : app.commands()) {
     command
-        ->add_option_function<std::string>(
-            "--memory-limit", [](const std::string&) {},
+        ->add_checked_option(
+            "--memory-limit", Check(check, "SIZE"),
             "The most memory to take, such as 4G (default: three quarters of what is free)")
-        ->check(CLI::Validator(check, "SIZE"))
         ->group("The run");
   }
 }

@@ -1,9 +1,10 @@
 // --memory-limit: an option of every command.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
+
+#include "arguments/command_line.h"
 
 namespace kiln::cli {
 
@@ -11,6 +12,6 @@ namespace kiln::cli {
 std::uint64_t parse_memory(const std::string& text);
 
 /// Adds the option to all commands of the program; it counts as soon as it is read.
-void add_memory_option(CLI::App& app);
+void add_memory_option(Command& app);
 
 }  // namespace kiln::cli

@@ -159,9 +159,9 @@ std::string not_these_maps(const OptionRow& row) {
 
 }  // namespace
 
-std::set<std::string> given_flags(const CLI::App& command) {
+std::set<std::string> given_flags(const Command& command) {
   std::set<std::string> given;
-  for (const CLI::Option* option : command.get_options()) {
+  for (const Option* option : command.get_options()) {
     if (option->count() == 0) continue;
     for (const std::string& name : option->get_lnames()) given.insert("--" + name);
   }

@@ -152,8 +152,8 @@ std::uint32_t parse_views(const std::string& text) {
   return value;
 }
 
-CLI::Validator number_from_0() {
-  return CLI::Validator(
+Check number_from_0() {
+  return Check(
       [](const std::string& text) {
         double value = 0;
         const bool good = parse_whole(text, value) && std::isfinite(value) && value >= 0;

@@ -1,13 +1,13 @@
 // Values as people write them on the command line.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "arguments/command_line.h"
 #include "kiln/bake.h"
 
 namespace kiln::cli {
@@ -49,7 +49,7 @@ Vec3 parse_direction(const std::string& text);
 std::uint32_t parse_views(const std::string& text);
 
 /// A check for options: a finite number, 0 or more.
-CLI::Validator number_from_0();
+Check number_from_0();
 
 /// 12345678 as "12,345,678".
 std::string with_commas(std::uint64_t value);

@@ -1,7 +1,10 @@
 #include "arguments/surface_arguments.h"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
+#include <string_view>
 #include <utility>
 
 namespace kiln::cli {
@@ -41,9 +44,15 @@ double parse_iso(const std::string& text) {
   return value;
 }
 
+bool is_auto(const std::string& text) {
+  const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; };
+  constexpr std::string_view kAuto = "auto";
+  return std::equal(text.begin(), text.end(), kAuto.begin(), kAuto.end(), same);
+}
+
 /// Percent as a share of 1; nothing for "auto".
 std::optional<double> parse_min_part(const std::string& text) {
-  if (CLI::detail::to_lower(text) == "auto") return std::nullopt;
+  if (is_auto(text)) return std::nullopt;
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= 100)) {
@@ -54,13 +63,8 @@ std::optional<double> parse_min_part(const std::string& text) {
 
 }  // namespace
 
-CLI::Validator one_of(std::vector<std::string> names) {
-  return CLI::IsMember(std::move(names), CLI::ignore_case);
-}
-
-CLI::Option* add_surface_options(CLI::App& command, SurfaceArguments& a) {
-  CLI::Option* iso =
-      command.add_option("--iso", a.iso, "The surface's value")->group(kSurfaceGroup);
+Option* add_surface_options(Command& command, SurfaceArguments& a) {
+  Option* iso = command.add_option("--iso", a.iso, "The surface's value")->group(kSurfaceGroup);
   command.add_option("--inside", a.inside, "Which voxels are solid: above or below the iso value")
       ->check(one_of({"above", "below"}))
       ->capture_default_str()
@@ -71,29 +75,29 @@ CLI::Option* add_surface_options(CLI::App& command, SurfaceArguments& a) {
       ->check(one_of({"closed", "open"}))
       ->capture_default_str()
       ->group(kSurfaceGroup);
-  CLI::Option* outer = command
-                           .add_flag("--outer", a.outer,
-                                     "The outer surface alone: what cannot be reached from the "
-                                     "volume's border is solid")
-                           ->group(kSurfaceGroup);
+  Option* outer = command
+                      .add_flag("--outer", a.outer,
+                                "The outer surface alone: what cannot be reached from the "
+                                "volume's border is solid")
+                      ->group(kSurfaceGroup);
   command
       .add_option(
           "--outer-gap", a.outer_gap,
           "With --outer: reach by a cube of 2 N + 1 voxels a side, so that narrower gaps are "
           "closed")
-      ->check(CLI::Range(0U, 64U))
+      ->check(range(0U, 64U))
       ->needs(outer)
       ->capture_default_str()
       ->group(kSurfaceGroup);
-  CLI::Option* faces = command.add_option("--faces", a.faces, "At most N triangles")
-                           ->check(CLI::Range(1U, 100000000U))
-                           ->group(kSurfaceGroup);
+  Option* faces = command.add_option("--faces", a.faces, "At most N triangles")
+                      ->check(range(1U, 100000000U))
+                      ->group(kSurfaceGroup);
   command
       .add_option("--error", a.error,
                   "Without --faces: few triangles whose vertices fit the surface to so many cells "
                   "(root mean square). Default: 0.1, or what leaves a twentieth of the full "
                   "contour's triangles")
-      ->check(CLI::Range(1e-6, 1e6))
+      ->check(range(1e-6, 1e6))
       ->excludes(faces)
       ->group(kSurfaceGroup);
   command
@@ -113,15 +117,15 @@ CLI::Option* add_surface_options(CLI::App& command, SurfaceArguments& a) {
   return iso;
 }
 
-void add_chart_border_option(CLI::App& command, SurfaceArguments& a) {
+void add_chart_border_option(Command& command, SurfaceArguments& a) {
   command.add_option("--chart-border", a.border_texels, "Texels around each chart")
-      ->check(CLI::Range(1U, 64U))
+      ->check(range(1U, 64U))
       ->capture_default_str()
       ->group(kMapGroup);
 }
 
-void add_raw_options(CLI::App& command, SurfaceArguments& a) {
-  CLI::Option* size =
+void add_raw_options(Command& command, SurfaceArguments& a) {
+  Option* size =
       command.add_option("--raw-size", a.raw_size, "XxYxZ voxels, x fastest")->group(kRawGroup);
   std::vector<std::string> types;
   for (const VoxelType type : kTypes) types.emplace_back(name_of(type));

@@ -1,12 +1,12 @@
 // Options of commands that contour volumes, as written and as the library takes them.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "arguments/command_line.h"
 #include "kiln/kiln.h"
 #include "report/report.h"
 
@@ -30,16 +30,13 @@ struct SurfaceArguments {
 constexpr const char* kSurfaceGroup = "The surface";
 constexpr const char* kMapGroup = "The map";
 
-/// One of some words, in any case.
-CLI::Validator one_of(std::vector<std::string> names);
-
 /// --iso, --inside, --border, --outer, --outer-gap, --faces, --error, --topology, --min-part.
 /// \returns --iso, which may be required
-CLI::Option* add_surface_options(CLI::App& command, SurfaceArguments& arguments);
+Option* add_surface_options(Command& command, SurfaceArguments& arguments);
 /// --chart-border.
-void add_chart_border_option(CLI::App& command, SurfaceArguments& arguments);
+void add_chart_border_option(Command& command, SurfaceArguments& arguments);
 /// --raw-size and what goes with it.
-void add_raw_options(CLI::App& command, SurfaceArguments& arguments);
+void add_raw_options(Command& command, SurfaceArguments& arguments);
 
 /// What can be said without the file. \throws Error(usage)
 void check(const SurfaceArguments& arguments);

@@ -11,11 +11,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::map<std::string, TextureKind>& texture_kind_values() {
-  static const std::map<std::string, TextureKind> values = {{"srgb", TextureKind::srgb},
-                                                            {"linear", TextureKind::linear},
-                                                            {"normal", TextureKind::normal}};
-  return values;
+Words<TextureKind> texture_kind_values() {
+  static constexpr Words<TextureKind>::Row kRows[] = {{"linear", TextureKind::linear},
+                                                      {"normal", TextureKind::normal},
+                                                      {"srgb", TextureKind::srgb}};
+  return kRows;
 }
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
@@ -65,12 +65,12 @@ void check_words(const std::string& text, const std::string& file) {
 
 }  // namespace
 
-const std::map<std::string, MaterialSlot>& material_slot_values() {
-  static const std::map<std::string, MaterialSlot> values = {
-      {"color", MaterialSlot::color},       {"opacity", MaterialSlot::opacity},
-      {"normals", MaterialSlot::normal},    {"roughness", MaterialSlot::roughness},
-      {"metallic", MaterialSlot::metallic}, {"emission", MaterialSlot::emission}};
-  return values;
+Words<MaterialSlot> material_slot_values() {
+  static constexpr Words<MaterialSlot>::Row kRows[] = {
+      {"color", MaterialSlot::color},       {"emission", MaterialSlot::emission},
+      {"metallic", MaterialSlot::metallic}, {"normals", MaterialSlot::normal},
+      {"opacity", MaterialSlot::opacity},   {"roughness", MaterialSlot::roughness}};
+  return kRows;
 }
 
 TransferArgument parse_transfer(const std::string& text) {
@@ -78,8 +78,8 @@ TransferArgument parse_transfer(const std::string& text) {
   transfer.file = text;
   std::string rest = text;
   if (std::optional<std::string> part = last_part(rest)) {
-    if (const auto kind = texture_kind_values().find(*part); kind != texture_kind_values().end()) {
-      transfer.kind = kind->second;
+    if (const TextureKind* const kind = texture_kind_values().find(*part)) {
+      transfer.kind = *kind;
       transfer.file = rest;
       part = last_part(rest);
     }

@@ -1,12 +1,12 @@
 // Textures of the high poly that a bake carries over.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "arguments/bake_arguments.h"
+#include "arguments/words.h"
 
 namespace kiln::cli {
 
@@ -20,7 +20,7 @@ struct TransferArgument {
 };
 
 /// Names that `mtl:NAME` may have.
-const std::map<std::string, MaterialSlot>& material_slot_values();
+Words<MaterialSlot> material_slot_values();
 
 /// \throws Error(usage)
 TransferArgument parse_transfer(const std::string& text);

@@ -140,12 +140,12 @@ std::size_t edits(const std::string& a, const std::string& b) {
 }
 
 /// "--no-flip-y": flags are off unless they are given.
-std::string answer_to_negated(const CLI::App& command, const std::string& name) {
+std::string answer_to_negated(const Command& command, const std::string& name) {
   if (!name.starts_with("no-")) return {};
   const std::string flag = name.substr(3);
-  const CLI::Option* option = command.get_option_no_throw("--" + flag);
+  const Option* option = command.find_option("--" + flag);
   if (option == nullptr) return {};
-  if (option->get_expected_max() != 0) {
+  if (!option->is_flag()) {
     return "Leave --" + flag + " out for its default, or give it a value.";
   }
   return "Without --" + flag + " it is off, which is the default: leave --no-" + flag + " out.";
@@ -164,11 +164,11 @@ std::string answer_to_name(const std::string& name) {
   return {};
 }
 
-std::string nearest_flag(const CLI::App& command, const std::string& name) {
+std::string nearest_flag(const Command& command, const std::string& name) {
   std::string nearest;
   // Of short words half the letters must be right.
   std::size_t least = std::min<std::size_t>(4, name.size() / 2 + 1);
-  for (const CLI::Option* option : command.get_options()) {
+  for (const Option* option : command.get_options()) {
     for (const std::string& known : option->get_lnames()) {
       const std::size_t distance = edits(name, known);
       if (distance < least) {
@@ -182,7 +182,7 @@ std::string nearest_flag(const CLI::App& command, const std::string& name) {
 
 }  // namespace
 
-std::string answer_to_unknown(const CLI::App& command, const std::string& word) {
+std::string answer_to_unknown(const Command& command, const std::string& word) {
   const std::string flag = word.substr(0, word.find('='));
   const std::string name = flag.substr(std::min(flag.find_first_not_of('-'), flag.size()));
   const std::string start = command.get_name() + " has no option '" + flag + "'";

@@ -218,7 +218,7 @@ bool save_light_plot(BakeRun& run) {
   Json ticks = Json::array();
   double tick = 1.0 / 256;
   while (4 * tick <= least) tick *= 4;
-  for (; ticks.size() < 2 || ticks.back().get<double>() < most; tick *= 4) ticks.push_back(tick);
+  for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
   Plot plot;
   plot.name = run.low.stem + "_plan";
   plot.data = {{"kind", "study"},

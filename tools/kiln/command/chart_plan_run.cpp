@@ -32,7 +32,7 @@ PlanChartOptions plan_options(const ChartArguments& a) {
 
 }  // namespace
 
-void add_plan_options(CLI::App& command, ChartArguments& a) {
+void add_plan_options(Command& command, ChartArguments& a) {
   command.add_flag("--plan", a.plan,
                    "Of each HIGH alone: bytes against error of low polys by number of faces and "
                    "map size, where plans stand, and meshoptimizer with a plain bake");
@@ -44,11 +44,11 @@ void add_plan_options(CLI::App& command, ChartArguments& a) {
       ->allow_extra_args(false);
 }
 
-std::vector<const CLI::Option*> options_not_for_plans(const CLI::App& command) {
-  std::vector<const CLI::Option*> options;
+std::vector<const Option*> options_not_for_plans(const Command& command) {
+  std::vector<const Option*> options;
   for (const char* name : {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error",
                            "--ao-budget", "--directions", "--pixels"}) {
-    options.push_back(command.get_option(name));
+    options.push_back(command.find_option(name));
   }
   return options;
 }

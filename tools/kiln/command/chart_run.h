@@ -70,9 +70,9 @@ bool has_height_fields(const ChartArguments& a);
 void check_chart(const ChartArguments& a);
 
 /// Adds --plan and --max-error.
-void add_plan_options(CLI::App& command, ChartArguments& a);
+void add_plan_options(Command& command, ChartArguments& a);
 /// Those that --plan has no use for, of what the command has by now.
-std::vector<const CLI::Option*> options_not_for_plans(const CLI::App& command);
+std::vector<const Option*> options_not_for_plans(const Command& command);
 /// Before any work. \throws Error(usage)
 void check_plan(const ChartArguments& a);
 /// Runs `kiln chart --plan`, checked. \returns the exit code

@@ -272,8 +272,8 @@ int run_bake(const BakeArguments& given) {
 
 }  // namespace
 
-Run add_bake(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
+Run add_bake(Command& app) {
+  Command* command = app.add_command(
       "bake", "Bake the detail of HIGH into textures of LOW (made from HIGH where none is given)");
   auto arguments = std::make_shared<BakeArguments>();
   add_bake_options(*command, *arguments);

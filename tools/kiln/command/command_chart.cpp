@@ -183,8 +183,8 @@ int run_chart(const ChartArguments& a) {
 
 }  // namespace
 
-Run add_chart(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
+Run add_chart(Command& app) {
+  Command* command = app.add_command(
       "chart",
       "Speed against accuracy for every way to match, or to make a map of a volume: a plot, "
       "a table and the figures");
@@ -206,7 +206,7 @@ Run add_chart(CLI::App& app) {
   command
       ->add_option("--size", a->options.size,
                    "Texels a side of the maps (of volumes half and twice that, too)")
-      ->check(CLI::Range(16U, 8192U))
+      ->check(range(16U, 8192U))
       ->capture_default_str();
   command
       ->add_option("--max-distance", a->max_distance,
@@ -216,17 +216,17 @@ Run add_chart(CLI::App& app) {
       ->add_option("--repeat", a->options.repeat,
                    "Timed runs of each setting, of which the median counts; one more comes first, "
                    "which compiles the kernels and gives the errors")
-      ->check(CLI::Range(1U, 1000U))
+      ->check(range(1U, 1000U))
       ->capture_default_str();
   command
       ->add_option("--directions", a->directions,
                    "Of meshes: directions that viewing rays of object space, image space and "
                    "uniformity come from (default 512)")
-      ->check(CLI::Range(12U, 4096U));
+      ->check(range(12U, 4096U));
   command
       ->add_option("--pixels", a->options.pixels,
                    "Pixels a side of the pictures that rendered normals are measured in")
-      ->check(CLI::Range(16U, 4096U))
+      ->check(range(16U, 4096U))
       ->capture_default_str();
   command->add_flag("--ao", a->ao,
                     "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 "
@@ -237,7 +237,7 @@ Run add_chart(CLI::App& app) {
   command
       ->add_option("--ao-budget", a->ao_budget,
                    "Of ambient occlusion: say what comes nearest to the truth in so many seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   add_plan_options(*command, *a);
   std::vector<std::string> names = mesh_setting_names();
   names.emplace_back(kHard);
@@ -254,7 +254,7 @@ Run add_chart(CLI::App& app) {
                        "(default: all but those)")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(names));
+      ->check(exactly_one_of(names));
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_flag("--quiet", a->quiet,
                     "Leave out progress and the summary; warnings and errors stay");
@@ -263,16 +263,16 @@ Run add_chart(CLI::App& app) {
   add_surface_options(*command, a->surface);
   add_chart_border_option(*command, a->surface);
   add_raw_options(*command, a->surface);
-  std::vector<const CLI::Option*> for_volumes;
-  for (const CLI::Option* option : command->get_options()) {
+  std::vector<const Option*> for_volumes;
+  for (const Option* option : command->get_options()) {
     if (std::find(own.begin(), own.end(), option) == own.end()) for_volumes.push_back(option);
   }
-  const std::vector<const CLI::Option*> not_for_plans = options_not_for_plans(*command);
+  const std::vector<const Option*> not_for_plans = options_not_for_plans(*command);
   return [a, for_volumes, not_for_plans] {
-    const auto given = [](const std::vector<const CLI::Option*>& options,
-                          std::vector<std::string>& names) {
-      for (const CLI::Option* option : options) {
-        if (option->count() != 0) names.push_back(option->get_name());
+    const auto given = [](const std::vector<const Option*>& options,
+                          std::vector<std::string>& flags) {
+      for (const Option* option : options) {
+        if (option->count() != 0) flags.push_back(option->get_name());
       }
     };
     given(for_volumes, a->for_volumes);

@@ -25,8 +25,8 @@ void print(const DeviceInfo& info) {
 
 }  // namespace
 
-Run add_devices(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("devices", "List the OpenCL devices");
+Run add_devices(Command& app) {
+  Command* command = app.add_command("devices", "List the OpenCL devices");
   auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "Print JSON");
   return [json] {

@@ -115,10 +115,10 @@ int run_diff(const DiffArguments& arguments) {
 
 }  // namespace
 
-Run add_diff(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("diff",
-                                         "Compare two maps; exit code 0 within the limits, 1 "
-                                         "beyond (without limits: 0 only if equal)");
+Run add_diff(Command& app) {
+  Command* command = app.add_command("diff",
+                                     "Compare two maps; exit code 0 within the limits, 1 "
+                                     "beyond (without limits: 0 only if equal)");
   auto arguments = std::make_shared<DiffArguments>();
   command->add_option("A", arguments->a, "A map (PNG or EXR)")->required();
   command->add_option("B", arguments->b, "Another of the same size")->required();

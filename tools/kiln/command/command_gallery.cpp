@@ -119,8 +119,8 @@ int run_gallery(const GalleryArguments& a) {
 
 }  // namespace
 
-Run add_gallery(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
+Run add_gallery(Command& app) {
+  Command* command = app.add_command(
       "gallery",
       "Pictures of every way to match side by side: the low poly with each map, where each is "
       "wrong, and where texels land on HIGH");
@@ -137,9 +137,9 @@ Run add_gallery(CLI::App& app) {
       ->add_option("--match", a->matches,
                    "A way to match, as of kiln bake; may be given again (default: all that do)")
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(match_names()));
+      ->check(exactly_one_of(match_names()));
   command->add_option("--size", a->size, "Texels a side of the maps, 16 to 8192")
-      ->check(CLI::Range(16U, 8192U))
+      ->check(range(16U, 8192U))
       ->capture_default_str();
   command
       ->add_option("--max-distance", a->max_distance,
@@ -148,12 +148,12 @@ Run add_gallery(CLI::App& app) {
   command
       ->add_option("--picture-size", a->picture_size,
                    "Pixels of a picture's longer side, 64 to 4096")
-      ->check(CLI::Range(64U, 4096U))
+      ->check(range(64U, 4096U))
       ->capture_default_str();
   command
       ->add_option("--pixels", a->pixels,
                    "Pixels a side of the pictures that the errors of texels are measured in")
-      ->check(CLI::Range(16U, 4096U))
+      ->check(range(16U, 4096U))
       ->capture_default_str();
   add_view_options(*command, a->view);
   add_height_options(*command, a->heights, "The height field (HIGH is a PNG or EXR)");

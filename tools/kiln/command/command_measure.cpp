@@ -214,8 +214,8 @@ int run_rating(const MeasureArguments& a) {
 
 }  // namespace
 
-Run add_measure(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
+Run add_measure(Command& app) {
+  Command* command = app.add_command(
       "measure",
       "How good the ways to match are on two meshes; or, with --study, how errors depend on views, "
       "faces and map size");
@@ -236,7 +236,7 @@ Run add_measure(CLI::App& app) {
           "A way to match to rate, as of kiln bake; may be given again (default: all, but uv "
           "only where HIGH has UVs that lie over LOW's)")
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(match_names()));
+      ->check(exactly_one_of(match_names()));
   command
       ->add_option(
           "--visibility-at", a->visibility_at,
@@ -247,35 +247,35 @@ Run add_measure(CLI::App& app) {
   command
       ->add_option("--directions", a->directions,
                    "Directions that viewing rays come from (default 512)")
-      ->check(CLI::Range(12U, 4096U));
+      ->check(range(12U, 4096U));
   command
       ->add_option("--pixels", a->pixels,
                    "Pixels a side of the pictures that rendered normals are measured in (default "
                    "512)")
-      ->check(CLI::Range(16U, 4096U));
+      ->check(range(16U, 4096U));
   command
       ->add_option("--study", a->study,
                    "What varies: the views matched from, the low poly's faces, or its faces and "
                    "the map's size")
-      ->check(CLI::IsMember(names));
+      ->check(exactly_one_of(names));
   command->add_option("--out", a->out,
                       "Folder for measure.png and the measures as textures (EXR); with --study for "
                       "study_<what>.csv and .png and study_<what>_error.png; and for what the "
                       "pictures show, ..._plot.json and .png");
   command->add_option("--views", a->views, "Depth views, where they do not vary (default 12)")
-      ->check(CLI::Range(1U, 128U));
+      ->check(range(1U, 128U));
   command
       ->add_option("--view-size", a->view_size,
                    "Pixels a side of a depth view (default: by the density of HIGH)")
-      ->check(CLI::Range(16U, 8192U));
+      ->check(range(16U, 8192U));
   command
       ->add_option("--size", a->size,
                    "Texels a side (default 512; of a study, where they do not vary, 1024)")
-      ->check(CLI::Range(16U, 8192U));
+      ->check(range(16U, 8192U));
   command
       ->add_option("--faces", a->faces,
                    "--study views without LOW: triangles of the low poly (default 2000)")
-      ->check(CLI::Range(4U, 100000000U));
+      ->check(range(4U, 100000000U));
   command
       ->add_option("--max-distance", a->max_distance,
                    "How far to look each way: world units, or P% of HIGH's diagonal")
@@ -284,7 +284,7 @@ Run add_measure(CLI::App& app) {
   command
       ->add_option("--picture-size", a->picture_size,
                    "Pixels of a picture's longer side (default: by how much of it the mesh fills)")
-      ->check(CLI::Range(64U, 4096U));
+      ->check(range(64U, 4096U));
   add_view_options(*command, a->view);
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file");

@@ -293,8 +293,8 @@ int run_render(const RenderArguments& arguments) {
 
 }  // namespace
 
-Run add_render(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
+Run add_render(Command& app) {
+  Command* command = app.add_command(
       "render",
       "A picture of a mesh; with --reference and --normal: original | flat | with the map");
   auto a = std::make_shared<RenderArguments>();
@@ -309,7 +309,7 @@ Run add_render(CLI::App& app) {
       ->add_option("--map-size", a->map_size,
                    "Texels a side of a map that is baked for the picture: with flags of the match, "
                    "16 to 8192")
-      ->check(CLI::Range(16U, 8192U))
+      ->check(range(16U, 8192U))
       ->capture_default_str();
   command->add_option("--bitangent", a->bitangent, "That the map was baked with: pixel, or vertex")
       ->check(one_of(bitangent_values()))
@@ -327,7 +327,7 @@ Run add_render(CLI::App& app) {
                    "again: a contact sheet")
       ->allow_extra_args(false);
   command->add_option("--space", a->space, "Of the map: tangent, object or face")
-      ->check(CLI::IsMember({"tangent", "object", "face"}))
+      ->check(exactly_one_of({"tangent", "object", "face"}))
       ->capture_default_str();
   command->add_flag("--flip-y", a->flip_y, "The map's green points down (DirectX)");
   command->add_option("--reference", a->reference,
@@ -338,16 +338,16 @@ Run add_render(CLI::App& app) {
   command
       ->add_option("--views", a->views,
                    "MESH from N directions, on one sheet: those of --match views N")
-      ->check(CLI::Range(1, 512));
+      ->check(range(1, 512));
   command->add_option("--size", a->size, "Pixels of the longer side, 1 to 8192")
       ->capture_default_str();
   command->add_option("--samples", a->samples, "N x N samples a pixel, 1 to 16")
-      ->check(CLI::Range(1, 16))
+      ->check(range(1, 16))
       ->capture_default_str();
   command
       ->add_option("--ambient-rays", a->ambient_rays,
                    "Rays a pixel for ambient occlusion, 0 (none) to 255")
-      ->check(CLI::Range(0, 255))
+      ->check(range(0, 255))
       ->capture_default_str();
   command->add_flag("--flat", a->flat, "Face normals instead of smooth ones");
   command->add_flag("--normals", a->show_normals, "Colour by world-space normal");
@@ -358,7 +358,7 @@ Run add_render(CLI::App& app) {
   command
       ->add_option("--frames", a->frames,
                    "How many frames --json times of each mesh, 1 to 1000 (default 30)")
-      ->check(CLI::Range(1, 1000));
+      ->check(range(1, 1000));
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_option("--json", a->json, "Write a report to this file, or - for standard output");
   command->add_flag("--quiet", a->quiet,

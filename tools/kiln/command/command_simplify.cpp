@@ -116,30 +116,29 @@ int run_simplify(const SimplifyArguments& arguments) {
 
 }  // namespace
 
-Run add_simplify(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("simplify", "Decimate a high poly and unwrap the result");
+Run add_simplify(Command& app) {
+  Command* command = app.add_command("simplify", "Decimate a high poly and unwrap the result");
   auto arguments = std::make_shared<SimplifyArguments>();
   command->add_option("HIGH", arguments->high, "The high poly (PLY, OBJ, STL, OFF)")->required();
   command->add_option("--out", arguments->out, "The low poly to write (OBJ)")->required();
-  CLI::Option* faces =
-      command
-          ->add_option("--faces", arguments->faces,
-                       "Number of triangles (default: as few as --max-error allows)")
-          ->check(CLI::Range(1U, 100000000U));
+  Option* faces = command
+                      ->add_option("--faces", arguments->faces,
+                                   "Number of triangles (default: as few as --max-error allows)")
+                      ->check(range(1U, 100000000U));
   command
       ->add_option("--max-error", arguments->max_error,
                    "Largest deviation, as a share of the diagonal (default 0.2%)")
       ->excludes(faces);
-  CLI::Option* size =
+  Option* size =
       command->add_option("--size", arguments->size, "Map size that the borders are meant for")
           ->capture_default_str();
-  CLI::Option* unwrap =
+  Option* unwrap =
       command
           ->add_option("--unwrap", arguments->unwrap,
                        "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
-          ->check(CLI::IsMember({"charts", "pairs"}))
+          ->check(exactly_one_of({"charts", "pairs"}))
           ->capture_default_str();
-  CLI::Option* keep =
+  Option* keep =
       command->add_flag("--keep-uvs", arguments->keep_uvs,
                         "Keep HIGH's UVs, seams and groups instead of making new charts");
   command

@@ -314,9 +314,9 @@ int run_volume(const VolumeArguments& a) {
 
 }  // namespace
 
-Run add_volume(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "volume", "Extract a low poly with a normal map straight from volume data");
+Run add_volume(Command& app) {
+  Command* command =
+      app.add_command("volume", "Extract a low poly with a normal map straight from volume data");
   auto arguments = std::make_shared<VolumeArguments>();
   VolumeArguments& a = *arguments;
   command
@@ -347,7 +347,7 @@ Run add_volume(CLI::App& app) {
                    "ray, closest: how far to look, units or N% of the diagonal (default 2%)")
       ->group(kMapGroup);
   command->add_option("--samples", a.samples, "ray, closest: N x N samples a texel")
-      ->check(CLI::Range(1U, 16U))
+      ->check(range(1U, 16U))
       ->capture_default_str()
       ->group(kMapGroup);
   command

@@ -149,7 +149,7 @@ Plot plan_chart_plot(const std::vector<PlanChart>& charts) {
   double tick = 1.0 / 256;
   while (4 * tick <= least) tick *= 4;
   Json& ticks = data["x_ticks"];
-  for (; ticks.size() < 2 || ticks.back().get<double>() < most; tick *= 4) ticks.push_back(tick);
+  for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
   return {kChartName, std::move(data), std::nullopt};
 }
 

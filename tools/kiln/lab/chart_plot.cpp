@@ -129,7 +129,8 @@ Plot chart_plot(const std::vector<ChartPair>& pairs, const ChartOptions& options
                               {"color", style.color}});
   }
   if (pairs.front().ao) {
-    for (const Json& style : ao_styles(*pairs.front().ao)) data["styles"].push_back(style);
+    const Json styles = ao_styles(*pairs.front().ao);
+    for (const Json& style : styles.elements()) data["styles"].push_back(style);
   }
   for (const ChartPair& pair : pairs) data["groups"].push_back(group(pair));
   return {kChartName, std::move(data), std::nullopt};

@@ -93,8 +93,8 @@ std::uint32_t picture_size(const Scene& scene, RenderOptions view, double side) 
   tiles.add(gray(scene.draw(view)),
             [](float pixel) { return pixel > 0 ? double{pixel} : ValueTiles::kBeside; });
   const Json covered = tiles.size();
-  const double width = covered[0].get<double>() / view.size;
-  const double height = covered[1].get<double>() / view.size;
+  const double width = covered[0].number() / view.size;
+  const double height = covered[1].number() / view.size;
   return static_cast<std::uint32_t>(
       std::min(side / std::sqrt(width * height), kLongest / std::max(width, height)));
 }

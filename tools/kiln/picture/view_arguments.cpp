@@ -30,12 +30,12 @@ std::array<double, 3> parse_point(const std::string& text) {
 
 }  // namespace
 
-void add_view_options(CLI::App& command, ViewArguments& arguments) {
+void add_view_options(Command& command, ViewArguments& arguments) {
   command.add_option("--view", arguments.view,
                      "AZ,EL in degrees: 0,0 looks at the front, from +Z (default 30,15; height "
                      "field: 30,35)");
   command.add_option("--zoom", arguments.zoom, "How much larger than what fits, 0.01 to 100000")
-      ->check(CLI::Range(0.01, 1e5))
+      ->check(range(0.01, 1e5))
       ->capture_default_str();
   command.add_option("--at", arguments.at,
                      "X,Y,Z: the point in the picture's middle (default: the mesh's)");

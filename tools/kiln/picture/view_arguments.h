@@ -1,10 +1,10 @@
 // Where a picture is taken from, as the command line has it.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
+#include "arguments/command_line.h"
 #include "kiln/render.h"
 
 namespace kiln::cli {
@@ -20,7 +20,7 @@ struct ViewArguments {
 };
 
 /// Adds --view, --zoom, --at, --z-up and --square.
-void add_view_options(CLI::App& command, ViewArguments& arguments);
+void add_view_options(Command& command, ViewArguments& arguments);
 
 /// \param height_field  is what is shown: it is high along +Z
 /// \throws Error(usage) for what is no view, zoom or point

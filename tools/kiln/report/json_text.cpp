@@ -6,8 +6,6 @@
 namespace kiln::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Bytes of the UTF-8 character at the start; 0 where there is none (RFC 3629: neither too long a form,
 /// nor half of a surrogate, nor beyond U+10FFFF).
 std::size_t character(std::string_view text) {
@@ -35,21 +33,6 @@ bool is_escape(std::string_view text) {
 unsigned value_of(char digit) {
   const auto c = static_cast<unsigned char>(digit);
   return c <= '9' ? c - '0' : static_cast<unsigned>(std::tolower(c)) - 'a' + 10U;
-}
-
-Json escaped(const Json& json) {
-  if (json.is_string()) return escape_bytes(json.get_ref<const std::string&>());
-  if (json.is_array()) {
-    Json result = Json::array();
-    for (const Json& item : json) result.push_back(escaped(item));
-    return result;
-  }
-  if (json.is_object()) {
-    Json result = Json::object();
-    for (const auto& [key, item] : json.items()) result[escape_bytes(key)] = escaped(item);
-    return result;
-  }
-  return json;
 }
 
 }  // namespace
@@ -81,6 +64,6 @@ std::string unescape_bytes(std::string_view text) {
   return bytes;
 }
 
-std::string to_text(const nlohmann::ordered_json& json) { return escaped(json).dump(2) + "\n"; }
+std::string to_text(const Json& json) { return json.with_texts(escape_bytes).dump(2) + "\n"; }
 
 }  // namespace kiln::cli

@@ -1,9 +1,10 @@
 // JSON as text, also where a path in it is no UTF-8.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+
+#include "report/json.h"
 
 namespace kiln::cli {
 
@@ -16,6 +17,6 @@ std::string escape_bytes(std::string_view bytes);
 std::string unescape_bytes(std::string_view text);
 
 /// Two blanks a level, and a line's end. Every string and key is escaped as above.
-std::string to_text(const nlohmann::ordered_json& json);
+std::string to_text(const Json& json);
 
 }  // namespace kiln::cli

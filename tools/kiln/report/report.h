@@ -3,15 +3,13 @@
 
 #include <chrono>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "report/json.h"
 
 namespace kiln::cli {
-
-using Json = nlohmann::ordered_json;
 
 Json describe(const DeviceInfo& info);
 Json describe(const Mesh& mesh, const std::filesystem::path& path);

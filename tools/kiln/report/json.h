@@ -1,0 +1,128 @@
+// JSON as a value: what reports are made of. A type of its own, since the headers of the library behind it
+// (nlohmann, in json.cpp alone) take compilers seconds for each file that includes them.
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace kiln::cli {
+
+/// A list of numbers, texts and the like, such as a vector or a set.
+template <typename List>
+concept JsonList = !std::convertible_to<const List&, std::string> && requires(const List& list) {
+  list.begin();
+  list.end();
+};
+
+/// Null, a truth value, a number, a text, a list, or an object whose keys keep their order.
+class Json {
+ public:
+  /// One of a list in braces: {value} in there is a list of one, not the value.
+  struct Element;
+
+  /// Null.
+  Json();
+  Json(std::nullptr_t);
+  /// A truth value.
+  template <std::same_as<bool> Truth>
+  Json(Truth value) : Json(Number{.kind = Kind::truth, .whole = value ? 1U : 0U}) {}
+  /// A whole number.
+  template <std::integral Whole>
+  requires(!std::same_as<Whole, bool>) Json(Whole value)
+      : Json(Number{.kind = std::is_signed_v<Whole> ? Kind::whole : Kind::natural,
+                    .whole = static_cast<std::uint64_t>(value)}) {}
+  /// A number; null in texts where it is not finite.
+  Json(double value);
+  /// A text, bytes of UTF-8.
+  Json(const char* text);
+  Json(std::string text);
+  Json(std::string_view text);
+  /// A list, element by element.
+  template <JsonList List>
+  Json(const List& list) : Json(array()) {
+    for (const auto& element : list) push_back(element);
+  }
+  /// An object where every element is a list of two of which the first is a text, else a list.
+  Json(std::initializer_list<Element> elements);
+
+  Json(const Json& other);
+  Json(Json&& other) noexcept;
+  Json& operator=(const Json& other);
+  Json& operator=(Json&& other) noexcept;
+  ~Json();
+
+  /// A list, whatever its elements are.
+  static Json array();
+  static Json array(std::initializer_list<Element> elements);
+  /// An object without keys.
+  static Json object();
+  /// Null where the text is no JSON.
+  static Json parse(std::string_view text);
+
+  bool is_string() const { return kind_ == Kind::text; }
+  bool is_array() const { return kind_ == Kind::list; }
+  bool is_object() const { return kind_ == Kind::object; }
+
+  /// Of a list or an object; null has 0.
+  std::size_t size() const { return elements_.size(); }
+  bool empty() const { return elements_.empty(); }
+  /// Of a list.
+  const std::vector<Json>& elements() const { return elements_; }
+  template <std::integral Index>
+  const Json& operator[](Index index) const {
+    return elements_.at(static_cast<std::size_t>(index));
+  }
+  template <std::integral Index>
+  Json& operator[](Index index) {
+    return elements_.at(static_cast<std::size_t>(index));
+  }
+  const Json& back() const;
+  /// Adds to a list; null becomes one.
+  void push_back(Json element);
+
+  /// The value of an object's key, null where it is new; null becomes an object.
+  Json& operator[](std::string_view key);
+  /// Sets every key of another object, too.
+  void update(const Json& other);
+
+  /// Of a number.
+  double number() const;
+  /// Of a text.
+  const std::string& text() const { return text_; }
+
+  /// The same with a function of every text and key.
+  Json with_texts(std::string (*change)(std::string_view)) const;
+  /// As text: so many blanks a level, or one line where fewer than 0.
+  std::string dump(int indent = -1) const;
+
+ private:
+  enum class Kind : std::uint8_t { null, truth, whole, natural, real, text, list, object };
+  struct Number {
+    Kind kind;
+    std::uint64_t whole;
+  };
+  explicit Json(Number number);
+  struct Library;  // to and from the library's own type
+
+  Kind kind_ = Kind::null;
+  std::uint64_t whole_ = 0;  // truth; whole, as two's complement; natural
+  double real_ = 0;
+  std::string text_;
+  std::vector<Json> elements_;     // of a list, or an object's values
+  std::vector<std::string> keys_;  // of an object
+};
+
+struct Json::Element : Json {
+  using Json::Json;
+  Element(const Json& value) : Json(value) {}
+  Element(Json&& value) noexcept : Json(std::move(value)) {}
+};
+
+}  // namespace kiln::cli
