@@ -145,23 +145,23 @@ struct Body {
 class Accuracy : public testing::TestWithParam<NormalMapSpace> {
  protected:
   static void TearDownTestSuite() {
-    sphere_.reset();
-    torus_.reset();
+    the_sphere.reset();
+    the_torus.reset();
   }
 
   static const Body& sphere() {
-    if (!sphere_) {
+    if (!the_sphere) {
       Mesh low = test::BumpySphere::light();
       Places places(low, sphere_surface, sphere_normal);
-      sphere_ = std::make_unique<Body>(
+      the_sphere = std::make_unique<Body>(
           Body{std::move(low), Source(*test::device(), test::BumpySphere::dense(1000000)),
                std::move(places)});
     }
-    return *sphere_;
+    return *the_sphere;
   }
 
   static const Body& torus() {
-    if (torus_) return *torus_;
+    if (the_torus) return *the_torus;
     const Mesh high = test::BumpyTorus::dense(1000000);
     for (std::size_t i = 0; i < high.positions.size(); i += 997) {
       EXPECT_NEAR(torus_surface(Vec3d(high.positions[i])), 0, 1e-6)
@@ -169,9 +169,9 @@ class Accuracy : public testing::TestWithParam<NormalMapSpace> {
     }
     Mesh low = test::BumpyTorus::light();
     Places places(low, torus_surface, torus_normal);
-    torus_ = std::make_unique<Body>(
+    the_torus = std::make_unique<Body>(
         Body{std::move(low), Source(*test::device(), high), std::move(places)});
-    return *torus_;
+    return *the_torus;
   }
 
   static void expect_exact(const Body& body, const char* name) {
@@ -194,7 +194,7 @@ class Accuracy : public testing::TestWithParam<NormalMapSpace> {
   }
 
  private:
-  static inline std::unique_ptr<Body> sphere_, torus_;
+  static inline std::unique_ptr<Body> the_sphere, the_torus;
 };
 
 TEST_P(Accuracy, OfABumpySphereIsUnderAFifthOfADegreeAndFallsWithResolution) {
@@ -227,7 +227,7 @@ TEST(Reference, BunnyAgreesWithBlendersBake) {
   const Source source(*test::device(), high);
   const BakeResult baked = bake(source, low, blender_options());
   const Image reference = load_image(*test::shared_data("bunny_blender_normal.exr"));
-  Image mask{1024, 1024, 1, std::vector<float>(1024 * 1024)};
+  Image mask{1024, 1024, 1, std::vector<float>(std::size_t{1024} * 1024)};
   std::uint64_t counted = 0;
   for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
     const float* p = &reference.pixels[i * reference.channels];

@@ -76,20 +76,20 @@ const Way& way_named(const std::vector<Way>& all, const std::string& name) {
 
 class Stability : public ::testing::Test {
  protected:
-  static void TearDownTestSuite() { survey_.reset(); }
+  static void TearDownTestSuite() { survey.reset(); }
 
   void SetUp() override {
     KILN_REQUIRE_DEVICE();
-    if (!survey_) survey_ = std::make_unique<Survey>(*device());
+    if (!survey) survey = std::make_unique<Survey>(*device());
   }
 
   /// One for all cases: each figure is measured once, and goes before its device.
-  static inline std::unique_ptr<Survey> survey_;
+  static inline std::unique_ptr<Survey> survey;
 };
 
 TEST_F(Stability, EachFailureIsKnownAndHasARemedy) {
-  const std::vector<Way>& all = survey_->ways();
-  const std::vector<FailureScene>& scenes = survey_->scenes();
+  const std::vector<Way>& all = survey->ways();
+  const std::vector<FailureScene>& scenes = survey->scenes();
   ASSERT_EQ(scenes.size(), kExpected.size());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const Expected& expected = kExpected[i];
@@ -97,7 +97,7 @@ TEST_F(Stability, EachFailureIsKnownAndHasARemedy) {
     ASSERT_FALSE(expected.working.empty()) << expected.scene;
     for (const Expected::Failing& failing : expected.failing) {
       SCOPED_TRACE(scenes[i].name + " by " + failing.way);
-      const FailureRate& rate = survey_->rate(scenes[i], way_named(all, failing.way));
+      const FailureRate& rate = survey->rate(scenes[i], way_named(all, failing.way));
       EXPECT_GE(rate.wrong, failing.least_wrong);
       EXPECT_LE(rate.wrong, failing.most_wrong);
       EXPECT_GE(rate.undecided, failing.least_undecided);
@@ -105,7 +105,7 @@ TEST_F(Stability, EachFailureIsKnownAndHasARemedy) {
     }
     for (const char* name : expected.working) {
       SCOPED_TRACE(scenes[i].name + " by " + name);
-      const FailureRate& rate = survey_->rate(scenes[i], way_named(all, name));
+      const FailureRate& rate = survey->rate(scenes[i], way_named(all, name));
       EXPECT_EQ(rate.wrong, 0);
       EXPECT_EQ(rate.undecided, 0);
     }
@@ -137,10 +137,10 @@ TEST_F(Stability, ALostStampIsTold) {
 }
 
 TEST_F(Stability, SmallDisturbancesMoveTheMapLittle) {
-  for (const Way& way : survey_->ways()) {
+  for (const Way& way : survey->ways()) {
     for (const auto& [name, disturbance] : disturbances()) {
       SCOPED_TRACE(way.name + ", " + name);
-      const Movement& movement = survey_->movement(way, disturbance);
+      const Movement& movement = survey->movement(way, disturbance);
       // A millionth of the diagonal tilts the high poly's faces by some ten thousandths of a degree.
       EXPECT_LT(movement.mean_degrees, 0.005);
       // What depends on directions in the world sees others where the scene is turned.
@@ -159,7 +159,7 @@ TEST_F(Stability, SmallDisturbancesMoveTheMapLittle) {
 TEST_F(Stability, TheTablesAreTheDocuments) {
   std::ifstream file(stability_tables(), std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(file), {});
-  const std::string tables = survey_->tables();
+  const std::string tables = survey->tables();
   EXPECT_NE(text.find(tables), std::string::npos)
       << "tests/stability/README.md is out of date: run stability_survey and put in what it "
          "prints:\n"
