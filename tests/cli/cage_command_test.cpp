@@ -154,10 +154,9 @@ TEST(CageCommand, OneIsAnImageToo) {
   const ProcessResult again = bake("b", {"--cage-mesh", image});
   ASSERT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_EQ(read_json(folder / "j.json")["cage"]["kind"], "shells");
-  ASSERT_EQ(heights("a").size(), heights("b").size());
-  for (std::size_t i = 0; i < heights("a").size(); ++i) {
-    ASSERT_NEAR(heights("a")[i], heights("b")[i], 1e-6F) << i;
-  }
+  const auto a = heights("a"), b = heights("b");
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 1e-6F) << i;
   // One vertex pulled in below HIGH's face: rays there start inside of it and miss it.
   cage.pixels[3] = 0.001F;
   save_image(cage, image, {ImageFormat::exr_float});

@@ -31,7 +31,7 @@ using namespace test::chart_files;
 
 TEST(ChartCommand, MeasuresEverySetting) {
   KILN_REQUIRE_DEVICE();
-  const fs::path scene = make_scene(8000);
+  const fs::path scene = make_scene(4000);
   const fs::path out = scene / "out";
   const std::vector<std::string> arguments = {"chart",
                                               scene / "high.obj",
@@ -43,9 +43,9 @@ TEST(ChartCommand, MeasuresEverySetting) {
                                               "--repeat",
                                               "1",
                                               "--directions",
-                                              "32",
+                                              "12",
                                               "--pixels",
-                                              "128",
+                                              "64",
                                               "--max-distance",
                                               "10%"};
   const ProcessResult result = run_kiln(arguments);
@@ -57,7 +57,7 @@ TEST(ChartCommand, MeasuresEverySetting) {
   }
   EXPECT_EQ(report["options"]["size"], 128);
   EXPECT_EQ(report["options"]["repeat"], 1);
-  EXPECT_EQ(report["options"]["directions"], 32);
+  EXPECT_EQ(report["options"]["directions"], 12);
   std::vector<std::string> all = kSettings;
   all.emplace_back("uv");
   EXPECT_EQ(report["options"]["settings"].get<std::vector<std::string>>(), all);
@@ -68,7 +68,7 @@ TEST(ChartCommand, MeasuresEverySetting) {
   EXPECT_EQ(pair["left_out"][0]["setting"], "uv");
   EXPECT_NE(pair["left_out"][0]["reason"].get<std::string>().find("no UVs"), std::string::npos);
   EXPECT_EQ(pair["measured_from"]["views"], 30);
-  EXPECT_EQ(pair["measured_from"]["size"], 128);
+  EXPECT_EQ(pair["measured_from"]["size"], 64);
   EXPECT_GE(pair["measured_from"]["least_angle_to_a_matching_view_degrees"].get<double>(), 2);
 
   // Rays with the reference's own settings are the reference; fewer samples are farther from it.
@@ -256,7 +256,7 @@ TEST(ChartCommand, TakesSeveralPairsAndNeedsNoPython) {
                                          "--max-distance",
                                          "10%",
                                          "--directions",
-                                         "32",
+                                         "12",
                                          "--pixels",
                                          "64",
                                          "--quiet",

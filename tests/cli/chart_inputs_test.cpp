@@ -48,7 +48,7 @@ TEST(ChartCommand, ComparesWaysToMapAVolume) {
   const fs::path out = scene / "out";
   const ProcessResult result =
       run_kiln({"chart", scene / "ball.nrrd", scene / "small.nrrd", "--iso", "127.5", "--faces",
-                "600", "--size", "256", "--repeat", "1", "--pixels", "128", "--out", out});
+                "600", "--size", "256", "--repeat", "1", "--pixels", "64", "--out", out});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(out / "chart.json");
   EXPECT_EQ(report["options"]["iso"], 127.5);

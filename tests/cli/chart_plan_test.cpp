@@ -36,7 +36,7 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
   const fs::path scene = make_scene(8000);
   const fs::path out = scene / "out";
   const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
-                                         "6,normal=3", "--size", "128", "--out", out},
+                                         "6,normal=3", "--size", "64", "--out", out},
                                         without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(out / "chart.json");

@@ -218,7 +218,7 @@ TEST(FilesCommand, MeasureTakesTheMatchOfABake) {
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   const auto rated = [&](const std::vector<std::string>& flags) {
     std::vector<std::string> line = {
-        "measure", folder / "high.obj",  folder / "low.obj", "--directions", "64",
+        "measure", folder / "high.obj",  folder / "low.obj", "--directions", "32", "--pixels", "64",
         "--json",  folder / "rated.json"};
     line.insert(line.end(), flags.begin(), flags.end());
     const ProcessResult result = run_kiln(line);

@@ -125,7 +125,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
                                               "--out",
                                               out,
                                               "--pixels",
-                                              "256",
+                                              "64",
                                               "--json",
                                               scene / "g.json"};
   const ProcessResult result = run_kiln(arguments);

@@ -217,8 +217,8 @@ TEST(LightCommand, LevelsAppearTogetherOrNotAtAll) {
 TEST(LightCommand, BoundsErrorsOfSeveralMaps) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
-  const ProcessResult done =
-      dense.bake("several", {"--max-error", "ao=128/255,normal=12", "--maps", "normal,ao"});
+  const ProcessResult done = dense.bake(
+      "several", {"--max-error", "ao=128/255,normal=12", "--maps", "normal,ao", "--ao-rays", "16"});
   ASSERT_EQ(done.exit_code, 0) << done.errors;
   const auto plan = dense.report("several")["plan"];
   EXPECT_EQ(plan["wanted_degrees"], 12);

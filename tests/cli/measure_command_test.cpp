@@ -39,9 +39,9 @@ TEST(MeasureCommand, RatesWaysToMatch) {
                                               "--size",
                                               "128",
                                               "--directions",
-                                              "64",
+                                              "32",
                                               "--pixels",
-                                              "128",
+                                              "64",
                                               "--max-distance",
                                               "10%",
                                               "--json",
@@ -55,7 +55,7 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   const json& ray = report["methods"][0];
   const json& closest = report["methods"][1];
   EXPECT_EQ(ray["method"], "ray");
-  EXPECT_EQ(ray["directions"], 64);
+  EXPECT_EQ(ray["directions"], 32);
   EXPECT_EQ(ray["miss_rate"], 0);
   const auto mean = [](const json& of) { return of["mean"].get<double>(); };
   // Heights of the bumps are some hundredths; nearest points are nearer than where normals lead.
@@ -143,7 +143,7 @@ TEST(MeasureCommand, ShowsAThinModelLarge) {
   options.environment = {{"PATH", test::path_without("python3")}};
   const ProcessResult result = run_kiln(
       {"measure", scene / "high.obj", scene / "low.obj", "--match", "closest", "--size", "64",
-       "--directions", "12", "--pixels", "128", "--max-distance", "10%", "--out", scene / "out"},
+       "--directions", "12", "--pixels", "64", "--max-distance", "10%", "--out", scene / "out"},
       options);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_NE(result.errors.find("python3-matplotlib"), std::string::npos) << result.errors;
@@ -168,6 +168,8 @@ TEST(MeasureCommand, PicturesAreTakenFromTheViewAskedFor) {
   }
   save_obj(high, scene / "high.obj");
   save_obj(low, scene / "low.obj");
+  ProcessOptions without_python;
+  without_python.environment = {{"PATH", test::path_without("python3")}};
   const auto tile = [&](const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"measure",
                                           scene / "high.obj",
@@ -187,7 +189,7 @@ TEST(MeasureCommand, PicturesAreTakenFromTheViewAskedFor) {
                                           "--pixels",
                                           "64"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = run_kiln(arguments);
+    const ProcessResult result = run_kiln(arguments, without_python);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     const json of = read_json(scene / name / "measure_plot.json")["tile"];
     return std::pair(of[0].get<int>(), of[1].get<int>());
@@ -207,12 +209,13 @@ TEST(MeasureCommand, RatesPlacesOfVisibilityApart) {
   const fs::path scene = make_scene(2000);
   const auto measure = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"measure", scene / "high.obj", scene / "low.obj", "--size", "64",
-                               "--directions", "12", "--pixels", "128", "--max-distance", "10%"});
+                               "--directions", "12", "--pixels", "64", "--max-distance", "10%"});
     return run_kiln(more);
   };
   const ProcessResult result =
       measure({"--match", "ray", "--match", "hybrid", "--match", "visibility", "--visibility-at",
-               "vertex", "--visibility-at", "texel", "--json", scene / "r.json", "--out", scene});
+               "vertex", "--visibility-at", "texel", "--json", scene / "r.json", "--out", scene,
+               "--picture-size", "64"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(scene / "r.json");
   std::vector<std::string> names;
@@ -254,7 +257,7 @@ TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
   const auto measure = [&](const fs::path& low, std::vector<std::string> more) {
     more.insert(more.begin(),
                 {"measure", scene / "high.obj", low, "--size", "64", "--directions", "12",
-                 "--pixels", "128", "--max-distance", "10%", "--json", scene / "r.json"});
+                 "--pixels", "64", "--max-distance", "10%", "--json", scene / "r.json"});
     return run_kiln(more);
   };
   const auto methods = [](const json& report) {
@@ -314,7 +317,7 @@ TEST(MeasureCommand, LeavesOutWhatFindsNothing) {
   save_obj(high, scene / "left.obj");
   const auto measure = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"measure", scene / "left.obj", scene / "outside.obj", "--size", "64",
-                               "--directions", "12", "--pixels", "128", "--max-distance", "10%",
+                               "--directions", "12", "--pixels", "64", "--max-distance", "10%",
                                "--json", scene / "r.json"});
     return run_kiln(more);
   };
@@ -348,7 +351,7 @@ TEST(MeasureCommand, TakesAHeightField) {
   // A fifth of the diagonal off the plane, far beyond what layouts of meshes may be apart.
   const auto measure = [&](const std::string& high, std::vector<std::string> more) {
     more.insert(more.begin(), {"measure", scene / high, scene / "low.obj", "--size", "64",
-                               "--directions", "12", "--pixels", "128", "--max-distance", "40%",
+                               "--directions", "12", "--pixels", "64", "--max-distance", "40%",
                                "--height", "0.3", "--json", scene / "r.json"});
     return run_kiln(more);
   };

@@ -28,7 +28,7 @@ using namespace test::measure_files;
 
 TEST(MeasureCommand, StudiesViews) {
   KILN_REQUIRE_DEVICE();
-  const fs::path scene = make_scene(8000);
+  const fs::path scene = make_scene(4000);
   const fs::path out = scene / "out";
   const std::vector<std::string> arguments = {"measure",
                                               scene / "high.obj",
@@ -44,7 +44,7 @@ TEST(MeasureCommand, StudiesViews) {
                                               "--max-distance",
                                               "10%",
                                               "--pixels",
-                                              "128",
+                                              "64",
                                               "--json",
                                               scene / "report.json"};
   const ProcessResult result = run_kiln(arguments);
@@ -59,7 +59,7 @@ TEST(MeasureCommand, StudiesViews) {
   }
   EXPECT_EQ(report["options"]["size"], 128);
   EXPECT_EQ(report["measured_from"]["views"], 30);
-  EXPECT_EQ(report["measured_from"]["size"], 128);
+  EXPECT_EQ(report["measured_from"]["size"], 64);
   EXPECT_GE(report["measured_from"]["least_angle_to_a_matching_view_degrees"].get<double>(), 2);
   ASSERT_EQ(report["settings"].size(), 24U);
   const double none = mean_of(select(report, "none").at(0));
@@ -99,7 +99,7 @@ TEST(MeasureCommand, StudiesFaces) {
   const auto arguments = [&](const fs::path& folder) {
     return std::vector<std::string>{
         "measure", scene / "high.obj", "--study", "faces",       "--out", folder,     "--size",
-        "128",     "--views",          "6",       "--view-size", "256",   "--pixels", "128"};
+        "128",     "--views",          "6",       "--view-size", "256",   "--pixels", "64"};
   };
   std::vector<std::string> first = arguments(out);
   first.insert(first.end(), {"--json", scene / "report.json", "--quiet"});
@@ -163,7 +163,7 @@ TEST(MeasureCommand, StudiesSize) {
   const fs::path out = scene / "out";
   const ProcessResult result =
       run_kiln({"measure", scene / "high.obj", "--study", "size", "--out", out, "--views", "4",
-                "--view-size", "256", "--pixels", "128", "--json", scene / "report.json"});
+                "--view-size", "256", "--pixels", "64", "--json", scene / "report.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   expect_files(out, "study_size", 1);
   const json report = read_json(scene / "report.json");
@@ -200,7 +200,8 @@ TEST(MeasureCommand, RefusesBadUsage) {
   };
   expect({high, "--out", out}, 2, {"--study"});
   expect({high, low, "--out", out, "--faces", "100"}, 2, {"--faces"});
-  expect({high, low, "--match", "ray", "--study", "views", "--out", out}, 2, {"--match"});
+  expect({high, low, "--match", "ray", "--study", "views", "--size", "64", "--out", out}, 2,
+         {"--match"});
   expect({high, "--study", "views"}, 2, {"--out"});
   expect({high, "--study", "weather", "--out", out}, 2, {"weather", "faces", "size", "views"});
   expect({high, low, "--study", "faces", "--out", out}, 2, {"faces", "low.obj"});
@@ -223,20 +224,24 @@ TEST(MeasureCommand, NamesTheRemedyForBadInput) {
   const fs::path scene = make_scene(200);
   const fs::path out = scene / "out";
   const std::string high = scene / "high.obj";
-  ProcessResult result = run_kiln({"measure", high, "--study", "faces", "--out", out});
+  ProcessResult result =
+      run_kiln({"measure", high, "--study", "faces", "--size", "64", "--out", out});
   EXPECT_EQ(result.exit_code, 3) << result.errors;
   EXPECT_NE(result.errors.find("500"), std::string::npos) << result.errors;
-  result = run_kiln({"measure", high, high, "--study", "views", "--out", out});
+  result = run_kiln({"measure", high, high, "--study", "views", "--size", "64", "--out", out});
   EXPECT_EQ(result.exit_code, 3) << result.errors;
   EXPECT_NE(result.errors.find("--unwrap"), std::string::npos) << result.errors;
   Mesh away = test::BumpySphere::light(24, 12);
   for (Vec3& position : away.positions) position.x += 100;
   save_obj(away, scene / "away.obj");
-  result = run_kiln({"measure", high, scene / "away.obj", "--study", "views", "--out", out});
+  result = run_kiln(
+      {"measure", high, scene / "away.obj", "--study", "views", "--size", "64", "--out", out});
   EXPECT_EQ(result.exit_code, 3) << result.errors;
   EXPECT_NE(result.errors.find("units"), std::string::npos) << result.errors;
-  EXPECT_EQ(run_kiln({"measure", scene / "none.ply", "--study", "views", "--out", out}).exit_code,
-            3);
+  EXPECT_EQ(
+      run_kiln({"measure", scene / "none.ply", "--study", "views", "--size", "64", "--out", out})
+          .exit_code,
+      3);
   EXPECT_FALSE(fs::exists(out));  // made for nothing, so gone
 }
 

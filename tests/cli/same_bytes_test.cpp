@@ -48,7 +48,7 @@ TEST(Command, GivesTheSameBytesEveryTime) {
 
 TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
   KILN_REQUIRE_DEVICE();
-  const fs::path scene = make_scene();
+  const fs::path scene = make_scene(6000);
   {
     std::ofstream file(scene / "views.txt");
     file << "# where visitors stand\n1 0.2 0 1\n\n0 0.2 1 2.5 # the entrance\n0 -1 0 0\n";
@@ -60,11 +60,11 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
                                           "--out",
                                           scene / "out",
                                           "--size",
-                                          "128",
+                                          "64",
                                           "--max-distance",
                                           "10%",
                                           "--directions",
-                                          "96",
+                                          "48",
                                           "--json",
                                           scene / "report.json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -98,12 +98,12 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
     all.push_back(expected);
     const nlohmann::json report = read_json(scene / "report.json");
     EXPECT_EQ(report["options"]["match"], options[1]);
-    EXPECT_EQ(report["options"]["directions"], 96);
+    EXPECT_EQ(report["options"]["directions"], 48);
     const auto& visibility = report["visibility"];
     EXPECT_GT(visibility["places"].get<int>(), 1000);
     EXPECT_GT(visibility["seconds"].get<double>(), 0);
     EXPECT_EQ(visibility["test"], report["options"]["visibility_test"]);
-    EXPECT_LE(visibility["directions"].get<int>(), 96);
+    EXPECT_LE(visibility["directions"].get<int>(), 48);
   }
   // In words, too.
   const ProcessResult said =

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "kiln/kiln.h"
 #include "support/environment.h"
@@ -39,9 +40,27 @@ class Crashes : public ::testing::Test {
   ProcessResult bake(const fs::path& out, const fs::path& cache, const fs::path& temporary) {
     ProcessOptions options;
     options.environment = {{"POCL_CACHE_DIR", cache}, {"TMPDIR", temporary}};
-    return test::run_kiln({"bake", folder_ / "high.obj", folder_ / "low.obj", "--size", "16",
-                           "--quiet", "--out", out},
-                          options);
+    return test::run_kiln(words(out), options);
+  }
+
+  /// What two views find of the surface: few kernels, since an empty cache compiles them all.
+  std::vector<std::string> words(const fs::path& out) const {
+    return {"bake",
+            folder_ / "high.obj",
+            folder_ / "low.obj",
+            "--match",
+            "views",
+            "--views",
+            "2",
+            "--view-size",
+            "64",
+            "--maps",
+            "mask",
+            "--size",
+            "16",
+            "--quiet",
+            "--out",
+            out};
   }
 
   /// A cache as a good bake leaves it, and that bake's map: kernels are compiled once for all cases.
@@ -55,7 +74,7 @@ class Crashes : public ::testing::Test {
       fs::create_directory(folder / "cache");
       const ProcessResult good = bake(folder / "good", folder / "cache", folder);
       EXPECT_EQ(good.exit_code, 0) << good.errors;
-      return Filled{folder / "cache", contents(folder / "good" / "low_normal.png")};
+      return Filled{folder / "cache", contents(folder / "good" / "low_mask.png")};
     }();
     return made;
   }
@@ -82,13 +101,13 @@ TEST_F(Crashes, ADamagedCacheIsLeftForAnEmptyOne) {
   const ProcessResult again = bake(folder_ / "again", cache, temporary);
   EXPECT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_NE(again.errors.find("POCL_CACHE_DIR"), std::string::npos) << again.errors;
-  EXPECT_EQ(contents(folder_ / "again" / "low_normal.png"), filled().map);
+  EXPECT_EQ(contents(folder_ / "again" / "low_mask.png"), filled().map);
   EXPECT_TRUE(fs::is_empty(temporary)) << "the empty cache stayed";
   // Where there is no place for an empty one, the message says what to do.
   const ProcessResult failed = bake(folder_ / "failed", cache, folder_ / "nowhere");
   EXPECT_EQ(failed.exit_code, 4) << failed.errors;
   EXPECT_NE(failed.errors.find("POCL_CACHE_DIR"), std::string::npos) << failed.errors;
-  EXPECT_FALSE(fs::exists(folder_ / "failed" / "low_normal.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "failed" / "low_mask.png"));
 }
 
 TEST_F(Crashes, ACacheOnAFullDiskIsLeftForAnEmptyOne) {
@@ -103,7 +122,7 @@ TEST_F(Crashes, ACacheOnAFullDiskIsLeftForAnEmptyOne) {
   EXPECT_EQ(umount(cache.c_str()), 0);
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_NE(result.errors.find("POCL_CACHE_DIR"), std::string::npos) << result.errors;
-  EXPECT_TRUE(fs::exists(folder_ / "out" / "low_normal.png"));
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "low_mask.png"));
   EXPECT_TRUE(fs::is_empty(temporary));
   EXPECT_EQ(failed.exit_code, 4) << failed.errors;
   EXPECT_NE(failed.errors.find("POCL_CACHE_DIR"), std::string::npos) << failed.errors;
@@ -119,9 +138,7 @@ TEST_F(Crashes, ADriverWhoseThreadsWaitForEachOtherEndsTheRun) {
                            {"LD_PRELOAD", test::fault_library()},
                            {"KILN_FAULT_READ", way}};
     options.timeout_seconds = 60;
-    return test::run_kiln({"bake", folder_ / "high.obj", folder_ / "low.obj", "--size", "16",
-                           "--quiet", "--out", folder_ / way},
-                          options);
+    return test::run_kiln(words(folder_ / way), options);
   };
   const double whole = run("none").seconds;
   const ProcessResult stuck = run("deadlock");
@@ -129,13 +146,13 @@ TEST_F(Crashes, ADriverWhoseThreadsWaitForEachOtherEndsTheRun) {
   EXPECT_NE(stuck.errors.find("kiln: The OpenCL driver does not return"), std::string::npos)
       << stuck.errors;
   EXPECT_LE(stuck.seconds, whole + 2.5);
-  EXPECT_FALSE(fs::exists(folder_ / "deadlock" / "low_normal.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "deadlock" / "low_mask.png"));
   // What only takes its time is waited for.
   for (const char* way : {"sleep", "wait"}) {
     const ProcessResult slow = run(way);
     EXPECT_EQ(slow.exit_code, 0) << way << ": " << slow.errors;
     EXPECT_GE(slow.seconds, 3) << way;
-    EXPECT_TRUE(fs::exists(folder_ / way / "low_normal.png")) << way;
+    EXPECT_TRUE(fs::exists(folder_ / way / "low_mask.png")) << way;
   }
 }
 

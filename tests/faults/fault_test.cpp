@@ -115,7 +115,8 @@ const Command kCommands[] = {
      }},
     {"simplify",
      [](const fs::path& in, const fs::path& out) {
-       return Words{"simplify", in / "high.obj", "--faces", "60", "--out", out / "light.obj"};
+       return Words{"simplify", in / "high.obj", "--faces",        "60", "--size",
+                    "64",       "--out",         out / "light.obj"};
      }},
     {"render",
      [](const fs::path& in, const fs::path& out) {
@@ -132,9 +133,21 @@ const Command kCommands[] = {
     // Pictures, maps and a report.
     {"gallery",
      [](const fs::path& in, const fs::path& out) {
-       return Words{"gallery", in / "high.obj", in / "low.obj",     "--size", "16",
-                    "--match", "ray",           "--picture-size",   "64",     "--out",
-                    out,       "--json",        out / "report.json"};
+       return Words{"gallery",
+                    in / "high.obj",
+                    in / "low.obj",
+                    "--size",
+                    "16",
+                    "--match",
+                    "ray",
+                    "--picture-size",
+                    "64",
+                    "--pixels",
+                    "64",
+                    "--out",
+                    out,
+                    "--json",
+                    out / "report.json"};
      },
      Often::once},
     // Textures, a mesh, data and a script to draw them.

@@ -125,7 +125,7 @@ struct Family {
 class SimplifyGrowth : public testing::TestWithParam<Family> {};
 
 TEST_P(SimplifyGrowth, IsNearLinear) {
-  constexpr std::uint32_t n = 3000, times = 8;
+  constexpr std::uint32_t n = 1500, times = 8;
   const Outcome small = collapse(GetParam().make(n));
   const Outcome large = collapse(GetParam().make(n * times));
   const double power = std::log(large.visits / small.visits) / std::log(double{times});

@@ -51,12 +51,15 @@ bool had_a_choice(const Source::Impl& high, const test::HardBake& bake, std::siz
   return false;
 }
 
-Seen seen(const Source& source, const sample::HardScene& scene, RayRule rule) {
-  const test::HardBake bake(source, scene.low, sized(64, rule));
-  // The default reach, 2% of the diagonal, in the frame.
+/// The default reach, 2% of the diagonal, in the frame.
+float default_reach(const Source& source) {
   const auto& frame = impl_of(source).frame;
-  const auto reach = static_cast<float>(0.02 * frame.diagonal * frame.scale);
-  const test::Shown shown(source, scene.high, scene.low, bake, reach);
+  return static_cast<float>(0.02 * frame.diagonal * frame.scale);
+}
+
+Seen seen(const Source& source, const test::HardBake& bake, const test::Shown& shown) {
+  const auto& frame = impl_of(source).frame;
+  const float reach = default_reach(source);
   Seen result;
   std::size_t counted = 0;
   for (std::size_t i = 0; i < bake.samples.size(); ++i) {
@@ -92,8 +95,13 @@ TEST(Outermost, TakesWhatViewsShow) {
     SCOPED_TRACE(name);
     const sample::HardScene scene = sample::hard_scene(name);
     const Source source(*test::device(), scene.high);
-    const Seen outermost = seen(source, scene, RayRule::outermost);
-    const Seen nearest = seen(source, scene, RayRule::nearest);
+    const test::HardBake outer(source, scene.low, sized(64, RayRule::outermost));
+    const test::HardBake near(source, scene.low, sized(64, RayRule::nearest));
+    // The views look at the places of the samples, which are those of both.
+    ASSERT_EQ(outer.samples.element, near.samples.element);
+    const test::Shown shown(source, scene.high, scene.low, outer, default_reach(source));
+    const Seen outermost = seen(source, outer, shown);
+    const Seen nearest = seen(source, near, shown);
     ::testing::Test::RecordProperty(std::string(name) + "_outermost_unseen",
                                     std::to_string(outermost.unseen));
     ::testing::Test::RecordProperty(std::string(name) + "_nearest_unseen",

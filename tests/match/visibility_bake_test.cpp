@@ -123,6 +123,7 @@ TEST(VisibilityBake, AllWaysFindTheSurface) {
   options.width = 300;  // neither square nor a multiple of anything
   options.height = 170;
   options.max_distance = Length::absolute(0.1);
+  options.recall = 0;
   const double ray = mean_error(bake(source, low, options));
   for (const MatchMethod method : {MatchMethod::visibility, MatchMethod::hybrid}) {
     for (const VisibilityAt at : {VisibilityAt::texel, VisibilityAt::vertex, VisibilityAt::face}) {

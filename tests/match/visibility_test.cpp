@@ -192,9 +192,10 @@ TEST(Visibility, ViewsComeCloseToRays) {
     std::vector<Vec3> positions, normals;
     scatter(scene, 3000, positions, normals);
     double last = 90;
+    std::vector<Seen> exact;  // rays have no pixels
     for (const std::uint32_t size : {64U, 256U, 512U}) {
       VisibilityProbe probe = scene.probe(Traversal::automatic, size);
-      const std::vector<Seen> exact = see(probe, positions, normals, By::rays);
+      if (exact.empty()) exact = see(probe, positions, normals, By::rays);
       const std::vector<Seen> views = see(probe, positions, normals, By::views);
       double sum = 0;
       std::size_t counted = 0;

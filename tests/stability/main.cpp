@@ -6,7 +6,8 @@
 
 int main() {
   try {
-    std::fputs(kiln::test::survey(kiln::Device::open()).c_str(), stdout);
+    const kiln::Device device = kiln::Device::open();
+    std::fputs(kiln::test::Survey(device).tables().c_str(), stdout);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "stability_survey: %s\n", error.what());
     return 1;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <stdexcept>
 
 #include "stability/survey.h"
@@ -73,10 +74,22 @@ const Way& way_named(const std::vector<Way>& all, const std::string& name) {
   return *found;
 }
 
-TEST(Stability, EachFailureIsKnownAndHasARemedy) {
-  KILN_REQUIRE_DEVICE();
-  const std::vector<Way> all = ways();
-  const std::vector<FailureScene> scenes = failure_scenes();
+class Stability : public ::testing::Test {
+ protected:
+  static void TearDownTestSuite() { survey.reset(); }
+
+  void SetUp() override {
+    KILN_REQUIRE_DEVICE();
+    if (!survey) survey = std::make_unique<Survey>(*device());
+  }
+
+  /// One for all cases: each figure is measured once, and goes before its device.
+  static inline std::unique_ptr<Survey> survey;
+};
+
+TEST_F(Stability, EachFailureIsKnownAndHasARemedy) {
+  const std::vector<Way>& all = survey->ways();
+  const std::vector<FailureScene>& scenes = survey->scenes();
   ASSERT_EQ(scenes.size(), kExpected.size());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const Expected& expected = kExpected[i];
@@ -84,7 +97,7 @@ TEST(Stability, EachFailureIsKnownAndHasARemedy) {
     ASSERT_FALSE(expected.working.empty()) << expected.scene;
     for (const Expected::Failing& failing : expected.failing) {
       SCOPED_TRACE(scenes[i].name + " by " + failing.way);
-      const FailureRate rate = rate_failure(*device(), scenes[i], way_named(all, failing.way));
+      const FailureRate& rate = survey->rate(scenes[i], way_named(all, failing.way));
       EXPECT_GE(rate.wrong, failing.least_wrong);
       EXPECT_LE(rate.wrong, failing.most_wrong);
       EXPECT_GE(rate.undecided, failing.least_undecided);
@@ -92,7 +105,7 @@ TEST(Stability, EachFailureIsKnownAndHasARemedy) {
     }
     for (const char* name : expected.working) {
       SCOPED_TRACE(scenes[i].name + " by " + name);
-      const FailureRate rate = rate_failure(*device(), scenes[i], way_named(all, name));
+      const FailureRate& rate = survey->rate(scenes[i], way_named(all, name));
       EXPECT_EQ(rate.wrong, 0);
       EXPECT_EQ(rate.undecided, 0);
     }
@@ -100,8 +113,7 @@ TEST(Stability, EachFailureIsKnownAndHasARemedy) {
 }
 
 /// What is lost is told: its share of what views show, and its place.
-TEST(Stability, ALostStampIsTold) {
-  KILN_REQUIRE_DEVICE();
+TEST_F(Stability, ALostStampIsTold) {
   const FailureScene scene = hard_failures().front();
   ASSERT_EQ(scene.name, "lost stamp");
   const Source source(*device(), scene.high);
@@ -124,12 +136,11 @@ TEST(Stability, ALostStampIsTold) {
   }
 }
 
-TEST(Stability, SmallDisturbancesMoveTheMapLittle) {
-  KILN_REQUIRE_DEVICE();
-  for (const Way& way : ways()) {
+TEST_F(Stability, SmallDisturbancesMoveTheMapLittle) {
+  for (const Way& way : survey->ways()) {
     for (const auto& [name, disturbance] : disturbances()) {
       SCOPED_TRACE(way.name + ", " + name);
-      const Movement movement = measure_movement(*device(), way, disturbance);
+      const Movement& movement = survey->movement(way, disturbance);
       // A millionth of the diagonal tilts the high poly's faces by some ten thousandths of a degree.
       EXPECT_LT(movement.mean_degrees, 0.005);
       // What depends on directions in the world sees others where the scene is turned.
@@ -145,11 +156,10 @@ TEST(Stability, SmallDisturbancesMoveTheMapLittle) {
   }
 }
 
-TEST(Stability, TheTablesAreTheDocuments) {
-  KILN_REQUIRE_DEVICE();
+TEST_F(Stability, TheTablesAreTheDocuments) {
   std::ifstream file(stability_tables(), std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(file), {});
-  const std::string tables = survey(*device());
+  const std::string tables = survey->tables();
   EXPECT_NE(text.find(tables), std::string::npos)
       << "tests/stability/README.md is out of date: run stability_survey and put in what it "
          "prints:\n"

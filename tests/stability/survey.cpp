@@ -23,11 +23,19 @@ BakeOptions options_for(const Way& way, std::uint32_t size, const Length& reach,
   options.width = options.height = size;
   options.gutter = 0;
   options.keep_match = true;
+  options.recall = 0;  // rated here by what is known of each sample
   options.max_distance = reach;
   if (way.use_cage) {
     options.cage = cage;
     options.max_distance = {reach.value * 2, reach.relative};
   }
+  return options;
+}
+
+BakeOptions movement_options(const Way& way) {
+  BakeOptions options = options_for(way, 128, Length::share(0.03), Length::share(0.03));
+  options.space = NormalMapSpace::object;
+  options.raw = true;
   return options;
 }
 
@@ -109,8 +117,26 @@ std::string percent(double share) {
 
 }  // namespace
 
-FailureRate rate_failure(const Device& device, const FailureScene& scene, const Way& way) {
-  const Source source(device, scene.high);
+struct Survey::Scenery {
+  Source source;
+  Mesh low;
+  Turn back;
+};
+
+Survey::Survey(const Device& device) : device_(device) {}
+Survey::~Survey() = default;
+
+const Source& Survey::source_of(const FailureScene& scene) {
+  const auto found = sources_.find(scene.name);
+  if (found != sources_.end()) return found->second;
+  return sources_.emplace(scene.name, Source(device_, scene.high)).first->second;
+}
+
+const FailureRate& Survey::rate(const FailureScene& scene, const Way& way) {
+  const auto [place, is_new] = rates_.try_emplace({scene.name, way.name});
+  FailureRate& rate = place->second;
+  if (!is_new) return rate;
+  const Source& source = source_of(scene);
   BakeOptions options = options_for(way, kSize, scene.reach, scene.cage);
   if (!scene.says_reach && !way.use_cage) options.max_distance.reset();
   std::optional<Parts> parts;
@@ -122,7 +148,6 @@ FailureRate rate_failure(const Device& device, const FailureScene& scene, const 
   }
   const BakeResult baked = bake(source, scene.low, options);
   const Match& match = *baked.match;
-  FailureRate rate;
   std::uint64_t samples = 0, wrong = 0, undecided = 0;
   for (std::size_t i = 0; i < match.status.size(); ++i) {
     if (match.status[i] == KILN_STATUS_NONE) continue;
@@ -149,50 +174,64 @@ std::vector<std::pair<std::string, Disturbance>> disturbances() {
           {"permute", Disturbance::permute},       {"mirror", Disturbance::mirror}};
 }
 
-Movement measure_movement(const Device& device, const Way& way, Disturbance disturbance) {
-  const Mesh high = BumpySphere::dense(20000);
-  const Mesh low = BumpySphere::light(24, 12);
+const Survey::Scenery& Survey::disturbed(Disturbance disturbance) {
+  std::unique_ptr<Scenery>& scenery = sceneries_[disturbance];
+  if (scenery) return *scenery;
+  Mesh high = BumpySphere::dense(20000);
+  Mesh low = BumpySphere::light(24, 12);
   const double diagonal = 2 * std::sqrt(3.0);
-  Mesh other_high = high;
-  Mesh other_low = low;
   Turn back = rotation(0, 0, 1, 0);
   switch (disturbance) {
+    case Disturbance::none:
+      break;
     case Disturbance::jitter:
-      jitter(1e-6 * diagonal, 1, other_high);
-      jitter(1e-6 * diagonal, 2, other_low);
+      jitter(1e-6 * diagonal, 1, high);
+      jitter(1e-6 * diagonal, 2, low);
       break;
     case Disturbance::rotate: {
       // No axis of symmetry of anything here.
       const Turn turn = rotation(0.48, 0.6, 0.64, 0.7);
-      turn_mesh(turn, other_high);
-      turn_mesh(turn, other_low);
+      turn_mesh(turn, high);
+      turn_mesh(turn, low);
       back = rotation(0.48, 0.6, 0.64, -0.7);
       break;
     }
     case Disturbance::scale:
-      for (Mesh* mesh : {&other_high, &other_low}) {
+      for (Mesh* mesh : {&high, &low}) {
         for (Vec3& p : mesh->positions) p = {p.x * 1000, p.y * 1000, p.z * 1000};
       }
       break;
     case Disturbance::translate:
-      for (Mesh* mesh : {&other_high, &other_low})
-        mesh->origin = {100 * diagonal, 0, -50 * diagonal};
+      for (Mesh* mesh : {&high, &low}) mesh->origin = {100 * diagonal, 0, -50 * diagonal};
       break;
     case Disturbance::permute:
-      permute(other_high);
+      permute(high);
       break;
     case Disturbance::mirror:
-      mirror(other_high);
-      mirror(other_low);
+      mirror(high);
+      mirror(low);
       back = {{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
       break;
   }
-  BakeOptions options = options_for(way, 128, Length::share(0.03), Length::share(0.03));
-  options.space = NormalMapSpace::object;
-  options.raw = true;
-  const BakeResult before = bake(Source(device, high), low, options);
-  BakeResult after = bake(Source(device, other_high), other_low, options);
-  Movement result;
+  scenery = std::make_unique<Scenery>(Scenery{Source(device_, high), std::move(low), back});
+  return *scenery;
+}
+
+const BakeResult& Survey::undisturbed(const Way& way) {
+  const auto found = undisturbed_.find(way.name);
+  if (found != undisturbed_.end()) return found->second;
+  const Scenery& scenery = disturbed(Disturbance::none);
+  BakeResult result = bake(scenery.source, scenery.low, movement_options(way));
+  return undisturbed_.emplace(way.name, std::move(result)).first->second;
+}
+
+const Movement& Survey::movement(const Way& way, Disturbance disturbance) {
+  const auto [place, is_new] = movements_.try_emplace({way.name, disturbance});
+  Movement& result = place->second;
+  if (!is_new) return result;
+  const Scenery& scenery = disturbed(disturbance);
+  const BakeResult& before = undisturbed(way);
+  const BakeResult after = bake(scenery.source, scenery.low, movement_options(way));
   std::uint64_t both = 0, above = 0, changed = 0, covered = 0;
   double sum = 0;
   constexpr std::uint8_t kBaked = 1, kMissed = 2;
@@ -204,7 +243,7 @@ Movement measure_movement(const Device& device, const Way& way, Disturbance dist
     if (a != kBaked || b != kBaked) continue;
     const float* p = &before.maps[0].image.pixels[3 * i];
     const float* q = &after.maps[0].image.pixels[3 * i];
-    const Vec3 n = turned(back, {q[0], q[1], q[2]});
+    const Vec3 n = turned(scenery.back, {q[0], q[1], q[2]});
     const double x = double{p[1]} * n.z - double{p[2]} * n.y;
     const double y = double{p[2]} * n.x - double{p[0]} * n.z;
     const double z = double{p[0]} * n.y - double{p[1]} * n.x;
@@ -222,21 +261,20 @@ Movement measure_movement(const Device& device, const Way& way, Disturbance dist
   return result;
 }
 
-std::string survey(const Device& device) {
-  const std::vector<Way> all = ways();
+std::string Survey::tables() {
   std::string text =
       "Texels that are wrong / undecided, %, and the largest jump between the matches of "
       "neighbouring "
       "texels, % of the diagonal:\n\n| |";
-  for (const Way& way : all) text += " " + way.name + " |";
+  for (const Way& way : ways_) text += " " + way.name + " |";
   text += "\n| --- |";
-  for (std::size_t i = 0; i < all.size(); ++i) text += " --: |";
+  for (std::size_t i = 0; i < ways_.size(); ++i) text += " --: |";
   text += "\n";
   std::string legend;
-  for (const FailureScene& scene : failure_scenes()) {
+  for (const FailureScene& scene : scenes_) {
     text += "| " + scene.name + " |";
-    for (const Way& way : all) {
-      const FailureRate rate = rate_failure(device, scene, way);
+    for (const Way& way : ways_) {
+      const FailureRate& rate = this->rate(scene, way);
       text += " " + percent(rate.wrong) + " / " + percent(rate.undecided) + ", " +
               percent(rate.jump) + " |";
     }
@@ -248,14 +286,14 @@ std::string survey(const Device& device) {
       "\nHow far the map of a bumpy sphere moves where the input is disturbed: mean / largest "
       "angle in degrees, and the share of texels that move by more than 1 degree or come or go, "
       "%:\n\n| |";
-  for (const Way& way : all) text += " " + way.name + " |";
+  for (const Way& way : ways_) text += " " + way.name + " |";
   text += "\n| --- |";
-  for (std::size_t i = 0; i < all.size(); ++i) text += " --: |";
+  for (std::size_t i = 0; i < ways_.size(); ++i) text += " --: |";
   text += "\n";
   for (const auto& [name, disturbance] : disturbances()) {
     text += "| " + name + " |";
-    for (const Way& way : all) {
-      const Movement m = measure_movement(device, way, disturbance);
+    for (const Way& way : ways_) {
+      const Movement& m = movement(way, disturbance);
       char cell[96];
       std::snprintf(cell, sizeof cell, " %s / %s, ", in_degrees(m.mean_degrees).c_str(),
                     in_degrees(m.max_degrees).c_str());

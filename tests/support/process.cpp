@@ -106,6 +106,9 @@ bool only_warnings(const std::string& errors) {
 }
 
 std::string path_without(const std::string& program) {
+  static std::map<std::string, std::string> made;
+  std::string& path = made[program];
+  if (!path.empty()) return path;
   const fs::path links = scratch_folder();
   const char* set = std::getenv("PATH");
   std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
@@ -117,7 +120,7 @@ std::string path_without(const std::string& program) {
       if (name != program) fs::create_symlink(fs::absolute(entry.path()), links / name, taken);
     }
   }
-  return links.string();
+  return path = links.string();
 }
 
 std::string folder_with(const std::string& name, const std::string& script) {
