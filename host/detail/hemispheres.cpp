@@ -218,7 +218,8 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
   }
   make_turns(band);
   const cl::Array<float> none;
-  count_open(band, match, second, rays_out_, turns_, occluders(), sums.open,
+  const Turned all{&turns_, &sums.open};
+  count_open(band, match, second, rays_out_, {&all, 1}, occluders(),
              wants_lean_ ? sums.lean : none);
   sums.has_open = true;
 }

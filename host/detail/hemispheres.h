@@ -87,14 +87,16 @@ class Hemispheres : public SharedWork {
     std::vector<std::uint32_t> cast;  // the round of the last rays
     std::uint32_t round = 0, turn = 0;
   };
+  /// Casts another `rays` rays of each sample of some texels for a, and as many for b where asked for both.
   void estimate(Estimates& of, const std::vector<std::uint32_t>& texels, std::uint32_t rays,
-                std::vector<std::uint32_t>& open);
+                std::span<std::vector<std::uint32_t>* const> open);
   ShareFilter::Result filtered(const Estimates& of);
   bool refine(Estimates& of, const ShareFilter::Result& last, const std::vector<float>& before);
   Shared prepare_filter(const TexelBand& band, const Correspondence& match, bool second);
   /// Copies samples to some_, some_match_ and some_turns_.
   void pick(const TexelBand& band, const Correspondence& match,
             std::span<const std::uint32_t> samples, std::uint32_t more_turn);
+  void turn_more(std::uint32_t more_turn);
   /// Samples that are cast one group after another, each against what occludes it.
   struct Group {
     const RayCaster* caster;
@@ -107,20 +109,22 @@ class Hemispheres : public SharedWork {
   /// The band's samples, neighbours in the map close together: what their rays meet is in the cache then.
   const std::vector<std::uint32_t>& near_order(const TexelBand& band);
   /// How many rays of each sample of a group hit nothing, and where asked for the sums of their directions.
-  /// \param turn  other rays each
   struct Counted {
     std::vector<std::uint32_t> open;  // by sample of the band
     std::vector<float> lean;          // 3 planes of plane_of(band)
   };
+  /// \param turns  other rays each, which are counted one by one; the points are made once
   void cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
-                  bool second, const RaySet& set, std::uint32_t turn, Counted& counted);
+                  bool second, const RaySet& set, std::span<const std::uint32_t> turns,
+                  std::span<Counted> counted);
   /// All samples of a band, each against its own part.
   Counted cast_parts(const TexelBand& band, const Correspondence& match, bool second,
                      const RaySet& set, bool lean);
-  /// How many of another `rays` rays of each of some samples hit nothing. \param round  other ones each
-  std::vector<std::uint32_t> cast_more(const TexelBand& band, const Correspondence& match,
-                                       bool second, std::span<const std::uint32_t> samples,
-                                       std::uint32_t rays, std::uint32_t round);
+  /// How many of another `rays` rays of each of some samples hit nothing: by round, by sample of the band.
+  /// \param rounds  other rays each
+  std::vector<Counted> cast_more(const TexelBand& band, const Correspondence& match, bool second,
+                                 std::span<const std::uint32_t> samples, std::uint32_t rays,
+                                 std::span<const std::uint32_t> rounds);
   const RaySet& outward_rays(std::uint32_t count);
   void upload_rays(RaySet& set, std::uint32_t count, double radius);
   void upload();
@@ -151,16 +155,19 @@ class Hemispheres : public SharedWork {
   void over_pieces(const TexelBand& band, const Correspondence& match, bool second,
                    const RaySet& set, std::uint32_t together, const OfPiece& use);
   static bool casts_by_sample(const TexelBand& band, const RaySet& set);
+  /// Rays that samples have: how far theirs are turned, and where those that hit nothing are counted.
+  struct Turned {
+    const cl::Array<std::uint32_t>*turns, *open;
+  };
   /// Adds to each sample how many of its rays outward hit nothing, and the sums of their directions.
   /// \param lean  empty: not asked for
   void count_open(const TexelBand& band, const Correspondence& match, bool second,
-                  const RaySet& set, const cl::Array<std::uint32_t>& turns, const RayCaster& caster,
-                  const cl::Array<std::uint32_t>& open, const cl::Array<float>& lean);
+                  const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
+                  const cl::Array<float>& lean);
   /// The same in one kernel, for Traversal::cpu.
   void cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
-                   const RaySet& set, const cl::Array<std::uint32_t>& turns,
-                   const RayCaster& caster, const RayQuery& query,
-                   const cl::Array<std::uint32_t>& open, const cl::Array<float>& lean);
+                   const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
+                   const RayQuery& query, const cl::Array<float>& lean);
   /// Adds what hits_ says to counts of open rays.
   void add_open(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
 
@@ -198,7 +205,7 @@ class Hemispheres : public SharedWork {
   cl::Array<std::uint32_t> lit_;
   TexelBand some_;  // samples that are not done yet
   Correspondence some_match_;
-  cl::Array<std::uint32_t> some_turns_, some_open_;
+  cl::Array<std::uint32_t> some_turns_, more_turns_, some_open_, more_open_;
   cl::Array<float> some_lean_;
   std::optional<ShareFilter> filter_;
   cl::Array<std::uint8_t> hits_;

@@ -111,30 +111,31 @@ void Hemispheres::add_open(const kiln_hemisphere_params& params,
 }
 
 void Hemispheres::count_open(const TexelBand& band, const Correspondence& match, bool second,
-                             const RaySet& set, const cl::Array<std::uint32_t>& turns,
-                             const RayCaster& caster, const cl::Array<std::uint32_t>& open,
-                             const cl::Array<float>& lean) {
+                             const RaySet& set, std::span<const Turned> turned,
+                             const RayCaster& caster, const cl::Array<float>& lean) {
   const RayQuery query = query_up_to(occluding_, back_faces_);
   const bool by_sample = lean.empty() && casts_by_sample(band, set);
   if (caster.traversal() == Traversal::cpu && !by_sample) {
-    cast_blocks(band, match, second, set, turns, caster, query, open, lean);
+    cast_blocks(band, match, second, set, turned, caster, query, lean);
     return;
   }
-  over_rays(band, match, second, set, turns, lean.empty(),
-            [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-              make_room(context_, hits_, ray_capacity_);
-              caster.occluded(rays_, count, ray_capacity_, query, hits_);
-              add_open(params, open);
-              if (lean.empty()) return;
-              context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_lean"),
-                              params.stride / kLanes, kLocalLanes, params, hits_, rays_, lean);
-            });
+  for (const auto& [turns, open] : turned) {
+    over_rays(band, match, second, set, *turns, lean.empty(),
+              [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
+                make_room(context_, hits_, ray_capacity_);
+                caster.occluded(rays_, count, ray_capacity_, query, hits_);
+                add_open(params, *to);
+                if (lean.empty()) return;
+                context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_lean"),
+                                params.stride / kLanes, kLocalLanes, params, hits_, rays_, lean);
+              });
+  }
 }
 
 void Hemispheres::cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
-                              const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                              const RaySet& set, std::span<const Turned> turned,
                               const RayCaster& caster, const RayQuery& query,
-                              const cl::Array<std::uint32_t>& open, const cl::Array<float>& lean) {
+                              const cl::Array<float>& lean) {
   kiln_cast_params how{};
   how.rows = std::min(kRows, set.count);
   how.samples = KILN_OCCLUSION_BLOCK / how.rows / kLanes * kLanes;
@@ -148,9 +149,11 @@ void Hemispheres::cast_blocks(const TexelBand& band, const Correspondence& match
     const std::uint32_t most = std::max(1U, kMostRays / params.stride);
     for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
       params.rays = std::min(most, set.count - params.first_ray);
-      context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
-                      caster.tree().blocks, points_, turns, turn_table_, set.directions, set.rings,
-                      scratch_, hits_, open, lean.empty() ? scratch_ : lean);
+      for (const auto& [turns, open] : turned) {
+        context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
+                        caster.tree().blocks, points_, *turns, turn_table_, set.directions,
+                        set.rings, scratch_, hits_, *open, lean.empty() ? scratch_ : lean);
+      }
     }
   });
 }

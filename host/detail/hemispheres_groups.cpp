@@ -1,5 +1,6 @@
 // Rays of some samples of a band, each against what occludes it: all, or its own part.
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <numeric>
 
@@ -107,43 +108,55 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
 }
 
 void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
-                             bool second, const RaySet& set, std::uint32_t turn, Counted& counted) {
+                             bool second, const RaySet& set, std::span<const std::uint32_t> turns,
+                             std::span<Counted> counted) {
   const RayQuery query = query_up_to(beyond_, back_faces_);  // of the light's rays
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   const cl::Array<float> no_lean;
   const std::size_t plane = plane_of(band);
+  const bool wants_lean = !counted[0].lean.empty();  // then there is one set of turns
+  const std::array<Turned, 2> all{Turned{&some_turns_, &some_open_},
+                                  Turned{&more_turns_, &more_open_}};
+  const std::span<const Turned> turned = std::span(all).first(turns.size());
   const std::span<const std::uint32_t> samples = group.samples;
   for (std::size_t first = 0; first < samples.size(); first += kPicked) {
     const auto part = samples.subspan(first, std::min(kPicked, samples.size() - first));
-    pick(band, match, part, turn);
+    pick(band, match, part, turns[0]);
     const std::size_t own = plane_of(some_);
     make_room(context_, some_open_, own);
     context_.fill(some_open_, std::uint32_t{0});
-    if (!counted.lean.empty()) {
+    if (turns.size() > 1) {
+      turn_more(turns[1] - turns[0]);
+      make_room(context_, more_open_, own);
+      context_.fill(more_open_, std::uint32_t{0});
+    }
+    if (wants_lean) {
       make_room(context_, some_lean_, 3 * own);
       context_.fill(some_lean_, 0.0F);
     }
     if (set.lit) {
       over_rays(some_, some_match_, second, set, some_turns_, false,
-                [&](const kiln_hemisphere_params& of, std::uint32_t all) {
+                [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
                   make_room(context_, hits_, ray_capacity_);
-                  group.caster->occluded(rays_, all, ray_capacity_, query, hits_);
+                  group.caster->occluded(rays_, rays, ray_capacity_, query, hits_);
                   context_.launch(lit, of.stride / kLanes, kLocalLanes, of, hits_, rays_,
                                   some_open_);
                 });
     } else {
-      count_open(some_, some_match_, second, set, some_turns_, *group.caster, some_open_,
-                 counted.lean.empty() ? no_lean : some_lean_);
+      count_open(some_, some_match_, second, set, turned, *group.caster,
+                 wants_lean ? some_lean_ : no_lean);
     }
     std::vector<std::uint32_t> read(part.size());
-    some_open_.read(context_, std::span(read));
-    for (std::size_t i = 0; i < part.size(); ++i) counted.open[part[i]] = read[i];
-    if (counted.lean.empty()) continue;
+    for (std::size_t t = 0; t < turned.size(); ++t) {
+      turned[t].open->read(context_, std::span(read));
+      for (std::size_t i = 0; i < part.size(); ++i) counted[t].open[part[i]] = read[i];
+    }
+    if (!wants_lean) continue;
     std::vector<float> leans(3 * own);
     some_lean_.read(context_, std::span(leans));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < part.size(); ++i) {
-        counted.lean[axis * plane + part[i]] = leans[axis * own + i];
+        counted[0].lean[axis * plane + part[i]] = leans[axis * own + i];
       }
     }
   }
@@ -156,17 +169,22 @@ Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band, const Corres
   if (lean) counted.lean.resize(std::size_t{3} * plane_of(band));
   make_turns(band);
   for (const Group& group : groups(band, match, second, near_order(band))) {
-    cast_group(group, band, match, second, set, 0, counted);
+    cast_group(group, band, match, second, set, std::array{0U}, {&counted, 1});
   }
   return counted;
 }
 
-std::vector<std::uint32_t> Hemispheres::cast_more(const TexelBand& band,
-                                                  const Correspondence& match, bool second,
-                                                  std::span<const std::uint32_t> samples,
-                                                  std::uint32_t rays, std::uint32_t round) {
-  Counted counted;
-  counted.open.resize(band.sample_count);
+std::vector<Hemispheres::Counted> Hemispheres::cast_more(const TexelBand& band,
+                                                         const Correspondence& match, bool second,
+                                                         std::span<const std::uint32_t> samples,
+                                                         std::uint32_t rays,
+                                                         std::span<const std::uint32_t> rounds) {
+  std::vector<Counted> counted(rounds.size());
+  std::vector<std::uint32_t> turns;
+  for (std::size_t r = 0; r < rounds.size(); ++r) {
+    counted[r].open.resize(band.sample_count);
+    turns.push_back(rounds[r] * kMoreTurn);
+  }
   std::vector<std::uint8_t> asked(band.sample_count);
   for (const std::uint32_t sample : samples) asked[sample] = 1;
   std::vector<std::uint32_t> near;
@@ -175,12 +193,9 @@ std::vector<std::uint32_t> Hemispheres::cast_more(const TexelBand& band,
     if (asked[sample] != 0) near.push_back(sample);
   }
   for (const Group& group : groups(band, match, second, near)) {
-    cast_group(group, band, match, second, outward_rays(rays), round * kMoreTurn, counted);
+    cast_group(group, band, match, second, outward_rays(rays), turns, counted);
   }
-  std::vector<std::uint32_t> result;
-  result.reserve(samples.size());
-  for (const std::uint32_t sample : samples) result.push_back(counted.open[sample]);
-  return result;
+  return counted;
 }
 
 }  // namespace kiln

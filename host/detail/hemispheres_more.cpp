@@ -1,5 +1,6 @@
 // Ambient occlusion to a given error: texels cast until two smoothed estimates agree.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -50,6 +51,14 @@ void Hemispheres::pick(const TexelBand& band, const Correspondence& match,
   context_.finish();  // `picked` goes
 }
 
+/// Other rays of the picked samples, to more_turns_.
+void Hemispheres::turn_more(std::uint32_t more_turn) {
+  make_room(context_, more_turns_, some_.capacity);
+  const kiln_pick_params params{some_.sample_count, 0, 0, 0, more_turn};
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), some_.sample_count,
+                  kLocal, params, some_turns_, more_turns_);
+}
+
 /// What the filter knows of the band: texels with a sample that has rays, the first of which stands for it.
 Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band, const Correspondence& match,
                                                 bool second) {
@@ -96,20 +105,22 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band, const Cor
 }
 
 void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texels,
-                           std::uint32_t rays, std::vector<std::uint32_t>& open) {
+                           std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open) {
   if (rays == 0) return;
-  std::vector<std::uint32_t> samples;
+  std::vector<std::uint32_t> samples, rounds;
+  samples.reserve(of.shared.samples.size());
   for (const std::uint32_t t : texels) {
     samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
                    of.shared.samples.begin() + of.shared.first[t + 1]);
   }
-  const std::vector<std::uint32_t> found =
-      cast_more(of.band, of.match, of.second, samples, rays, of.turn++);
-  auto next = found.begin();
-  for (const std::uint32_t t : texels) {
-    const auto end = next + (of.shared.first[t + 1] - of.shared.first[t]);
-    open[t] = std::accumulate(next, end, open[t]);
-    next = end;
+  for (std::size_t i = 0; i < open.size(); ++i) rounds.push_back(of.turn++);
+  const std::vector<Counted> found = cast_more(of.band, of.match, of.second, samples, rays, rounds);
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    for (const std::uint32_t t : texels) {
+      for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
+        (*open[i])[t] += found[i].open[of.shared.samples[s]];
+      }
+    }
   }
 }
 
@@ -160,8 +171,8 @@ bool Hemispheres::refine(Estimates& of, const ShareFilter::Result& last,
       of.rays[t] = rays * times;
       of.cast[t] = of.round;
     }
-    estimate(of, texels, rays * (times - 2), of.a);
-    estimate(of, texels, rays * times, of.b);
+    estimate(of, texels, rays * (times - 2), std::array{&of.a});
+    estimate(of, texels, rays * times, std::array{&of.b});
   }
   return !groups.empty();
 }
@@ -180,8 +191,7 @@ std::vector<float> Hemispheres::open_within(const TexelBand& band, const Corresp
   of.rays.assign(texels, std::max(1U, rays_out_.count / kBegin));
   std::vector<std::uint32_t> all(texels);
   std::iota(all.begin(), all.end(), 0U);
-  estimate(of, all, of.rays[0], of.a);
-  estimate(of, all, of.rays[0], of.b);
+  estimate(of, all, of.rays[0], std::array{&of.a, &of.b});
   ShareFilter::Result result = filtered(of);
   std::vector<float> before;
   while (refine(of, result, before)) {

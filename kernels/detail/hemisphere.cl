@@ -19,6 +19,7 @@
 // kernel                   global               local  memory traffic an item
 // kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
 // kiln_hemisphere_pick     samples              64     reads 44 B (gathered), writes 40 B
+// kiln_hemisphere_turn_more samples             64     reads 4 B, writes 4 B
 // kiln_hemisphere_points   samples, padded      64     reads 41 B + a triangle (gathered), writes 36 B
 // kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
 // kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
@@ -80,6 +81,16 @@ kernel void kiln_hemisphere_pick(const kiln_pick_params params,
     to_points[i + p * plane] = low_points[s + p * params.low_capacity];
   }
   to_turns[i] = (turns[s] + params.more_turn) &
+                ((1u << (KILN_HEMISPHERE_TURN_BITS + KILN_HEMISPHERE_SET_BITS)) - 1u);
+}
+
+/// Other rays of the same samples: turned by params.more_turn.
+kernel void kiln_hemisphere_turn_more(const kiln_pick_params params,
+                                      global const uint* restrict turns,
+                                      global uint* restrict to_turns) {
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  to_turns[i] = (turns[i] + params.more_turn) &
                 ((1u << (KILN_HEMISPHERE_TURN_BITS + KILN_HEMISPHERE_SET_BITS)) - 1u);
 }
 

@@ -30,6 +30,7 @@ static KILN_STREAM_CALL void hemisphere_fill(const kiln_hemisphere_params params
       float8 origin[3], opposite[3];
       hemisphere_ray(params, &lanes, (uint8)(row), (uint8)(rings[row]),
                      (uint8)(rings[row + params.all_rays]), directions, origin, opposite);
+      KILN_UNROLL
       for (int axis = 0; axis < 3; ++axis) {
         vstore8(origin[axis], 0, to + axis * KILN_OCCLUSION_BLOCK);
         vstore8(opposite[axis], 0, to + (3 + axis) * KILN_OCCLUSION_BLOCK);
