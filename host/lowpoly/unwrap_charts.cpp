@@ -14,6 +14,7 @@
 #include "lowpoly/bitmap_packing.h"
 #include "lowpoly/box_packing.h"
 #include "lowpoly/chart_cuts.h"
+#include "lowpoly/chart_density.h"
 #include "lowpoly/chart_growth.h"
 #include "lowpoly/chart_trims.h"
 #include "lowpoly/flat_predicates.h"
@@ -164,19 +165,46 @@ std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOp
   return std::move(packed[best]);
 }
 
+/// Sides of charts on the map by what texels do for them, after cuts where parts need other densities. \returns
+/// nothing, and all as it was, where that gains little
+std::vector<double> scale_charts(const ChartSurface& surface, const UnwrapOptions& options,
+                                 const std::vector<TexelErrors>& errors, Charts& made) {
+  if (errors.empty()) return {};
+  const std::vector<TexelNeed> needs = texel_needs(surface, errors);
+  const double texel = std::sqrt(surface.total_area / kExpectedCoverage) / options.size;
+  double length = 0;
+  for (const double side : surface.length) length += side;
+  const double edge = length / static_cast<double>(surface.length.size());
+  const double vertex =
+      kVertexPrice * surface.total_area / static_cast<double>(surface.positions.size());
+  const DensityPrice price{0.5 * options.border_texels * texel, vertex / edge,
+                           kLeastPart * surface.total_area};
+  std::vector<FlatChart> charts = made.charts;
+  std::vector<std::uint8_t> glued = made.borders.glued();
+  cut_by_density(surface, made.borders, price, needs, made.charts);
+  std::vector<double> scales = texel_scales(chart_needs(made.charts, needs));
+  if (std::any_of(scales.begin(), scales.end(), [](double s) { return s != 1; })) return scales;
+  made.charts = std::move(charts);
+  made.borders.restore(std::move(glued));
+  return {};
+}
+
 struct MadeCharts {
   std::vector<FlatChart> charts;
   std::optional<PackState> packed;  ///< How they were packed when they were made, nearly.
 };
 
 MadeCharts make_charts(const ChartSurface& surface, const UnwrapOptions& options,
+                       const std::vector<TexelErrors>& errors,
                        const std::vector<std::uint8_t>& lone, int threads) {
   Charts made{ChartBorders(surface), {}};
   made.charts = grow_charts(surface, made.borders, {});
   trim_charts(surface, made.borders, {}, made.charts);
   std::optional<PackState> packed = choose_cuts(surface, options, made, threads);
-  const double texel = std::sqrt(surface.total_area) / options.size;
   std::vector<FlatChart>& charts = made.charts;
+  const std::vector<double> scales = scale_charts(surface, options, errors, made);
+  if (!scales.empty()) packed.reset();
+  const double texel = std::sqrt(surface.total_area) / options.size;
   std::vector<std::uint32_t> local(surface.triangles.size());
   for (FlatChart& chart : charts) {
     if (lone[chart.source[0]] != 0)
@@ -190,6 +218,9 @@ MadeCharts make_charts(const ChartSurface& surface, const UnwrapOptions& options
     }
   };
   parallel_for(charts.size(), 1, finish, threads);
+  for (std::size_t i = 0; i < scales.size(); ++i) {
+    for (FlatPoint& p : charts[i].points) p = p * scales[i];
+  }
   return {std::move(made.charts), std::move(packed)};
 }
 
@@ -310,12 +341,12 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
 }  // namespace
 
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
-                   int threads) {
+                   int threads, const std::vector<TexelErrors>& errors) {
   std::vector<std::uint8_t> lone(mesh.triangles.size(), 0);
   // Each round sets at least one more triangle apart, and one by itself always has a place.
   for (;;) {
     const ChartSurface surface = make_surface(mesh, lone);
-    MadeCharts made = make_charts(surface, options, lone, threads);
+    MadeCharts made = make_charts(surface, options, errors, lone, threads);
     const Layout layout = pack(made, options, threads);
     std::vector<FlatChart>& charts = made.charts;
     bool failed = false;

@@ -7,6 +7,7 @@
 #include "base/heartbeat.h"
 #include "base/stopwatch.h"
 #include "kiln/plan.h"
+#include "lowpoly/unwrap_charts.h"
 #include "measure/plan_limits.h"
 
 namespace kiln {
@@ -50,10 +51,13 @@ DenseShown shown_to_plans(const Source& source, std::uint32_t screen) {
   return shown;
 }
 
-Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
-              UnwrapReport& report) {
-  if (!options.height_field)
-    return unwrap(level, {options.unwrap, size, std::max(2U, size / 256)}, &report);
+Mesh LightLooks::laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
+                          UnwrapReport& report) {
+  if (!options.height_field) {
+    if (options.density == TexelDensity::detail && !detail_) detail_.emplace(high_);
+    return unwrap_for(level, {options.unwrap, size, std::max(2U, size / 256)},
+                      detail_ ? &*detail_ : nullptr, &report);
+  }
   report = {};
   report.charts = 1;
   report.coverage = 1;

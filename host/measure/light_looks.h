@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "kiln/light_plan.h"
+#include "lowpoly/texel_detail.h"
 #include "measure/light_model.h"
 #include "measure/light_planner.h"
 #include "measure/normal_probe.h"
@@ -16,10 +18,6 @@ namespace kiln {
 DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
 /// A map as files of so many bits hold it.
 Image rounded(Image map, std::uint32_t bits);
-
-/// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
-Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
-              UnwrapReport& report);
 
 /// Pictures of the high poly, low polys of all numbers of faces, and what is known of them.
 class LightLooks {
@@ -41,6 +39,10 @@ class LightLooks {
   /// What a low poly of any layout can do.
   LightModel::Node look_with(const NormalProbe& probe) const;
 
+  /// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
+  Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
+                UnwrapReport& report);
+
   const DenseShown& shown() const { return shown_; }
   const SimplifyLevels& levels() const { return *levels_; }
   LightModel& model() const { return *model_; }
@@ -58,6 +60,7 @@ class LightLooks {
   DenseShown shown_;
   std::shared_ptr<const SimplifyLevels> levels_;
   std::unique_ptr<LightModel> model_;
+  std::optional<TexelDetail> detail_;  ///< Of the high poly, where it was asked for
 };
 
 }  // namespace kiln

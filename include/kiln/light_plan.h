@@ -49,6 +49,7 @@ struct LightPlanOptions {
   /// the map MapKind::normal. No cage mesh, no parts, no saved match.
   BakeOptions bake = {};
   UnwrapMethod unwrap = UnwrapMethod::charts;  ///< How the low poly is laid out
+  TexelDensity density = TexelDensity::area;   ///< Where the texels of large charts go
   /// The high poly is a height_field_mesh(). Low polys keep its border (SimplifyOptions::height_field) and its
   /// layout, and MatchMethod::uv is tried first.
   bool height_field = false;

@@ -1,6 +1,7 @@
 #include <charconv>
 
 #include "arguments/bake_flags.h"
+#include "arguments/unwrap_option.h"
 
 namespace kiln::cli {
 namespace {
@@ -65,6 +66,13 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
       ->check(CLI::IsMember({"given", "charts", "pairs"}))
       ->each([&a](const std::string&) { a.unwrap = true; })
       ->type_name("[=charts|pairs]")
+      ->group(group_low);
+  command
+      .add_option("--density", a.density,
+                  "Of charts that Kiln lays out: texels by area, or more where the high poly has "
+                  "more detail")
+      ->check(CLI::IsMember(kDensities))
+      ->capture_default_str()
       ->group(group_low);
 
   const char* const group_run = "The run";
