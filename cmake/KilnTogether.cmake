@@ -72,7 +72,7 @@ kiln_compile_together(host match_3
 kiln_compile_together(host measure
   measure/assess.cpp measure/assess_rays.cpp measure/assess_uniformity.cpp measure/bounds.cpp
   measure/depth.cpp measure/light_bytes.cpp measure/light_check.cpp measure/light_looks.cpp
-  measure/light_model.cpp measure/light_plan.cpp measure/measure.cpp measure/plan.cpp
+  measure/light_model.cpp measure/light_plan.cpp measure/measure.cpp measure/plan.cpp measure/screen_pictures.cpp
   measure/probe_least.cpp)
 kiln_compile_together(host measure_2
   measure/assess_samples.cpp measure/lod.cpp)

@@ -17,8 +17,6 @@ namespace {
 constexpr double kUnseen = 0.001;
 /// The error of a map falls with the square of the texel's side at best.
 constexpr double kSteepest = 2;
-/// A gain below this is left alone.
-constexpr double kLeastGain = 0.01;
 /// Charts of few places lean towards the mean, as if they had this share of the area besides.
 constexpr double kTowardsMean = 0.0005;
 /// Directions in half a turn.
@@ -244,20 +242,39 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
   const std::vector<PowerLaw> laws = laws_of(needs, whole);
   const double weight = weight_for(laws, whole.area);
   std::vector<double> scales;
-  double taken = 0, before = 0, after = 0;
+  double taken = 0;
   for (const PowerLaw& law : laws) {
     const double s = law.best(weight, 1 / std::sqrt(kMostDenser), std::sqrt(kMostDenser));
     scales.push_back(s);
     taken += law.area * s * s;
   }
-  const double all = std::sqrt(whole.area / taken);
-  for (std::size_t i = 0; i < scales.size(); ++i) {
-    scales[i] *= all;
-    before += laws[i].error(1);
-    after += laws[i].error(scales[i]);
-  }
-  if (!(after < (1 - kLeastGain) * before)) scales.assign(needs.size(), 1);
+  for (double& s : scales) s *= std::sqrt(whole.area / taken);
   return scales;
+}
+
+double expected_error(std::span<const TexelNeed> needs, std::span<const double> scales) {
+  const std::vector<PowerLaw> laws = laws_of(needs, sum_of(needs));
+  double sum = 0;
+  for (std::size_t i = 0; i < laws.size(); ++i) sum += laws[i].error(scales[i]);
+  return sum;
+}
+
+FlatTriangles flat_triangles(const ChartSurface& surface, const ChartBorders& borders,
+                             const std::vector<FlatChart>& charts, std::size_t count) {
+  FlatTriangles flat;
+  flat.corners.resize(count);
+  flat.beside.assign(count, {kNoIndex, kNoIndex, kNoIndex});
+  for (const FlatChart& chart : charts) {
+    for (std::size_t i = 0; i < chart.source.size(); ++i) {
+      const std::uint32_t t = surface.source[chart.source[i]];
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        flat.corners[t][k] = chart.points[chart.triangles[i][k]];
+        const std::uint32_t h = 3 * chart.source[i] + k;
+        if (borders.is_glued(h)) flat.beside[t][k] = surface.source[surface.mate[h] / 3];
+      }
+    }
+  }
+  return flat;
 }
 
 std::vector<TexelNeed> texel_needs(const ChartSurface& surface,

@@ -23,8 +23,7 @@ inline constexpr double kMostDenser = 4;
 /// Sides of pieces on the map, times what they are with texels spread evenly, so that the sum of errors is least
 /// for as many texels. The error of a piece falls like a power p of its side s, as its three errors do best; then
 /// s follows (p e)^(1 / (2 + p)), by Lagrange, for an error e at the side 1. The largest is at most kMostDenser
-/// times the least. The sum of area s^2 is that of the areas. All are 1 where that would lower the error by less
-/// than a hundredth.
+/// times the least. The sum of area s^2 is that of the areas.
 std::vector<double> texel_scales(std::span<const TexelNeed> needs);
 
 /// What a cut must be worth, in units of the surface with texels spread evenly.
@@ -33,6 +32,14 @@ struct DensityPrice {
   double seam = 0;    ///< Area that an edge of length 1 must save beside that.
   double least = 0;   ///< Parts have at least this area.
 };
+
+/// Where the mesh's triangles lie.
+/// \param count  of the mesh's triangles
+FlatTriangles flat_triangles(const ChartSurface& surface, const ChartBorders& borders,
+                             const std::vector<FlatChart>& charts, std::size_t count);
+
+/// The sum of errors of pieces at some scales, by the power laws that texel_scales() takes.
+double expected_error(std::span<const TexelNeed> needs, std::span<const double> scales);
 
 /// What each triangle of the surface needs.
 /// \param errors  per triangle of the mesh that the surface is of

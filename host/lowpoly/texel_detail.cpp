@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/parallel.h"
+#include "lowpoly/pairing.h"
 #include "lowpoly/point_shares.h"
 
 namespace kiln {
@@ -80,40 +81,74 @@ bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& norm
   return dot(normal, facing) > 0;
 }
 
-std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, std::uint32_t size,
-                                             int threads) const {
-  const std::vector<Vec3> positions = frame_.to_frame(low);
-  std::vector<double> areas(low.triangles.size());
-  double total = 0;
-  for (std::size_t t = 0; t < areas.size(); ++t) {
-    const Triangle& c = low.triangles[t];
-    const Vec3d a(positions[c[0]]), b(positions[c[1]]), d(positions[c[2]]);
-    const double area = 0.5 * length(cross(b - a, d - a));
-    if (std::isfinite(area)) total += areas[t] = area;
+/// Places of one low poly.
+class TexelDetail::Walk {
+ public:
+  Walk(const TexelDetail& detail, const Mesh& low, const FlatTriangles& flat)
+      : detail_(detail), low_(low), flat_(flat), positions_(detail.frame_.to_frame(low)) {}
+
+  double area(std::size_t t) const {
+    const auto& [a, b, c] = flat_.corners[t];
+    return 0.5 * cross(b - a, c - a);
   }
+
+  /// The high poly's normal where a point of the layout is, from a triangle nearby.
+  bool normal_at(std::uint32_t t, const FlatPoint& at, Vec3d& normal) const {
+    constexpr int kMostSteps = 200;
+    for (int step = 0; step < kMostSteps && t != kNoIndex; ++step) {
+      const std::array<FlatPoint, 3>& c = flat_.corners[t];
+      const double whole = cross(c[1] - c[0], c[2] - c[0]);
+      std::array<double, 3> share{};
+      std::size_t out = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const FlatPoint &a = c[(k + 1) % 3], &b = c[(k + 2) % 3];
+        share[k] = cross(b - a, at - a) / whole;
+        if (share[k] < share[out]) out = k;
+      }
+      if (share[out] >= 0) return looked_up(t, share, normal);
+      t = flat_.beside[t][(out + 1) % 3];
+    }
+    return false;
+  }
+
+ private:
+  bool looked_up(std::uint32_t t, const std::array<double, 3>& share, Vec3d& normal) const {
+    std::array<Vec3d, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = Vec3d(positions_[low_.triangles[t][k]]);
+    return detail_.normal_at(p[0] * share[0] + p[1] * share[1] + p[2] * share[2],
+                             cross(p[1] - p[0], p[2] - p[0]), normal);
+  }
+
+  const TexelDetail& detail_;
+  const Mesh& low_;
+  const FlatTriangles& flat_;
+  std::vector<Vec3> positions_;
+};
+
+std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangles& flat,
+                                             std::uint32_t size, int threads) const {
+  const Walk walk(*this, low, flat);
+  std::vector<TexelErrors> result(low.triangles.size(), TexelErrors{});
+  double total = 0;
+  for (std::size_t t = 0; t < result.size(); ++t) total += walk.area(t);
   const double side = std::sqrt(total / kCovered) / size;
-  std::vector<TexelErrors> result(areas.size(), TexelErrors{});
-  const auto look_at = [&](std::size_t t) {
-    const Triangle& c = low.triangles[t];
-    const Vec3d a(positions[c[0]]), across = Vec3d(positions[c[1]]) - a,
-                                    up = Vec3d(positions[c[2]]) - a;
-    const Vec3d facing = cross(across, up) * (0.5 / areas[t]);
-    const Vec3d x = across * (1 / length(across)), y = cross(facing, x);
-    const auto places = 1 + static_cast<std::size_t>(kPlaces * areas[t] / total);
+  const auto look_at = [&](std::uint32_t t) {
+    const auto& [a, b, c] = flat.corners[t];
+    const auto places = 1 + static_cast<std::size_t>(kPlaces * walk.area(t) / total);
     double seen = 0;
     for (std::size_t i = 0; i < places; ++i) {
       const Spread at(t, i);
-      const Vec3d p = a + across * at.u + up * at.v;
+      const FlatPoint p = a + (b - a) * at.u + (c - a) * at.v;
       Vec3d middle, corner;
-      if (!normal_at(p, facing, middle)) continue;
+      if (!walk.normal_at(t, p, middle)) continue;
       ++seen;
       for (std::size_t s = 0; s < kTexelSides.size(); ++s) {
         const double reach = std::sqrt(0.5) * side * kTexelSides[s];
         Vec3d mean;
         for (int k = 0; k < 4; ++k) {
           const double angle = at.turn + 0.5 * std::numbers::pi * k;
-          const Vec3d q = p + x * (reach * std::cos(angle)) + y * (reach * std::sin(angle));
-          if (normal_at(q, facing, corner)) mean += corner;
+          const FlatPoint q = p + FlatPoint{std::cos(angle), std::sin(angle)} * reach;
+          if (walk.normal_at(t, q, corner)) mean += corner;
         }
         const double most = length(mean);
         if (most > 0) result[t][s] += length(middle - mean * (1 / most));
@@ -123,10 +158,10 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, std::uint32_t size
   };
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      if (areas[t] > 0) look_at(t);
+      if (walk.area(t) > 0) look_at(static_cast<std::uint32_t>(t));
     }
   };
-  if (total > 0) parallel_for(areas.size(), kGrainOfTriangles, body, threads);
+  if (total > 0) parallel_for(result.size(), kGrainOfTriangles, body, threads);
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kiln/mesh.h"
+#include "lowpoly/flat_chart.h"
 #include "mesh/frame.h"
 #include "mesh/normals.h"
 #include "mesh/surface_distance.h"
@@ -19,6 +20,13 @@ inline constexpr std::array<double, 3> kTexelSides = {2, 1, 0.5};
 /// How far a map's normals are off, as the length of the difference of unit vectors, at each of kTexelSides.
 using TexelErrors = std::array<double, kTexelSides.size()>;
 
+/// A mesh's triangles laid flat at the surface's scale; those without area at one point.
+struct FlatTriangles {
+  std::vector<std::array<FlatPoint, 3>> corners;
+  std::vector<std::array<std::uint32_t, 3>>
+      beside;  ///< Over the side from corner k on; kNoIndex: none
+};
+
 /// The high poly's normals, ready to be looked up from low polys. Immutable.
 /// Cost: n log n to build; about 1 microsecond a look-up, 13 look-ups a place.
 class TexelDetail {
@@ -27,13 +35,16 @@ class TexelDetail {
   explicit TexelDetail(const Mesh& high);
 
   /// Of each triangle, what texels of several sides leave out: at a few places on it, the high poly's normal
-  /// at the nearest point, against the mean of those at the corners of a square as large as a texel. Where
-  /// nothing of the high poly faces as the triangle does, 0.
+  /// at the nearest point, against the mean of those at the corners of a square as large as a texel. The corners
+  /// lie on the same chart, or do not count. Where nothing of the high poly faces as the triangle does, 0.
+  /// \param flat     where the mesh's triangles lie
   /// \param size     texels a side of the map
   /// \param threads  0: thread_count(); never changes the result
-  std::vector<TexelErrors> errors(const Mesh& low, std::uint32_t size, int threads = 0) const;
+  std::vector<TexelErrors> errors(const Mesh& low, const FlatTriangles& flat, std::uint32_t size,
+                                  int threads = 0) const;
 
  private:
+  class Walk;
   bool normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& normal) const;
 
   Frame frame_;

@@ -38,14 +38,12 @@ void check(const Mesh& mesh, const UnwrapOptions& options) {
   if (options.detail_of != nullptr) validate(*options.detail_of);
 }
 
-/// What maps leave out of the high poly, by triangle; none where it does not matter.
-std::vector<TexelErrors> texel_errors(const Mesh& mesh, const UnwrapOptions& options,
-                                      const TexelDetail* detail) {
-  if (detail != nullptr) return detail->errors(mesh, options.size);
-  if (options.detail_of == nullptr) return {};
+/// Of UnwrapOptions::detail_of, where it is given.
+std::optional<TexelDetail> detail_of(const UnwrapOptions& options) {
+  if (options.detail_of == nullptr) return std::nullopt;
   require_memory("Looking at the detail of the high poly",
                  kBytesOfDetail * options.detail_of->triangles.size());
-  return TexelDetail(*options.detail_of).errors(mesh, options.size);
+  return std::make_optional<TexelDetail>(*options.detail_of);
 }
 
 }  // namespace
@@ -76,9 +74,10 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
                     "' has no triangle of positive area; check the file it is from");
   }
   if (report != nullptr) *report = {};
-  Mesh result = charts
-                    ? unwrap_charts(mesh, options, report, 0, texel_errors(mesh, options, detail))
-                    : unwrap_pairs(mesh, options, shapes, report);
+  const std::optional<TexelDetail> own = detail == nullptr ? detail_of(options) : std::nullopt;
+  if (own) detail = &*own;
+  Mesh result = charts ? unwrap_charts(mesh, options, report, 0, detail)
+                       : unwrap_pairs(mesh, options, shapes, report);
   if (report == nullptr) return result;
   if (degenerate != 0) {
     report->warnings.push_back(

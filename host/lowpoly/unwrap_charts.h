@@ -1,8 +1,6 @@
 // Texture coordinates by grown charts: see UnwrapMethod::charts in kiln/lowpoly.h.
 #pragma once
 
-#include <vector>
-
 #include "kiln/lowpoly.h"
 #include "lowpoly/texel_detail.h"
 
@@ -16,8 +14,8 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
 /// \param options  checked; detail_of is not read
 /// \param report   all but seconds and degenerate triangles is filled in; may be null
 /// \param threads  0: thread_count(); never changes the result
-/// \param errors   of each triangle of the mesh, what maps leave out; empty: texels by area
+/// \param detail   of the high poly, for texels by it; null: by area
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
-                   int threads = 0, const std::vector<TexelErrors>& errors = {});
+                   int threads = 0, const TexelDetail* detail = nullptr);
 
 }  // namespace kiln

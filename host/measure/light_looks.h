@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "kiln/light_plan.h"
 #include "lowpoly/texel_detail.h"
@@ -16,6 +17,10 @@ namespace kiln {
 /// What plans see of the high poly.
 /// \param screen  pixels that pictures are wide; 0: endlessly many
 DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
+/// The same from given directions, unit vectors towards the eye.
+DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward);
+/// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
+Mesh with_any_uvs(Mesh mesh);
 /// A map as files of so many bits hold it.
 Image rounded(Image map, std::uint32_t bits);
 
