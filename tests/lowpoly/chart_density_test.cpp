@@ -75,8 +75,8 @@ TEST(TexelScales, AreEvenWhereNothingDiffersOrNothingIsToBeSeen) {
 }
 
 TEST(TexelScales, KeepToTheirRange) {
-  const std::vector<double> scales = texel_scales(std::vector{need(1, 1e-6, 1), need(0.1, 50, 1)});
-  EXPECT_NEAR(scales[1] / scales[0], kMostDenser, 1e-9);
+  const std::vector<double> scales = texel_scales(std::vector{need(1, 1e-6, 1), need(0.25, 50, 1)});
+  EXPECT_NEAR(scales[1] / scales[0], kMostDenser, 1e-3);
 }
 
 /// A flat sheet of side 4, with waves over the corner of side 1. Its low poly is flat.
@@ -139,7 +139,7 @@ TEST(UnwrapByDetail, IsTheSameAsByAreaWhereDetailIsEven) {
 }
 
 TEST(UnwrapByDetail, KeepsPaddingAndIsTheSameOnAllThreads) {
-  for (std::uint32_t seed = 0; seed < 24 && !testing::Test::HasFailure(); ++seed) {
+  for (std::uint32_t seed = 0; seed < 8 && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 dice(seed);
     const auto below = [&](std::uint32_t count) {
@@ -159,7 +159,7 @@ TEST(UnwrapByDetail, KeepsPaddingAndIsTheSameOnAllThreads) {
       mesh->normals.clear();
       mesh->normal_triangles.clear();
     }
-    UnwrapOptions options{.size = 64 + below(200)};
+    UnwrapOptions options{.size = 48 + below(100)};
     options.border_texels = 1 + below(3);
     options.detail_of = &high;
     UnwrapReport report;

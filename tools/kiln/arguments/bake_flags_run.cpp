@@ -67,13 +67,7 @@ void add_run_flags(CLI::App& command, BakeArguments& a) {
       ->each([&a](const std::string&) { a.unwrap = true; })
       ->type_name("[=charts|pairs]")
       ->group(group_low);
-  command
-      .add_option("--density", a.density,
-                  "Of charts that Kiln lays out: texels by area, or more where the high poly has "
-                  "more detail")
-      ->check(CLI::IsMember(kDensities))
-      ->capture_default_str()
-      ->group(group_low);
+  add_density_option(command, a.density, "the high poly")->group(group_low);
 
   const char* const group_run = "The run";
   command

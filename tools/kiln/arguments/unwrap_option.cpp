@@ -13,6 +13,16 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, cons
   return options;
 }
 
+CLI::Option* add_density_option(CLI::App& command, std::string& density, const char* high) {
+  return command
+      .add_option(
+          "--density", density,
+          std::string("Of large charts that Kiln lays out: texels by area, or more where ") + high +
+              " has more detail")
+      ->check(CLI::IsMember(kDensities))
+      ->capture_default_str();
+}
+
 void check_density(bool given, const std::string& method) {
   if (!given || method != "pairs") return;
   throw Error(ErrorCode::usage,

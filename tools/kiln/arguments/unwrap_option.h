@@ -1,6 +1,7 @@
 // How a low poly is laid out, as --unwrap says.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -12,6 +13,8 @@ namespace kiln::cli {
 /// Values of --density.
 inline const std::vector<std::string> kDensities = {"area", "detail"};
 inline constexpr const char* kByDetail = "detail";
+/// Adds --density. \param high  what it calls the high poly
+CLI::Option* add_density_option(CLI::App& command, std::string& density, const char* high);
 /// For every command that has --density. \throws Error(usage) where it was given and pairs are laid out
 void check_density(bool given, const std::string& method);
 

@@ -143,12 +143,7 @@ Run add_simplify(CLI::App& app) {
                        "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
           ->check(CLI::IsMember({"charts", "pairs"}))
           ->capture_default_str();
-  CLI::Option* density =
-      command
-          ->add_option("--density", arguments->density,
-                       "Of charts: texels by area, or more where HIGH has more detail")
-          ->check(CLI::IsMember(kDensities))
-          ->capture_default_str();
+  CLI::Option* density = add_density_option(*command, arguments->density, "HIGH");
   CLI::Option* keep =
       command->add_flag("--keep-uvs", arguments->keep_uvs,
                         "Keep HIGH's UVs, seams and groups instead of making new charts");

@@ -362,14 +362,8 @@ Run add_volume(CLI::App& app) {
       ->check(one_of({"pairs", "charts"}))
       ->capture_default_str()
       ->group(kMapGroup);
-  CLI::Option* density =
-      command
-          ->add_option("--density", a.density,
-                       "With --unwrap charts: texels by area, or more where the full contour has "
-                       "more detail")
-          ->check(CLI::IsMember(kDensities))
-          ->capture_default_str()
-          ->group(kMapGroup);
+  CLI::Option* density = add_density_option(*command, a.density, "the full contour");
+  density->group(kMapGroup);
   add_chart_border_option(*command, a.surface);
   command->add_option("--space", a.space, "Of the normals: tangent (MikkTSpace) or object")
       ->check(one_of({"tangent", "object"}))
