@@ -48,13 +48,14 @@ kiln_compile_together(host io_volume
   io/volume/volume_vdb_frame.cpp io/volume/volume_voxels.cpp)
 kiln_compile_together(host lowpoly
   lowpoly/bitmap_packing.cpp lowpoly/box_packing.cpp lowpoly/cell_rows.cpp lowpoly/chart_borders.cpp
-  lowpoly/chart_cuts.cpp lowpoly/chart_growth.cpp lowpoly/chart_mask.cpp lowpoly/chart_surface.cpp
+  lowpoly/chart_cuts.cpp lowpoly/chart_density.cpp lowpoly/chart_growth.cpp lowpoly/chart_mask.cpp lowpoly/chart_surface.cpp
   lowpoly/chart_trims.cpp lowpoly/collapse.cpp lowpoly/collapse_mesh.cpp lowpoly/collapse_shape.cpp
   lowpoly/flat_chart.cpp lowpoly/flat_predicates.cpp lowpoly/flat_solvers.cpp)
 kiln_compile_together(host lowpoly_2
   lowpoly/head_start.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/hull_rule.cpp lowpoly/keep_names.cpp
   lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp lowpoly/quadric.cpp
-  lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp lowpoly/unwrap.cpp)
+  lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp lowpoly/texel_detail.cpp
+  lowpoly/unwrap.cpp)
 kiln_compile_together(host lowpoly_3
   lowpoly/chart_sheet.cpp lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp lowpoly/simplify_check.cpp
   lowpoly/unwrap_charts.cpp)
@@ -71,7 +72,7 @@ kiln_compile_together(host match_3
 kiln_compile_together(host measure
   measure/assess.cpp measure/assess_rays.cpp measure/assess_uniformity.cpp measure/bounds.cpp
   measure/depth.cpp measure/light_bytes.cpp measure/light_check.cpp measure/light_looks.cpp
-  measure/light_model.cpp measure/light_plan.cpp measure/measure.cpp measure/plan.cpp
+  measure/light_model.cpp measure/light_plan.cpp measure/measure.cpp measure/plan.cpp measure/screen_pictures.cpp
   measure/probe_least.cpp)
 kiln_compile_together(host measure_2
   measure/assess_samples.cpp measure/lod.cpp measure/normal_probe.cpp measure/probe_pictures.cpp
@@ -94,7 +95,7 @@ kiln_compile_together(host texel
   texel/texel_pieces.cpp texel/texels.cpp texel/validate_match.cpp)
 kiln_compile_together(host volume
   volume/atlas.cpp volume/cell_grid.cpp volume/chart_map.cpp volume/contour.cpp volume/extract.cpp
-  volume/fine_contour.cpp volume/hermite.cpp volume/normal_splat.cpp volume/patches.cpp volume/qef.cpp
+  volume/fine_contour.cpp volume/fine_mesh.cpp volume/hermite.cpp volume/normal_splat.cpp volume/patches.cpp volume/qef.cpp
   volume/seams.cpp volume/sheets.cpp volume/vertex_tree.cpp volume/voxels.cpp)
 kiln_compile_together(host volume_2
   volume/gradient.cpp volume/outer.cpp volume/session.cpp)

@@ -303,10 +303,11 @@ bool is_disc(const FlatChart& chart) {
 }
 
 FlatChart part_of(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& whole,
-                  const Cut& cut, bool apart, std::vector<std::uint32_t>& local) {
+                  const std::vector<std::uint8_t>& is_apart, bool apart,
+                  std::vector<std::uint32_t>& local) {
   std::vector<std::uint32_t> triangles, places;
-  for (std::uint32_t i = 0; i < cut.apart.size(); ++i) {
-    if ((cut.apart[i] != 0) != apart) continue;
+  for (std::uint32_t i = 0; i < is_apart.size(); ++i) {
+    if ((is_apart[i] != 0) != apart) continue;
     triangles.push_back(whole.source[i]);
     places.push_back(i);
   }
@@ -324,18 +325,25 @@ bool cut_in_two(const ChartSurface& surface, ChartBorders& borders, const CutPri
                 std::vector<std::uint32_t>& local, int threads, FlatChart& chart,
                 FlatChart& apart) {
   const Cut cut = best_cut(Shape(surface, borders, chart, local), price, threads);
-  if (!(cut.gain > 0)) return false;
+  return cut.gain > 0 && cut_apart(surface, borders, cut.apart, local, chart, apart);
+}
+
+}  // namespace
+
+bool cut_apart(const ChartSurface& surface, ChartBorders& borders,
+               const std::vector<std::uint8_t>& is_apart, std::vector<std::uint32_t>& local,
+               FlatChart& chart, FlatChart& apart) {
   std::vector<std::uint32_t> opened;
   for (std::uint32_t i = 0; i < chart.source.size(); ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t h = 3 * chart.source[i] + k, mate = surface.mate[h];
-      if (!borders.is_glued(h) || mate < h || cut.apart[i] == cut.apart[local[mate / 3]]) continue;
+      if (!borders.is_glued(h) || mate < h || is_apart[i] == is_apart[local[mate / 3]]) continue;
       opened.push_back(h);
     }
   }
   for (const std::uint32_t h : opened) borders.set_glued(h, false);
-  FlatChart a = part_of(surface, borders, chart, cut, true, local);
-  FlatChart b = part_of(surface, borders, chart, cut, false, local);
+  FlatChart a = part_of(surface, borders, chart, is_apart, true, local);
+  FlatChart b = part_of(surface, borders, chart, is_apart, false, local);
   if (!is_disc(a) || !is_disc(b) || !is_injective(a) || !is_injective(b)) {
     for (const std::uint32_t h : opened) borders.set_glued(h, true);
     return false;
@@ -344,8 +352,6 @@ bool cut_in_two(const ChartSurface& surface, ChartBorders& borders, const CutPri
   chart = std::move(b);
   return true;
 }
-
-}  // namespace
 
 void cut_charts(const ChartSurface& surface, ChartBorders& borders, const CutPrice& price,
                 std::vector<FlatChart>& charts, int threads) {

@@ -1,6 +1,7 @@
 // Charts cut where that lets them pack more tightly.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "lowpoly/chart_borders.h"
@@ -27,5 +28,14 @@ struct CutPrice {
 /// \param borders  as grow_charts() left them; edges that are cut are no longer glued
 void cut_charts(const ChartSurface& surface, ChartBorders& borders, const CutPrice& price,
                 std::vector<FlatChart>& charts, int threads);
+
+/// Cuts a chart in two, where both parts are discs that stay injective.
+/// \param is_apart  per triangle of the chart, whether it is of the part cut off
+/// \param local     scratch, one entry a triangle of the surface: on entry, the place in the chart of each of its own
+/// \param apart     [out] the part cut off; `chart` is the rest
+/// \returns whether that was done; else nothing has changed
+bool cut_apart(const ChartSurface& surface, ChartBorders& borders,
+               const std::vector<std::uint8_t>& is_apart, std::vector<std::uint32_t>& local,
+               FlatChart& chart, FlatChart& apart);
 
 }  // namespace kiln

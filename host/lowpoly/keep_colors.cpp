@@ -10,6 +10,7 @@
 
 #include "base/parallel.h"
 #include "image/srgb.h"
+#include "lowpoly/point_shares.h"
 #include "mesh/frame.h"
 #include "mesh/surface_distance.h"
 #include "mesh/vector.h"
@@ -37,20 +38,6 @@ struct ColoredPlace {
 Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
   const auto& linear = linear_of_bytes();
   return {linear[color[0]], linear[color[1]], linear[color[2]], color[3] / 255.0};
-}
-
-/// Barycentric weights of a point's foot on a triangle; beyond an edge, of a place on it.
-std::array<double, 3> shares_of(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  const Vec3d normal = cross(b - a, c - a);
-  const double area = dot(normal, normal);
-  if (!(area > 0)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
-  std::array<double, 3> share = {0, dot(cross(p - a, c - a), normal) / area,
-                                 dot(cross(b - a, p - a), normal) / area};
-  share[0] = 1 - share[1] - share[2];
-  double sum = 0;
-  for (double& s : share) sum += s = std::max(s, 0.0);
-  for (double& s : share) s /= sum;
-  return share;
 }
 
 /// The area around each vertex, in frame units; 0 where a corner is not finite.

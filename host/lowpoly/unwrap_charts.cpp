@@ -14,6 +14,7 @@
 #include "lowpoly/bitmap_packing.h"
 #include "lowpoly/box_packing.h"
 #include "lowpoly/chart_cuts.h"
+#include "lowpoly/chart_density.h"
 #include "lowpoly/chart_growth.h"
 #include "lowpoly/chart_trims.h"
 #include "lowpoly/flat_predicates.h"
@@ -51,6 +52,8 @@ constexpr double kLeastPart = 0.003;
 /// Vertices that seams may add before they count: this, times the square root of positions. Beyond, each
 /// vertex weighs as much as that share of the map's texels.
 constexpr double kFreeVertices = 9.3, kVertexPrice = 2;
+/// Texels by detail are left alone where they are expected to gain less than this.
+constexpr double kLeastGain = 0.01;
 /// Rounds after growing; the energy hardly falls after these.
 constexpr int kFinishingRounds = 4;
 
@@ -165,7 +168,7 @@ std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOp
 }
 
 struct MadeCharts {
-  std::vector<FlatChart> charts;
+  Charts made;
   std::optional<PackState> packed;  ///< How they were packed when they were made, nearly.
 };
 
@@ -190,7 +193,7 @@ MadeCharts make_charts(const ChartSurface& surface, const UnwrapOptions& options
     }
   };
   parallel_for(charts.size(), 1, finish, threads);
-  return {std::move(made.charts), std::move(packed)};
+  return {std::move(made), std::move(packed)};
 }
 
 struct Layout {
@@ -212,9 +215,9 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
 }
 
 /// With the padding asked for, or with less where that lets charts have many more texels.
-Layout pack(const MadeCharts& made, const UnwrapOptions& options, int threads) {
-  const std::vector<Outline> outlines = outlines_of(made.charts);
-  const PackState* from = made.packed ? &*made.packed : nullptr;
+Layout pack(const std::vector<FlatChart>& charts, const PackState* from,
+            const UnwrapOptions& options, int threads) {
+  const std::vector<Outline> outlines = outlines_of(charts);
   Layout best = pack_with(outlines, options.size, options.border_texels, from, threads);
   while (best.coverage < kWantedCoverage && (best.padding > 1 || best.coverage == 0)) {
     if (best.padding < 1.0 / 1024) {
@@ -228,6 +231,55 @@ Layout pack(const MadeCharts& made, const UnwrapOptions& options, int threads) {
     best = std::move(next);
   }
   return best;
+}
+
+/// What a cut for other densities must be worth.
+DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& options) {
+  const double texel = std::sqrt(surface.total_area / kExpectedCoverage) / options.size;
+  double length = 0;
+  for (const double side : surface.length) length += side;
+  const double edge = length / static_cast<double>(surface.length.size());
+  const double vertex =
+      kVertexPrice * surface.total_area / static_cast<double>(surface.positions.size());
+  return {0.5 * options.border_texels * texel, vertex / edge, kLeastPart * surface.total_area};
+}
+
+/// Gives charts scales of their own, as they are or cut, where that is expected to gain.
+/// \param mesh    that the surface is of
+/// \param layout  of the charts as they are; out: of those chosen
+void follow_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDetail& detail,
+                   const UnwrapOptions& options, Charts& made, Layout& layout, int threads) {
+  const FlatTriangles flat =
+      flat_triangles(surface, made.borders, made.charts, mesh.triangles.size());
+  const std::vector<TexelNeed> needs =
+      texel_needs(surface, detail.errors(mesh, flat, options.size, threads));
+  const double even = std::sqrt(kExpectedCoverage / surface.total_area) * options.size;
+  const auto error_of = [&](const std::vector<FlatChart>& charts, std::vector<double> scales,
+                            const Layout& packed) {
+    for (double& s : scales) s *= packed.packing.scale / even;
+    return expected_error(chart_needs(charts, needs), scales);
+  };
+  double least =
+      (1 - kLeastGain) * error_of(made.charts, std::vector<double>(made.charts.size(), 1), layout);
+  Charts next = made;
+  for (const bool cut : {false, true}) {
+    const std::size_t before = next.charts.size();
+    if (cut) {
+      cut_by_density(surface, next.borders, density_price(surface, options), needs, next.charts);
+      if (next.charts.size() == before) break;
+    }
+    const std::vector<double> scales = texel_scales(chart_needs(next.charts, needs));
+    std::vector<FlatChart> charts = next.charts;
+    for (std::size_t i = 0; i < charts.size(); ++i) {
+      for (FlatPoint& p : charts[i].points) p = p * scales[i];
+    }
+    Layout packed = pack(charts, nullptr, options, threads);
+    const double error = error_of(charts, scales, packed);
+    if (error >= least || packed.padding < layout.padding) continue;
+    least = error;
+    made.charts = std::move(charts);
+    layout = std::move(packed);
+  }
 }
 
 /// Moves the chart's points to their places in the texture, in whole steps.
@@ -310,14 +362,16 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
 }  // namespace
 
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
-                   int threads) {
+                   int threads, const TexelDetail* detail) {
   std::vector<std::uint8_t> lone(mesh.triangles.size(), 0);
   // Each round sets at least one more triangle apart, and one by itself always has a place.
   for (;;) {
     const ChartSurface surface = make_surface(mesh, lone);
     MadeCharts made = make_charts(surface, options, lone, threads);
-    const Layout layout = pack(made, options, threads);
-    std::vector<FlatChart>& charts = made.charts;
+    std::vector<FlatChart>& charts = made.made.charts;
+    Layout layout = pack(charts, made.packed ? &*made.packed : nullptr, options, threads);
+    if (detail != nullptr)
+      follow_detail(surface, mesh, *detail, options, made.made, layout, threads);
     bool failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);

@@ -15,6 +15,10 @@ void check_light_plan(const LightPlanOptions& options) {
     fail("bake_light: max_error is " + std::to_string(options.max_error) +
          " degrees; it must be finite and above 0");
   }
+  if (options.density == TexelDensity::detail &&
+      (options.unwrap != UnwrapMethod::charts || options.height_field)) {
+    fail("bake_light: density by detail is for large charts, not for pairs or height fields");
+  }
   check_bounds(bake, options.bounds);
   if (options.screen != 0 && (options.screen < 16 || options.screen > 16384)) {
     fail("bake_light: screen is " + std::to_string(options.screen) +

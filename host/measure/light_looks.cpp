@@ -7,6 +7,7 @@
 #include "base/heartbeat.h"
 #include "base/stopwatch.h"
 #include "kiln/plan.h"
+#include "lowpoly/unwrap_charts.h"
 #include "measure/plan_limits.h"
 
 namespace kiln {
@@ -18,14 +19,13 @@ constexpr std::uint32_t kFewestFaces = 12;
 /// Of pictures: their pixels, without a size on screen.
 constexpr std::uint32_t kPixels = 48;
 
-/// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
+}  // namespace
+
 Mesh with_any_uvs(Mesh mesh) {
   mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
   mesh.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 1, 2});
   return mesh;
 }
-
-}  // namespace
 
 Image rounded(Image map, std::uint32_t bits) {
   const float steps = static_cast<float>((1U << bits) - 1);
@@ -38,10 +38,12 @@ Image rounded(Image map, std::uint32_t bits) {
 void LightLooks::say(double done, const char* doing) const { Heartbeat::at(done, doing); }
 
 DenseShown shown_to_plans(const Source& source, std::uint32_t screen) {
+  return shown_from(source, screen, held_out_views(kPlanViews, spread_views(12)));
+}
+
+DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward) {
   std::vector<ViewAngles> views;
-  for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {
-    views.push_back(view_angles(toward));
-  }
+  for (const Vec3& direction : toward) views.push_back(view_angles(direction));
   const PictureGrid grid{screen == 0 ? kPixels : kScreenPixels, screen};
   DenseShown shown;
   shown.pictures = pictures_of(impl_of(source), views, grid);
@@ -50,10 +52,13 @@ DenseShown shown_to_plans(const Source& source, std::uint32_t screen) {
   return shown;
 }
 
-Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
-              UnwrapReport& report) {
-  if (!options.height_field)
-    return unwrap(level, {options.unwrap, size, std::max(2U, size / 256)}, &report);
+Mesh LightLooks::laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
+                          UnwrapReport& report) {
+  if (!options.height_field) {
+    if (options.density == TexelDensity::detail && !detail_) detail_.emplace(high_);
+    return unwrap_for(level, {options.unwrap, size, std::max(2U, size / 256)},
+                      detail_ ? &*detail_ : nullptr, &report);
+  }
   report = {};
   report.charts = 1;
   report.coverage = 1;

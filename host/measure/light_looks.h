@@ -3,8 +3,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "kiln/light_plan.h"
+#include "lowpoly/texel_detail.h"
 #include "measure/light_model.h"
 #include "measure/light_planner.h"
 #include "measure/normal_probe.h"
@@ -14,12 +17,12 @@ namespace kiln {
 /// What plans see of the high poly.
 /// \param screen  pixels that pictures are wide; 0: endlessly many
 DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
+/// The same from given directions, unit vectors towards the eye.
+DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward);
+/// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
+Mesh with_any_uvs(Mesh mesh);
 /// A map as files of so many bits hold it.
 Image rounded(Image map, std::uint32_t bits);
-
-/// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
-Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
-              UnwrapReport& report);
 
 /// Pictures of the high poly, low polys of all numbers of faces, and what is known of them.
 class LightLooks {
@@ -41,6 +44,10 @@ class LightLooks {
   /// What a low poly of any layout can do.
   LightModel::Node look_with(const NormalProbe& probe) const;
 
+  /// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
+  Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
+                UnwrapReport& report);
+
   const DenseShown& shown() const { return shown_; }
   const SimplifyLevels& levels() const { return *levels_; }
   LightModel& model() const { return *model_; }
@@ -58,6 +65,7 @@ class LightLooks {
   DenseShown shown_;
   std::shared_ptr<const SimplifyLevels> levels_;
   std::unique_ptr<LightModel> model_;
+  std::optional<TexelDetail> detail_;  ///< Of the high poly, where it was asked for
 };
 
 }  // namespace kiln

@@ -283,7 +283,7 @@ class LightPlanner {
     made.low = looks_.levels().mesh(level);
     plan_.seconds_simplify += watch.lap();
     if (!options_.height_field) say(0.4, "laying out charts");
-    made.low = laid_out(std::move(made.low), options_, size, made.unwrapped);
+    made.low = looks_.laid_out(std::move(made.low), options_, size, made.unwrapped);
     plan_.seconds_unwrap += watch.lap();
     made.bake = bake_options(size);
     BakeOptions plain = made.bake;

@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "image/gutter.h"
+#include "lowpoly/unwrap_charts.h"
 #include "mesh/frame.h"
 #include "mesh/low_shading.h"
 #include "mesh/low_surface.h"
@@ -171,29 +172,30 @@ void gather_rows(const std::vector<Placed>& placed, const PolygonTexels& polygon
 }  // namespace
 
 ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std::uint32_t size,
-                           std::uint32_t border) {
+                           std::uint32_t border, const TexelDetail* detail) {
   UnwrapOptions options;
   options.method = UnwrapMethod::charts;
   options.size = size;
   options.border_texels = std::min(2 * border, size / 4);
   ChartLayout layout;
-  layout.mesh = unwrap(polygon_mesh(light, volume), options, &layout.unwrapped);
+  layout.mesh = unwrap_for(polygon_mesh(light, volume), options, detail, &layout.unwrapped);
   layout.texels_per_unit = size * std::sqrt(layout.unwrapped.coverage / area_of(light));
   return layout;
 }
 
 ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
-                              double texels_per_unit, std::uint32_t border, std::uint32_t& size) {
+                              double texels_per_unit, std::uint32_t border, std::uint32_t& size,
+                              const TexelDetail* detail) {
   const auto size_for = [&](double side) {
     const double steps = std::ceil(std::min<double>(side, kLargest) / kStep);
     return kStep * std::max(1U, static_cast<std::uint32_t>(steps));
   };
   size = size_for(texels_per_unit * std::sqrt(area_of(light) / kExpectedCoverage));
-  ChartLayout layout = lay_out_charts(light, volume, size, border);
+  ChartLayout layout = lay_out_charts(light, volume, size, border, detail);
   const double reached = layout.texels_per_unit / texels_per_unit;
   if (reached > kNearlyAsDense || size == kLargest) return layout;
   size = size_for(size / reached);
-  return lay_out_charts(light, volume, size, border);
+  return lay_out_charts(light, volume, size, border, detail);
 }
 
 Image chart_map(cl::Context& context, const FineSurface& surface, const LightSurface& light,

@@ -4,6 +4,7 @@
 #include "cl/context.h"
 #include "kiln/contour.h"
 #include "kiln/lowpoly.h"
+#include "lowpoly/texel_detail.h"
 #include "volume/fine_surface.h"
 #include "volume/light_surface.h"
 
@@ -17,14 +18,16 @@ struct ChartLayout {
 };
 
 /// \param border  texels around each chart
+/// \param detail  for texels by it; null: by area
 /// \throws Error(input) where the charts are too many for the size
 ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std::uint32_t size,
-                           std::uint32_t border);
+                           std::uint32_t border, const TexelDetail* detail = nullptr);
 
 /// The same with a map, a multiple of 16 texels, that is about large enough for a density; at most 8192.
 /// \param size  [out]
 ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
-                              double texels_per_unit, std::uint32_t border, std::uint32_t& size);
+                              double texels_per_unit, std::uint32_t border, std::uint32_t& size,
+                              const TexelDetail* detail = nullptr);
 
 /// Splats fine vertices into a map of the polygons, twice as fine, and reads that at the charts' texels: what
 /// two charts hold along a seam is the same.

@@ -5,12 +5,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "base/memory.h"
 #include "volume/atlas.h"
 #include "volume/chart_map.h"
+#include "volume/fine_mesh.h"
 #include "volume/light_surface.h"
 #include "volume/normal_splat.h"
 #include "volume/vertex_tree.h"
@@ -189,6 +191,9 @@ void check_extract_options(const ExtractOptions& options) {
   if (!options.choose.size && (options.size < 16 || options.size > 8192)) {
     fail("The map's size is " + std::to_string(options.size) + " texels; use 16 to 8192.");
   }
+  if (options.density == TexelDensity::detail && options.unwrap != UnwrapMethod::charts) {
+    fail("Texels by detail are for large charts: polygons by themselves have them by area.");
+  }
   if (options.border_texels < 1 || options.border_texels > 64) {
     fail("The border is " + std::to_string(options.border_texels) + " texels; use 1 to 64.");
   }
@@ -225,10 +230,13 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   ExtractOptions sized = options;
   const double spacing = spacing_of(volume);
   if (options.unwrap == UnwrapMethod::charts) {
+    std::optional<TexelDetail> detail;
+    if (options.density == TexelDensity::detail) detail.emplace(fine_mesh(surface, volume));
+    const TexelDetail* by = detail ? &*detail : nullptr;
     ChartLayout layout =
         options.choose.size
-            ? lay_out_charts_at(light, volume, 1 / spacing, options.border_texels, sized.size)
-            : lay_out_charts(light, volume, sized.size, options.border_texels);
+            ? lay_out_charts_at(light, volume, 1 / spacing, options.border_texels, sized.size, by)
+            : lay_out_charts(light, volume, sized.size, options.border_texels, by);
     report.used.size = sized.size;
     require_map(kCharts, light, volume, sized.size);
     describe_charts(layout, volume, report);

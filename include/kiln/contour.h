@@ -111,6 +111,7 @@ struct ExtractOptions {
   std::uint32_t border_texels = 2;  ///< Around each chart, 1 to 64
   /// pairs: each polygon is a chart. charts: few large ones, by unwrap(), borders as there is room.
   UnwrapMethod unwrap = UnwrapMethod::pairs;
+  TexelDensity density = TexelDensity::area;  ///< detail: charts only, by the full contour's normals
   NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent (MikkTSpace) or object
   bool flip_y = false;                             ///< Green down (DirectX)
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "kiln/bake.h"
@@ -49,6 +50,7 @@ struct LightPlanOptions {
   /// the map MapKind::normal. No cage mesh, no parts, no saved match.
   BakeOptions bake = {};
   UnwrapMethod unwrap = UnwrapMethod::charts;  ///< How the low poly is laid out
+  TexelDensity density = TexelDensity::area;   ///< Where the texels of large charts go
   /// The high poly is a height_field_mesh(). Low polys keep its border (SimplifyOptions::height_field) and its
   /// layout, and MatchMethod::uv is tried first.
   bool height_field = false;
@@ -125,5 +127,29 @@ std::uint64_t split_vertices(const Mesh& mesh);
 /// \throws as simplify(), unwrap() and bake(); Error(usage) for options out of range
 /// Deterministic: the same on every run and number of threads.
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options);
+
+/// Pictures of a high poly at a size on screen, compared with low polys as LightPlanOptions::screen does: mean
+/// normals of pixels. They come from other directions than those that plans look from.
+/// Thread safety: one thread at a time.
+class ScreenPictures {
+ public:
+  /// \param source  must outlive this
+  /// \param screen  pixels that pictures are wide, 16 to 16384
+  /// \param views   directions, 1 or more
+  /// \throws Error(usage) for numbers out of range
+  ScreenPictures(const Source& source, std::uint32_t screen, std::size_t views = 30);
+  ~ScreenPictures();
+  ScreenPictures(const ScreenPictures&) = delete;
+  ScreenPictures& operator=(const ScreenPictures&) = delete;
+
+  /// The mean angle of a low poly's own normals, degrees.
+  double degrees(const Mesh& low) const;
+  /// With a normal map, n/2 + 1/2. \param baked  how it was made
+  double degrees(const Mesh& low, const Image& map, const BakeOptions& baked) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace kiln

@@ -95,6 +95,12 @@ enum class UnwrapMethod : std::uint8_t {
   charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
 };
 
+/// Where the texels of large charts go.
+enum class TexelDensity : std::uint8_t {
+  area,  ///< As many on each piece of the surface as its area is.
+  detail,  ///< More where the high poly's normals change within a texel: a lower error for as many texels.
+};
+
 /// How unwrap() lays charts out.
 struct UnwrapOptions {
   UnwrapMethod method = UnwrapMethod::charts;  ///< Kind of charts
@@ -105,6 +111,9 @@ struct UnwrapOptions {
   /// bilinear filtering of the full map never mixes charts (of pairs, which end on texel boundaries),
   /// and each further mip level needs twice as many.
   std::uint32_t border_texels = 2;
+  /// Charts only: a high poly, for texels by its detail (TexelDensity::detail); null: by area. Read during the
+  /// call.
+  const Mesh* detail_of = nullptr;
 };
 
 /// What unwrap() came to.
@@ -129,6 +138,14 @@ struct UnwrapReport {
 /// triangle is mirrored or without area, no two overlap, and charts are `border_texels` apart (half of
 /// that from the map's edges). A triangle too small for a place in a chart is one of its own. Vertices at
 /// exactly the same position count as one. Borders that are too wide shrink, as below.
+///
+/// With `detail_of`, charts have scales of their own. The high poly's normals at the points nearest to places on
+/// each triangle tell how much texels of three sides leave out. Where that error falls like the power p of the
+/// texel's side, sides of charts follow (p e)^(1 / (2 + p)), e the error, which makes the sum of errors least for
+/// as many texels (Lagrange). The densest chart has at most 4 times as many texels a length as the least dense.
+/// Charts are cut where parts need other densities, if that is worth the seam. Where less than 1% would be
+/// gained, texels stay even. The cost is that of about 100,000 to 200,000 look-ups of nearest points, 0.3 s,
+/// besides a box tree of the high poly.
 ///
 /// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel,
 /// "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).

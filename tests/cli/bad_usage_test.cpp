@@ -79,6 +79,11 @@ TEST(Command, RefusesBadUsage) {
                  out);
   expect_failure(bake({"--space", "object", "--two-component"}), 2, {"two-component"}, out);
   expect_failure({"bake", high, "--out", out, "--unwrap"}, 2, {"--unwrap"}, out);
+  expect_failure(bake({"--density", "detail"}), 2, {"--density", "--unwrap"}, out);
+  expect_failure(bake({"--unwrap=pairs", "--density", "area"}), 2, {"--density", "charts"}, out);
+  expect_failure({"bake", high, "--out", out, "--unwrap=pairs", "--density", "detail"}, 2,
+                 {"--density", "charts"}, out);
+  expect_failure({"bake", high, "--out", out, "--density", "finest"}, 2, {"--density"}, out);
   expect_failure({"bake", high, "--out", out, "--faces", "0"}, 2, {"--faces"}, out);
   expect_failure({"bake", high, "", "--out", out}, 2, {"LOW"}, out);
   expect_failure(bake({"--max-error", "nan"}), 2, {"--max-error"}, out);

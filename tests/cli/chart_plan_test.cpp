@@ -83,6 +83,39 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
   EXPECT_EQ(shown["panels"][0]["rings"]["x"].size(), 2U);
 }
 
+TEST(PlanChart, LooksAtTheSizeOnScreen) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(8000);
+  const auto points_at = [&](const std::string& screen) {
+    const fs::path out = scene / ("out_" + screen);
+    const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
+                                           "6", "--screen", screen, "--size", "64", "--out", out},
+                                          without_python());
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    const json report = read_json(out / "chart.json");
+    EXPECT_EQ(std::to_string(report["options"]["screen"].get<int>()) + "px", screen);
+    const json& plan = report["meshes"][0]["plans"][0];
+    EXPECT_TRUE(plan["reached"].get<bool>());
+    EXPECT_LT(plan["mean_degrees"], 1.3 * plan["wanted_degrees"].get<double>());
+    EXPECT_NE(read_json(out / "chart_plot.json")["panels"][0]["title"].get<std::string>().find(
+                  "pixels wide"),
+              std::string::npos);
+    return report["meshes"][0];
+  };
+  const json near = points_at("1024px"), far = points_at("32px");
+  // The same grid. Pixels of the far one hide what is finer, so its errors are less.
+  ASSERT_EQ(near["points"].size(), far["points"].size());
+  double errors_near = 0, errors_far = 0;
+  for (std::size_t i = 0; i < near["points"].size(); ++i) {
+    EXPECT_EQ(near["points"][i]["faces"], far["points"][i]["faces"]);
+    EXPECT_EQ(near["points"][i]["size"], far["points"][i]["size"]);
+    errors_near += near["points"][i]["mean_degrees"].get<double>();
+    errors_far += far["points"][i]["mean_degrees"].get<double>();
+  }
+  EXPECT_LT(errors_far, 0.9 * errors_near);
+  EXPECT_LE(far["plans"][0]["bytes"]["total"], near["plans"][0]["bytes"]["total"]);
+}
+
 TEST(PlanChart, RefusesBadUsage) {
   const fs::path scene = make_scene(1000);
   const std::string high = scene / "high.obj", low = scene / "low.obj", out = scene / "out";
@@ -92,6 +125,8 @@ TEST(PlanChart, RefusesBadUsage) {
   };
   for (const Bad& bad : std::vector<Bad>{
            {{high, low, "--max-error", "2"}, "add --plan"},
+           {{high, low, "--screen", "600px"}, "add --plan"},
+           {{high, "--plan", "--screen", "4px"}, "--screen"},
            {{high, "--plan", "--repeat", "2"}, "--repeat is for charts of matches"},
            {{high, "--plan", "--ao"}, "--ao is for charts of matches"},
            {{high, "--plan", "--pixels", "64"}, "--pixels is for charts of matches"},

@@ -40,6 +40,28 @@ TEST(SimplifyCommand, PairsAreManyChartsAndChartsFew) {
   EXPECT_EQ(pairs["border_texels"], 2);
 }
 
+TEST(SimplifyCommand, TexelsGoByAreaOrDetail) {
+  const fs::path scene = make_scene(4000);
+  const json area = simplify_to(scene, {"--size", "128"});
+  EXPECT_EQ(area["density"], "area");
+  const Mesh as_before = load_mesh(scene / "made.obj");
+  EXPECT_EQ(simplify_to(scene, {"--size", "128", "--density", "area"})["charts"], area["charts"]);
+  EXPECT_EQ(load_mesh(scene / "made.obj").uvs, as_before.uvs);
+  EXPECT_EQ(simplify_to(scene, {"--size", "128", "--density", "detail"})["density"], "detail");
+  for (const std::vector<std::string>& flags :
+       {std::vector<std::string>{"--unwrap", "pairs", "--density", "area"},
+        {"--keep-uvs", "--density", "detail"},
+        {"--density", "most"}}) {
+    std::vector<std::string> words = {"simplify", scene / "high.obj", "--faces", "99",
+                                      "--out",    scene / "bad.obj"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const ProcessResult bad = run_kiln(words);
+    EXPECT_EQ(bad.exit_code, 2);
+    EXPECT_NE(bad.errors.find("--density"), std::string::npos) << bad.errors;
+    EXPECT_FALSE(fs::exists(scene / "bad.obj"));
+  }
+}
+
 TEST(SimplifyCommand, AHullEnclosesMore) {
   const fs::path scene = make_scene(4000);
   const auto volume = [&](const fs::path& path) {

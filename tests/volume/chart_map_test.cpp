@@ -133,6 +133,41 @@ TEST(VolumeCharts, TangentAndObjectSpaceSayTheSame) {
   EXPECT_LT(worst, 1e-6);
 }
 
+TEST(VolumeCharts, TexelsMayFollowDetail) {
+  KILN_REQUIRE_DEVICE();
+  // A ball with ripples on one side.
+  const Volume volume = test::make_float_volume({48, 48, 48}, [](double x, double y, double z) {
+    const double ripple = x > 24 ? 0.5 * std::sin(1.3 * y) * std::sin(1.3 * z) : 0;
+    return test::sphere_field(x - 23.5, y - 23.5, z - 23.5, 18) + ripple;
+  });
+  ExtractOptions options = by_charts(300, 128);
+  const ExtractResult even = extract(*test::device(), volume, options);
+  options.density = TexelDensity::detail;
+  const ExtractResult uneven = extract(*test::device(), volume, options);
+  EXPECT_EQ(even.mesh.positions, uneven.mesh.positions);
+  const auto right_of_map = [](const Mesh& mesh) {
+    double right = 0, all = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Vec2 &a = mesh.uvs[mesh.uv_triangles[t][0]], &b = mesh.uvs[mesh.uv_triangles[t][1]],
+                 &c = mesh.uvs[mesh.uv_triangles[t][2]];
+      const double area = std::abs((double{b.x} - a.x) * (double{c.y} - a.y) -
+                                   (double{c.x} - a.x) * (double{b.y} - a.y));
+      float x = 0;
+      for (const std::uint32_t v : mesh.triangles[t]) x += mesh.positions[v].x / 3;
+      all += area;
+      if (x > 24) right += area;
+    }
+    return right / all;
+  };
+  EXPECT_GT(right_of_map(uneven.mesh), 1.1 * right_of_map(even.mesh));
+  const std::int64_t grid = std::int64_t{1} << 24;
+  const test::LayoutFacts facts = test::check_layout(
+      uneven.mesh, grid, 2 * options.border_texels * grid / options.size, options.size);
+  EXPECT_EQ(facts.first_fault, "");
+  options.unwrap = UnwrapMethod::pairs;
+  EXPECT_THROW(extract(*test::device(), volume, options), Error);
+}
+
 TEST(VolumeCharts, ChooseTheirSize) {
   KILN_REQUIRE_DEVICE();
   ExtractOptions options = by_charts(300, 1024);

@@ -86,10 +86,11 @@ struct BakeArguments {
   std::string max_error;
   std::string max_angle;
   std::string screen;
-  std::uint32_t lods = 0;       // 0: one low poly
-  std::string lod_uvs = "own";  // own, shared
-  bool unwrap = false;          // whether --unwrap was given
-  std::string unwrap_method;    // charts, pairs; empty: charts
+  std::uint32_t lods = 0;        // 0: one low poly
+  std::string lod_uvs = "own";   // own, shared
+  bool unwrap = false;           // whether --unwrap was given
+  std::string unwrap_method;     // charts, pairs; empty: charts
+  std::string density = "area";  // area, detail
   std::string save_match, load_match;
   double max_missed_percent = 100;
   bool force = false;

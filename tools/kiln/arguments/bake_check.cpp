@@ -6,6 +6,7 @@
 #include "arguments/option_table.h"
 #include "arguments/packs.h"
 #include "arguments/parse.h"
+#include "arguments/unwrap_option.h"
 
 namespace kiln::cli {
 namespace {
@@ -92,6 +93,22 @@ void check_light_plan(const BakeArguments& a) {
   }
 }
 
+/// Where texels go is a question of charts that Kiln lays out.
+void check_texels(const BakeArguments& a) {
+  const bool given = a.given.contains("--density");
+  if (given && !a.low.empty() && !a.unwrap) {
+    fail("--density is for charts that Kiln lays out, but LOW '" + a.low +
+         "' has its own: add --unwrap, or leave it out.");
+  }
+  if (given && a.low.empty() && is_height_field(a.high)) {
+    fail("--density is not for a low poly of a height field, which lies over the image as it is.");
+  }
+  if (given && a.low.empty() && a.match == "uv") {
+    fail("--density is for new charts, but --match uv keeps those of HIGH: leave one out.");
+  }
+  check_density(given, a.unwrap_method);
+}
+
 /// Flags that make a low poly, or belong to a given one.
 void check_low(const BakeArguments& a) {
   const bool automatic = a.match == kAutomatic;
@@ -116,6 +133,7 @@ void check_low(const BakeArguments& a) {
   if (a.low.empty() && a.unwrap && is_height_field(a.high)) {
     fail("--unwrap is not for a low poly of a height field, which lies over the image as it is.");
   }
+  check_texels(a);
   if (a.low.empty() && !a.cage_mesh.empty()) {
     fail("--cage-mesh needs the LOW that it belongs to.");
   }

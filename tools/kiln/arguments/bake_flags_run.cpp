@@ -1,6 +1,7 @@
 #include <charconv>
 
 #include "arguments/bake_flags.h"
+#include "arguments/unwrap_option.h"
 
 namespace kiln::cli {
 namespace {
@@ -66,6 +67,7 @@ void add_run_flags(Command& command, BakeArguments& a) {
       ->each([&a](const std::string&) { a.unwrap = true; })
       ->type_name("[=charts|pairs]")
       ->group(group_low);
+  add_density_option(command, a.density, "the high poly")->group(group_low);
 
   const char* const group_run = "The run";
   command

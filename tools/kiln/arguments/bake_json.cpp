@@ -99,6 +99,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
       {"max_missed_percent", a.max_missed_percent},
       {"unwrap", a.unwrap},
       {"unwrap_method", or_null(a.unwrap_method)},
+      {"density", a.density},
       {"save_match", or_null(a.save_match)},
       {"load_match", or_null(a.load_match)}};
 }

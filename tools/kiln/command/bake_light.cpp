@@ -25,6 +25,7 @@ LightPlanOptions light_options(const BakeRun& run) {
   options.bake = run.options;
   options.height_field = run.dense.heights.has_value();
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
+  if (a.density == kByDetail) options.density = TexelDensity::detail;
   const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
                              options.bake.own_maps.empty();
   options.may_leave_map_out = normals_alone && a.packs.empty() && !a.layers && a.save_match.empty();

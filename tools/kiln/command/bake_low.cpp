@@ -78,7 +78,8 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
                     std::vector<Warning>& warnings) {
   const Mesh& high = dense.mesh;
   const auto [width, height] = parse_size(arguments.size);
-  const UnwrapOptions layout = unwrap_options(arguments.unwrap_method, std::min(width, height));
+  const UnwrapOptions layout = unwrap_options(arguments.unwrap_method, std::min(width, height),
+                                              arguments.density == kByDetail ? &high : nullptr);
   LowMesh low;
   if (!arguments.low.empty()) {
     for (const std::string& file : low_files(arguments))

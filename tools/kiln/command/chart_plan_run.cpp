@@ -26,6 +26,7 @@ double plan_error(const std::string& text) {
 PlanChartOptions plan_options(const ChartArguments& a) {
   PlanChartOptions options;
   options.size = a.options.size;
+  if (!a.screen.empty()) options.screen = parse_pixels("--screen", a.screen);
   for (const std::string& text : a.max_errors) options.errors.push_back(plan_error(text));
   return options;
 }
@@ -42,6 +43,9 @@ void add_plan_options(Command& command, ChartArguments& a) {
                   "between the best and the worst)")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command.add_option("--screen", a.screen,
+                     "With --plan: the largest size at which the mesh will be seen, such as 600px; "
+                     "plans and the grid are measured at that size, by mean normals of pixels");
 }
 
 std::vector<const Option*> options_not_for_plans(const Command& command) {
@@ -55,6 +59,9 @@ std::vector<const Option*> options_not_for_plans(const Command& command) {
 
 void check_plan(const ChartArguments& a) {
   if (!a.plan) {
+    if (!a.screen.empty()) {
+      throw Error(ErrorCode::usage, "--screen says at which size --plan looks: add --plan.");
+    }
     if (a.max_errors.empty()) return;
     throw Error(ErrorCode::usage, "--max-error says what --plan plans for: add --plan.");
   }
@@ -127,7 +134,10 @@ int run_plan_command(const ChartArguments& a) {
   const Json json = {{"version", version()},
                      {"device", cli::describe(device.info())},
                      {"compile_seconds", device.compile_seconds()},
-                     {"options", {{"size", options.size}, {"max_error", options.errors}}},
+                     {"options",
+                      {{"size", options.size},
+                       {"max_error", options.errors},
+                       {"screen", options.screen == 0 ? Json() : Json(options.screen)}}},
                      {"meshes", charts_json},
                      {"seconds",
                       {{"load", seconds_load},

@@ -28,6 +28,7 @@ struct ChartArguments {
   std::optional<double> ao_budget;          ///< Seconds
   bool plan = false;                        ///< Bytes against error of high polys alone
   std::vector<std::string> max_errors;      ///< To plan for, degrees
+  std::string screen;                       ///< Of plans: pixels wide; empty: none
   std::vector<std::string> not_for_plans;   ///< Options given that plans have no use for
   ChartOptions options;
   bool quiet = false;

@@ -17,11 +17,12 @@ namespace kiln::cli {
 namespace {
 
 struct SimplifyArguments {
-  std::string high, out, size = "2048", unwrap = "charts", json;
+  std::string high, out, size = "2048", unwrap = "charts", density = "area", json;
   std::uint32_t faces = 0;
   std::string max_error;
   bool hull = false;
-  bool keep_uvs = false, laid_out = false;  // laid_out: --size or --unwrap was given.
+  bool keep_uvs = false, laid_out = false;  // laid_out: --size, --unwrap or --density was given.
+  bool by_density = false;                  // --density was given.
   bool quiet = false, force = false;
 };
 
@@ -45,9 +46,10 @@ int run_simplify(const SimplifyArguments& arguments) {
   const auto [width, height] = parse_size(arguments.size);
   if (arguments.keep_uvs && arguments.laid_out) {
     throw Error(ErrorCode::usage,
-                "--size and --unwrap are for new charts, but --keep-uvs keeps those of HIGH: leave "
-                "one of them out.");
+                "--size, --unwrap and --density are for new charts, but --keep-uvs keeps those of "
+                "HIGH: leave one of them out.");
   }
+  check_density(arguments.by_density, arguments.unwrap);
   check_paths({arguments.high}, {out, arguments.json});
   check_not_foreign(out, arguments.force);
   prepare_parent(out);
@@ -65,7 +67,8 @@ int run_simplify(const SimplifyArguments& arguments) {
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
-  const UnwrapOptions layout = unwrap_options(arguments.unwrap, std::min(width, height));
+  const UnwrapOptions layout = unwrap_options(arguments.unwrap, std::min(width, height),
+                                              arguments.density == kByDetail ? &high : nullptr);
   Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   move_material_files(low, std::filesystem::path(arguments.high).parent_path(),
@@ -107,6 +110,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"warnings", describe(warnings)}};
     if (!arguments.keep_uvs) {
       json["border_texels"] = unwrap_report.border_texels;
+      json["density"] = arguments.density;
       json["density_spread"] = unwrap_report.density_spread;
     }
     save_report(arguments.json, json);
@@ -138,6 +142,7 @@ Run add_simplify(Command& app) {
                        "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
           ->check(exactly_one_of({"charts", "pairs"}))
           ->capture_default_str();
+  Option* density = add_density_option(*command, arguments->density, "HIGH");
   Option* keep =
       command->add_flag("--keep-uvs", arguments->keep_uvs,
                         "Keep HIGH's UVs, seams and groups instead of making new charts");
@@ -150,8 +155,9 @@ Run add_simplify(Command& app) {
                       "Write a report to this file, or - for standard output");
   command->add_flag("--quiet", arguments->quiet,
                     "Leave out progress and the summary; warnings and errors stay");
-  return [arguments, size, unwrap] {
-    arguments->laid_out = size->count() > 0 || unwrap->count() > 0;
+  return [arguments, size, unwrap, density] {
+    arguments->laid_out = size->count() > 0 || unwrap->count() > 0 || density->count() > 0;
+    arguments->by_density = density->count() > 0;
     return run_simplify(*arguments);
   };
 }

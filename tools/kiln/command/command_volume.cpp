@@ -6,6 +6,7 @@
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/surface_arguments.h"
+#include "arguments/unwrap_option.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
@@ -25,7 +26,8 @@ struct VolumeArguments {
   std::string max_distance;
   std::uint32_t samples = 1;
   std::string size = "auto";
-  std::string unwrap = "pairs";
+  std::string unwrap = "pairs", density = "area";
+  bool by_density = false;  // --density was given
   std::string space = "tangent";
   bool flip_y = false;
   std::string format = "png16";
@@ -38,6 +40,7 @@ struct VolumeArguments {
 
 void check(const VolumeArguments& a) {
   check(a.surface);
+  check_density(a.by_density, a.unwrap);
   if (a.match == "direct" && (!a.max_distance.empty() || a.samples != 1)) {
     fail("--max-distance and --samples are for --match ray or closest.");
   }
@@ -58,6 +61,7 @@ ExtractOptions map_options(const VolumeArguments& a) {
   options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
   options.flip_y = a.flip_y;
   options.unwrap = a.unwrap == "charts" ? UnwrapMethod::charts : UnwrapMethod::pairs;
+  options.density = a.density == kByDetail ? TexelDensity::detail : TexelDensity::area;
   return options;
 }
 
@@ -167,6 +171,7 @@ Json json_of(const VolumeArguments& a, const ExtractOptions& options) {
                {"size", options.choose.size ? Json("auto") : Json(options.size)},
                {"chart_border", options.border_texels},
                {"unwrap", a.unwrap},
+               {"density", a.density},
                {"space", a.space},
                {"flip_y", a.flip_y},
                {"format", a.format}});
@@ -357,6 +362,8 @@ Run add_volume(Command& app) {
       ->check(one_of({"pairs", "charts"}))
       ->capture_default_str()
       ->group(kMapGroup);
+  Option* density = add_density_option(*command, a.density, "the full contour");
+  density->group(kMapGroup);
   add_chart_border_option(*command, a.surface);
   command->add_option("--space", a.space, "Of the normals: tangent (MikkTSpace) or object")
       ->check(one_of({"tangent", "object"}))
@@ -383,7 +390,10 @@ Run add_volume(Command& app) {
   command
       ->add_flag("--quiet", a.quiet, "Leave out progress and the summary; warnings and errors stay")
       ->group(group_run);
-  return [arguments] { return run_volume(*arguments); };
+  return [arguments, density] {
+    arguments->by_density = density->count() > 0;
+    return run_volume(*arguments);
+  };
 }
 
 }  // namespace kiln::cli

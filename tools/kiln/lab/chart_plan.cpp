@@ -71,6 +71,8 @@ class PlanCharter {
         progress_(progress),
         source_(device, high),
         reference_(Scene(device, high), high, views(), kPixels) {
+    if (options.screen != 0) on_screen_.emplace(source_, options.screen, kViews);
+    chart_.screen = options.screen;
     chart_.name = high.name;
     chart_.faces = high.triangles.size();
     chart_.warnings = source_.warnings();
@@ -154,7 +156,7 @@ class PlanCharter {
     if (size == 0) {
       point.vertices = simple.positions.size();
       point.bytes = plain;
-      point.degrees = reference_.compare(Scene(device_, simple)).mean_degrees;
+      point.degrees = measured(simple);
       chart_.points.push_back(point);
       return true;
     }
@@ -174,7 +176,13 @@ class PlanCharter {
     return true;
   }
 
+  double measured(const Mesh& low) const {
+    return on_screen_ ? on_screen_->degrees(low)
+                      : reference_.compare(Scene(device_, low)).mean_degrees;
+  }
+
   double measured(const Mesh& low, const Image& map, const BakeOptions& baked) const {
+    if (on_screen_) return on_screen_->degrees(low, map, baked);
     const NormalMap normal{&map, baked.space, baked.flip_y, baked.bitangent};
     return reference_.compare(Scene(device_, low, normal)).mean_degrees;
   }
@@ -241,6 +249,7 @@ class PlanCharter {
     stand.wanted = wanted;
     LightPlanOptions options;
     options.max_error = wanted;
+    options.screen = options_.screen;
     options.bake.width = options.bake.height = options_.size;
     options.bake.recall = 0;
     options.bake.progress = [&](double, std::string_view stage) {
@@ -252,8 +261,8 @@ class PlanCharter {
     stand.seconds = watch.total();
     stand.reached = light.reached;
     stand.chosen = light.chosen;
-    stand.degrees = light.result ? measured(light.low, light.drawn, light.bake)
-                                 : reference_.compare(Scene(device_, light.low)).mean_degrees;
+    stand.degrees =
+        light.result ? measured(light.low, light.drawn, light.bake) : measured(light.low);
     stand.front_bytes = bytes_at(PlanWay::kiln, stand.degrees);
     stand.plain_bytes = bytes_at(PlanWay::plain, stand.degrees);
     chart_.plans.push_back(std::move(stand));
@@ -269,6 +278,7 @@ class PlanCharter {
   const Progress& progress_;
   Source source_;
   NormalReference reference_;
+  std::optional<ScreenPictures> on_screen_;  ///< In place of the reference
   std::vector<std::uint32_t> faces_, sizes_;
   std::size_t grids_ = 0;
   double at_ = 0;

@@ -20,6 +20,8 @@ enum class PlanWay {
 const char* way_name(PlanWay way);
 
 struct PlanChartOptions {
+  /// LightPlanOptions::screen, of plans and of what the grid is measured by; 0: points of 128² pictures
+  std::uint32_t screen = 0;
   std::uint32_t size = 1024;  ///< The largest map, texels a side
   std::vector<double>
       errors;  ///< To plan for, degrees; empty: three between the grid's best and worst
@@ -51,6 +53,7 @@ struct PlanStand {
 struct PlanChart {
   std::string name;
   std::uint64_t faces = 0;        ///< Of the high poly
+  std::uint32_t screen = 0;       ///< PlanChartOptions::screen
   std::vector<PlanPoint> points;  ///< By way, faces, size
   std::vector<PlanStand> plans;   ///< By falling error
   std::vector<Warning> warnings;

@@ -14,6 +14,11 @@ std::string map_text(std::uint32_t size) {
   return size == 0 ? "no map" : std::to_string(size) + "²";
 }
 
+/// ", 600 pixels wide", where that was asked for.
+std::string seen(const PlanChart& chart) {
+  return chart.screen == 0 ? "" : ", " + with_commas(chart.screen) + " pixels wide";
+}
+
 /// Points that go into one curve, by rising bytes.
 template <class Wanted>
 std::vector<const PlanPoint*> points_of(const PlanChart& chart, const Wanted& wanted) {
@@ -43,7 +48,7 @@ Json curve(const std::string& title, const Json& look,
 
 Json panel(const PlanChart& chart) {
   Json json = {{"y_title", "Mean angle between rendered normals, degrees"},
-               {"title", chart.name + ", " + with_commas(chart.faces) + " faces"},
+               {"title", chart.name + ", " + with_commas(chart.faces) + " faces" + seen(chart)},
                {"curves", Json::array()},
                {"levels", Json::array()},
                {"rings", {{"title", "the plans"}, {"x", Json::array()}, {"y", Json::array()}}}};
@@ -108,8 +113,9 @@ std::string plan_chart_table(const std::vector<PlanChart>& charts, const DeviceI
   std::string text = "Bytes of low poly and maps against the mean angle of rendered normals, " +
                      markdown_cell(device.name) + ".\n";
   for (const PlanChart& chart : charts) {
-    text += "\n## " + markdown_cell(chart.name) + ", " + with_commas(chart.faces) +
-            " faces\n\nPlans; over: their bytes, times those of a front at the same angle.\n\n"
+    text += "\n## " + markdown_cell(chart.name) + ", " + with_commas(chart.faces) + " faces" +
+            seen(chart) +
+            "\n\nPlans; over: their bytes, times those of a front at the same angle.\n\n"
             "| wanted | measured | faces | map | KiB | over the grid's front | over "
             "meshoptimizer's |\n| --: | --: | --: | --- | --: | --: | --: |\n";
     for (const PlanStand& s : chart.plans) {
