@@ -7,6 +7,7 @@
 
 #include "base/heartbeat.h"
 #include "base/parallel.h"
+#include "mesh/vertex_lists.h"
 
 namespace kiln {
 namespace {
@@ -48,43 +49,28 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule, Snap snap)
 void EdgeCollapser::build_quadrics() {
   const std::vector<Vec3d>& points = mesh_.points;
   const std::vector<Triangle>& triangles = mesh_.triangles;
-  struct Side {
-    std::uint64_t key;
-    std::uint32_t triangle;
-  };
-  std::vector<Side> sides;
-  sides.reserve(triangles.size() * 3);
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    const Triangle& v = triangles[t];
+  for (const Triangle& v : triangles) {
     const Vec3d normal = cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]);
     const double size = length(normal);
     Quadric quadric;
     quadric.area = size / 6;  // A third of the area for each corner.
     if (size > 0) quadric.add_plane(normal * (1 / size), points[v[0]], quadric.area);
-    for (std::size_t k = 0; k < 3; ++k) {
-      quadrics_[v[k]] += quadric;
-      const std::uint64_t a = v[k], b = v[(k + 1) % 3];
-      sides.push_back({a < b ? a << 32 | b : b << 32 | a, t});
-    }
+    for (const std::uint32_t vertex : v) quadrics_[vertex] += quadric;
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return a.key != b.key ? a.key < b.key : a.triangle < b.triangle;
-  });
-  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
-    while (end < sides.size() && sides[end].key == sides[begin].key) ++end;
-    if (end - begin != 1) continue;
-    const auto a = static_cast<std::uint32_t>(sides[begin].key >> 32);
-    const auto b = static_cast<std::uint32_t>(sides[begin].key);
+  const SideLists sides(triangles, points.size());
+  sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> of_edge) {
+    if (of_edge.size() != 1) return;
+    const std::uint32_t b = SideLists::higher(of_edge[0]);
     border_[a] = border_[b] = 1;
-    const Triangle& v = triangles[sides[begin].triangle];
+    const Triangle& v = triangles[of_edge[0].index / 3];
     const Vec3d edge = points[b] - points[a];
     Vec3d normal = cross(edge, cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]));
     normal = normal * (1 / length(normal));
-    if (!std::isfinite(normal.x + normal.y + normal.z)) continue;
+    if (!std::isfinite(normal.x + normal.y + normal.z)) return;
     for (const std::uint32_t vertex : {a, b}) {
       quadrics_[vertex].add_plane(normal, points[a], kBorderWeight * dot(edge, edge) / 2);
     }
-  }
+  });
 }
 
 /// Where an edge would go, and at what cost. A hub stays: moving it would move all that is around it.

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "lowpoly/height_rule.h"
+#include "mesh/vertex_lists.h"
 
 namespace kiln {
 namespace {
@@ -222,16 +223,14 @@ std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertic
     return v;
   };
   std::vector<std::uint8_t> open(vertices, 0);
-  const std::vector<Side> sides = sorted_sides(triangles);
-  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
-    while (end < sides.size() && sides[end].key == sides[begin].key) ++end;
-    if (end - begin != 1) continue;
-    const auto a = static_cast<std::uint32_t>(sides[begin].key >> 32);
-    const auto b = static_cast<std::uint32_t>(sides[begin].key);
-    open[a] = open[b] = 1;
-    const std::uint32_t ra = find(a), rb = find(b);
-    parent[std::max(ra, rb)] = std::min(ra, rb);
-  }
+  SideLists(triangles, vertices)
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        if (sides.size() != 1) return;
+        const std::uint32_t b = SideLists::higher(sides[0]);
+        open[a] = open[b] = 1;
+        const std::uint32_t ra = find(a), rb = find(b);
+        parent[std::max(ra, rb)] = std::min(ra, rb);
+      });
   std::uint64_t count = 0;
   for (std::uint32_t v = 0; v < vertices; ++v) count += open[v] != 0 && find(v) == v;
   return count;

@@ -9,9 +9,11 @@
 #include <tuple>
 #include <utility>
 
+#include "base/parallel.h"
 #include "lowpoly/pairing.h"
 #include "mesh/charts.h"
 #include "mesh/normals.h"
+#include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
 
 namespace kiln {
@@ -33,21 +35,27 @@ struct Dropped {
   }
 };
 
+enum class Usable : std::uint8_t { yes, not_finite, degenerate };
+
 struct Candidate {
   Triangle corners;  ///< The lowest vertex first, in the same sense.
   SourceTriangle source;
 };
 
 /// Whether each repeats an earlier one.
-std::vector<std::uint8_t> find_twins(const std::vector<Candidate>& candidates) {
-  std::vector<std::uint32_t> order(candidates.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) {
-    return std::pair(candidates[x].corners, x) < std::pair(candidates[y].corners, y);
-  });
+std::vector<std::uint8_t> find_twins(const std::vector<Candidate>& candidates,
+                                     std::size_t vertices) {
+  const VertexLists lists(
+      vertices, candidates.size(), [&](std::size_t i) { return candidates[i].corners[0]; },
+      [&](std::size_t i) {
+        return std::uint64_t{candidates[i].corners[1]} << 32 | candidates[i].corners[2];
+      });
   std::vector<std::uint8_t> twin(candidates.size(), 0);
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    twin[order[i]] = candidates[order[i]].corners == candidates[order[i - 1]].corners;
+  for (std::size_t v = 0; v < vertices; ++v) {
+    const std::span<const VertexLists::Item> items = lists.of(v);
+    for (std::size_t i = 1; i < items.size(); ++i) {
+      twin[items[i].index] = items[i].key == items[i - 1].key;
+    }
   }
   return twin;
 }
@@ -74,14 +82,24 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
   Dropped not_finite, degenerate, duplicate;
   std::vector<Candidate> candidates;
   candidates.reserve(mesh.triangles.size());
+  std::vector<Usable> usable(mesh.triangles.size());
+  constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
+  parallel_for(usable.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const Triangle v = welded_corners(mesh, welded, t);
+      const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
+      usable[t] = !is_finite(a) || !is_finite(b) || !is_finite(c) ? Usable::not_finite
+                  : triangle_shape(a, b, c).area > 0              ? Usable::yes
+                                                                  : Usable::degenerate;
+    }
+  });
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    Triangle v = welded_corners(mesh, welded, t);
-    const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
-    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) {
+    if (usable[t] == Usable::not_finite) {
       not_finite.add(t);
-    } else if (!(triangle_shape(a, b, c).area > 0)) {
+    } else if (usable[t] == Usable::degenerate) {
       degenerate.add(t);
     } else {
+      Triangle v = welded_corners(mesh, welded, t);
       const auto lowest = std::min_element(v.begin(), v.end());
       const SourceTriangle source{static_cast<std::uint32_t>(t),
                                   static_cast<std::uint32_t>(lowest - v.begin())};
@@ -89,7 +107,7 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
       candidates.push_back({v, source});
     }
   }
-  const std::vector<std::uint8_t> twin = find_twins(candidates);
+  const std::vector<std::uint8_t> twin = find_twins(candidates, mesh.positions.size());
   std::vector<Triangle> result;
   result.reserve(candidates.size());
   sources.clear();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lowpoly/head_start.h"
+#include "lowpoly/surface_fit.h"
 #include "mesh/charts.h"
 #include "mesh/fans.h"
 #include "mesh/normals.h"
@@ -105,6 +106,20 @@ bool SimplifyJob::is_good(const SimplifyResult& result) {
   return flaws.none() && report_.holes == 0;
 }
 
+/// Moves vertices so that the faces lie on the high poly, and mends that, where nothing else says how vertices may
+/// move. \returns whether that was good; else `result` is as it was
+bool SimplifyJob::fit(SimplifyResult& result) {
+  if (options_.hull || options_.keep_uvs || options_.faces == 0) return false;
+  SimplifyResult fitted = result;
+  const SurfaceFit fit(dense_positions_, dense_.triangles,
+                       [this](const Vec3d& p) { return scale_.snap(p); });
+  fit.run(fitted.points, fitted.triangles, options_.height_field);
+  report_.mended = mend(fitted);
+  if (!is_good(fitted)) return false;
+  result = std::move(fitted);
+  return true;
+}
+
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
 Work SimplifyJob::start(std::size_t faces) const {
   const std::size_t near_goal = std::max(kDirectLimit, kHeadStartShare * faces);
@@ -130,8 +145,10 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> f
 }
 
 Mesh SimplifyJob::run(SimplifyResult mended, bool with_deviation) {
-  report_.mended = mend(mended);
-  if (!is_good(mended) && dense_.triangles.size() > kDirectLimit) return run(with_deviation);
+  if (!fit(mended)) {
+    report_.mended = mend(mended);
+    if (!is_good(mended) && dense_.triangles.size() > kDirectLimit) return run(with_deviation);
+  }
   if (with_deviation) mended.deviation = measure(mended, kMostSamples);
   return finish(mended);
 }
@@ -145,6 +162,7 @@ SimplifyResult SimplifyJob::solve() {
     SimplifyResult result = by_error ? within(options_.max_error, *from) : to_count(*from);
     if (result.triangles.empty() && from == &work && started) continue;
     if (result.triangles.empty()) return unchanged();
+    if (fit(result)) return result;
     SimplifyResult mended = result;
     report_.mended = mend(mended);
     if (by_error && report_.mended > 0) mended.deviation = measure(mended, kMostSamples);

@@ -104,6 +104,7 @@ class SimplifyJob {
   Work start(std::size_t faces) const;
   SimplifyResult solve();
   Mesh finish(const SimplifyResult& result);
+  bool fit(SimplifyResult& result);
   std::size_t mend(SimplifyResult& result);
   bool is_good(const SimplifyResult& result);
   void warn_of_count(const SimplifyResult& result);

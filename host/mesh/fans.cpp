@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "mesh/vertex_lists.h"
+
 namespace kiln {
 namespace {
 
@@ -54,10 +56,16 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
 }  // namespace
 
 bool has_repeated_sides(std::span<const Triangle> triangles) {
-  const std::vector<Side> sides = sorted_sides(triangles);
-  return std::adjacent_find(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-           return a.key == b.key && a.forward == b.forward;
-         }) != sides.end();
+  std::uint32_t last = 0;
+  for (const Triangle& t : triangles) last = std::max({last, t[0], t[1], t[2]});
+  const SideLists lists(triangles, std::size_t{last} + 1);
+  for (std::size_t v = 0; v <= last; ++v) {
+    const std::span<const SideLists::Item> sides = lists.of(v);
+    for (std::size_t i = 1; i < sides.size(); ++i) {
+      if (sides[i].key == sides[i - 1].key) return true;
+    }
+  }
+  return false;
 }
 
 void remove_back_to_back(std::vector<Triangle>& triangles) {

@@ -14,6 +14,24 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kLeafSize = 4;
+/// Parts of a tree that are built by themselves, and triangles below which none is halved for that.
+constexpr std::size_t kParts = 32, kLeastPart = 4096;
+
+/// Boxes of a tree over so many triangles, level by level: each has parts of at most two sizes, `size` and one
+/// more.
+std::size_t boxes_of(std::size_t count) {
+  std::size_t boxes = 0, size = count, smaller = 1, larger = 0;
+  while (size > kLeafSize) {
+    boxes += smaller + larger;
+    if (size % 2 == 0) {
+      smaller = 2 * smaller + larger;
+    } else {
+      larger = smaller + 2 * larger;
+    }
+    size /= 2;
+  }
+  return boxes + smaller + (size == kLeafSize ? 3 : 1) * larger;
+}
 
 double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
   const double length2 = dot(edge, edge);
@@ -64,61 +82,99 @@ void extend(Vec3& low, Vec3& high, const Vec3& p) {
 SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
   if (triangles.empty()) return;
-  std::vector<Vec3> centers(triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const Vec3& a = positions[triangles[t][0]];
-    const Vec3& b = positions[triangles[t][1]];
-    const Vec3& c = positions[triangles[t][2]];
-    centers[t] = {(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3};
+  std::vector<Item> items(triangles.size());
+  const auto each = [&](const auto& body) {
+    parallel_for(triangles.size(), std::size_t{1} << 15, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(i);
+    });
+  };
+  each([&](std::size_t i) {
+    const Vec3& a = positions[triangles[i][0]];
+    const Vec3& b = positions[triangles[i][1]];
+    const Vec3& c = positions[triangles[i][2]];
+    items[i] = {{(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3},
+                static_cast<std::uint32_t>(i)};
+  });
+  boxes_.resize(boxes_of(items.size()));
+  // Level by level, until there are enough parts for all threads; what is above them has its box last.
+  std::vector<Part> parts{{0, items.size(), 0}}, above;
+  while (parts.size() < kParts && parts[0].last - parts[0].first > kLeastPart) {
+    std::vector<std::array<Part, 2>> halves(parts.size());
+    parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) split(items, parts[i], halves[i]);
+    });
+    above.insert(above.end(), parts.begin(), parts.end());
+    parts.clear();
+    for (const std::array<Part, 2>& both : halves)
+      parts.insert(parts.end(), both.begin(), both.end());
   }
-  std::vector<std::uint32_t> order(triangles.size());
-  std::iota(order.begin(), order.end(), 0u);
-  build(order, centers, positions, triangles);
-  corners_.reserve(triangles.size() * 3);
-  for (const std::uint32_t t : order) {
-    for (const std::uint32_t vertex : triangles[t]) corners_.push_back(positions[vertex]);
-  }
-  order_ = std::move(order);
+  corners_.resize(items.size() * 3);
+  order_.resize(items.size());
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const std::size_t first_box = parts[p].box;
+      const std::size_t count = parts[p].last - parts[p].first;
+      build(items, parts[p]);
+      for (std::size_t i = parts[p].first; i < parts[p].last; ++i) {
+        order_[i] = items[i].triangle;
+        for (std::size_t k = 0; k < 3; ++k) {
+          corners_[3 * i + k] = positions[triangles[items[i].triangle][k]];
+        }
+      }
+      for (std::size_t box = first_box + boxes_of(count); box-- > first_box;) fit_box(box);
+    }
+  });
+  for (std::size_t i = above.size(); i-- > 0;) fit_box(above[i].box);
 }
 
-void SurfaceDistance::build(std::vector<std::uint32_t>& order, const std::vector<Vec3>& centers,
-                            std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-  // Depth first with the left child next to its parent; the parent learns its right child's place
-  // when that one is taken from the stack. Halving the count bounds the depth by log2(n).
-  struct Task {
-    std::uint32_t first, last, parent;
-  };
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<Task> tasks{{0, static_cast<std::uint32_t>(order.size()), kNone}};
-  while (!tasks.empty()) {
-    const Task task = tasks.back();
-    tasks.pop_back();
-    const auto index = static_cast<std::uint32_t>(boxes_.size());
-    if (task.parent != kNone) boxes_[task.parent].first = index;
+/// Halves a part, and says where the halves' boxes are: depth first, the left one next to its parent. Halving
+/// the count bounds the depth by log2(n). \returns false for a leaf
+bool SurfaceDistance::split(std::span<Item> items, const Part& part, std::array<Part, 2>& halves) {
+  Box& box = boxes_[part.box];
+  if (part.last - part.first <= kLeafSize) {
+    box.first = static_cast<std::uint32_t>(part.first);
+    box.count = static_cast<std::uint32_t>(part.last - part.first);
+    return false;
+  }
+  Vec3 low = items[part.first].center, high = low;
+  for (std::size_t i = part.first; i < part.last; ++i) extend(low, high, items[i].center);
+  const Vec3 size{high.x - low.x, high.y - low.y, high.z - low.z};
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const std::size_t middle = part.first + (part.last - part.first) / 2;
+  const auto at = [&](std::size_t i) { return items.begin() + static_cast<std::ptrdiff_t>(i); };
+  std::nth_element(at(part.first), at(middle), at(part.last), [&](const Item& a, const Item& b) {
+    const float ka = component(a.center, axis);
+    const float kb = component(b.center, axis);
+    return ka != kb ? ka < kb : a.triangle < b.triangle;
+  });
+  const std::size_t right = part.box + 1 + boxes_of(middle - part.first);
+  box.first = static_cast<std::uint32_t>(right);
+  box.count = 0;
+  halves = {Part{part.first, middle, part.box + 1}, Part{middle, part.last, right}};
+  return true;
+}
 
-    constexpr float kInf = std::numeric_limits<float>::infinity();
-    Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf}, center_low = low, center_high = high;
-    for (std::uint32_t i = task.first; i < task.last; ++i) {
-      for (const std::uint32_t vertex : triangles[order[i]]) extend(low, high, positions[vertex]);
-      extend(center_low, center_high, centers[order[i]]);
-    }
-    boxes_.push_back({low, high, task.first, 0});
-    if (task.last - task.first <= kLeafSize) {
-      boxes_.back().count = task.last - task.first;
-      continue;
-    }
-    const Vec3 size{center_high.x - center_low.x, center_high.y - center_low.y,
-                    center_high.z - center_low.z};
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const std::uint32_t middle = task.first + (task.last - task.first) / 2;
-    std::nth_element(order.begin() + task.first, order.begin() + middle, order.begin() + task.last,
-                     [&](std::uint32_t a, std::uint32_t b) {
-                       const float ka = component(centers[a], axis);
-                       const float kb = component(centers[b], axis);
-                       return ka != kb ? ka < kb : a < b;
-                     });
-    tasks.push_back({middle, task.last, index});
-    tasks.push_back({task.first, middle, kNone});
+void SurfaceDistance::build(std::span<Item> items, const Part& part) {
+  std::array<Part, 2> halves;
+  if (!split(items, part, halves)) return;
+  build(items, halves[0]);
+  build(items, halves[1]);
+}
+
+/// The bounds of a box: those of a leaf's corners, else those of its children, which come first.
+void SurfaceDistance::fit_box(std::size_t index) {
+  Box& box = boxes_[index];
+  if (box.count == 0) {
+    const Box &left = boxes_[index + 1], &right = boxes_[box.first];
+    box.low = left.low;
+    box.high = left.high;
+    extend(box.low, box.high, right.low);
+    extend(box.low, box.high, right.high);
+    return;
+  }
+  box.low = box.high = corners_[std::size_t{3} * box.first];
+  for (std::size_t i = 0; i < std::size_t{3} * box.count; ++i) {
+    extend(box.low, box.high, corners_[std::size_t{3} * box.first + i]);
   }
 }
 

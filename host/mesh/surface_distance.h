@@ -1,6 +1,8 @@
 // Distance from points to a triangle mesh, on the host: how far a low poly strays from a high poly.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -36,8 +38,17 @@ class SurfaceDistance {
     std::uint32_t first = 0;  ///< Leaf: first triangle. Inner: index of the right child.
     std::uint32_t count = 0;  ///< Leaf: number of triangles. Inner: 0; the left child follows.
   };
-  void build(std::vector<std::uint32_t>& order, const std::vector<Vec3>& centers,
-             std::span<const Vec3> positions, std::span<const Triangle> triangles);
+  struct Item {
+    Vec3 center;
+    std::uint32_t triangle;
+  };
+  /// Triangles from `first` to `last`, whose box is `box`.
+  struct Part {
+    std::size_t first, last, box;
+  };
+  bool split(std::span<Item> items, const Part& part, std::array<Part, 2>& halves);
+  void build(std::span<Item> items, const Part& part);
+  void fit_box(std::size_t box);
 
   std::vector<Box> boxes_;
   /// \returns the squared distance. \param place  out: in the order of the leaves

@@ -1,0 +1,223 @@
+#include "lowpoly/surface_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/heartbeat.h"
+#include "base/parallel.h"
+#include "lowpoly/height_rule.h"
+#include "mesh/surface_distance.h"
+
+namespace kiln {
+namespace {
+
+/// Samples of the high poly for each face, and at least.
+constexpr std::size_t kSamplesOfFace = 10, kLeastSamples = 1 << 14;
+constexpr int kRounds = 4;
+/// A sample and the triangle that it is matched with face the same way, at least so nearly (cosine).
+constexpr double kAgreement = 0.3;
+/// Weight of distances across the high poly's normal, and of staying in place.
+constexpr double kAcross = 0.02, kStay = 0.02;
+/// How much more a sample at a side weighs than one in the middle of a triangle. Outlines are made of sides: without
+/// this, silhouettes of smooth shapes are a little too wide.
+constexpr double kAtSides = 6;
+/// A step's length, against that of the shortest side around.
+constexpr double kLongestStep = 0.3;
+/// Cosine of the largest turn of a triangle in one step.
+constexpr double kTurnLimit = 0.9;
+/// Doubled area over the square of the longest side, below which it may not fall.
+constexpr double kLeastShape = 1e-3;
+
+Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
+
+/// Shares of the corners at the point of a triangle that is nearest.
+std::array<double, 3> shares_at(const Vec3d& p, const std::array<Vec3d, 3>& c) {
+  const Vec3d n = normal_of(c[0], c[1], c[2]);
+  const double whole = dot(n, n);
+  std::array<double, 3> share{1, 0, 0};
+  if (whole > 0) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      share[k] = dot(n, normal_of(p, c[(k + 1) % 3], c[(k + 2) % 3])) / whole;
+    }
+    if (share[0] >= 0 && share[1] >= 0 && share[2] >= 0) return share;
+  }
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3d &from = c[k], &to = c[(k + 1) % 3];
+    const Vec3d edge = to - from;
+    const double size = dot(edge, edge);
+    const double t = size > 0 ? std::clamp(dot(p - from, edge) / size, 0.0, 1.0) : 0.0;
+    const Vec3d rest = p - (from + edge * t);
+    if (!(dot(rest, rest) < best)) continue;
+    best = dot(rest, rest);
+    share = {0, 0, 0};
+    share[k] = 1 - t;
+    share[(k + 1) % 3] = t;
+  }
+  return share;
+}
+
+/// Sums of weighted squares of distances, quadratic in a step.
+struct Pull {
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  Vec3d right;
+  double weight = 0;
+
+  void add(const Vec3d& normal, const Vec3d& missing, double share, double w) {
+    const double along = dot(normal, missing), square = w * share * share;
+    xx += square * normal.x * normal.x, xy += square * normal.x * normal.y;
+    xz += square * normal.x * normal.z, yy += square * normal.y * normal.y;
+    yz += square * normal.y * normal.z, zz += square * normal.z * normal.z;
+    right += normal * (w * share * along) + missing * (w * share * kAcross);
+    weight += square;
+  }
+  Vec3d step() const {
+    const double more = (kAcross + kStay) * weight;
+    const Vec3d row0{xx + more, xy, xz}, row1{xy, yy + more, yz}, row2{xz, yz, zz + more};
+    const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
+    return (c12 * right.x + c20 * right.y + c01 * right.z) * (1 / dot(row0, c12));
+  }
+};
+
+/// A low poly whose vertices move.
+class Moving {
+ public:
+  Moving(std::vector<Vec3d>& points, const std::vector<Triangle>& triangles, bool height_field)
+      : points_(points),
+        triangles_(triangles),
+        height_field_(height_field),
+        corners_(
+            points.size(), triangles.size() * 3,
+            [&](std::size_t i) { return triangles[i / 3][i % 3]; },
+            [](std::size_t) { return std::uint64_t{0}; }),
+        fixed_(points.size(), 0) {
+    SideLists(triangles, points.size())
+        .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+          if (sides.size() != 2) fixed_[a] = fixed_[SideLists::higher(sides[0])] = 1;
+        });
+  }
+
+  bool fixed(std::uint32_t vertex) const { return fixed_[vertex] != 0; }
+  /// Corners, as 3 * triangle + corner.
+  std::span<const VertexLists::Item> corners(std::uint32_t vertex) const {
+    return corners_.of(vertex);
+  }
+  double longest_step(std::uint32_t vertex) const {
+    double shortest = std::numeric_limits<double>::infinity();
+    for (const VertexLists::Item& corner : corners(vertex)) {
+      const Triangle& t = triangles_[corner.index / 3];
+      const Vec3d edge = points_[t[(corner.index + 1) % 3]] - points_[vertex];
+      shortest = std::min(shortest, dot(edge, edge));
+    }
+    return kLongestStep * std::sqrt(shortest);
+  }
+  bool allows(std::uint32_t vertex, const Vec3d& target) const {
+    for (const VertexLists::Item& corner : corners(vertex)) {
+      const Triangle& t = triangles_[corner.index / 3];
+      const std::size_t k = corner.index % 3;
+      const Vec3d &b = points_[t[(k + 1) % 3]], &c = points_[t[(k + 2) % 3]];
+      const Vec3d before = normal_of(points_[vertex], b, c), after = normal_of(target, b, c);
+      const double size = length(after);
+      const Vec3d ab = b - target, bc = c - b, ca = target - c;
+      const double longest = std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)});
+      if (!(size > kLeastShape * longest)) return false;
+      if (!(dot(before, after) > kTurnLimit * length(before) * size)) return false;
+      if (height_field_ && !(upward(target, b, c) > kLeastUpward)) return false;
+    }
+    return true;
+  }
+
+ private:
+  std::vector<Vec3d>& points_;
+  const std::vector<Triangle>& triangles_;
+  bool height_field_;
+  VertexLists corners_;
+  std::vector<std::uint8_t> fixed_;
+};
+
+}  // namespace
+
+/// Centroids, evenly spaced in the list of triangles; a triangle stands for those that are left out after it.
+std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t faces) const {
+  const std::size_t count =
+      std::min(triangles_.size(), std::max(kLeastSamples, kSamplesOfFace * faces));
+  std::vector<Sample> result(count);
+  const double spacing = static_cast<double>(triangles_.size()) / static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto index = static_cast<std::size_t>(static_cast<double>(i) * spacing);
+    const Triangle& t = triangles_[std::min(index, triangles_.size() - 1)];
+    const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
+    const Vec3d normal = normal_of(a, b, c);
+    const double size = length(normal);
+    if (!(size > 0)) continue;
+    result[i].point = (a + b + c) * (1.0 / 3);
+    result[i].normal = normal * (1 / size);
+    result[i].weight = size;
+  }
+  return result;
+}
+
+/// Matches samples with the low poly as it is now.
+std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
+                                                    const std::vector<Vec3d>& points,
+                                                    const std::vector<Triangle>& low) {
+  std::vector<Vec3> floats(points.size());
+  std::transform(points.begin(), points.end(), floats.begin(), to_float);
+  const SurfaceDistance tree(floats, low);
+  parallel_for(samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Sample& s = samples[i];
+      if (s.weight == 0) continue;
+      s.triangle = tree.nearest(to_float(s.point));
+      const Triangle& t = low[s.triangle];
+      const std::array<Vec3d, 3> corners{points[t[0]], points[t[1]], points[t[2]]};
+      const Vec3d normal = normal_of(corners[0], corners[1], corners[2]);
+      if (!(dot(normal, s.normal) > kAgreement * length(normal))) s.weight = 0;
+      s.share = shares_at(s.point, corners);
+      s.weight *= 1 + kAtSides * (1 - 27 * s.share[0] * s.share[1] * s.share[2]);
+    }
+  });
+  return samples;
+}
+
+void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
+                     bool height_field) const {
+  const std::vector<Sample> given = samples(low.size());
+  const Moving moving(points, low, height_field);
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Sample> found = matched(given, points, low);
+    const VertexLists of_triangle(
+        low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },
+        [](std::size_t) { return std::uint64_t{0}; });
+    for (std::uint32_t v = 0; v < points.size(); ++v) {
+      if (moving.fixed(v)) continue;
+      Pull pull;
+      for (const VertexLists::Item& corner : moving.corners(v)) {
+        const Triangle& t = low[corner.index / 3];
+        for (const VertexLists::Item& item : of_triangle.of(corner.index / 3)) {
+          const Sample& s = found[item.index];
+          if (s.weight == 0) continue;
+          const Vec3d at =
+              points[t[0]] * s.share[0] + points[t[1]] * s.share[1] + points[t[2]] * s.share[2];
+          pull.add(s.normal, s.point - at, s.share[corner.index % 3], s.weight);
+        }
+      }
+      if (!(pull.weight > 0)) continue;
+      Vec3d step = pull.step();
+      const double size = length(step), longest = moving.longest_step(v);
+      if (!(size > 0)) continue;  // Also where it is not a number.
+      if (size > longest) step = step * (longest / size);
+      for (const double part : {1.0, 0.5}) {
+        const Vec3d target = snap_(points[v] + step * part);
+        if (!moving.allows(v, target)) continue;
+        points[v] = target;
+        break;
+      }
+    }
+    Heartbeat::beat();
+  }
+}
+
+}  // namespace kiln

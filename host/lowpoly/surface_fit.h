@@ -1,0 +1,53 @@
+// Vertices of a low poly moved so that its faces, not only its corners, lie on the high poly.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kiln/types.h"
+#include "mesh/vector.h"
+#include "mesh/vertex_lists.h"
+
+namespace kiln {
+
+/// Quadrics put each vertex where the planes around it meet; between vertices, a bent surface is then missed on
+/// one side. This evens it out: samples of the high poly are matched with their nearest points of the low poly,
+/// and vertices move, one after another, to where the squared distances along the high poly's normals are least
+/// (Hoppe, DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). A few rounds, each
+/// matched anew. Coordinates of about unit size.
+class SurfaceFit {
+ public:
+  /// To where the mesh's numbers can hold a point.
+  using Snap = std::function<Vec3d(const Vec3d&)>;
+
+  /// Spans must outlive this.
+  SurfaceFit(std::span<const Vec3> positions, std::span<const Triangle> triangles, Snap snap)
+      : positions_(positions), triangles_(triangles), snap_(std::move(snap)) {}
+
+  /// Moves vertices of a low poly. Those on open edges, or where more than two triangles meet at an edge, stay.
+  /// No triangle turns far, loses its area or, of a height field, faces down. Does not depend on threads.
+  void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low, bool height_field) const;
+
+ private:
+  /// A point of the high poly, and where it was matched.
+  struct Sample {
+    Vec3d point, normal;
+    double weight = 0;  ///< Its area; 0: matched with nothing.
+    std::uint32_t triangle = 0;
+    std::array<double, 3> share{};  ///< Of the triangle's corners.
+  };
+  std::vector<Sample> samples(std::size_t faces) const;
+  static std::vector<Sample> matched(std::vector<Sample> samples, const std::vector<Vec3d>& points,
+                                     const std::vector<Triangle>& low);
+
+  std::span<const Vec3> positions_;
+  std::span<const Triangle> triangles_;
+  Snap snap_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,81 @@
+// Vertices moved so that faces lie on the high poly.
+#include "lowpoly/surface_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "mesh/surface_distance.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+/// 20,000 faces, and 800 whose corners lie on the same surface.
+struct Pair {
+  Mesh dense = test::BumpySphere::dense(20000), low = test::BumpySphere::dense(800);
+  std::vector<Vec3d> given, moved;
+
+  Pair() {
+    for (const Vec3& p : low.positions) given.emplace_back(p);
+  }
+  void fit() {
+    moved = given;
+    SurfaceFit(dense.positions, dense.triangles, [](const Vec3d& p) {
+      return Vec3d(to_float(p));
+    }).run(moved, low.triangles, false);
+  }
+  double distance(const std::vector<Vec3d>& points) const {
+    std::vector<Vec3> floats;
+    for (const Vec3d& p : points) floats.push_back(to_float(p));
+    return one_sided_distance(dense.positions, dense.triangles,
+                              SurfaceDistance(floats, low.triangles), 1 << 18)
+        .root_mean_square;
+  }
+  Vec3d normal(const std::vector<Vec3d>& points, const Triangle& t) const {
+    const Vec3d n = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
+    return n * (1 / length(n));
+  }
+};
+
+TEST(SurfaceFit, FacesComeNearerAndNoneTurnsFar) {
+  Pair pair;
+  pair.fit();
+  EXPECT_LT(pair.distance(pair.moved), 0.6 * pair.distance(pair.given));
+  for (const Triangle& t : pair.low.triangles) {
+    EXPECT_GT(dot(pair.normal(pair.given, t), pair.normal(pair.moved, t)), 0.5);
+  }
+}
+
+TEST(SurfaceFit, OpenBordersStay) {
+  Pair pair;
+  pair.low.triangles.resize(pair.low.triangles.size() / 2);
+  pair.fit();
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
+  for (const Triangle& t : pair.low.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) ++sides[std::minmax({t[k], t[(k + 1) % 3]})];
+  }
+  std::size_t open = 0;
+  for (const auto& [side, count] : sides) {
+    if (count != 1) continue;
+    ++open;
+    for (const std::uint32_t v : {side.first, side.second}) {
+      EXPECT_EQ(length(pair.moved[v] - pair.given[v]), 0);
+    }
+  }
+  EXPECT_GT(open, 0u);
+}
+
+TEST(SurfaceFit, WhatFacesTheOtherWayPullsNothing) {
+  Pair pair;
+  for (Triangle& t : pair.dense.triangles) std::swap(t[1], t[2]);
+  pair.fit();
+  for (std::size_t v = 0; v < pair.given.size(); ++v) {
+    EXPECT_EQ(length(pair.moved[v] - pair.given[v]), 0) << v;
+  }
+}
+
+}  // namespace
+}  // namespace kiln
