@@ -6,18 +6,12 @@
 #include <cstring>
 #include <exception>
 #include <limits>
-#include <map>
 #include <new>
-#include <string>
-#include <vector>
 
-#include "arguments/command_line.h"
-#include "arguments/memory_option.h"
-#include "arguments/unknown_flags.h"
-#include "commands.h"
 #include "crash.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
+#include "program.h"
 #include "report/flags.h"
 
 #ifdef __GLIBC__
@@ -26,34 +20,11 @@
 
 namespace {
 
-using kiln::cli::Command;
-using kiln::cli::Option;
 using kiln::cli::UsageError;
 
 int cancelled() {
   std::fputs("\nCancelled.\n", stderr);
   return kiln::cli::kExitCancelled;
-}
-
-void check_environment() {
-  const char* threads = std::getenv("KILN_THREADS");
-  if (threads == nullptr) return;
-  char* end = nullptr;
-  const long value = std::strtol(threads, &end, 10);
-  if (end == threads || *end != '\0' || value < 1 || value > 1024) {
-    throw UsageError("KILN_THREADS is '" + std::string(threads) +
-                     "': set it to 1 to 1024, or unset it");
-  }
-}
-
-/// What was wrong, with what to do where an option is unknown.
-std::string usage_message(const Command& app, const UsageError& error) {
-  const Command* const chosen = app.chosen();
-  for (const std::string& word : app.not_understood()) {
-    if (!word.starts_with("-")) continue;
-    return kiln::cli::answer_to_unknown(chosen == nullptr ? app : *chosen, word);
-  }
-  return error.what();
 }
 
 /// Memory that was used is used again, rather than given back and asked for: pages that the system clears anew
@@ -68,49 +39,13 @@ void keep_memory() {
 /// All that may throw.
 int run(int argc, char** argv) {
   using namespace kiln;
-  Command app(
-      "Kiln bakes the detail of high polys into the textures of low polys.", "kiln",
-      std::string("kiln ") + version(),
-      "Exit codes: 0 done, 1 beyond the limits (diff) or a defect, 2 usage, 3 input, 4 device,\n"
-      "5 output, 130 cancelled. 'kiln COMMAND --help' explains a command.");
-  std::map<std::string, cli::Run> commands;
-  commands["bake"] = cli::add_bake(app);
-  commands["simplify"] = cli::add_simplify(app);
-  commands["render"] = cli::add_render(app);
-  commands["measure"] = cli::add_measure(app);
-  commands["chart"] = cli::add_chart(app);
-  commands["gallery"] = cli::add_gallery(app);
-  commands["diff"] = cli::add_diff(app);
-  commands["volume"] = cli::add_volume(app);
-  commands["devices"] = cli::add_devices(app);
-  cli::add_memory_option(app);
-
+  cli::Program program;
+  cli::Run command;
   try {
-    // `kiln help COMMAND` as in git.
-    std::vector<std::string> words(argv + 1, argv + argc);
-    if (!words.empty() && words[0] == "help") {
-      words.erase(words.begin());
-      if (words.size() > 1) words.resize(1);
-      words.push_back("--help");
-    }
-    // CLI11 would say only that a command is missing.
-    if (!words.empty() && !words[0].starts_with('-') && commands.count(words[0]) == 0) {
-      std::string known;
-      for (const auto& [name, run] : commands) known += (known.empty() ? "" : ", ") + name;
-      throw UsageError("there is no command '" + words[0] + "'; there are " + known);
-    }
-    if (!app.parse(words)) return 0;  // --help, --version
-    for (const Option* option : app.chosen()->get_options()) {
-      for (const std::string& value : option->results()) {
-        if (value.empty()) {
-          throw UsageError(option->get_name() +
-                           " was given nothing: leave it out, or give a value");
-        }
-      }
-    }
-    check_environment();
+    command = program.parse({argv + 1, argv + argc});
+    if (!command) return 0;  // --help, --version
   } catch (const UsageError& error) {
-    std::fprintf(stderr, "kiln: %s\n", usage_message(app, error).c_str());
+    std::fprintf(stderr, "kiln: %s\n", program.explain(error).c_str());
     std::fprintf(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.\n");
     return static_cast<int>(ErrorCode::usage);
   }
@@ -123,7 +58,7 @@ int run(int argc, char** argv) {
   } tidy;
   try {
     OutputSet outputs;
-    const int result = commands.at(app.chosen()->get_name())();
+    const int result = command();
     if (result == cli::kExitCancelled) return cancelled();
     // First: where it fails, no file appears.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -1,0 +1,77 @@
+#include "program.h"
+
+#include <cstdlib>
+
+#include "arguments/memory_option.h"
+#include "arguments/unknown_flags.h"
+#include "kiln/kiln.h"
+
+namespace kiln::cli {
+namespace {
+
+void check_environment() {
+  const char* threads = std::getenv("KILN_THREADS");
+  if (threads == nullptr) return;
+  char* end = nullptr;
+  const long value = std::strtol(threads, &end, 10);
+  if (end == threads || *end != '\0' || value < 1 || value > 1024) {
+    throw UsageError("KILN_THREADS is '" + std::string(threads) +
+                     "': set it to 1 to 1024, or unset it");
+  }
+}
+
+}  // namespace
+
+Program::Program()
+    : app_("Kiln bakes the detail of high polys into the textures of low polys.", "kiln",
+           std::string("kiln ") + version(),
+           "Exit codes: 0 done, 1 beyond the limits (diff) or a defect, 2 usage, 3 input, 4 "
+           "device,\n"
+           "5 output, 130 cancelled. 'kiln COMMAND --help' explains a command.") {
+  commands_["bake"] = add_bake(app_);
+  commands_["simplify"] = add_simplify(app_);
+  commands_["render"] = add_render(app_);
+  commands_["measure"] = add_measure(app_);
+  commands_["chart"] = add_chart(app_);
+  commands_["gallery"] = add_gallery(app_);
+  commands_["diff"] = add_diff(app_);
+  commands_["volume"] = add_volume(app_);
+  commands_["devices"] = add_devices(app_);
+  add_memory_option(app_);
+}
+
+Run Program::parse(std::vector<std::string> words) {
+  // `kiln help COMMAND` as in git.
+  if (!words.empty() && words[0] == "help") {
+    words.erase(words.begin());
+    if (words.size() > 1) words.resize(1);
+    words.push_back("--help");
+  }
+  // The parser would say only that a command is missing.
+  if (!words.empty() && !words[0].starts_with('-') && commands_.count(words[0]) == 0) {
+    std::string known;
+    for (const auto& [name, run] : commands_) known += (known.empty() ? "" : ", ") + name;
+    throw UsageError("there is no command '" + words[0] + "'; there are " + known);
+  }
+  if (!app_.parse(std::move(words))) return {};
+  for (const Option* option : app_.chosen()->get_options()) {
+    for (const std::string& value : option->results()) {
+      if (value.empty()) {
+        throw UsageError(option->get_name() + " was given nothing: leave it out, or give a value");
+      }
+    }
+  }
+  check_environment();
+  return commands_.at(app_.chosen()->get_name());
+}
+
+std::string Program::explain(const UsageError& error) const {
+  const Command* const chosen = app_.chosen();
+  for (const std::string& word : app_.not_understood()) {
+    if (!word.starts_with("-")) continue;
+    return answer_to_unknown(chosen == nullptr ? app_ : *chosen, word);
+  }
+  return error.what();
+}
+
+}  // namespace kiln::cli

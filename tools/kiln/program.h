@@ -1,0 +1,33 @@
+// The program: all commands, and what a command line asks for.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "arguments/command_line.h"
+#include "commands.h"
+
+namespace kiln::cli {
+
+class Program {
+ public:
+  Program();
+
+  /// What the words after the program's name ask for; nothing where it is answered already (--help, --version).
+  /// \throws UsageError
+  Run parse(std::vector<std::string> words);
+
+  /// What was wrong, with what to do instead where an option is unknown: whole sentences.
+  std::string explain(const UsageError& error) const;
+
+  /// All commands.
+  const Command& app() const { return app_; }
+
+ private:
+  Command app_;
+  std::map<std::string, Run> commands_;
+};
+
+}  // namespace kiln::cli
