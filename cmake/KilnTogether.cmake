@@ -43,8 +43,7 @@ kiln_compile_together(host io_mesh
   io/mesh/mesh_tangents.cpp io/mesh/obj_writer.cpp io/mesh/ply_header.cpp io/mesh/polygon.cpp
   io/mesh/polygon_rules.cpp)
 kiln_compile_together(host io_volume
-  io/volume/nrrd_axes.cpp io/volume/volume_io.cpp io/volume/volume_meta.cpp io/volume/volume_nifti.cpp
-  io/volume/volume_nrrd_write.cpp io/volume/volume_vdb.cpp
+  io/volume/nrrd_axes.cpp io/volume/volume_io.cpp io/volume/volume_nrrd_write.cpp io/volume/volume_vdb.cpp
   io/volume/volume_vdb_frame.cpp io/volume/volume_voxels.cpp)
 kiln_compile_together(host lowpoly
   lowpoly/bitmap_packing.cpp lowpoly/box_packing.cpp lowpoly/cell_rows.cpp lowpoly/chart_borders.cpp
@@ -57,8 +56,7 @@ kiln_compile_together(host lowpoly_2
   lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp lowpoly/surface_fit.cpp lowpoly/texel_detail.cpp
   lowpoly/unwrap.cpp)
 kiln_compile_together(host lowpoly_3
-  lowpoly/chart_sheet.cpp lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp lowpoly/simplify_check.cpp
-  lowpoly/unwrap_charts.cpp)
+  lowpoly/chart_sheet.cpp lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp lowpoly/simplify_check.cpp)
 kiln_compile_together(host match
   match/along_visibility.cpp match/bevel.cpp match/cage_shells.cpp match/low_rays.cpp match/match_array.cpp
   match/registry.cpp match/surface_places.cpp match/uv_layout.cpp match/visibility.cpp
@@ -83,9 +81,11 @@ kiln_compile_together(host mesh
   mesh/surface_distance.cpp mesh/tangent.cpp mesh/usable.cpp mesh/uv_copies.cpp mesh/uv_grid.cpp mesh/uv_squares.cpp
   mesh/weld.cpp)
 kiln_compile_together(host mesh_2
-  mesh/dense_normals.cpp mesh/frame.cpp mesh/parts.cpp mesh/soft_seams.cpp mesh/validate_mesh.cpp)
+  mesh/dense_normals.cpp mesh/frame.cpp mesh/parts.cpp)
 kiln_compile_together(host mesh_3
-  mesh/mesh_view.cpp mesh/surface_links.cpp)
+  mesh/mesh_view.cpp mesh/soft_seams.cpp)
+kiln_compile_together(host mesh_4
+  mesh/surface_links.cpp mesh/validate_mesh.cpp)
 kiln_compile_together(host render
   render/camera.cpp render/frames.cpp)
 kiln_compile_together(host source

@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kExportMetaAgain = "Correct the header, or export the volume again.";
+constexpr const char* kExportAgain = "Correct the header, or export the volume again.";
 
 struct Header {
   HeaderFields fields;
@@ -68,7 +68,7 @@ bool flag(const VolumeInput& input, const HeaderField* field) {
   if (value == "true" || value == "t" || value == "1") return true;
   if (value == "false" || value == "f" || value == "0") return false;
   input.fail(field->place(), "\"" + printable(field->value) + "\" is neither True nor False",
-             kExportMetaAgain);
+             kExportAgain);
 }
 
 VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
@@ -95,7 +95,7 @@ std::vector<double> numbers(const VolumeInput& input, const HeaderField& field,
   if (!list || list->size() != expected) {
     input.fail(field.place(),
                "\"" + printable(field.value) + "\" is not " + std::to_string(expected) + " numbers",
-               kExportMetaAgain);
+               kExportAgain);
   }
   return *list;
 }
@@ -115,14 +115,14 @@ std::size_t parse_size(const VolumeInput& input, const HeaderFields& fields, Vol
     input.fail(field.place(),
                "there are " + std::to_string(list.size()) + " entries for " + std::to_string(n) +
                    " dimensions",
-               kExportMetaAgain);
+               kExportAgain);
   }
   std::array<std::uint64_t, 3> size{};
   for (std::size_t a = 0; a < n; ++a) {
     const auto value = to_integer(list[a]);
     if (!value || *value < 0) {
       input.fail(field.place(), "\"" + printable(list[a]) + "\" is not a whole number of 0 or more",
-                 kExportMetaAgain);
+                 kExportAgain);
     }
     if (a < 3) {
       size[a] = static_cast<std::uint64_t>(*value);
@@ -204,7 +204,7 @@ void skip_header(const VolumeInput& input, const HeaderFields& fields, const Byt
   if (!bytes || *bytes < -1) {
     input.fail(field->place(),
                "\"" + printable(field->value) + "\" is neither a number of bytes nor -1",
-               kExportMetaAgain);
+               kExportAgain);
   }
   if (*bytes == -1) {
     if (place.encoding != VoxelEncoding::plain) {
@@ -219,7 +219,7 @@ void skip_header(const VolumeInput& input, const HeaderFields& fields, const Byt
                "a header of " + std::to_string(*bytes) +
                    " bytes is to be skipped, but the data have " +
                    std::to_string(data.size() - place.offset),
-               kExportMetaAgain);
+               kExportAgain);
   }
   place.offset += static_cast<std::uint64_t>(*bytes);
 }

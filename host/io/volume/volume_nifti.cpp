@@ -14,8 +14,7 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kExportNiftiAgain =
-    "Export the volume again as one NIfTI file (.nii or .nii.gz).";
+constexpr const char* kExportAgain = "Export the volume again as one NIfTI file (.nii or .nii.gz).";
 constexpr const char* kExportAgainBoth = "Copy or export both files again.";
 
 constexpr std::size_t kSize1 = 348, kSize2 = 540;  // of the headers of the two versions, bytes
@@ -99,7 +98,7 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kSize2
   }
   if (!known) {
     input.fail("byte 0", "the header's size is neither 348 nor 540, so this is not NIfTI",
-               kExportNiftiAgain);
+               kExportAgain);
   }
   header.set_order(fields.order);
   const std::size_t size = fields.second ? kSize2 : kSize1;
@@ -117,7 +116,7 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kSize2
     input.fail(
         "magic",
         "it is none of \"n+1\", \"ni1\", \"n+2\" and \"ni2\"; the file may be of Analyze 7.5",
-        kExportNiftiAgain);
+        kExportAgain);
   }
   for (std::size_t i = 0; i < 8; ++i) {
     fields.dim[i] = fields.second ? header.get<std::int64_t>(16 + 8 * i)
@@ -184,7 +183,7 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
   for (std::size_t i = 1; i <= static_cast<std::size_t>(fields.dim[0]); ++i) {
     const std::string place = "dim[" + std::to_string(i) + "]";
     if (fields.dim[i] < 0) {
-      input.fail(place, "a size is " + std::to_string(fields.dim[i]), kExportNiftiAgain);
+      input.fail(place, "a size is " + std::to_string(fields.dim[i]), kExportAgain);
     }
     if (i <= 3) {
       size[i - 1] = static_cast<std::uint64_t>(fields.dim[i]);
@@ -200,7 +199,7 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
   if (!(fields.offset >= 0 && fields.offset <= 2147483520.0)) {
     input.fail("vox_offset",
                "the voxels are said to begin at byte " + std::to_string(fields.offset),
-               kExportNiftiAgain);
+               kExportAgain);
   }
 }
 
