@@ -1,6 +1,7 @@
 #include "arguments/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <optional>
 #include <utility>
 
