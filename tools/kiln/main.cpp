@@ -27,8 +27,8 @@ int cancelled() {
   return kiln::cli::kExitCancelled;
 }
 
-/// Memory that was used is used again, rather than given back and asked for: pages that the system clears anew
-/// were a tenth of a bake.
+/// Memory that was used is used again, rather than given back and asked for: a quarter of the page faults of a
+/// bake were of pages that it had had before.
 void keep_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_MAX, 0);
