@@ -109,7 +109,7 @@ struct ExtractOptions {
 
   std::uint32_t size = 1024;        ///< Side of the map, 16 to 8192 texels
   std::uint32_t border_texels = 2;  ///< Around each chart, 1 to 64
-  UnwrapMethod unwrap = UnwrapMethod::pairs;  ///< Each polygon is a chart; charts: few large, by unwrap()
+  UnwrapMethod unwrap = UnwrapMethod::pairs;  ///< charts: few large ones, by unwrap()
   TexelDensity density = TexelDensity::area;  ///< detail: charts only, by the full contour's normals
   NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent (MikkTSpace) or object
   bool flip_y = false;                             ///< Green down (DirectX)
