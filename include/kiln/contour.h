@@ -107,11 +107,10 @@ struct ExtractOptions {
   /// ("small-parts"): specks of noise.
   double min_part = 0;
 
-  std::uint32_t size = 1024;        ///< Side of the map, 16 to 8192 texels
-  std::uint32_t border_texels = 2;  ///< Around each chart, 1 to 64
-  /// pairs: each polygon is a chart. charts: few large ones, by unwrap(), borders as there is room.
-  UnwrapMethod unwrap = UnwrapMethod::pairs;
-  TexelDensity density = TexelDensity::area;  ///< detail: charts only, by the full contour's normals
+  std::uint32_t size = 1024;                       ///< Side of the map, 16 to 8192 texels
+  std::uint32_t border_texels = 2;                 ///< Around each chart, 1 to 64
+  UnwrapMethod unwrap = UnwrapMethod::pairs;       ///< charts: few large ones, by unwrap()
+  TexelDensity density = TexelDensity::area;       ///< detail: of charts, by the full contour
   NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent (MikkTSpace) or object
   bool flip_y = false;                             ///< Green down (DirectX)
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2

@@ -144,8 +144,8 @@ struct UnwrapReport {
 /// texel's side, sides of charts follow (p e)^(1 / (2 + p)), e the error, which makes the sum of errors least for
 /// as many texels (Lagrange). The densest chart has at most 4 times as many texels a length as the least dense.
 /// Charts are cut where parts need other densities, if that is worth the seam. Where less than 1% would be
-/// gained, texels stay even. The cost is that of about 100,000 to 200,000 look-ups of nearest points, 0.3 s,
-/// besides a box tree of the high poly.
+/// gained, texels stay even. The cost is a box tree of the high poly, about 100,000 to 200,000 look-ups of nearest
+/// points, and packing two or three times.
 ///
 /// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel,
 /// "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).
