@@ -23,6 +23,9 @@ constexpr std::size_t kHeadStartShare = 4;
 constexpr std::uint64_t kMostSamples = 1 << 18;
 /// And while looking for the low poly that meets a bound.
 constexpr std::uint64_t kGuidingSamples = 1 << 14;
+/// Vertices are fitted where the high poly has at least this many triangles for each face. With fewer, quadrics
+/// meet its edges better (assembly of hard surfaces to a quarter of its triangles: normals 9% worse when fitted).
+constexpr std::size_t kLeastToFit = 6;
 /// How often flaws are looked for and mended.
 constexpr int kMendingRounds = 4;
 
@@ -110,6 +113,7 @@ bool SimplifyJob::is_good(const SimplifyResult& result) {
 /// move. \returns whether that was good; else `result` is as it was
 bool SimplifyJob::fit(SimplifyResult& result) {
   if (options_.hull || options_.keep_uvs || options_.faces == 0) return false;
+  if (dense_.triangles.size() < kLeastToFit * result.triangles.size()) return false;
   SimplifyResult fitted = result;
   const SurfaceFit fit(dense_positions_, dense_.triangles,
                        [this](const Vec3d& p) { return scale_.snap(p); });

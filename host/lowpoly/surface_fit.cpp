@@ -139,11 +139,17 @@ class Moving {
 
 }  // namespace
 
-/// Centroids, evenly spaced in the list of triangles; a triangle stands for those that are left out after it.
+/// Evenly spaced in the list of triangles: a triangle stands for those that are left out after it. Where there are
+/// few triangles, four of each: the centroids of the parts that the middles of its sides cut it into.
 std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t faces) const {
-  const std::size_t count =
-      std::min(triangles_.size(), std::max(kLeastSamples, kSamplesOfFace * faces));
-  std::vector<Sample> result(count);
+  constexpr std::array<std::array<double, 3>, 4> kPlaces{{{1.0 / 3, 1.0 / 3, 1.0 / 3},
+                                                          {2.0 / 3, 1.0 / 6, 1.0 / 6},
+                                                          {1.0 / 6, 2.0 / 3, 1.0 / 6},
+                                                          {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
+  const std::size_t wanted = std::max(kLeastSamples, kSamplesOfFace * faces);
+  const std::size_t each = triangles_.size() < wanted ? kPlaces.size() : 1;
+  const std::size_t count = std::min(triangles_.size(), wanted);
+  std::vector<Sample> result(count * each);
   const double spacing = static_cast<double>(triangles_.size()) / static_cast<double>(count);
   for (std::size_t i = 0; i < count; ++i) {
     const auto index = static_cast<std::size_t>(static_cast<double>(i) * spacing);
@@ -152,9 +158,12 @@ std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t faces) const {
     const Vec3d normal = normal_of(a, b, c);
     const double size = length(normal);
     if (!(size > 0)) continue;
-    result[i].point = (a + b + c) * (1.0 / 3);
-    result[i].normal = normal * (1 / size);
-    result[i].weight = size;
+    for (std::size_t k = 0; k < each; ++k) {
+      Sample& sample = result[i * each + k];
+      sample.point = a * kPlaces[k][0] + b * kPlaces[k][1] + c * kPlaces[k][2];
+      sample.normal = normal * (1 / size);
+      sample.weight = size;
+    }
   }
   return result;
 }
