@@ -39,9 +39,9 @@ struct Dense {
   }
 };
 
-/// The plan for 3 degrees, made once.
+/// The plan for 2 degrees, made once.
 struct NearPlan : Dense {
-  ProcessResult done = bake("near", {"--max-error", "normal=3"});
+  ProcessResult done = bake("near", {"--max-error", "normal=2"});
   static const NearPlan& made() {
     static const NearPlan plan;
     return plan;
@@ -58,8 +58,8 @@ TEST(LightCommand, PlansFacesAndTexelsTogether) {
   const nlohmann::json report = dense.report("near");
   const nlohmann::json& plan = report["plan"];
   EXPECT_TRUE(plan["reached"].get<bool>());
-  EXPECT_EQ(plan["wanted_degrees"], 3);
-  EXPECT_LE(plan["chosen"]["measured_degrees"].get<double>(), 3);
+  EXPECT_EQ(plan["wanted_degrees"], 2);
+  EXPECT_LE(plan["chosen"]["measured_degrees"].get<double>(), 2);
   EXPECT_FALSE(plan["trials"].empty());
   EXPECT_FALSE(plan["trade"].empty());
   const Mesh low = load_mesh(dense.folder / "near" / "high_low.obj");
@@ -70,7 +70,7 @@ TEST(LightCommand, PlansFacesAndTexelsTogether) {
   EXPECT_EQ(report["inputs"]["low"]["triangles"], plan["chosen"]["faces"]);
 
   // The older words ask for the same, and the same comes out.
-  const ProcessResult older = dense.bake("older", {"--match", "auto", "--max-error", "3"});
+  const ProcessResult older = dense.bake("older", {"--match", "auto", "--max-error", "2"});
   ASSERT_EQ(older.exit_code, 0) << older.errors;
   EXPECT_EQ(dense.report("older")["plan"]["chosen"], plan["chosen"]);
 }
@@ -79,7 +79,7 @@ TEST(LightCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
   KILN_REQUIRE_DEVICE();
   const NearPlan& dense = NearPlan::made();
   ASSERT_EQ(dense.done.exit_code, 0) << dense.done.errors;
-  ASSERT_EQ(dense.bake("far", {"--max-error", "normal=3", "--screen", "16px"}).exit_code, 0);
+  ASSERT_EQ(dense.bake("far", {"--max-error", "normal=2", "--screen", "16px"}).exit_code, 0);
   EXPECT_EQ(dense.report("far")["plan"]["screen"], 16);
   const auto bytes = [&](const char* out) {
     return dense.report(out)["plan"]["chosen"]["bytes"]["total"].get<int>();
