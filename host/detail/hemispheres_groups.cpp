@@ -103,6 +103,7 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
     if (has_rays(sample)) by_part[parts_->low[low[sample]]].push_back(sample);
   }
   std::vector<Group> result;
+  result.reserve(by_part.size());
   for (auto& [part, list] : by_part) result.push_back({&occluders_of(part), std::move(list)});
   return result;
 }

@@ -58,8 +58,9 @@ Vec3d Picture::point(std::uint32_t index) const {
   const std::uint32_t x = tile % (pixels / kTile) * kTile + within % kTile;
   const std::uint32_t y = tile / (pixels / kTile) * kTile + within / kTile;
   const double step = 2 * half_side / pixels;
-  const double right_by = ((sub % subpixels + 0.5) / subpixels - 0.5) * footprint;
-  const double down_by = ((sub / subpixels + 0.5) / subpixels - 0.5) * footprint;
+  const std::uint32_t across = sub % subpixels, down = sub / subpixels;
+  const double right_by = ((across + 0.5) / subpixels - 0.5) * footprint;
+  const double down_by = ((down + 0.5) / subpixels - 0.5) * footprint;
   return middle + right * ((x + 0.5) * step - half_side + right_by) +
          up * (half_side - (y + 0.5) * step - down_by);
 }

@@ -118,7 +118,11 @@ inline void expect_finite(const json& value, const std::string& where) {
   if (value.is_number()) {
     EXPECT_TRUE(std::isfinite(value.get<double>())) << where;
   } else if (value.is_structured()) {
-    for (const auto& [key, item] : value.items()) expect_finite(item, where + "." + key);
+    for (const auto& [key, item] : value.items()) {
+      std::string inside = where;
+      inside.append(".").append(key);
+      expect_finite(item, inside);
+    }
   } else if (value.is_null()) {
     ADD_FAILURE() << where << " is null, as numbers that are not finite are written";
   }

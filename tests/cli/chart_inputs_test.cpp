@@ -211,7 +211,7 @@ TEST(ChartCommand, MatchesByUvsWhereLayoutsAgree) {
 TEST(ChartCommand, TakesHeightFields) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = test::scratch_folder();
-  Image image{33, 33, 1, std::vector<float>(33 * 33)};
+  Image image{33, 33, 1, std::vector<float>(std::size_t{33} * 33)};
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     image.pixels[i] = 0.5F + 0.4F * std::sin(0.2F * static_cast<float>(i % 33));
   }

@@ -21,7 +21,7 @@ using test::ProcessResult;
 using test::run_kiln;
 
 fs::path make_pictures_scene() {
-  const fs::path folder = test::scratch_folder();
+  fs::path folder = test::scratch_folder();
   save_obj(test::BumpyTorus::dense(8000), folder / "high.obj");
   save_obj(test::BumpyTorus::light(36, 12), folder / "low.obj");
   return folder;
@@ -180,7 +180,7 @@ TEST(DiffCommand, DrawsTheDifference) {
     turned.pixels.insert(turned.pixels.end(), {static_cast<float>(std::sin(angle) / 2 + 0.5), 0.5F,
                                                static_cast<float>(std::cos(angle) / 2 + 0.5)});
   }
-  Image mask{16, 8, 1, std::vector<float>(16 * 8, 1.0F)};
+  Image mask{16, 8, 1, std::vector<float>(std::size_t{16} * 8, 1.0F)};
   mask.pixels[5] = 0;
   save_image(flat, folder / "a.exr", {ImageFormat::exr_float});
   save_image(turned, folder / "b.exr", {ImageFormat::exr_float});

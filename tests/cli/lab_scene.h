@@ -12,7 +12,7 @@ namespace kiln::test {
 
 /// The folder of high.obj, with `faces` triangles or so, and low.obj.
 inline std::filesystem::path make_scene(std::uint32_t faces) {
-  const std::filesystem::path folder = test::scratch_folder();
+  std::filesystem::path folder = test::scratch_folder();
   save_obj(test::BumpySphere::dense(faces), folder / "high.obj");
   save_obj(test::BumpySphere::light(24, 12), folder / "low.obj");
   return folder;

@@ -47,6 +47,7 @@ TEST(TexelScales, NoOthersOfTheSameAreaAreBetter) {
   const auto unit = [&] { return static_cast<double>(dice() % 65536) / 65536; };
   for (int round = 0; round < 50; ++round) {
     std::vector<TexelNeed> needs;
+    needs.reserve(8);
     for (int i = 0; i < 8; ++i) {
       needs.push_back(need(0.1 + unit(), 0.1 * std::exp2(unit()), 0.5 + unit()));
     }

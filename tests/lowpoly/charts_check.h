@@ -4,9 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 #include "kiln/lowpoly.h"
 #include "reference/layout.h"
@@ -14,7 +15,7 @@
 namespace kiln::test {
 
 /// UVs by charts are whole multiples of this share of the map.
-inline constexpr std::int64_t chart_grid = std::int64_t{1} << 24;
+inline constexpr std::int64_t kChartGrid = std::int64_t{1} << 24;
 
 /// Unwraps by charts and holds the result against the exact oracle: nothing mirrored, no two triangles
 /// overlapping, charts as far apart as the report says, nothing but the UVs changed.
@@ -24,13 +25,14 @@ inline LayoutFacts check_charts(const Mesh& mesh, UnwrapOptions options, UnwrapR
   const Mesh out = unwrap(mesh, options, &report);
   // Bits, since a position need not be a number.
   EXPECT_TRUE(std::ranges::equal(out.positions, mesh.positions, [](const Vec3& a, const Vec3& b) {
-    return std::memcmp(&a, &b, sizeof a) == 0;
+    using Bits = std::array<std::uint32_t, 3>;
+    return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
   }));
   EXPECT_EQ(out.triangles, mesh.triangles);
   const auto border = static_cast<std::int64_t>(
-      std::floor(report.border_texels * static_cast<double>(chart_grid) / options.size));
+      std::floor(report.border_texels * static_cast<double>(kChartGrid) / options.size));
   EXPECT_GE(border, 1);
-  LayoutFacts facts = check_layout(out, chart_grid, border, options.size);
+  LayoutFacts facts = check_layout(out, kChartGrid, border, options.size);
   EXPECT_EQ(facts.first_fault, "");
   EXPECT_EQ(facts.charts, report.charts);
   EXPECT_NEAR(facts.coverage, report.coverage, 1e-9);
