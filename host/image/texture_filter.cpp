@@ -61,7 +61,7 @@ double fraction(double value) {
 
 /// Points on a level: rows times columns of them, spread evenly over a parallelogram with the sides a and b
 /// around a place, which is `right` and `below` of the middle of texel (x, y), in texels.
-struct Parts {
+struct Spread {
   std::int64_t x, y;
   float right, below, ax, ay, bx, by;
   int columns, rows;
@@ -83,25 +83,25 @@ Float4 mix(Float4 a, Float4 b, float share) { return a + (b - a) * splat(share);
 /// The sum of the bilinear values at points.
 /// \tparam Inside  none of them, nor the texels around, is beyond the picture's borders
 template <std::uint32_t Channels, bool Inside>
-std::array<double, 4> sum_of(const Parts& parts, const float* pixels, std::int64_t width,
+std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
                              std::int64_t height) {
   const float* end = pixels + width * height * Channels;
-  const float across = 1.0F / static_cast<float>(parts.columns);
-  const float down = 1.0F / static_cast<float>(parts.rows);
+  const float across = 1.0F / static_cast<float>(spread.columns);
+  const float down = 1.0F / static_cast<float>(spread.rows);
   std::array<double, 4> sum{};
-  for (int j = 0; j < parts.rows; ++j) {
+  for (int j = 0; j < spread.rows; ++j) {
     const float t = (static_cast<float>(j) + 0.5F) * down - 0.5F;
-    for (int i = 0; i < parts.columns; i += 4) {
+    for (int i = 0; i < spread.columns; i += 4) {
       const Float4 column = splat(static_cast<float>(i)) + Float4{0.5F, 1.5F, 2.5F, 3.5F};
       const Float4 s = column * splat(across) - splat(0.5F);
-      const Float4 x = splat(parts.right + parts.bx * t) + splat(parts.ax) * s;
-      const Float4 y = splat(parts.below + parts.by * t) + splat(parts.ay) * s;
+      const Float4 x = splat(spread.right + spread.bx * t) + splat(spread.ax) * s;
+      const Float4 y = splat(spread.below + spread.by * t) + splat(spread.ay) * s;
       const Int4 left = floor_int4(x), top = floor_int4(y);
       const Float4 right = x - __builtin_convertvector(left, Float4);
       const Float4 below = y - __builtin_convertvector(top, Float4);
       Float4 some{};
-      for (int k = 0; k < 4 && i + k < parts.columns; ++k) {
-        std::int64_t x0 = parts.x + left[k], y0 = parts.y + top[k], x1 = x0 + 1, y1 = y0 + 1;
+      for (int k = 0; k < 4 && i + k < spread.columns; ++k) {
+        std::int64_t x0 = spread.x + left[k], y0 = spread.y + top[k], x1 = x0 + 1, y1 = y0 + 1;
         if constexpr (!Inside) {
           x0 = wrapped(x0, width), y0 = wrapped(y0, height);
           x1 = x0 + 1 == width ? 0 : x0 + 1, y1 = y0 + 1 == height ? 0 : y0 + 1;
@@ -120,16 +120,16 @@ std::array<double, 4> sum_of(const Parts& parts, const float* pixels, std::int64
 }
 
 template <std::uint32_t Channels>
-std::array<double, 4> sum_of(const Parts& parts, const float* pixels, std::int64_t width,
+std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
                              std::int64_t height) {
   // Whole texels that points are away at most, and one more for their neighbours and for rounding.
-  const auto reach_x = static_cast<std::int64_t>(std::abs(parts.ax) + std::abs(parts.bx)) / 2 + 2;
-  const auto reach_y = static_cast<std::int64_t>(std::abs(parts.ay) + std::abs(parts.by)) / 2 + 2;
+  const auto reach_x = static_cast<std::int64_t>(std::abs(spread.ax) + std::abs(spread.bx)) / 2 + 2;
+  const auto reach_y = static_cast<std::int64_t>(std::abs(spread.ay) + std::abs(spread.by)) / 2 + 2;
   // Four numbers are read from each texel, which may be more than it has: but not in the last row.
-  const bool inside = parts.x >= reach_x && parts.x + reach_x < width - 4 && parts.y >= reach_y &&
-                      parts.y + reach_y < height - 1;
-  return inside ? sum_of<Channels, true>(parts, pixels, width, height)
-                : sum_of<Channels, false>(parts, pixels, width, height);
+  const bool inside = spread.x >= reach_x && spread.x + reach_x < width - 4 &&
+                      spread.y >= reach_y && spread.y + reach_y < height - 1;
+  return inside ? sum_of<Channels, true>(spread, pixels, width, height)
+                : sum_of<Channels, false>(spread, pixels, width, height);
 }
 
 /// The square of a UV vector's length on a level, texels.
@@ -140,9 +140,9 @@ double squared_on(const std::array<double, 2>& side, double width, double height
 
 /// A vector's length in whole texels, rounded up; at least 1.
 double texels_along(double squared) {
-  double parts = 1;
-  while (parts < 4 && parts * parts < squared) ++parts;  // nearly always no more
-  return parts * parts < squared ? ceiled(std::sqrt(squared)) : parts;
+  double spread = 1;
+  while (spread < 4 && spread * spread < squared) ++spread;  // nearly always no more
+  return spread * spread < squared ? ceiled(std::sqrt(squared)) : spread;
 }
 
 /// How wide a parallelogram is where it is narrowest: the lesser singular value of its sides.
@@ -268,32 +268,32 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value)
   }
   const Level& level = this->level(number);
   const double most = kMostParts;  // of the last level: one texel, which holds the mean
-  Parts parts{};
-  parts.columns = static_cast<int>(std::min(along_a, most));
-  parts.rows = static_cast<int>(std::min(along_b, most / parts.columns));
+  Spread spread{};
+  spread.columns = static_cast<int>(std::min(along_a, most));
+  spread.rows = static_cast<int>(std::min(along_b, most / spread.columns));
   const double x = fraction(u) * level.width - 0.5, y = (1 - fraction(v)) * level.height - 0.5;
-  parts.x = floored(x), parts.y = floored(y);
-  parts.right = static_cast<float>(x - static_cast<double>(parts.x));
-  parts.below = static_cast<float>(y - static_cast<double>(parts.y));
-  parts.ax = static_cast<float>(sides[0][0] * level.width);
-  parts.ay = static_cast<float>(-sides[0][1] * level.height);
-  parts.bx = static_cast<float>(sides[1][0] * level.width);
-  parts.by = static_cast<float>(-sides[1][1] * level.height);
+  spread.x = floored(x), spread.y = floored(y);
+  spread.right = static_cast<float>(x - static_cast<double>(spread.x));
+  spread.below = static_cast<float>(y - static_cast<double>(spread.y));
+  spread.ax = static_cast<float>(sides[0][0] * level.width);
+  spread.ay = static_cast<float>(-sides[0][1] * level.height);
+  spread.bx = static_cast<float>(sides[1][0] * level.width);
+  spread.by = static_cast<float>(-sides[1][1] * level.height);
   const auto sum_on = [&] {
     const std::int64_t width = level.width, height = level.height;
     switch (channels_) {
       case 1:
-        return sum_of<1>(parts, level.pixels, width, height);
+        return sum_of<1>(spread, level.pixels, width, height);
       case 2:
-        return sum_of<2>(parts, level.pixels, width, height);
+        return sum_of<2>(spread, level.pixels, width, height);
       case 3:
-        return sum_of<3>(parts, level.pixels, width, height);
+        return sum_of<3>(spread, level.pixels, width, height);
       default:
-        return sum_of<4>(parts, level.pixels, width, height);
+        return sum_of<4>(spread, level.pixels, width, height);
     }
   };
   const std::array<double, 4> sum = sum_on();
-  const double share = 1.0 / (double{1} * parts.columns * parts.rows);
+  const double share = 1.0 / (double{1} * spread.columns * spread.rows);
   for (std::size_t c = 0; c < channels_; ++c) value[c] = static_cast<float>(sum[c] * share);
 }
 
