@@ -140,9 +140,9 @@ double squared_on(const std::array<double, 2>& side, double width, double height
 
 /// A vector's length in whole texels, rounded up; at least 1.
 double texels_along(double squared) {
-  double spread = 1;
-  while (spread < 4 && spread * spread < squared) ++spread;  // nearly always no more
-  return spread * spread < squared ? ceiled(std::sqrt(squared)) : spread;
+  double texels = 1;
+  while (texels < 4 && texels * texels < squared) ++texels;  // nearly always no more
+  return texels * texels < squared ? ceiled(std::sqrt(squared)) : texels;
 }
 
 /// How wide a parallelogram is where it is narrowest: the lesser singular value of its sides.
