@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string_view>
 
 #include "kiln/error.h"
 
@@ -131,6 +132,67 @@ void read_tiles(Cursor& cursor, std::uint32_t largest, ExrPart& part) {
   }
 }
 
+struct Sized {
+  std::string_view type;
+  std::uint32_t bytes;
+};
+constexpr std::array<Sized, 24> kSized = {{{"box2f", 16},
+                                           {"box2i", 16},
+                                           {"chromaticities", 32},
+                                           {"compression", 1},
+                                           {"deepImageState", 1},
+                                           {"double", 8},
+                                           {"envmap", 1},
+                                           {"float", 4},
+                                           {"int", 4},
+                                           {"keycode", 28},
+                                           {"lineOrder", 1},
+                                           {"m33d", 72},
+                                           {"m33f", 36},
+                                           {"m44d", 128},
+                                           {"m44f", 64},
+                                           {"rational", 8},
+                                           {"tiledesc", 9},
+                                           {"timecode", 8},
+                                           {"v2d", 16},
+                                           {"v2f", 8},
+                                           {"v2i", 8},
+                                           {"v3d", 24},
+                                           {"v3f", 12},
+                                           {"v3i", 12}}};
+
+/// An attribute of a known type is as long as its type says: OpenEXR's library reads so many bytes, whatever
+/// length stands before them, and takes for lengths what comes after.
+void check_size(Cursor& cursor, const std::string& name, const std::string& type, std::size_t end) {
+  const std::size_t begin = cursor.at(), size = end - begin;
+  const auto check = [&](bool fits) {
+    if (fits) return;
+    cursor.fail(name, "it says " + std::to_string(size) + " bytes, which no " + type + " has");
+  };
+  for (const Sized& known : kSized) {
+    if (known.type == type) check(size == known.bytes);
+  }
+  if (type == "preview") {
+    check(size >= 8);
+    const std::uint64_t width = cursor.word(), height = cursor.word();
+    check(width <= size && height <= size && size == 8 + 4 * width * height);
+  }
+  while (type == "stringvector" && cursor.at() < end) {
+    check(end - cursor.at() >= 4);
+    const std::uint32_t length = cursor.word();
+    check(length <= end - cursor.at());
+    cursor.go_to(cursor.at() + length);
+  }
+  if (type == "chlist") {
+    while (cursor.at() < end && !cursor.text().empty()) {
+      check(cursor.at() + 16 <= end);
+      cursor.go_to(cursor.at() + 16);
+    }
+    check(cursor.at() == end);
+  }
+  cursor.go_to(begin);
+}
+
 /// Reads one header; false at the empty one that ends a list of them.
 bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part) {
   bool any = false;
@@ -142,6 +204,7 @@ bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part) {
     const std::uint32_t size = cursor.word();
     if (size > cursor.left()) cursor.fail_short();
     const std::size_t end = cursor.at() + size;
+    check_size(cursor, name, type, end);
     if (type == "box2i" && name == "dataWindow") part.data = read_box(cursor, name, largest);
     if (type == "box2i" && name == "displayWindow") part.display = read_box(cursor, name, largest);
     if (type == "tiledesc" && name == "tiles") read_tiles(cursor, largest, part);
