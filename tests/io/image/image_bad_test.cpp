@@ -192,5 +192,15 @@ TEST(ImageIo, AHeaderThatPromisesTooMuchIsRefused) {
   EXPECT_NE(text.find("60000 x 60000"), std::string::npos) << text;
 }
 
+TEST(ImageBad, WhatFuzzersFoundIsRefused) {
+  std::size_t count = 0;
+  for (const auto& entry : fs::directory_iterator(test::test_data("fuzz") / "exr")) {
+    ++count;
+    const std::string text = error_of(ErrorCode::input, [&] { load_image(entry.path()); });
+    EXPECT_NE(text.find("bytes, which no chlist has"), std::string::npos) << entry.path() << ": " << text;
+  }
+  EXPECT_EQ(count, 1U);
+}
+
 }  // namespace
 }  // namespace kiln
