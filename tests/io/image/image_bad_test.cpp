@@ -197,7 +197,8 @@ TEST(ImageBad, WhatFuzzersFoundIsRefused) {
   for (const auto& entry : fs::directory_iterator(test::test_data("fuzz") / "exr")) {
     ++count;
     const std::string text = error_of(ErrorCode::input, [&] { load_image(entry.path()); });
-    EXPECT_NE(text.find("bytes, which no chlist has"), std::string::npos) << entry.path() << ": " << text;
+    EXPECT_NE(text.find("bytes, which no chlist has"), std::string::npos)
+        << entry.path() << ": " << text;
   }
   EXPECT_EQ(count, 1U);
 }
