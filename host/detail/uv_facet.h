@@ -18,6 +18,7 @@ struct UvFacet {
   std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and from there to corners 1 and 2
   std::array<Vec3d, 2> gradient;  ///< Of u and of v on the triangle, a frame unit; 0 without area
 
+  /// Works it out for another triangle; for the same one nothing is done.
   void move_to(const Source::Impl& source, std::uint32_t next) {
     if (next == triangle) return;
     *this = {};
