@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "cl/fnv.h"
+#include "base/fnv.h"
 
 namespace kiln::ocl {
 namespace {

@@ -17,8 +17,8 @@
 #include <optional>
 #include <thread>
 
+#include "base/fnv.h"
 #include "cl/driver.h"
-#include "cl/fnv.h"
 
 namespace kiln {
 namespace {
@@ -45,12 +45,12 @@ std::optional<std::uint64_t> wait_of(const char* thread) {
   std::snprintf(path.data(), path.size(), "/proc/self/task/%s/syscall", thread);
   if (read_small(path.data(), text) == 0) return {};
   if (std::strtol(text.data(), nullptr, 10) != SYS_futex) return {};  // also "running"
-  const std::uint64_t call = ocl::fnv1a(text.data());
+  const std::uint64_t call = fnv1a(text.data());
   std::snprintf(path.data(), path.size(), "/proc/self/task/%s/status", thread);
   if (read_small(path.data(), text) == 0) return {};
   const char* const switches = std::strstr(text.data(), "voluntary_ctxt_switches");
   if (switches == nullptr) return {};
-  return ocl::fnv1a(switches, call);
+  return fnv1a(switches, call);
 }
 
 /// Of all other threads; nothing where one is not asleep, or the system does not say.

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <set>
 
+#include "base/fnv.h"
+
 namespace kiln {
 namespace {
 
@@ -30,9 +32,7 @@ std::array<float, 3> hue_color(double turn, double bright) {
 
 /// FNV-1a, then one step of splitmix64: a number of a name and a try.
 std::uint64_t number_of(const std::string& name, std::uint64_t attempt) {
-  std::uint64_t hash = 0xCBF29CE484222325U;
-  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
-  hash += (attempt + 1) * 0x9E3779B97F4A7C15U;
+  std::uint64_t hash = fnv1a(name) + (attempt + 1) * 0x9E3779B97F4A7C15U;
   hash = (hash ^ (hash >> 30U)) * 0xBF58476D1CE4E5B9U;
   hash = (hash ^ (hash >> 27U)) * 0x94D049BB133111EBU;
   return hash ^ (hash >> 31U);

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "base/fnv.h"
 #include "base/parallel.h"
 #include "kiln/validate.h"
 #include "mesh/kernels_shared.h"
@@ -26,26 +27,24 @@ class Hash {
     constexpr std::size_t kBlock = std::size_t{1} << 20;
     std::vector<std::uint64_t> blocks((bytes.size() + kBlock - 1) / kBlock);
     parallel_for(bytes.size(), kBlock, [&](std::size_t begin, std::size_t end) {
-      std::uint64_t hash = kStart;
+      Fnv1a hash;
       std::size_t i = begin;
       for (; i + 4 <= end; i += 4) {
         std::uint32_t word = 0;
         std::memcpy(&word, &bytes[i], 4);
-        hash = (hash ^ word) * kPrime;
+        hash.add(word);
       }
-      for (; i < end; ++i) hash = (hash ^ static_cast<std::uint64_t>(bytes[i])) * kPrime;
-      blocks[begin / kBlock] = hash;
+      for (; i < end; ++i) hash.add(static_cast<std::uint64_t>(bytes[i]));
+      blocks[begin / kBlock] = hash.value;
     });
-    value_ = (value_ ^ bytes.size()) * kPrime;
-    for (const std::uint64_t block : blocks) value_ = (value_ ^ block) * kPrime;
+    hash_.add(bytes.size());
+    for (const std::uint64_t block : blocks) hash_.add(block);
   }
   /// Never 0, which means "not known".
-  std::uint64_t value() const { return value_ != 0 ? value_ : 1; }
+  std::uint64_t value() const { return hash_.value != 0 ? hash_.value : 1; }
 
  private:
-  static constexpr std::uint64_t kStart = 0xCBF29CE484222325;
-  static constexpr std::uint64_t kPrime = 0x100000001B3;
-  std::uint64_t value_ = kStart;
+  Fnv1a hash_;
 };
 
 struct HostBand {

@@ -11,6 +11,7 @@
 #include <map>
 #include <string>
 
+#include "base/fnv.h"
 #include "kiln/lowpoly.h"
 #include "mesh/fans.h"
 #include "mesh/surface_distance.h"
@@ -294,11 +295,9 @@ TEST(Simplify, Bunny) {
 }
 
 std::uint64_t hash(const Mesh& mesh) {
-  std::uint64_t value = 14695981039346656037u;  // FNV-1a
+  std::uint64_t value = 0;
   const auto add = [&](const void* data, std::size_t bytes) {
-    for (std::size_t i = 0; i < bytes; ++i) {
-      value = (value ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211u;
-    }
+    value = fnv1a({static_cast<const char*>(data), bytes}, value);
   };
   add(mesh.positions.data(), mesh.positions.size() * sizeof(Vec3));
   add(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle));
