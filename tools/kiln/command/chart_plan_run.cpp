@@ -130,23 +130,16 @@ int run_plan_command(const ChartArguments& a) {
                        plan_chart_table(charts, device.info()));
   if (files.cancelled) return kExitCancelled;
   warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
-  const double seconds_save = watch.lap();
-  const Json json = {{"version", version()},
-                     {"device", cli::describe(device.info())},
-                     {"compile_seconds", device.compile_seconds()},
-                     {"options",
-                      {{"size", options.size},
-                       {"max_error", options.errors},
-                       {"screen", options.screen == 0 ? Json() : Json(options.screen)}}},
-                     {"meshes", charts_json},
-                     {"seconds",
-                      {{"load", seconds_load},
-                       {"chart", seconds_chart},
-                       {"save", seconds_save},
-                       {"total", watch.total()}}},
-                     {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
-                     {"outputs", files.outputs},
-                     {"warnings", cli::describe(warnings)}};
+  Json json = {{"version", version()},
+               {"device", cli::describe(device.info())},
+               {"compile_seconds", device.compile_seconds()},
+               {"options",
+                {{"size", options.size},
+                 {"max_error", options.errors},
+                 {"screen", options.screen == 0 ? Json() : Json(options.screen)}}},
+               {"meshes", charts_json}};
+  add_ending(json, {{"load", seconds_load}, {"chart", seconds_chart}, {"save", watch.lap()}}, watch,
+             files.outputs, warnings);
   save_report(files.outputs.back(), json);
 
   console.progress(1, "done");

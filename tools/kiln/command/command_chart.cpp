@@ -140,20 +140,13 @@ int run_chart_command(const ChartArguments& arguments) {
   const std::vector<std::string>& outputs = files.outputs;
   warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
   const fs::path report = outputs.back();
-  const double seconds_save = watch.lap();
-  const Json json = {{"version", version()},
-                     {"device", describe(device.info())},
-                     {"compile_seconds", device.compile_seconds()},
-                     {"options", json_of(arguments, options)},
-                     {"pairs", pairs_json},
-                     {"seconds",
-                      {{"load", seconds_load},
-                       {"chart", seconds_chart},
-                       {"save", seconds_save},
-                       {"total", watch.total()}}},
-                     {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
-                     {"outputs", outputs},
-                     {"warnings", describe(warnings)}};
+  Json json = {{"version", version()},
+               {"device", describe(device.info())},
+               {"compile_seconds", device.compile_seconds()},
+               {"options", json_of(arguments, options)},
+               {"pairs", pairs_json}};
+  add_ending(json, {{"load", seconds_load}, {"chart", seconds_chart}, {"save", watch.lap()}}, watch,
+             outputs, warnings);
   save_report(report, json);
 
   console.progress(1, "done");

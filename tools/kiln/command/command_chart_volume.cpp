@@ -81,20 +81,13 @@ int run_volumes_command(const ChartArguments& a) {
                       {"repeat", options.repeat},
                       {"pixels", options.pixels},
                       {"settings", names}});
-  const double seconds_save = watch.lap();
-  const Json json = {{"version", version()},
-                     {"device", cli::describe(device.info())},
-                     {"compile_seconds", device.compile_seconds()},
-                     {"options", option_json},
-                     {"volumes", charts_json},
-                     {"seconds",
-                      {{"load", seconds_load},
-                       {"chart", seconds_chart},
-                       {"save", seconds_save},
-                       {"total", watch.total()}}},
-                     {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
-                     {"outputs", files.outputs},
-                     {"warnings", cli::describe(warnings)}};
+  Json json = {{"version", version()},
+               {"device", cli::describe(device.info())},
+               {"compile_seconds", device.compile_seconds()},
+               {"options", option_json},
+               {"volumes", charts_json}};
+  add_ending(json, {{"load", seconds_load}, {"chart", seconds_chart}, {"save", watch.lap()}}, watch,
+             files.outputs, warnings);
   save_report(report, json);
 
   console.progress(1, "done");

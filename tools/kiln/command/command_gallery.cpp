@@ -109,10 +109,7 @@ int run_gallery(const GalleryArguments& a) {
                  {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
                  {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)}}}};
   json.update(describe(*gallery));
-  json["seconds"] = {{"load", seconds_load}, {"draw", seconds_draw}, {"total", watch.total()}};
-  json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
-  json["outputs"] = outputs;
-  json["warnings"] = describe(warnings);
+  add_ending(json, {{"load", seconds_load}, {"draw", seconds_draw}}, watch, outputs, warnings);
   save_report(a.json, json);
   return 0;
 }

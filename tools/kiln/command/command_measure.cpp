@@ -190,10 +190,7 @@ int run_rating(const MeasureArguments& a) {
           {"zoom", options.view.zoom},
           {"z_up", options.view.z_up}}}};
     json.update(cli::describe(*ratings));
-    json["seconds"] = {{"load", seconds_load}, {"rate", seconds_rate}, {"total", watch.total()}};
-    json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
-    json["outputs"] = outputs;
-    json["warnings"] = cli::describe(warnings);
+    add_ending(json, {{"load", seconds_load}, {"rate", seconds_rate}}, watch, outputs, warnings);
     save_report(a.json, json);
   }
   console.progress(1, "done");

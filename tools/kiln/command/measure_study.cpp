@@ -139,12 +139,14 @@ int run_one_study(const MeasureArguments& arguments) {
                  {"inputs", inputs},
                  {"options", json_of(arguments, options)}};
     json.update(describe(study, options));
-    json["seconds"] = {{"load", seconds_load},  {"low", study.seconds_low}, {"bake", bake},
-                       {"measure", measure},    {"study", seconds_study},   {"save", seconds_save},
-                       {"total", watch.total()}};
-    json["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
-    json["outputs"] = outputs;
-    json["warnings"] = describe(warnings);
+    add_ending(json,
+               {{"load", seconds_load},
+                {"low", study.seconds_low},
+                {"bake", bake},
+                {"measure", measure},
+                {"study", seconds_study},
+                {"save", seconds_save}},
+               watch, outputs, warnings);
     save_text(arguments.json, to_text(json));
   }
   console.progress(1, "done");

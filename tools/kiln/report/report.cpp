@@ -157,4 +157,13 @@ std::uint64_t peak_resident_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
+void add_ending(Json& report, Json seconds, const Stopwatch& watch,
+                const std::vector<std::string>& outputs, const std::vector<Warning>& warnings) {
+  seconds["total"] = watch.total();
+  report["seconds"] = std::move(seconds);
+  report["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
+  report["outputs"] = outputs;
+  report["warnings"] = describe(warnings);
+}
+
 }  // namespace kiln::cli

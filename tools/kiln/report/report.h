@@ -48,4 +48,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = start_;
 };
 
+/// Adds what most reports end with: seconds of stages and in all, memory, files written, warnings.
+/// \param seconds  by stage; "total" is added
+void add_ending(Json& report, Json seconds, const Stopwatch& watch,
+                const std::vector<std::string>& outputs, const std::vector<Warning>& warnings);
+
 }  // namespace kiln::cli
