@@ -130,6 +130,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (program.explain(error).empty()) std::abort();
   } catch (const kiln::Error&) {
   }
+  kiln::remove_empty_output_folders();  // as main does where a run failed
   kiln::set_memory_limit(0);
   if (!fs::is_empty(".")) std::abort();
   return 0;

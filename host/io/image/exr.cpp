@@ -119,7 +119,7 @@ std::vector<std::string> checked_channels(const Imf::ChannelList& list, const Fa
 
 Image read_exr(const ByteSource& source, const std::string& name, const FailWith& fail,
                const ExrPlan& plan) {
-  ExrSource stream(source, name);
+  ExrSource stream(source, name, plan);
   Imf::InputFile file(stream, plan.threads);
   const std::vector<std::string> names = checked_channels(file.header().channels(), fail);
   const Imath::Box2i data = file.header().dataWindow();
@@ -208,6 +208,9 @@ bool ExrSource::read(char bytes[], int count) {
   if (source_.read_at(position_, bytes, wanted) != wanted) {
     throw std::runtime_error("the file ends at byte " + std::to_string(source_.size()) +
                              " (truncated)");
+  }
+  for (const std::uint64_t place : plan_.manifests) {
+    if (place >= position_ && place - position_ < wanted) bytes[place - position_] = 'I';
   }
   position_ += wanted;
   return position_ < source_.size();

@@ -13,6 +13,7 @@
 
 #include "io/file/atomic_file.h"
 #include "io/file/byte_source.h"
+#include "io/image/exr_header.h"
 #include "kiln/image.h"
 
 namespace kiln {
@@ -35,9 +36,9 @@ void save_exr_mips(const std::vector<const Image*>& levels, const std::filesyste
 /// OpenEXR's input from bytes at known places, which the checks before it have read, too.
 class ExrSource : public Imf::IStream {
  public:
-  /// Both must outlive the stream.
-  ExrSource(const ByteSource& source, const std::string& file)
-      : Imf::IStream(file.c_str()), source_(source) {}
+  /// All must outlive the stream.
+  ExrSource(const ByteSource& source, const std::string& file, const ExrPlan& plan)
+      : Imf::IStream(file.c_str()), source_(source), plan_(plan) {}
   /// \throws std::exception where the file ends before
   bool read(char bytes[], int count) override;
   std::uint64_t tellg() override { return position_; }
@@ -45,6 +46,7 @@ class ExrSource : public Imf::IStream {
 
  private:
   const ByteSource& source_;
+  const ExrPlan& plan_;
   std::uint64_t position_ = 0;
 };
 

@@ -147,6 +147,7 @@ ExrPlan check_exr(const ByteSource& source, const FailWith& fail, std::uint32_t 
   const std::uint64_t each = 4 * std::max<std::uint64_t>(1, part.bytes_of(block));
   const std::uint64_t most = part.bytes_of(part.data) / each;
   ExrPlan plan;
+  plan.manifests = headers.manifests;
   const auto all = static_cast<std::uint64_t>(exr_threads(0));
   plan.threads = most < 2 ? 0 : static_cast<int>(std::min(all, most));
   plan.buffers = each * static_cast<std::uint64_t>(std::max(1, plan.threads));

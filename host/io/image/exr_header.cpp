@@ -65,6 +65,9 @@ class Cursor {
     at_ = end + 1;
     return result;
   }
+  bool starts_with(std::string_view text) const {
+    return std::string_view(bytes_).substr(at_).starts_with(text);
+  }
   std::string text(std::size_t size) {
     std::string result = bytes_.substr(at_, size);
     at_ += result.size();
@@ -183,10 +186,12 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
     check(length <= end - cursor.at());
     cursor.go_to(cursor.at() + length);
   }
-  if (type == "chlist") {
-    while (cursor.at() < end && !cursor.text().empty()) {
-      check(cursor.at() + 16 <= end);
-      cursor.go_to(cursor.at() + 16);
+  if (type == "floatvector") check(size % 4 == 0);
+  if (type == "chlist") {  // up to an empty name
+    for (bool more = true; more;) {
+      check(cursor.at() < end);
+      more = !cursor.text().empty();
+      if (more) cursor.go_to(std::min(cursor.at() + 16, end + 1));
     }
     check(cursor.at() == end);
   }
@@ -194,12 +199,14 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
 }
 
 /// Reads one header; false at the empty one that ends a list of them.
-bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part) {
+bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part,
+               std::vector<std::uint64_t>& manifests) {
   bool any = false;
   for (;;) {
     const std::string name = cursor.text();
     if (name.empty()) return any;
     any = true;
+    if (cursor.starts_with("idmanifest")) manifests.push_back(cursor.at());
     const std::string type = cursor.text();
     const std::uint32_t size = cursor.word();
     if (size > cursor.left()) cursor.fail_short();
@@ -286,7 +293,7 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
   headers.multi_part = (version & kMultiPart) != 0;
   for (;;) {
     ExrPart part;
-    if (!read_part(cursor, largest, part)) {
+    if (!read_part(cursor, largest, part, headers.manifests)) {
       if (headers.parts.empty()) cursor.fail("header", "it is empty");
       break;
     }

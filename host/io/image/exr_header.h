@@ -54,6 +54,9 @@ struct ExrHeaders {
   bool multi_part = false;
   std::vector<ExrPart> parts;  ///< One at least
   std::uint64_t end = 0;       ///< Where the tables of blocks begin
+  /// Where the types of ID manifests stand. OpenEXR 3.1 reads such an attribute 4 bytes too far, and what
+  /// comes after it wrongly: ExrSource gives it a type that no library knows.
+  std::vector<std::uint64_t> manifests;
 };
 
 /// \param largest  largest width and height of a window
@@ -63,7 +66,8 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
 /// What reading the first part takes.
 struct ExrPlan {
   int threads = 0;  ///< For OpenEXR: its buffers, two a thread, stay below the image's size
-  std::uint64_t buffers = 0;  ///< Bytes of them
+  std::uint64_t buffers = 0;             ///< Bytes of them
+  std::vector<std::uint64_t> manifests;  ///< As in ExrHeaders
 };
 
 /// Refuses what OpenEXR would take memory for that the file does not have: looks at the headers and at

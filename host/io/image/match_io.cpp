@@ -97,7 +97,7 @@ void read_attributes(const Imf::Header& header, const std::string& file, Match& 
 constexpr std::uint64_t kSampleBytes = 4 * sizeof(float) + 1 + sizeof(std::uint32_t);
 
 Match read_match(const ByteSource& source, const std::string& file, const ExrPlan& plan) {
-  ExrSource stream(source, file);
+  ExrSource stream(source, file, plan);
   Imf::InputFile input(stream, plan.threads);
   const Imf::Header& header = input.header();
   for (const ChannelType& channel : kChannels) {
