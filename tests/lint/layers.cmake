@@ -5,8 +5,8 @@ cmake_policy(VERSION 3.25)
 
 # Floors from the ground up; rooms of one floor do not see each other.
 set(floors
-  "base cl"
-  "mesh"
+  "base"
+  "cl mesh"
   "texel"
   "accel image"
   "source render lowpoly io"
