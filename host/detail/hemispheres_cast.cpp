@@ -18,7 +18,7 @@ constexpr std::uint32_t kManyRays = 512, kFewSamples = 1U << 14;
 
 // Rows of rays that kiln_hemisphere_cast takes at a time: what a sample's rays have in common is worked out so
 // much less often, and their samples lie closer together.
-constexpr std::uint32_t kRows = 8;
+constexpr std::uint32_t kRows = 32;
 
 // Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
 // off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
