@@ -13,8 +13,6 @@ namespace {
 constexpr std::size_t kLocalLanes = 8;
 // Samples that are copied together: 42 MB.
 constexpr std::size_t kPicked = std::size_t{1} << 20;
-// An odd number near the golden ratio of all turns and sets: each round's rays lie between those before.
-constexpr std::uint32_t kMoreTurn = 5063;
 // Squares of the map whose texels stay together, texels across: 2^kTileBits.
 constexpr std::uint32_t kTileBits = 4, kTile = 1U << kTileBits;
 
@@ -109,7 +107,7 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
 }
 
 void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
-                             bool second, const RaySet& set, std::span<const std::uint32_t> turns,
+                             bool second, const RaySet& set, std::span<const std::uint32_t> rounds,
                              std::span<Counted> counted) {
   const RayQuery query = query_up_to(beyond_, back_faces_);  // of the light's rays
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
@@ -118,16 +116,16 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
   const bool wants_lean = !counted[0].lean.empty();  // then there is one set of turns
   const std::array<Turned, 2> all{Turned{&some_turns_, &some_open_},
                                   Turned{&more_turns_, &more_open_}};
-  const std::span<const Turned> turned = std::span(all).first(turns.size());
+  const std::span<const Turned> turned = std::span(all).first(counted.size());
   const std::span<const std::uint32_t> samples = group.samples;
   for (std::size_t first = 0; first < samples.size(); first += kPicked) {
     const auto part = samples.subspan(first, std::min(kPicked, samples.size() - first));
-    pick(band, match, part, turns[0]);
+    pick(band, match, part, rounds.empty() ? std::nullopt : std::optional(rounds[0]));
     const std::size_t own = plane_of(some_);
     make_room(context_, some_open_, own);
     context_.fill(some_open_, std::uint32_t{0});
-    if (turns.size() > 1) {
-      turn_more(turns[1] - turns[0]);
+    if (rounds.size() > 1) {
+      turn_more(rounds[1]);
       make_room(context_, more_open_, own);
       context_.fill(more_open_, std::uint32_t{0});
     }
@@ -170,7 +168,7 @@ Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band, const Corres
   if (lean) counted.lean.resize(std::size_t{3} * plane_of(band));
   make_turns(band);
   for (const Group& group : groups(band, match, second, near_order(band))) {
-    cast_group(group, band, match, second, set, std::array{0U}, {&counted, 1});
+    cast_group(group, band, match, second, set, {}, {&counted, 1});
   }
   return counted;
 }
@@ -181,11 +179,7 @@ std::vector<Hemispheres::Counted> Hemispheres::cast_more(const TexelBand& band,
                                                          std::uint32_t rays,
                                                          std::span<const std::uint32_t> rounds) {
   std::vector<Counted> counted(rounds.size());
-  std::vector<std::uint32_t> turns;
-  for (std::size_t r = 0; r < rounds.size(); ++r) {
-    counted[r].open.resize(band.sample_count);
-    turns.push_back(rounds[r] * kMoreTurn);
-  }
+  for (Counted& of_round : counted) of_round.open.resize(band.sample_count);
   std::vector<std::uint8_t> asked(band.sample_count);
   for (const std::uint32_t sample : samples) asked[sample] = 1;
   std::vector<std::uint32_t> near;
@@ -194,7 +188,7 @@ std::vector<Hemispheres::Counted> Hemispheres::cast_more(const TexelBand& band,
     if (asked[sample] != 0) near.push_back(sample);
   }
   for (const Group& group : groups(band, match, second, near)) {
-    cast_group(group, band, match, second, outward_rays(rays), turns, counted);
+    cast_group(group, band, match, second, outward_rays(rays), rounds, counted);
   }
   return counted;
 }

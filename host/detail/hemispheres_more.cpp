@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t kBlock = 64;
 constexpr std::uint32_t kMostRays = 4096;
 // Of OcclusionOptions::rays, an estimate begins with the reciprocal of this; there are two.
-constexpr std::uint32_t kBegin = 8;
+constexpr std::uint32_t kBegin = 12;
 // What is expected is this share of what is asked for, since it is estimated.
 constexpr double kSafe = 0.8;
 // How much of a texel's error stays where more rays do not help.
@@ -31,7 +31,7 @@ const Hemispheres::RaySet& Hemispheres::outward_rays(std::uint32_t count) {
 }
 
 void Hemispheres::pick(const TexelBand& band, const Correspondence& match,
-                       std::span<const std::uint32_t> samples, std::uint32_t more_turn) {
+                       std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round) {
   const auto count = static_cast<std::uint32_t>(samples.size());
   const std::uint32_t capacity = (count + kBlock - 1) / kBlock * kBlock;
   make_room(context_, some_.triangle, capacity);
@@ -42,21 +42,22 @@ void Hemispheres::pick(const TexelBand& band, const Correspondence& match,
   make_room(context_, some_turns_, capacity);
   some_.sample_count = count;
   some_.capacity = some_match_.capacity = capacity;
-  const cl::Array<std::uint32_t> picked(context_, samples);
-  const kiln_pick_params params{count, band.capacity, match.capacity, capacity, more_turn};
+  make_room(context_, picked_, capacity);
+  picked_.write(context_, samples);
+  const kiln_pick_params params{count, band.capacity, match.capacity, capacity, round ? 1U : 0U,
+                                round.value_or(0)};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_pick"), count, kLocal, params,
-                  picked, band.triangle, band.barycentric, band.points, match.triangle,
-                  match.barycentric, turns_, some_.triangle, some_.barycentric, some_.points,
+                  picked_, band.triangle, band.barycentric, band.points, match.triangle,
+                  match.barycentric, round ? keys_ : turns_, some_.triangle, some_.barycentric, some_.points,
                   some_match_.triangle, some_match_.barycentric, some_turns_);
-  context_.finish();  // `picked` goes
 }
 
 /// Other rays of the picked samples, to more_turns_.
-void Hemispheres::turn_more(std::uint32_t more_turn) {
+void Hemispheres::turn_more(std::uint32_t round) {
   make_room(context_, more_turns_, some_.capacity);
-  const kiln_pick_params params{some_.sample_count, 0, 0, 0, more_turn};
+  const kiln_pick_params params{some_.sample_count, 0, 0, 0, 1, round};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), some_.sample_count,
-                  kLocal, params, some_turns_, more_turns_);
+                  kLocal, params, picked_, keys_, more_turns_);
 }
 
 /// What the filter knows of the band: texels with a sample that has rays, the first of which stands for it.
@@ -179,7 +180,7 @@ bool Hemispheres::refine(Estimates& of, const ShareFilter::Result& last,
 
 std::vector<float> Hemispheres::open_within(const TexelBand& band, const Correspondence& match,
                                             bool second) {
-  make_turns(band);
+  make_keys(band);
   std::vector<float> shares(band.sample_count);
   Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};
   const std::size_t texels = of.shared.first.size() - 1;

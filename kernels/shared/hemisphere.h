@@ -49,10 +49,11 @@ struct kiln_pick_params {
   kiln_uint low_capacity;  // elements of one plane of the low poly's samples
   kiln_uint hit_capacity;  // ... of the correspondence
   kiln_uint out_capacity;  // ... of all that is written
-  kiln_uint more_turn;     // added to where each sample's rays are turned to
+  kiln_uint by_key;        // 1: turns are made of keys (kiln_hemisphere_keys); 0: copied
+  kiln_uint round;         // by key: other rays in each round
 };
 typedef struct kiln_pick_params kiln_pick_params;
-KILN_CHECK_SIZE(kiln_pick_params, 20);
+KILN_CHECK_SIZE(kiln_pick_params, 24);
 
 /// How kiln_hemisphere_cast goes about it.
 struct kiln_cast_params {
@@ -66,8 +67,10 @@ KILN_CHECK_SIZE(kiln_cast_params, 12);
 struct kiln_turn_params {
   kiln_uint texel_count;
   kiln_uint first_texel;  // place in the map of the band's first texel
+  kiln_uint width;        // of the map
+  kiln_uint slot_bits;    // that places within a texel need
 };
 typedef struct kiln_turn_params kiln_turn_params;
-KILN_CHECK_SIZE(kiln_turn_params, 8);
+KILN_CHECK_SIZE(kiln_turn_params, 16);
 
 #endif
