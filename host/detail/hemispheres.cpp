@@ -121,8 +121,8 @@ Hemispheres::Hemispheres(const MapRequest& request)
       reads_(request.reads()),
       width_(request.options.width),
       height_(request.options.height),
-      slot_bits_(static_cast<std::uint32_t>(std::bit_width(
-          request.options.samples * request.options.samples - 1))),
+      slot_bits_(static_cast<std::uint32_t>(
+          std::bit_width(request.options.samples * request.options.samples - 1))),
       keep_(request.options.miss == MissPolicy::keep),
       two_sided_(request.options.two_sided),
       back_faces_(request.options.occlusion.back_faces),
@@ -167,6 +167,7 @@ void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
 void Hemispheres::next_band() {
   has_turns_ = has_keys_ = false;
   near_.clear();
+  near_texels_.clear();
   for (Sums& sums : sums_) sums.has_open = sums.has_depth = false;
 }
 

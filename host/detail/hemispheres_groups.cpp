@@ -31,6 +31,7 @@ const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band)
   const std::vector<std::uint32_t>& first =
       reads_->read(band.texel_first, band.texel_count + std::size_t{1});
   near_.reserve(band.sample_count);
+  near_texels_.reserve(band.texel_count);
   const std::size_t places = std::size_t{width_} * band.row_count;
   std::vector<std::uint32_t> texel(places, band.texel_count);
   for (std::uint32_t t = 0; t < band.texel_count && index[t] < places; ++t) texel[index[t]] = t;
@@ -38,6 +39,7 @@ const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band)
     if (x >= width_ || y >= band.row_count) return;
     const std::uint32_t t = texel[std::size_t{y} * width_ + x];
     if (t == band.texel_count) return;
+    near_texels_.push_back(t);
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) near_.push_back(s);
   };
   for (std::uint32_t top = 0; top < band.row_count; top += kTile) {
@@ -51,6 +53,8 @@ const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band)
   // Texels that were picked have places that say nothing.
   near_.resize(band.sample_count);
   std::iota(near_.begin(), near_.end(), 0U);
+  near_texels_.resize(band.texel_count);
+  std::iota(near_texels_.begin(), near_texels_.end(), 0U);
   return near_;
 }
 
@@ -125,7 +129,7 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
     make_room(context_, some_open_, own);
     context_.fill(some_open_, std::uint32_t{0});
     if (rounds.size() > 1) {
-      turn_more(rounds[1]);
+      turn_picked(rounds[1], more_turns_);
       make_room(context_, more_open_, own);
       context_.fill(more_open_, std::uint32_t{0});
     }
@@ -180,14 +184,7 @@ std::vector<Hemispheres::Counted> Hemispheres::cast_more(const TexelBand& band,
                                                          std::span<const std::uint32_t> rounds) {
   std::vector<Counted> counted(rounds.size());
   for (Counted& of_round : counted) of_round.open.resize(band.sample_count);
-  std::vector<std::uint8_t> asked(band.sample_count);
-  for (const std::uint32_t sample : samples) asked[sample] = 1;
-  std::vector<std::uint32_t> near;
-  near.reserve(samples.size());
-  for (const std::uint32_t sample : near_order(band)) {
-    if (asked[sample] != 0) near.push_back(sample);
-  }
-  for (const Group& group : groups(band, match, second, near)) {
+  for (const Group& group : groups(band, match, second, samples)) {
     cast_group(group, band, match, second, outward_rays(rays), rounds, counted);
   }
   return counted;

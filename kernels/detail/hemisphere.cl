@@ -172,8 +172,8 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
                                    global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
-  const size_t stride = params.stride;
-  if (i >= stride) return;
+  const size_t plane = params.plane;
+  if (i >= params.stride) return;
   const size_t s = params.first + i;
   float3 position = (float3)(0.0f);
   float3 normal = (float3)(0.0f);
@@ -188,8 +188,8 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
     float u = 0.0f;
     float v = 0.0f;
     if (triangle == KILN_NO_TRIANGLE) {
-      const size_t plane = params.low_capacity;
-      position = (float3)(low_points[s], low_points[s + plane], low_points[s + 2 * plane]);
+      const size_t next = params.low_capacity;
+      position = (float3)(low_points[s], low_points[s + next], low_points[s + 2 * next]);
       face = low.face_normal;
     } else {
       u = hit_barycentric[s];
@@ -204,9 +204,9 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
     normal = detail_source_normal(detail, low, triangle, u, v, normal_indices, normals);
     if (dot3(face, face) == 0.0f) face = normal;
   }
-  hemisphere_store(position, i, stride, points);
-  hemisphere_store(normal, i, stride, points + 3 * stride);
-  hemisphere_store(face * params.push, i, stride, points + 6 * stride);
+  hemisphere_store(position, i, plane, points);
+  hemisphere_store(normal, i, plane, points + 3 * plane);
+  hemisphere_store(face * params.push, i, plane, points + 6 * plane);
 }
 
 /// Rays [first_ray, first_ray + rays) of samples [first, first + stride), a row a ray: position and
@@ -252,7 +252,7 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
     code = vload8(0, turns + params.first + lane);
   }
   hemisphere_lanes lanes;
-  hemisphere_load(params, points + lane, own, code, turn_table, &lanes);
+  hemisphere_load(params, points + params.first_point + lane, own, code, turn_table, &lanes);
   float8 origin[3], opposite[3];
   hemisphere_ray(params, &lanes, row, ring_first, ring_size, directions, origin, opposite);
   const size_t plane = params.ray_capacity;

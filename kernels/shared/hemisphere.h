@@ -21,7 +21,7 @@
 struct kiln_hemisphere_params {
   kiln_uint first;         // first sample of this launch
   kiln_uint count;         // its samples
-  kiln_uint stride;        // count rounded up to lanes: samples of a row of rays, and of a plane of points
+  kiln_uint stride;        // count rounded up to lanes: samples of a row of rays
   kiln_uint first_ray;     // of a sample
   kiln_uint rays;          // of a sample, in this launch
   kiln_uint all_rays;      // of a sample, in all
@@ -40,9 +40,11 @@ struct kiln_hemisphere_params {
   kiln_float light_y;
   kiln_float light_z;
   kiln_uint by_sample;  // 1: a sample's rays lie one after another; 0: a row of rays holds one of each sample
+  kiln_uint first_point;  // of the first sample, in the points
+  kiln_uint plane;        // elements of one plane of the points
 };
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
-KILN_CHECK_SIZE(kiln_hemisphere_params, 84);
+KILN_CHECK_SIZE(kiln_hemisphere_params, 92);
 
 struct kiln_pick_params {
   kiln_uint count;         // samples picked
