@@ -100,7 +100,7 @@ class Hemispheres : public SharedWork {
   void pick(const TexelBand& band, const Correspondence& match,
             std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round);
   /// Of the picked samples, by make_keys().
-  void turn_picked(std::uint32_t round, cl::Array<std::uint32_t>& turns);
+  void turn_picked(std::uint32_t count, std::uint32_t round, cl::Array<std::uint32_t>& turns);
   /// Samples that are cast one group after another, each against what occludes it.
   struct Group {
     const RayCaster* caster;
@@ -179,7 +179,7 @@ class Hemispheres : public SharedWork {
   void cast_piece(kiln_hemisphere_params params, const RaySet& set, std::span<const Turned> turned,
                   const RayCaster& caster, const RayQuery& query, const cl::Array<float>& points,
                   const cl::Array<float>& lean);
-  /// Of the first `count` samples that were picked, whose points are texel_points_. For Traversal::cpu.
+  /// Of as many samples as were picked, whose points are texel_points_. For Traversal::cpu.
   void cast_texels(std::uint32_t count, const RaySet& set, std::span<const Turned> turned);
   /// Rays of all of prepare_filter()'s texels, which have a sample each.
   void cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,

@@ -51,7 +51,7 @@ void Hemispheres::make_points(const kiln_hemisphere_params& params, const TexelB
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_points"), params.stride, kLocal,
                   params, band.triangle, band.barycentric, band.points, shading_, match.triangle,
                   match.barycentric, positions_, triangles_, source_.attributes.normal_indices,
-                  source_.attributes.normals, points);
+                  source_.attributes.normals, picked_, points);
 }
 
 void Hemispheres::over_pieces(const TexelBand& band, const Correspondence& match, bool second,

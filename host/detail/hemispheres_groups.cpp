@@ -129,7 +129,7 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
     make_room(context_, some_open_, own);
     context_.fill(some_open_, std::uint32_t{0});
     if (rounds.size() > 1) {
-      turn_picked(rounds[1], more_turns_);
+      turn_picked(some_.sample_count, rounds[1], more_turns_);
       make_room(context_, more_open_, own);
       context_.fill(more_open_, std::uint32_t{0});
     }

@@ -57,11 +57,12 @@ void Hemispheres::pick(const TexelBand& band, const Correspondence& match,
                   some_.points, some_match_.triangle, some_match_.barycentric, some_turns_);
 }
 
-void Hemispheres::turn_picked(std::uint32_t round, cl::Array<std::uint32_t>& turns) {
-  make_room(context_, turns, some_.capacity);
-  const kiln_pick_params params{some_.sample_count, 0, 0, 0, 1, round};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), some_.sample_count,
-                  kLocal, params, picked_, keys_, turns);
+void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
+                              cl::Array<std::uint32_t>& turns) {
+  make_room(context_, turns, padded(count));
+  const kiln_pick_params params{count, 0, 0, 0, 1, round};
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), count, kLocal, params,
+                  picked_, keys_, turns);
 }
 
 /// What the filter knows of the band: texels with a sample that has rays, the first of which stands for it.
@@ -92,13 +93,15 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band, const Cor
   shared.first.push_back(static_cast<std::uint32_t>(shared.samples.size()));
   if (stands.empty()) return shared;
   if (!filter_) filter_.emplace(context_, surface_, width_, height_);
-  pick(band, match, stands, 0);
   upload();
-  kiln_hemisphere_params params = ray_params(some_, some_match_, second, rays_out_);
+  make_room(context_, picked_, stands.size());
+  picked_.write(context_, stands);
+  kiln_hemisphere_params params = ray_params(band, match, second, rays_out_);
+  params.by_list = 1;
   params.count = static_cast<std::uint32_t>(stands.size());
   params.stride = params.plane = padded(params.count);
   make_room(context_, texel_points_, std::size_t{KILN_HEMISPHERE_PLANES} * params.plane);
-  make_points(params, some_, some_match_, texel_points_);
+  make_points(params, band, match, texel_points_);
   filter_->prepare({band.first_row, band.row_count, place, of_low, texel_points_, params.plane});
   context_.finish();
   return shared;
@@ -113,7 +116,7 @@ void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32
   const std::array<cl::Array<std::uint32_t>*, 2> turns{&some_turns_, &more_turns_};
   const std::array<cl::Array<std::uint32_t>*, 2> counts{&some_open_, &more_open_};
   for (std::size_t i = 0; i < open.size(); ++i) {
-    turn_picked(of.turn++, *turns[i]);
+    turn_picked(count, of.turn++, *turns[i]);
     make_room(context_, *counts[i], padded(count));
     context_.fill(*counts[i], std::uint32_t{0});
   }

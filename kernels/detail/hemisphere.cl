@@ -156,7 +156,7 @@ static inline void hemisphere_store(float3 value, size_t i, size_t plane, global
   to[i + 2 * plane] = value.z;
 }
 
-/// Positions, normals and pushes of samples [first, first + count). Samples without a point, and those that
+/// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and those that
 /// pad the last lanes, get normals of 0.
 kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
                                    global const uint* restrict low_triangle,
@@ -169,12 +169,13 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
                                    global const uint* restrict triangles,
                                    global const uint* restrict normal_indices,
                                    global const float* restrict normals,
+                                   global const uint* restrict picked,
                                    global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   const size_t plane = params.plane;
   if (i >= params.stride) return;
-  const size_t s = params.first + i;
+  const size_t s = params.by_list != 0u && i < params.count ? picked[i] : params.first + i;
   float3 position = (float3)(0.0f);
   float3 normal = (float3)(0.0f);
   float3 face = (float3)(0.0f);

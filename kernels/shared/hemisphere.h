@@ -42,9 +42,10 @@ struct kiln_hemisphere_params {
   kiln_uint by_sample;  // 1: a sample's rays lie one after another; 0: a row of rays holds one of each sample
   kiln_uint first_point;  // of the first sample, in the points
   kiln_uint plane;        // elements of one plane of the points
+  kiln_uint by_list;      // 1: points of samples that are listed; 0: of those from `first` on
 };
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
-KILN_CHECK_SIZE(kiln_hemisphere_params, 92);
+KILN_CHECK_SIZE(kiln_hemisphere_params, 96);
 
 struct kiln_pick_params {
   kiln_uint count;         // samples picked
