@@ -121,7 +121,6 @@ void Hemispheres::report(BakeReport& report) const {
 std::vector<float> Hemispheres::open_by_views(const TexelBand& band, const Correspondence& match,
                                               bool second) {
   see(band, match, second);
-  make_turns(band);  // picked with the samples
   const std::vector<float>& seen = sums_[second ? 1 : 0].seen;
   const std::size_t plane = band.sample_count;
   std::vector<float> shares(plane);
