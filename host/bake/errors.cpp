@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bake/map_units.h"
+#include "bake/report.h"
 #include "image/gutter.h"
 
 namespace kiln {
@@ -14,7 +15,6 @@ namespace {
 
 constexpr std::uint32_t kTexels = 2000, kRays = 4096, kFiner = 4, kMostSamples = 16;
 constexpr std::uint32_t kLanes = 64;  // kernels read this far beyond the last sample
-constexpr std::uint32_t kBandSamples = 1U << 22;
 
 bool is_compared(const MapInfo& map) {
   return map.type != MapType::id && map.type != MapType::coverage;

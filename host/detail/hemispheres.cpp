@@ -1,6 +1,7 @@
 #include "detail/hemispheres.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -120,6 +121,8 @@ Hemispheres::Hemispheres(const MapRequest& request)
       reads_(request.reads()),
       width_(request.options.width),
       height_(request.options.height),
+      slot_bits_(static_cast<std::uint32_t>(
+          std::bit_width(request.options.samples * request.options.samples - 1))),
       keep_(request.options.miss == MissPolicy::keep),
       two_sided_(request.options.two_sided),
       back_faces_(request.options.occlusion.back_faces),
@@ -162,8 +165,9 @@ void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
 }
 
 void Hemispheres::next_band() {
-  has_turns_ = false;
+  has_turns_ = has_keys_ = false;
   near_.clear();
+  near_texels_.clear();
   for (Sums& sums : sums_) sums.has_open = sums.has_depth = false;
 }
 
@@ -191,12 +195,19 @@ void Hemispheres::upload() {
 }
 
 void Hemispheres::make_turns(const TexelBand& band) {
-  if (has_turns_) return;
-  make_room(context_, turns_, plane_of(band));
-  const kiln_turn_params params{band.texel_count, band.first_row * width_};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turns"), band.texel_count, kLocal,
-                  params, band.texel_index, band.texel_first, band.sample_slot, turns_);
-  has_turns_ = true;
+  if (!std::exchange(has_turns_, true)) turn(band, "kiln_hemisphere_turns", turns_);
+}
+
+void Hemispheres::make_keys(const TexelBand& band) {
+  if (!std::exchange(has_keys_, true)) turn(band, "kiln_hemisphere_keys", keys_);
+}
+
+void Hemispheres::turn(const TexelBand& band, const std::string& kernel,
+                       cl::Array<std::uint32_t>& to) {
+  make_room(context_, to, plane_of(band));
+  const kiln_turn_params params{band.texel_count, band.first_row * width_, width_, slot_bits_};
+  context_.launch(context_.kernel("hemisphere", kernel), band.texel_count, kLocal, params,
+                  band.texel_index, band.texel_first, band.sample_slot, to);
 }
 
 void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool second) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "accel/ray.h"
@@ -73,8 +74,9 @@ class Hemispheres : public SharedWork {
   std::vector<float> open_within(const TexelBand& band, const Correspondence& match, bool second);
   /// Samples that have rays, by texels.
   struct Shared {
-    std::vector<std::uint32_t> samples;
-    std::vector<std::uint32_t> first;  // [texels + 1] of each texel
+    std::vector<std::uint32_t> samples;  // in near_order()
+    std::vector<std::uint32_t> first;    // [texels + 1] of each texel
+    bool single() const { return samples.size() + 1 == first.size(); }
   };
   /// Two estimates of texels, from as many rays: how many are open, of all samples.
   struct Estimates {
@@ -94,9 +96,11 @@ class Hemispheres : public SharedWork {
   bool refine(Estimates& of, const ShareFilter::Result& last, const std::vector<float>& before);
   Shared prepare_filter(const TexelBand& band, const Correspondence& match, bool second);
   /// Copies samples to some_, some_match_ and some_turns_.
+  /// \param round  other rays in each, as make_keys() says; none: those of make_turns()
   void pick(const TexelBand& band, const Correspondence& match,
-            std::span<const std::uint32_t> samples, std::uint32_t more_turn);
-  void turn_more(std::uint32_t more_turn);
+            std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round);
+  /// Of the picked samples, by make_keys().
+  void turn_picked(std::uint32_t count, std::uint32_t round, cl::Array<std::uint32_t>& turns);
   /// Samples that are cast one group after another, each against what occludes it.
   struct Group {
     const RayCaster* caster;
@@ -113,14 +117,16 @@ class Hemispheres : public SharedWork {
     std::vector<std::uint32_t> open;  // by sample of the band
     std::vector<float> lean;          // 3 planes of plane_of(band)
   };
-  /// \param turns  other rays each, which are counted one by one; the points are made once
+  /// \param rounds  other rays each, which are counted one by one; the points are made once. None: those of
+  /// make_turns()
   void cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
-                  bool second, const RaySet& set, std::span<const std::uint32_t> turns,
+                  bool second, const RaySet& set, std::span<const std::uint32_t> rounds,
                   std::span<Counted> counted);
   /// All samples of a band, each against its own part.
   Counted cast_parts(const TexelBand& band, const Correspondence& match, bool second,
                      const RaySet& set, bool lean);
-  /// How many of another `rays` rays of each of some samples hit nothing: by round, by sample of the band.
+  /// How many of another `rays` rays of each of some samples, in near_order(), hit nothing: by round, by sample
+  /// of the band.
   /// \param rounds  other rays each
   std::vector<Counted> cast_more(const TexelBand& band, const Correspondence& match, bool second,
                                  std::span<const std::uint32_t> samples, std::uint32_t rays,
@@ -138,11 +144,12 @@ class Hemispheres : public SharedWork {
   /// By depth views: open() and lean().
   std::vector<float> open_by_views(const TexelBand& band, const Correspondence& match, bool second);
   void see(const TexelBand& band, const Correspondence& match, bool second);
-  void make_points(const TexelBand& band, const Correspondence& match, bool second,
-                   std::uint32_t stride, const cl::Array<float>& points);
   std::vector<float> shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
                             std::uint32_t rays) const;
   void make_turns(const TexelBand& band);
+  /// As make_turns(), for rays whose sums are smoothed: neighbours' rays are spread over each other.
+  void make_keys(const TexelBand& band);
+  void turn(const TexelBand& band, const std::string& kernel, cl::Array<std::uint32_t>& to);
   void cast(const TexelBand& band, const Correspondence& match, bool second);
   void measure(const TexelBand& band, const Correspondence& match, bool second);
   /// Makes rays, piece by piece, and gives each to `use` with what describes it.
@@ -164,6 +171,19 @@ class Hemispheres : public SharedWork {
   void count_open(const TexelBand& band, const Correspondence& match, bool second,
                   const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
                   const cl::Array<float>& lean);
+  kiln_hemisphere_params ray_params(const TexelBand& band, const Correspondence& match, bool second,
+                                    const RaySet& set) const;
+  /// Of samples [params.first, params.first + params.count).
+  void make_points(const kiln_hemisphere_params& params, const TexelBand& band,
+                   const Correspondence& match, const cl::Array<float>& points);
+  void cast_piece(kiln_hemisphere_params params, const RaySet& set, std::span<const Turned> turned,
+                  const RayCaster& caster, const RayQuery& query, const cl::Array<float>& points,
+                  const cl::Array<float>& lean);
+  /// Of as many samples as were picked, whose points are texel_points_. For Traversal::cpu.
+  void cast_texels(std::uint32_t count, const RaySet& set, std::span<const Turned> turned);
+  /// Rays of all of prepare_filter()'s texels, which have a sample each.
+  void cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
+                Estimates& of);
   /// The same in one kernel, for Traversal::cpu.
   void cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
                    const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
@@ -175,7 +195,7 @@ class Hemispheres : public SharedWork {
   const Source::Impl& source_;
   const LowSurface& surface_;
   std::shared_ptr<BandReads> reads_;
-  std::uint32_t width_, height_;
+  std::uint32_t width_, height_, slot_bits_;
   bool keep_, two_sided_, back_faces_, by_high_, by_low_;
   const Parts* parts_;                // whose own triangles alone occlude; null: all do
   float beyond_, occluding_, thick_;  // frame units
@@ -193,19 +213,20 @@ class Hemispheres : public SharedWork {
   std::optional<RayCaster> all_occluders_;  // where the high poly is not the only one
   std::map<std::uint32_t, RayCaster> part_occluders_;
   std::optional<HemisphereViews> views_;
-  bool uploaded_ = false, has_turns_ = false;
-  std::vector<std::uint32_t> near_;  // near_order() of the present band, or empty
+  bool uploaded_ = false, has_turns_ = false, has_keys_ = false;
+  std::vector<std::uint32_t> near_;         // near_order() of the present band, or empty
+  std::vector<std::uint32_t> near_texels_;  // of which they are, each once
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> triangles_;
-  cl::Array<std::uint32_t> turns_;
+  cl::Array<std::uint32_t> turns_, keys_;
   std::array<Sums, 2> sums_;
 
   std::uint32_t ray_capacity_ = 0;
-  cl::Array<float> points_, rays_, scratch_;
+  cl::Array<float> points_, texel_points_, rays_, scratch_;
   cl::Array<std::uint32_t> lit_;
   TexelBand some_;  // samples that are not done yet
   Correspondence some_match_;
-  cl::Array<std::uint32_t> some_turns_, more_turns_, some_open_, more_open_;
+  cl::Array<std::uint32_t> picked_, some_turns_, more_turns_, some_open_, more_open_;
   cl::Array<float> some_lean_;
   std::optional<ShareFilter> filter_;
   cl::Array<std::uint8_t> hits_;

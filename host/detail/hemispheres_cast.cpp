@@ -18,7 +18,7 @@ constexpr std::uint32_t kManyRays = 512, kFewSamples = 1U << 14;
 
 // Rows of rays that kiln_hemisphere_cast takes at a time: what a sample's rays have in common is worked out so
 // much less often, and their samples lie closer together.
-constexpr std::uint32_t kRows = 8;
+constexpr std::uint32_t kRows = 32;
 
 // Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
 // off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
@@ -26,11 +26,8 @@ constexpr float kPush = 0x1p-17F;
 
 }  // namespace
 
-void Hemispheres::over_pieces(const TexelBand& band, const Correspondence& match, bool second,
-                              const RaySet& set, std::uint32_t together, const OfPiece& use) {
-  upload();
-  const std::uint32_t piece = padded(std::min(together, band.sample_count));
-  make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
+kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band, const Correspondence& match,
+                                               bool second, const RaySet& set) const {
   kiln_hemisphere_params params{};
   params.all_rays = set.count;
   params.low_capacity = band.capacity;
@@ -46,21 +43,34 @@ void Hemispheres::over_pieces(const TexelBand& band, const Correspondence& match
   params.aligned = set.side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
   params.push = kPush;
   params.reach = thick_;
+  return params;
+}
+
+void Hemispheres::make_points(const kiln_hemisphere_params& params, const TexelBand& band,
+                              const Correspondence& match, const cl::Array<float>& points) {
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_points"), params.stride, kLocal,
+                  params, band.triangle, band.barycentric, band.points, shading_, match.triangle,
+                  match.barycentric, positions_, triangles_, source_.attributes.normal_indices,
+                  source_.attributes.normals, picked_, points);
+}
+
+void Hemispheres::over_pieces(const TexelBand& band, const Correspondence& match, bool second,
+                              const RaySet& set, std::uint32_t together, const OfPiece& use) {
+  upload();
+  const std::uint32_t piece = padded(std::min(together, band.sample_count));
+  make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
+  kiln_hemisphere_params params = ray_params(band, match, second, set);
   std::span<const std::uint32_t> triangle;
   if (params.keep == 0 && &band != &some_)
     triangle = reads_->read(match.triangle, band.sample_count);
-  const cl::Kernel points = context_.kernel("hemisphere", "kiln_hemisphere_points");
   for (; params.first < band.sample_count; params.first += params.count) {
     params.count = std::min(piece, band.sample_count - params.first);
-    params.stride = padded(params.count);
+    params.stride = params.plane = padded(params.count);
     if (!triangle.empty()) {
       const auto begin = triangle.begin() + params.first, end = begin + params.count;
       if (std::all_of(begin, end, [](std::uint32_t t) { return t == KILN_NO_TRIANGLE; })) continue;
     }
-    context_.launch(points, params.stride, kLocal, params, band.triangle, band.barycentric,
-                    band.points, shading_, match.triangle, match.barycentric, positions_,
-                    triangles_, source_.attributes.normal_indices, source_.attributes.normals,
-                    points_);
+    make_points(params, band, match, points_);
     use(params);
     context_.finish();
   }
@@ -136,26 +146,50 @@ void Hemispheres::cast_blocks(const TexelBand& band, const Correspondence& match
                               const RaySet& set, std::span<const Turned> turned,
                               const RayCaster& caster, const RayQuery& query,
                               const cl::Array<float>& lean) {
+  over_pieces(band, match, second, set, kPiece, [&](const kiln_hemisphere_params& params) {
+    cast_piece(params, set, turned, caster, query, points_, lean);
+  });
+}
+
+void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
+                              std::span<const Turned> turned) {
+  const RayCaster& caster = occluders();
+  const RayQuery query = query_up_to(occluding_, back_faces_);
+  const cl::Array<float> no_lean;
+  kiln_hemisphere_params params = ray_params(some_, some_match_, false, set);
+  params.plane = padded(count);
+  for (; params.first < count; params.first += params.count) {
+    params.first_point = params.first;
+    params.count = std::min(kPiece, count - params.first);
+    params.stride = padded(params.count);
+    cast_piece(params, set, turned, caster, query, texel_points_, no_lean);
+    context_.finish();
+  }
+}
+
+/// In one kernel, for Traversal::cpu.
+void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
+                             std::span<const Turned> turned, const RayCaster& caster,
+                             const RayQuery& query, const cl::Array<float>& points,
+                             const cl::Array<float>& lean) {
   kiln_cast_params how{};
   how.rows = std::min(kRows, set.count);
   how.samples = KILN_OCCLUSION_BLOCK / how.rows / kLanes * kLanes;
   how.wants_lean = lean.empty() ? 0 : 1;
+  const std::size_t items = (params.stride + how.samples - 1) / how.samples;
+  make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
+  make_room(context_, hits_, items * KILN_OCCLUSION_BLOCK);
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast = context_.kernel("hemisphere_cast", "kiln_hemisphere_cast");
-  over_pieces(band, match, second, set, kPiece, [&](kiln_hemisphere_params params) {
-    const std::size_t items = (params.stride + how.samples - 1) / how.samples;
-    make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
-    make_room(context_, hits_, items * KILN_OCCLUSION_BLOCK);
-    const std::uint32_t most = std::max(1U, kMostRays / params.stride);
-    for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
-      params.rays = std::min(most, set.count - params.first_ray);
-      for (const auto& [turns, open] : turned) {
-        context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
-                        caster.tree().blocks, points_, *turns, turn_table_, set.directions,
-                        set.rings, scratch_, hits_, *open, lean.empty() ? scratch_ : lean);
-      }
+  const std::uint32_t most = std::max(1U, kMostRays / params.stride);
+  for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
+    params.rays = std::min(most, set.count - params.first_ray);
+    for (const auto& [turns, open] : turned) {
+      context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
+                      caster.tree().blocks, points, *turns, turn_table_, set.directions, set.rings,
+                      scratch_, hits_, *open, lean.empty() ? scratch_ : lean);
     }
-  });
+  }
 }
 
 }  // namespace kiln

@@ -13,8 +13,6 @@ namespace {
 constexpr std::size_t kLocalLanes = 8;
 // Samples that are copied together: 42 MB.
 constexpr std::size_t kPicked = std::size_t{1} << 20;
-// An odd number near the golden ratio of all turns and sets: each round's rays lie between those before.
-constexpr std::uint32_t kMoreTurn = 5063;
 // Squares of the map whose texels stay together, texels across: 2^kTileBits.
 constexpr std::uint32_t kTileBits = 4, kTile = 1U << kTileBits;
 
@@ -33,6 +31,7 @@ const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band)
   const std::vector<std::uint32_t>& first =
       reads_->read(band.texel_first, band.texel_count + std::size_t{1});
   near_.reserve(band.sample_count);
+  near_texels_.reserve(band.texel_count);
   const std::size_t places = std::size_t{width_} * band.row_count;
   std::vector<std::uint32_t> texel(places, band.texel_count);
   for (std::uint32_t t = 0; t < band.texel_count && index[t] < places; ++t) texel[index[t]] = t;
@@ -40,6 +39,7 @@ const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band)
     if (x >= width_ || y >= band.row_count) return;
     const std::uint32_t t = texel[std::size_t{y} * width_ + x];
     if (t == band.texel_count) return;
+    near_texels_.push_back(t);
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) near_.push_back(s);
   };
   for (std::uint32_t top = 0; top < band.row_count; top += kTile) {
@@ -53,6 +53,8 @@ const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band)
   // Texels that were picked have places that say nothing.
   near_.resize(band.sample_count);
   std::iota(near_.begin(), near_.end(), 0U);
+  near_texels_.resize(band.texel_count);
+  std::iota(near_texels_.begin(), near_texels_.end(), 0U);
   return near_;
 }
 
@@ -109,7 +111,7 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
 }
 
 void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
-                             bool second, const RaySet& set, std::span<const std::uint32_t> turns,
+                             bool second, const RaySet& set, std::span<const std::uint32_t> rounds,
                              std::span<Counted> counted) {
   const RayQuery query = query_up_to(beyond_, back_faces_);  // of the light's rays
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
@@ -118,16 +120,16 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
   const bool wants_lean = !counted[0].lean.empty();  // then there is one set of turns
   const std::array<Turned, 2> all{Turned{&some_turns_, &some_open_},
                                   Turned{&more_turns_, &more_open_}};
-  const std::span<const Turned> turned = std::span(all).first(turns.size());
+  const std::span<const Turned> turned = std::span(all).first(counted.size());
   const std::span<const std::uint32_t> samples = group.samples;
   for (std::size_t first = 0; first < samples.size(); first += kPicked) {
     const auto part = samples.subspan(first, std::min(kPicked, samples.size() - first));
-    pick(band, match, part, turns[0]);
+    pick(band, match, part, rounds.empty() ? std::nullopt : std::optional(rounds[0]));
     const std::size_t own = plane_of(some_);
     make_room(context_, some_open_, own);
     context_.fill(some_open_, std::uint32_t{0});
-    if (turns.size() > 1) {
-      turn_more(turns[1] - turns[0]);
+    if (rounds.size() > 1) {
+      turn_picked(some_.sample_count, rounds[1], more_turns_);
       make_room(context_, more_open_, own);
       context_.fill(more_open_, std::uint32_t{0});
     }
@@ -170,7 +172,7 @@ Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band, const Corres
   if (lean) counted.lean.resize(std::size_t{3} * plane_of(band));
   make_turns(band);
   for (const Group& group : groups(band, match, second, near_order(band))) {
-    cast_group(group, band, match, second, set, std::array{0U}, {&counted, 1});
+    cast_group(group, band, match, second, set, {}, {&counted, 1});
   }
   return counted;
 }
@@ -181,20 +183,9 @@ std::vector<Hemispheres::Counted> Hemispheres::cast_more(const TexelBand& band,
                                                          std::uint32_t rays,
                                                          std::span<const std::uint32_t> rounds) {
   std::vector<Counted> counted(rounds.size());
-  std::vector<std::uint32_t> turns;
-  for (std::size_t r = 0; r < rounds.size(); ++r) {
-    counted[r].open.resize(band.sample_count);
-    turns.push_back(rounds[r] * kMoreTurn);
-  }
-  std::vector<std::uint8_t> asked(band.sample_count);
-  for (const std::uint32_t sample : samples) asked[sample] = 1;
-  std::vector<std::uint32_t> near;
-  near.reserve(samples.size());
-  for (const std::uint32_t sample : near_order(band)) {
-    if (asked[sample] != 0) near.push_back(sample);
-  }
-  for (const Group& group : groups(band, match, second, near)) {
-    cast_group(group, band, match, second, outward_rays(rays), turns, counted);
+  for (Counted& of_round : counted) of_round.open.resize(band.sample_count);
+  for (const Group& group : groups(band, match, second, samples)) {
+    cast_group(group, band, match, second, outward_rays(rays), rounds, counted);
   }
   return counted;
 }

@@ -22,6 +22,12 @@ constexpr double kSafe = 0.8;
 constexpr float kNoHelp = 0.85F;
 constexpr std::uint32_t kMostTimes = 8;  // at once
 
+/// Even, since rays that are balanced have less noise: 16 less than 21.
+std::uint32_t rays_at_first(std::uint32_t rays) {
+  const std::uint32_t share = rays / kBegin;
+  return share > 1 ? share / 2 * 2 : 1;
+}
+
 }  // namespace
 
 const Hemispheres::RaySet& Hemispheres::outward_rays(std::uint32_t count) {
@@ -31,7 +37,7 @@ const Hemispheres::RaySet& Hemispheres::outward_rays(std::uint32_t count) {
 }
 
 void Hemispheres::pick(const TexelBand& band, const Correspondence& match,
-                       std::span<const std::uint32_t> samples, std::uint32_t more_turn) {
+                       std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round) {
   const auto count = static_cast<std::uint32_t>(samples.size());
   const std::uint32_t capacity = (count + kBlock - 1) / kBlock * kBlock;
   make_room(context_, some_.triangle, capacity);
@@ -42,21 +48,22 @@ void Hemispheres::pick(const TexelBand& band, const Correspondence& match,
   make_room(context_, some_turns_, capacity);
   some_.sample_count = count;
   some_.capacity = some_match_.capacity = capacity;
-  const cl::Array<std::uint32_t> picked(context_, samples);
-  const kiln_pick_params params{count, band.capacity, match.capacity, capacity, more_turn};
+  make_room(context_, picked_, capacity);
+  picked_.write(context_, samples);
+  const kiln_pick_params params{count,    band.capacity,   match.capacity,
+                                capacity, round ? 1U : 0U, round.value_or(0)};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_pick"), count, kLocal, params,
-                  picked, band.triangle, band.barycentric, band.points, match.triangle,
-                  match.barycentric, turns_, some_.triangle, some_.barycentric, some_.points,
-                  some_match_.triangle, some_match_.barycentric, some_turns_);
-  context_.finish();  // `picked` goes
+                  picked_, band.triangle, band.barycentric, band.points, match.triangle,
+                  match.barycentric, round ? keys_ : turns_, some_.triangle, some_.barycentric,
+                  some_.points, some_match_.triangle, some_match_.barycentric, some_turns_);
 }
 
-/// Other rays of the picked samples, to more_turns_.
-void Hemispheres::turn_more(std::uint32_t more_turn) {
-  make_room(context_, more_turns_, some_.capacity);
-  const kiln_pick_params params{some_.sample_count, 0, 0, 0, more_turn};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), some_.sample_count,
-                  kLocal, params, some_turns_, more_turns_);
+void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
+                              cl::Array<std::uint32_t>& turns) {
+  make_room(context_, turns, padded(count));
+  const kiln_pick_params params{count, 0, 0, 0, 1, round};
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), count, kLocal, params,
+                  picked_, keys_, turns);
 }
 
 /// What the filter knows of the band: texels with a sample that has rays, the first of which stands for it.
@@ -69,7 +76,11 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band, const Cor
   const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
   Shared shared;
   std::vector<std::uint32_t> place, of_low, stands;
-  for (std::uint32_t t = 0; t < band.texel_count; ++t) {
+  shared.samples.reserve(near_order(band).size());
+  for (std::vector<std::uint32_t>* list : {&shared.first, &place, &of_low, &stands}) {
+    list->reserve(near_texels_.size() + 1);
+  }
+  for (const std::uint32_t t : near_texels_) {
     const std::size_t before = shared.samples.size();
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
       if (triangle[s] != KILN_NO_TRIANGLE || (keep_ && !second)) shared.samples.push_back(s);
@@ -83,25 +94,35 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band, const Cor
   shared.first.push_back(static_cast<std::uint32_t>(shared.samples.size()));
   if (stands.empty()) return shared;
   if (!filter_) filter_.emplace(context_, surface_, width_, height_);
-  pick(band, match, stands, 0);
-  const auto count = static_cast<std::uint32_t>(stands.size());
-  kiln_hemisphere_params params{};
-  params.count = count;
-  params.stride = padded(count);
-  params.low_capacity = some_.capacity;
-  params.hit_capacity = some_match_.capacity;
-  params.keep = keep_ && !second ? 1 : 0;
-  params.two_sided = two_sided_ ? 1 : 0;
-  params.push = 0;
   upload();
-  cl::Array<float> points(context_, std::size_t{KILN_HEMISPHERE_PLANES} * params.stride);
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_points"), params.stride, kLocal,
-                  params, some_.triangle, some_.barycentric, some_.points, shading_,
-                  some_match_.triangle, some_match_.barycentric, positions_, triangles_,
-                  source_.attributes.normal_indices, source_.attributes.normals, points);
-  filter_->prepare({band.first_row, band.row_count, place, of_low, points, params.stride});
+  make_room(context_, picked_, stands.size());
+  picked_.write(context_, stands);
+  kiln_hemisphere_params params = ray_params(band, match, second, rays_out_);
+  params.by_list = 1;
+  params.count = static_cast<std::uint32_t>(stands.size());
+  params.stride = params.plane = padded(params.count);
+  make_room(context_, texel_points_, std::size_t{KILN_HEMISPHERE_PLANES} * params.plane);
+  make_points(params, band, match, texel_points_);
+  filter_->prepare({band.first_row, band.row_count, place, of_low, texel_points_, params.plane});
   context_.finish();
   return shared;
+}
+
+void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
+                           Estimates& of) {
+  const auto count = static_cast<std::uint32_t>(of.rays.size());
+  const std::array<Turned, 2> all{Turned{&some_turns_, &some_open_},
+                                  Turned{&more_turns_, &more_open_}};
+  const std::span<const Turned> turned = std::span(all).first(open.size());
+  const std::array<cl::Array<std::uint32_t>*, 2> turns{&some_turns_, &more_turns_};
+  const std::array<cl::Array<std::uint32_t>*, 2> counts{&some_open_, &more_open_};
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    turn_picked(count, of.turn++, *turns[i]);
+    make_room(context_, *counts[i], padded(count));
+    context_.fill(*counts[i], std::uint32_t{0});
+  }
+  cast_texels(count, outward_rays(rays), turned);
+  for (std::size_t i = 0; i < open.size(); ++i) counts[i]->read(context_, *open[i]);
 }
 
 void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texels,
@@ -179,7 +200,7 @@ bool Hemispheres::refine(Estimates& of, const ShareFilter::Result& last,
 
 std::vector<float> Hemispheres::open_within(const TexelBand& band, const Correspondence& match,
                                             bool second) {
-  make_turns(band);
+  make_keys(band);
   std::vector<float> shares(band.sample_count);
   Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};
   const std::size_t texels = of.shared.first.size() - 1;
@@ -188,10 +209,14 @@ std::vector<float> Hemispheres::open_within(const TexelBand& band, const Corresp
   of.b.resize(texels);
   of.done.resize(texels);
   of.cast.resize(texels);
-  of.rays.assign(texels, std::max(1U, rays_out_.count / kBegin));
+  of.rays.assign(texels, rays_at_first(rays_out_.count));
   std::vector<std::uint32_t> all(texels);
   std::iota(all.begin(), all.end(), 0U);
-  estimate(of, all, of.rays[0], std::array{&of.a, &of.b});
+  if (of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu) {
+    cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
+  } else {
+    estimate(of, all, of.rays[0], std::array{&of.a, &of.b});
+  }
   ShareFilter::Result result = filtered(of);
   std::vector<float> before;
   while (refine(of, result, before)) {

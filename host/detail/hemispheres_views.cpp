@@ -77,24 +77,6 @@ const RayCaster& Hemispheres::occluders() {
   return *all_occluders_;
 }
 
-/// \param points  KILN_HEMISPHERE_PLANES planes of `stride`, of all of a band's samples
-void Hemispheres::make_points(const TexelBand& band, const Correspondence& match, bool second,
-                              std::uint32_t stride, const cl::Array<float>& points) {
-  upload();
-  kiln_hemisphere_params params{};
-  params.count = band.sample_count;
-  params.stride = stride;
-  params.low_capacity = band.capacity;
-  params.hit_capacity = match.capacity;
-  params.keep = keep_ && !second ? 1 : 0;
-  params.two_sided = two_sided_ ? 1 : 0;
-  params.push = 1;
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_points"), stride, kLocal, params,
-                  band.triangle, band.barycentric, band.points, shading_, match.triangle,
-                  match.barycentric, positions_, triangles_, source_.attributes.normal_indices,
-                  source_.attributes.normals, points);
-}
-
 void Hemispheres::see(const TexelBand& band, const Correspondence& match, bool second) {
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_open) return;
@@ -112,7 +94,12 @@ void Hemispheres::see(const TexelBand& band, const Correspondence& match, bool s
     make_room(context_, sums.lean, std::size_t{3} * std::max(plane_of(band), capacity));
     context_.fill(sums.lean, 0.0F);
   }
-  make_points(band, match, second, capacity, points);
+  upload();
+  kiln_hemisphere_params params = ray_params(band, match, second, rays_out_);
+  params.count = band.sample_count;
+  params.stride = params.plane = capacity;
+  params.push = 1;
+  make_points(params, band, match, points);
   views_->add(points, band.sample_count, capacity, seen, sums.lean, plane_of(band));
   sums.seen.resize(std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * band.sample_count);
   for (std::size_t p = 0; p < KILN_HEMISPHERE_VIEW_SUMS; ++p) {
@@ -134,7 +121,6 @@ void Hemispheres::report(BakeReport& report) const {
 std::vector<float> Hemispheres::open_by_views(const TexelBand& band, const Correspondence& match,
                                               bool second) {
   see(band, match, second);
-  make_turns(band);  // picked with the samples
   const std::vector<float>& seen = sums_[second ? 1 : 0].seen;
   const std::size_t plane = band.sample_count;
   std::vector<float> shares(plane);

@@ -91,10 +91,9 @@ void ShareFilter::prepare(const Texels& texels) {
   });
   make_room(context_, neighbours_, neighbours.size());
   neighbours_.write(context_, neighbours);
-  make_room(context_, weights_, neighbours.size());
   const kiln_share_params params{count_, count_, texels.points_plane};
   context_.launch(context_.kernel("share_filter", "kiln_share_weights"), count_, kLocal, params,
-                  neighbours_, texels.points, weights_);
+                  neighbours_, texels.points);
 }
 
 ShareFilter::Levels ShareFilter::smoothed(std::span<const float> estimates) {
@@ -107,7 +106,7 @@ ShareFilter::Levels ShareFilter::smoothed(std::span<const float> estimates) {
   const kiln_share_params params{count_, count_, 0};
   for (std::size_t k = 1; k < levels.size(); ++k) {
     for (std::uint32_t step = kSteps[k - 1]; step < kSteps[k]; ++step) {
-      context_.launch(smooth, count_, kLocal, params, neighbours_, weights_, from_, to_);
+      context_.launch(smooth, count_, kLocal, params, neighbours_, from_, to_);
       std::swap(from_, to_);
     }
     levels[k].resize(estimates.size());

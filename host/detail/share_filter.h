@@ -70,8 +70,8 @@ class ShareFilter {
   std::vector<std::uint32_t> place_;       // of each texel
   std::vector<std::uint32_t> tile_first_;  // [tiles + 1] into the next
   std::vector<std::uint32_t> by_tile_;     // texels
-  cl::Array<std::uint32_t> neighbours_;
-  cl::Array<float> weights_, from_, to_;
+  cl::Array<std::uint32_t> neighbours_;    // with their weights
+  cl::Array<float> from_, to_;
 };
 
 }  // namespace kiln

@@ -18,8 +18,9 @@
 //
 // kernel                   global               local  memory traffic an item
 // kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
+// kiln_hemisphere_keys     texels               64     the same
 // kiln_hemisphere_pick     samples              64     reads 44 B (gathered), writes 40 B
-// kiln_hemisphere_turn_more samples             64     reads 4 B, writes 4 B
+// kiln_hemisphere_turn_more samples             64     reads 8 B (gathered), writes 4 B
 // kiln_hemisphere_points   samples, padded      64     reads 41 B + a triangle (gathered), writes 36 B
 // kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
 // kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
@@ -52,6 +53,53 @@ kernel void kiln_hemisphere_turns(const kiln_turn_params params,
   }
 }
 
+/// Of each sample its texel's place along a Morton curve, the finest digit first: what hemisphere_turn shuffles.
+/// The curve goes on within the texel.
+kernel void kiln_hemisphere_keys(const kiln_turn_params params,
+                                 global const uint* restrict texel_index,
+                                 global const uint* restrict texel_first,
+                                 global const uint* restrict sample_slot,
+                                 global uint* restrict keys) {
+  const size_t i = get_global_id(0);
+  if (i >= params.texel_count) return;
+  const uint place = params.first_texel + texel_index[i];
+  const uint x = place % params.width;
+  const uint y = place / params.width;
+  uint key = 0;
+  for (uint bit = 0; bit < 16; ++bit) {
+    key |= (x >> bit & 1u) << (31 - 2 * bit) | (y >> bit & 1u) << (30 - 2 * bit);
+  }
+  const uint end = texel_first[i + 1];
+  for (uint s = texel_first[i]; s < end; ++s) {
+    uint slot = 0;
+    for (uint bit = 0; bit < params.slot_bits; ++bit) {
+      slot |= (sample_slot[s] >> bit & 1u) << (31 - bit);
+    }
+    keys[s] = (key >> params.slot_bits) | slot;
+  }
+}
+
+/// A nested uniform scramble: each bit is flipped by what the bits below it say (Laine, Karras, "Stratified
+/// Sampling for Stochastic Transparency", 2011, with Vegdahl's constants).
+static inline uint hemisphere_shuffle(uint bits, uint seed) {
+  bits ^= bits * 0x3d20adeau;
+  bits += seed;
+  bits *= (seed >> 16) | 1u;
+  bits ^= bits * 0x05526c56u;
+  return bits ^ (bits * 0x53a22864u);
+}
+
+/// How far rays are turned and the number of their set, as kiln_hemisphere_turns has it. Of each square of the map
+/// with 2^n texels a side, 4^n rays are spread evenly; squares and rounds have nothing to do with each other
+/// (Ahmed, Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
+/// Pixels", 2020). So smoothing takes more noise away, and two rounds are independent estimates.
+static inline uint hemisphere_turn(uint key, uint round) {
+  const uint angle = hemisphere_shuffle(key, hash_of(2 * round));
+  const uint set = hemisphere_shuffle(key, hash_of(2 * round + 1));
+  return angle >> (32 - KILN_HEMISPHERE_TURN_BITS) << KILN_HEMISPHERE_SET_BITS |
+         set >> (32 - KILN_HEMISPHERE_SET_BITS);
+}
+
 /// Copies some of a band's samples: all that their rays start from.
 kernel void kiln_hemisphere_pick(const kiln_pick_params params,
                                  global const uint* restrict samples,
@@ -60,7 +108,7 @@ kernel void kiln_hemisphere_pick(const kiln_pick_params params,
                                  global const float* restrict low_points,
                                  global const uint* restrict hit_triangle,
                                  global const float* restrict hit_barycentric,
-                                 global const uint* restrict turns,
+                                 global const uint* restrict turns,  // or keys
                                  global uint* restrict to_low_triangle,
                                  global float* restrict to_low_barycentric,
                                  global float* restrict to_points,
@@ -80,18 +128,17 @@ kernel void kiln_hemisphere_pick(const kiln_pick_params params,
   for (size_t p = 0; p < 3; ++p) {
     to_points[i + p * plane] = low_points[s + p * params.low_capacity];
   }
-  to_turns[i] = (turns[s] + params.more_turn) &
-                ((1u << (KILN_HEMISPHERE_TURN_BITS + KILN_HEMISPHERE_SET_BITS)) - 1u);
+  to_turns[i] = params.by_key != 0u ? hemisphere_turn(turns[s], params.round) : turns[s];
 }
 
-/// Other rays of the same samples: turned by params.more_turn.
+/// Other rays of the same samples, of another round.
 kernel void kiln_hemisphere_turn_more(const kiln_pick_params params,
-                                      global const uint* restrict turns,
+                                      global const uint* restrict samples,
+                                      global const uint* restrict keys,
                                       global uint* restrict to_turns) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
-  to_turns[i] = (turns[i] + params.more_turn) &
-                ((1u << (KILN_HEMISPHERE_TURN_BITS + KILN_HEMISPHERE_SET_BITS)) - 1u);
+  to_turns[i] = hemisphere_turn(keys[samples[i]], params.round);
 }
 
 /// A unit vector along v, however short; 0 where it has no direction.
@@ -109,7 +156,7 @@ static inline void hemisphere_store(float3 value, size_t i, size_t plane, global
   to[i + 2 * plane] = value.z;
 }
 
-/// Positions, normals and pushes of samples [first, first + count). Samples without a point, and those that
+/// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and those that
 /// pad the last lanes, get normals of 0.
 kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
                                    global const uint* restrict low_triangle,
@@ -122,12 +169,13 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
                                    global const uint* restrict triangles,
                                    global const uint* restrict normal_indices,
                                    global const float* restrict normals,
+                                   global const uint* restrict picked,
                                    global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
-  const size_t stride = params.stride;
-  if (i >= stride) return;
-  const size_t s = params.first + i;
+  const size_t plane = params.plane;
+  if (i >= params.stride) return;
+  const size_t s = params.by_list != 0u && i < params.count ? picked[i] : params.first + i;
   float3 position = (float3)(0.0f);
   float3 normal = (float3)(0.0f);
   float3 face = (float3)(0.0f);
@@ -141,8 +189,8 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
     float u = 0.0f;
     float v = 0.0f;
     if (triangle == KILN_NO_TRIANGLE) {
-      const size_t plane = params.low_capacity;
-      position = (float3)(low_points[s], low_points[s + plane], low_points[s + 2 * plane]);
+      const size_t next = params.low_capacity;
+      position = (float3)(low_points[s], low_points[s + next], low_points[s + 2 * next]);
       face = low.face_normal;
     } else {
       u = hit_barycentric[s];
@@ -157,9 +205,9 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
     normal = detail_source_normal(detail, low, triangle, u, v, normal_indices, normals);
     if (dot3(face, face) == 0.0f) face = normal;
   }
-  hemisphere_store(position, i, stride, points);
-  hemisphere_store(normal, i, stride, points + 3 * stride);
-  hemisphere_store(face * params.push, i, stride, points + 6 * stride);
+  hemisphere_store(position, i, plane, points);
+  hemisphere_store(normal, i, plane, points + 3 * plane);
+  hemisphere_store(face * params.push, i, plane, points + 6 * plane);
 }
 
 /// Rays [first_ray, first_ray + rays) of samples [first, first + stride), a row a ray: position and
@@ -205,7 +253,7 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
     code = vload8(0, turns + params.first + lane);
   }
   hemisphere_lanes lanes;
-  hemisphere_load(params, points + lane, own, code, turn_table, &lanes);
+  hemisphere_load(params, points + params.first_point + lane, own, code, turn_table, &lanes);
   float8 origin[3], opposite[3];
   hemisphere_ray(params, &lanes, row, ring_first, ring_size, directions, origin, opposite);
   const size_t plane = params.ray_capacity;

@@ -23,8 +23,8 @@ static KILN_STREAM_CALL void hemisphere_fill(const kiln_hemisphere_params params
                                              uint first_row, uint rows, global float* rays) {
   for (uint i = 0; i < samples; i += LANES) {
     hemisphere_lanes lanes;
-    hemisphere_load(params, points + lane + i, false, vload8(0, turns + params.first + lane + i),
-                    turn_table, &lanes);
+    hemisphere_load(params, points + params.first_point + lane + i, false,
+                    vload8(0, turns + params.first + lane + i), turn_table, &lanes);
     global float* to = rays + i;
     for (uint row = first_row; row < first_row + rows; ++row, to += samples) {
       float8 origin[3], opposite[3];

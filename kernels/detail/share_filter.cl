@@ -7,7 +7,7 @@
 //
 // kernel              global  local  memory traffic an item
 // kiln_share_weights  texels  64     reads 56 B + 8 points (gathered), writes 32 B
-// kiln_share_smooth   texels  64     reads 72 B + 8 values (gathered), writes 8 B
+// kiln_share_smooth   texels  64     reads 40 B + 8 values (gathered), writes 8 B
 //
 // Strengths: a step costs as much as reading one ray. Limits: what lies between texels is not known: where a
 // shadow's edge crosses a flat face, only the host's choice of how often to smooth protects it.
@@ -24,13 +24,12 @@ static inline float3 share_vector(global const float* points, size_t plane, size
   return (float3)(points[i], points[i + plane], points[i + 2 * plane]);
 }
 
-/// How much of each neighbour a step takes. They and the texel's own part sum to 1.
-/// \param neighbours  a plane each: their numbers, the texel's own where there is none
+/// How much of each neighbour a step takes, in 256ths, above its number. They and the texel's own part sum to 1.
+/// \param neighbours  a plane each: their numbers, below 2^24, the texel's own where there is none
 /// \param points      positions, then unit normals, a plane each axis
 kernel void kiln_share_weights(const kiln_share_params params,
-                               global const uint* restrict neighbours,
-                               global const float* restrict points,
-                               global float* restrict weights) {
+                               global uint* restrict neighbours,
+                               global const float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
@@ -55,14 +54,13 @@ kernel void kiln_share_weights(const kiln_share_params params,
     sum += away[k];
   }
   for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-    weights[i + k * (size_t)params.stride] = away[k] / sum;
+    neighbours[i + k * (size_t)params.stride] |= (uint)(away[k] / sum * 256.0f) << 24;
   }
 }
 
 /// One step of both estimates.
 kernel void kiln_share_smooth(const kiln_share_params params,
                               global const uint* restrict neighbours,
-                              global const float* restrict weights,
                               global const float* restrict from,
                               global float* restrict to) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -71,8 +69,9 @@ kernel void kiln_share_smooth(const kiln_share_params params,
   float own = 1.0f;
   float2 sum = (float2)(0.0f);
   for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-    const float weight = weights[i + k * (size_t)params.stride];
-    sum += weight * vload2(neighbours[i + k * (size_t)params.stride], from);
+    const uint packed = neighbours[i + k * (size_t)params.stride];
+    const float weight = (float)(packed >> 24) * (1.0f / 256.0f);
+    sum += weight * vload2(packed & 0xffffffu, from);
     own -= weight;
   }
   vstore2(sum + own * vload2(i, from), i, to);

@@ -21,7 +21,7 @@
 struct kiln_hemisphere_params {
   kiln_uint first;         // first sample of this launch
   kiln_uint count;         // its samples
-  kiln_uint stride;        // count rounded up to lanes: samples of a row of rays, and of a plane of points
+  kiln_uint stride;        // count rounded up to lanes: samples of a row of rays
   kiln_uint first_ray;     // of a sample
   kiln_uint rays;          // of a sample, in this launch
   kiln_uint all_rays;      // of a sample, in all
@@ -40,19 +40,23 @@ struct kiln_hemisphere_params {
   kiln_float light_y;
   kiln_float light_z;
   kiln_uint by_sample;  // 1: a sample's rays lie one after another; 0: a row of rays holds one of each sample
+  kiln_uint first_point;  // of the first sample, in the points
+  kiln_uint plane;        // elements of one plane of the points
+  kiln_uint by_list;      // 1: points of samples that are listed; 0: of those from `first` on
 };
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
-KILN_CHECK_SIZE(kiln_hemisphere_params, 84);
+KILN_CHECK_SIZE(kiln_hemisphere_params, 96);
 
 struct kiln_pick_params {
   kiln_uint count;         // samples picked
   kiln_uint low_capacity;  // elements of one plane of the low poly's samples
   kiln_uint hit_capacity;  // ... of the correspondence
   kiln_uint out_capacity;  // ... of all that is written
-  kiln_uint more_turn;     // added to where each sample's rays are turned to
+  kiln_uint by_key;        // 1: turns are made of keys (kiln_hemisphere_keys); 0: copied
+  kiln_uint round;         // by key: other rays in each round
 };
 typedef struct kiln_pick_params kiln_pick_params;
-KILN_CHECK_SIZE(kiln_pick_params, 20);
+KILN_CHECK_SIZE(kiln_pick_params, 24);
 
 /// How kiln_hemisphere_cast goes about it.
 struct kiln_cast_params {
@@ -66,8 +70,10 @@ KILN_CHECK_SIZE(kiln_cast_params, 12);
 struct kiln_turn_params {
   kiln_uint texel_count;
   kiln_uint first_texel;  // place in the map of the band's first texel
+  kiln_uint width;        // of the map
+  kiln_uint slot_bits;    // that places within a texel need
 };
 typedef struct kiln_turn_params kiln_turn_params;
-KILN_CHECK_SIZE(kiln_turn_params, 8);
+KILN_CHECK_SIZE(kiln_turn_params, 16);
 
 #endif
