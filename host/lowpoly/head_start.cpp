@@ -250,42 +250,6 @@ std::vector<std::uint32_t> dense_parts(const std::vector<Triangle>& dense, const
   return result;
 }
 
-/// Drops crumbs: a few triangles that were cut off a part of the dense mesh that is there without them.
-void drop_crumbs(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
-                 const std::vector<std::uint32_t>& origin, const SideLists& dense_sides) {
-  Joined parts(origin.size());
-  for (const Triangle& t : triangles) {
-    parts.join(t[0], t[1]);
-    parts.join(t[1], t[2]);
-  }
-  std::vector<std::uint32_t> size(origin.size(), 0);
-  for (const Triangle& t : triangles) ++size[parts.of(t[0])];
-  std::vector<std::uint8_t> torn(origin.size(), 0);  // Small parts beside a cut.
-  bool any = false;
-  for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
-    for (const std::uint32_t end : {v, origin[v]}) {
-      const std::uint32_t part = parts.of(end);
-      torn[part] = size[part] > 0 && size[part] <= kCrumb;
-      any = any || torn[part] != 0;
-    }
-  }
-  if (!any) return;
-  // Of a crumb, all vertices that one dense part alone has are of the same: it was cut off that.
-  const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
-  std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense parts of which more is left.
-  std::vector<std::uint32_t> cut_off(origin.size(), kNoVertex);  // What crumbs were cut off.
-  for (std::uint32_t v = 0; v < origin.size(); ++v) {
-    const std::uint32_t from = dense_part[origin[v]], part = parts.of(v);
-    if (from == kNoVertex) continue;
-    if (size[part] > kCrumb) lives[from] = 1;
-    if (torn[part] != 0) cut_off[part] = from;
-  }
-  for (std::size_t part = 0; part < torn.size(); ++part) {
-    if (torn[part] != 0) torn[part] = cut_off[part] != kNoVertex && lives[cut_off[part]] != 0;
-  }
-  std::erase_if(triangles, [&](const Triangle& t) { return torn[parts.of(t[0])] != 0; });
-}
-
 /// Triangles that face away from the dense triangles around their corners.
 /// \param origin  of each vertex of `triangles`, the dense one
 std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<Triangle>& dense,
@@ -328,6 +292,41 @@ std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<T
 }
 
 }  // namespace
+
+void drop_crumbs(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
+                 const std::vector<std::uint32_t>& origin, const SideLists& dense_sides) {
+  Joined parts(origin.size());
+  for (const Triangle& t : triangles) {
+    parts.join(t[0], t[1]);
+    parts.join(t[1], t[2]);
+  }
+  std::vector<std::uint32_t> size(origin.size(), 0);
+  for (const Triangle& t : triangles) ++size[parts.of(t[0])];
+  std::vector<std::uint8_t> torn(origin.size(), 0);  // Small parts beside a cut.
+  bool any = false;
+  for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
+    for (const std::uint32_t end : {v, origin[v]}) {
+      const std::uint32_t part = parts.of(end);
+      torn[part] = size[part] > 0 && size[part] <= kCrumb;
+      any = any || torn[part] != 0;
+    }
+  }
+  if (!any) return;
+  // Of a crumb, all vertices that one dense part alone has are of the same: it was cut off that.
+  const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
+  std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense parts of which more is left.
+  std::vector<std::uint32_t> cut_off(origin.size(), kNoVertex);  // What crumbs were cut off.
+  for (std::uint32_t v = 0; v < origin.size(); ++v) {
+    const std::uint32_t from = dense_part[origin[v]], part = parts.of(v);
+    if (from == kNoVertex) continue;
+    if (size[part] > kCrumb) lives[from] = 1;
+    if (torn[part] != 0) cut_off[part] = from;
+  }
+  for (std::size_t part = 0; part < torn.size(); ++part) {
+    if (torn[part] != 0) torn[part] = cut_off[part] != kNoVertex && lives[cut_off[part]] != 0;
+  }
+  std::erase_if(triangles, [&](const Triangle& t) { return torn[parts.of(t[0])] != 0; });
+}
 
 /// meshoptimizer leaves pairs of triangles back to back, and edges with four triangles, where the high
 /// poly had none: the former are removed, the latter cut. It also lets no triangle turn over, but as seen
