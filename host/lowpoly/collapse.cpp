@@ -30,7 +30,7 @@ constexpr std::size_t kMostPoorRounds = 4;
 }  // namespace
 
 bool EdgeCollapser::Entry::operator<(const Entry& o) const {
-  return std::tie(cost, a, b) > std::tie(o.cost, o.a, o.b);
+  return cost != o.cost ? cost > o.cost : std::tie(a, b) > std::tie(o.a, o.b);
 }
 
 EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule, Snap snap)
@@ -301,6 +301,8 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
   if (mover == kNoVertex) return false;
   mesh_.points[mover] = best;
   ++stamps_[mover];
+  mesh_.gather(mover, near_a_);
+  for (const CollapseMesh::Neighbour& n : near_a_) push(mover, n.vertex);
   return true;
 }
 

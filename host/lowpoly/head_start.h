@@ -2,8 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "lowpoly/simplify_input.h"
+#include "mesh/vertex_lists.h"
 
 namespace kiln {
 
@@ -11,6 +15,15 @@ namespace kiln {
 /// meshoptimizer: it places vertices less well than EdgeCollapser but is ten times as fast. Meshes of 250,000 triangles and more go piece by
 /// piece, on all threads; the pieces depend on the mesh alone. Nothing is done
 /// where it would not help, or where it would turn a triangle of a height field over.
-void head_start(Work& work, std::size_t faces, double error, bool height_field);
+/// \param untouched  where triangles stay as they are
+void head_start(Work& work, std::size_t faces, double error, bool height_field,
+                std::span<const Place> untouched);
+
+/// Drops crumbs: up to 64 triangles beside a cut, of a part of the dense mesh (that hangs together by edges) of which
+/// more is left.
+/// \param triangles  in, out
+/// \param origin     of each vertex, the dense one; what cuts have made comes after the dense ones
+void drop_crumbs(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
+                 const std::vector<std::uint32_t>& origin, const SideLists& dense_sides);
 
 }  // namespace kiln

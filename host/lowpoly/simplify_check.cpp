@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/parallel.h"
 #include "lowpoly/height_rule.h"
 #include "mesh/vertex_lists.h"
 
@@ -25,8 +26,9 @@ constexpr double kReach = 0.02;
 /// And how much farther triangles are kept.
 constexpr double kSpare = 0.01;
 /// Cells a side of the grid that finds dense triangles near some place.
-constexpr int kCells = 64;
+constexpr int kCells = 128;
 constexpr double kNoArea = 1e-12;
+constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
 
 TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) {
   return {points[t[0]], points[t[1]], points[t[2]]};
@@ -126,12 +128,18 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
       std::equal(needed.begin(), needed.end(), marked_.begin(), marked_.end(),
                  [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
   if (known) return;
+  std::vector<std::uint8_t> is_near(triangles_.size(), 0);
+  parallel_for(triangles_.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
+    Vec3d from, to;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = triangles_[i];
+      bounds({Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]), Vec3d(positions_[t[2]])}, from, to);
+      each_cell(from, to, [&](std::size_t cell) { is_near[i] = is_near[i] | marked[cell]; });
+    }
+  });
   near_.clear();
-  for (const Triangle& t : triangles_) {
-    bounds({Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]), Vec3d(positions_[t[2]])}, low, high);
-    bool any = false;
-    each_cell(low, high, [&](std::size_t cell) { any = any || marked[cell] != 0; });
-    if (any) near_.push_back(t);
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    if (is_near[i] != 0) near_.push_back(triangles_[i]);
   }
   surface_ = std::make_unique<SurfaceDistance>(positions_, near_);
   marked_ = std::move(marked);

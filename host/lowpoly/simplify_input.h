@@ -17,11 +17,25 @@ struct SourceTriangle {
   std::uint32_t first;  ///< Its corner that comes first now.
 };
 
+/// A triangle that faces away from the surface that it stands for.
+struct Fold {
+  std::uint32_t triangle;
+  Vec3d surface;  ///< The high poly's normal there, of any length.
+};
+
+/// A ball.
+struct Place {
+  Vec3d center;
+  double radius;
+};
+
 /// A mesh as the collapser takes it: welded, centred, its bounding box's diagonal 1.
 struct Work {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
   std::vector<SourceTriangle> sources;  ///< By triangle; empty once a head start has made new ones.
+  std::vector<Fold> folds;              ///< That a head start left.
+  std::vector<Vec3d> torn;  ///< Where it left edges of too many triangles, which were cut.
 };
 
 /// Between the mesh's own coordinates and the collapser's.

@@ -15,10 +15,10 @@
 namespace kiln {
 namespace {
 
-/// Denser meshes are first brought down to this many faces, or to a few times the goal if that is
-/// more.
-constexpr std::size_t kDirectLimit = 100'000;
-constexpr std::size_t kHeadStartShare = 4;
+/// Denser meshes are first brought down to kDirectLimit or, on the way to few faces, less.
+constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000;
+/// But to no less than so many times the goal: up to the limit, and above it.
+constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
 /// Samples of the high poly that the deviation is measured at, at most.
 constexpr std::uint64_t kMostSamples = 1 << 18;
 /// And while looking for the low poly that meets a bound.
@@ -28,6 +28,18 @@ constexpr std::uint64_t kGuidingSamples = 1 << 14;
 constexpr std::size_t kLeastToFit = 6;
 /// How often flaws are looked for and mended.
 constexpr int kMendingRounds = 4;
+/// How far around flaws the high poly stays as it is when a head start is made again, a share of the diagonal.
+constexpr double kAroundFlaws = 0.01;
+/// Head starts at most, and places in all: where these are not enough, a head start does not help.
+constexpr int kMostStarts = 4;
+constexpr std::size_t kMostPlaces = 256;
+
+/// To how many faces a head start goes. \param faces  goal; 0: by error
+std::size_t goal_of_start(std::size_t faces) {
+  if (faces == 0) return kDirectLimit;
+  const std::size_t small = std::clamp(kStartShare * faces, kLeastStart, kDirectLimit);
+  return std::max(small, kLargeStartShare * faces);
+}
 
 void warn_of_flaws(SimplifyReport& report) {
   const auto warn = [&](const char* code, std::uint64_t count, const char* what) {
@@ -45,8 +57,27 @@ void warn_of_flaws(SimplifyReport& report) {
 
 }  // namespace
 
+/// Turns folded triangles back, as far as that goes.
+void Shrinking::unfold(std::span<const Fold> folds) {
+  constexpr int kRounds = 3;  // One fold may be in another's way.
+  for (int round = 0; round < kRounds; ++round) {
+    bool any = false;
+    for (const Fold& fold : folds) {
+      const auto bad = [&](const TriangleCorners& p) {
+        const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+        return !(dot(normal, fold.surface) > 0);
+      };
+      const Triangle& t = mesh_.triangles[fold.triangle];
+      if (mesh_.alive[fold.triangle] == 0) continue;
+      if (!bad({mesh_.points[t[0]], mesh_.points[t[1]], mesh_.points[t[2]]})) continue;
+      any = collapser_.mend(fold.triangle, bad) || any;
+    }
+    if (!any) return;
+  }
+}
+
 SimplifyResult SimplifyJob::to_count(const Work& work) const {
-  Shrinking shrinking(work.points, work.triangles, layout(), options_, scale_);
+  Shrinking shrinking(work, layout(), options_, scale_);
   shrinking.collapser().run(options_.faces);
   SimplifyResult result;
   shrinking.extract(result);
@@ -59,7 +90,7 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) const {
   // A few samples guide the search. All of them then decide, and narrow the guide's bound if need be.
   double guide = 0.9 * bound;
   for (int attempt = 0; attempt < 4; ++attempt) {
-    Shrinking shrinking(work.points, work.triangles, layout(), options_, scale_);
+    Shrinking shrinking(work, layout(), options_, scale_);
     SimplifyResult best;
     std::size_t faces = std::numeric_limits<std::size_t>::max();
     for (double distance = 0.05 * bound; distance < 8 * bound; distance *= 1.2) {
@@ -106,6 +137,15 @@ bool SimplifyJob::is_good(const SimplifyResult& result) {
   const std::uint64_t rims = count_rims(result.triangles, result.points.size());
   const std::uint64_t before = rims == 0 ? 0 : count_rims(dense_.triangles, dense_.points.size());
   report_.holes = rims > before ? rims - before : 0;
+  flawed_.clear();
+  for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
+    for (const std::uint32_t t : *list) {
+      const Triangle& v = result.triangles[t];
+      const Vec3d &a = result.points[v[0]], &b = result.points[v[1]], &c = result.points[v[2]];
+      const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+      flawed_.push_back({(a + b + c) * (1.0 / 3), longest + kAroundFlaws});
+    }
+  }
   return flaws.none() && report_.holes == 0;
 }
 
@@ -125,12 +165,13 @@ bool SimplifyJob::fit(SimplifyResult& result) {
 }
 
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
-Work SimplifyJob::start(std::size_t faces) const {
-  const std::size_t near_goal = std::max(kDirectLimit, kHeadStartShare * faces);
+Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched) const {
+  const std::size_t near_goal = goal_of_start(faces);
   Work work = dense_;
-  if (work.triangles.size() > near_goal && !options_.keep_uvs && !options_.hull) {
+  if (work.triangles.size() > std::max(kDirectLimit, near_goal) && !options_.keep_uvs &&
+      !options_.hull) {
     head_start(work, near_goal, options_.faces == 0 ? 0.1 * options_.max_error : 1.0,
-               options_.height_field);
+               options_.height_field, untouched);
   }
   return work;
 }
@@ -138,7 +179,7 @@ Work SimplifyJob::start(std::size_t faces) const {
 std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> faces) const {
   std::vector<SimplifyResult> results;
   const Work work = start(faces.empty() ? 0 : faces.front());
-  Shrinking shrinking(work.points, work.triangles, layout(), options_, scale_);
+  Shrinking shrinking(work, layout(), options_, scale_);
   for (const std::uint32_t goal : faces) {
     const std::size_t before = shrinking.faces();
     shrinking.collapser().run(goal);
@@ -157,27 +198,52 @@ Mesh SimplifyJob::run(SimplifyResult mended, bool with_deviation) {
   return finish(mended);
 }
 
-/// The low poly, mended; from the high poly itself where a head start left what cannot be mended.
-SimplifyResult SimplifyJob::solve() {
+/// The low poly of what a head start left, or of the high poly itself. \returns whether it is good
+/// \param last  whether to take it in any case
+bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) {
   const bool by_error = options_.faces == 0;
-  const Work work = start(options_.faces);
-  const bool started = work.triangles.size() < dense_.triangles.size();
-  for (const Work* from : {&work, &std::as_const(dense_)}) {
-    SimplifyResult result = by_error ? within(options_.max_error, *from) : to_count(*from);
-    if (result.triangles.empty() && from == &work && started) continue;
-    if (result.triangles.empty()) return unchanged();
-    if (fit(result)) return result;
-    SimplifyResult mended = result;
-    report_.mended = mend(mended);
-    if (by_error && report_.mended > 0) mended.deviation = measure(mended, kMostSamples);
-    if (by_error && mended.deviation.largest > options_.max_error) {
-      report_.mended = 0;  // The bound comes first.
-    } else {
-      result = std::move(mended);
-    }
-    if (is_good(result) || from == &dense_ || !started) return result;
+  result = by_error ? within(options_.max_error, work) : to_count(work);
+  if (result.triangles.empty()) {
+    if (last) result = unchanged();
+    return last;
   }
-  return unchanged();
+  if (fit(result)) return true;
+  SimplifyResult mended = result;
+  report_.mended = mend(mended);
+  if (by_error && report_.mended > 0) mended.deviation = measure(mended, kMostSamples);
+  if (by_error && mended.deviation.largest > options_.max_error) {
+    report_.mended = 0;  // The bound comes first.
+  } else {
+    result = std::move(mended);
+  }
+  return is_good(result) || last;
+}
+
+/// Where the next head start should leave the high poly as it is.
+std::vector<Place> SimplifyJob::flawed_places(const Work& work) const {
+  std::vector<Place> places = flawed_;
+  if (report_.holes > 0) {
+    for (const Vec3d& p : work.torn) places.push_back({p, kAroundFlaws});
+  }
+  return places;
+}
+
+/// The low poly, mended; where a head start left what cannot be mended, from one that leaves the high poly as it is
+/// there; where that does not end, from the high poly itself.
+SimplifyResult SimplifyJob::solve() {
+  SimplifyResult result;
+  std::vector<Place> places;
+  for (int attempt = 0; attempt < kMostStarts; ++attempt) {
+    const Work work = start(options_.faces, places);
+    if (work.triangles.size() == dense_.triangles.size()) break;
+    if (try_from(work, false, result)) return result;
+    if (result.triangles.empty()) break;
+    const std::vector<Place> flawed = flawed_places(work);
+    places.insert(places.end(), flawed.begin(), flawed.end());
+    if (flawed.empty() || places.size() > kMostPlaces) break;
+  }
+  try_from(dense_, true, result);
+  return result;
 }
 
 void SimplifyJob::warn_of_count(const SimplifyResult& result) {

@@ -29,6 +29,11 @@ struct SimplifyResult {
 /// A mesh under simplification, with what must be kept of it.
 class Shrinking {
  public:
+  Shrinking(const Work& work, const Layout* layout, const SimplifyOptions& options,
+            const Scale& scale)
+      : Shrinking(work.points, work.triangles, layout, options, scale) {
+    unfold(work.folds);
+  }
   Shrinking(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
             const Layout* layout, const SimplifyOptions& options, const Scale& scale)
       : mesh_(points, triangles),
@@ -58,6 +63,7 @@ class Shrinking {
   }
 
  private:
+  void unfold(std::span<const Fold> folds);
   CollapseRule* rule() const {
     if (layout_) return layout_.get();
     if (height_) return height_.get();
@@ -101,12 +107,14 @@ class SimplifyJob {
   SimplifyResult unchanged() const { return {dense_.points, dense_.triangles, layout_, {}}; }
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work) const;
-  Work start(std::size_t faces) const;
+  Work start(std::size_t faces, std::span<const Place> untouched = {}) const;
   SimplifyResult solve();
   Mesh finish(const SimplifyResult& result);
   bool fit(SimplifyResult& result);
   std::size_t mend(SimplifyResult& result);
   bool is_good(const SimplifyResult& result);
+  bool try_from(const Work& work, bool last, SimplifyResult& result);
+  std::vector<Place> flawed_places(const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
   Mesh assemble(const SimplifyResult& result) const;
 
@@ -120,6 +128,7 @@ class SimplifyJob {
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
+  std::vector<Place> flawed_;  ///< Triangles of the last result looked at that are no good.
 };
 
 }  // namespace kiln

@@ -19,8 +19,8 @@ enum class LevelRule {
 };
 
 /// The meshes that simplify() passes on its way down. Each is the very mesh that simplify() makes of that
-/// number of faces, as long as none has more than 25,000 faces or the high poly has at most 100,000;
-/// else the smaller ones may differ a little, since finer meshes need a finer head start.
+/// number of faces where the high poly has at most 100,000, or where all have the same head start (none has more than
+/// 5,000 faces); else the smaller ones may differ a little, since finer meshes need a finer head start.
 class SimplifyLevels {
  public:
   /// \param high   must outlive this

@@ -5,8 +5,6 @@
 #include <numeric>
 #include <utility>
 
-#include "mesh/vertex_lists.h"
-
 namespace kiln {
 namespace {
 
@@ -58,8 +56,11 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
 bool has_repeated_sides(std::span<const Triangle> triangles) {
   std::uint32_t last = 0;
   for (const Triangle& t : triangles) last = std::max({last, t[0], t[1], t[2]});
-  const SideLists lists(triangles, std::size_t{last} + 1);
-  for (std::size_t v = 0; v <= last; ++v) {
+  return has_repeated_sides(SideLists(triangles, std::size_t{last} + 1));
+}
+
+bool has_repeated_sides(const SideLists& lists) {
+  for (std::size_t v = 0; v < lists.vertices(); ++v) {
     const std::span<const SideLists::Item> sides = lists.of(v);
     for (std::size_t i = 1; i < sides.size(); ++i) {
       if (sides[i].key == sides[i - 1].key) return true;

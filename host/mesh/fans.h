@@ -6,11 +6,14 @@
 #include <vector>
 
 #include "kiln/types.h"
+#include "mesh/vertex_lists.h"
 
 namespace kiln {
 
 /// Whether two triangles run along an edge in the same sense: never so on an oriented manifold.
 bool has_repeated_sides(std::span<const Triangle> triangles);
+/// The same where the sides are at hand.
+bool has_repeated_sides(const SideLists& sides);
 
 /// Removes pairs of triangles with the same corners and opposite senses. Closed meshes stay closed.
 void remove_back_to_back(std::vector<Triangle>& triangles);

@@ -1,0 +1,136 @@
+// The head start of very high polys: what it may not leave, and what it leaves alone.
+#include "lowpoly/head_start.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "lowpoly/simplify_job.h"
+#include "mesh/fans.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kGoal = 50'000;
+
+/// Between 0 and 1.
+double noise(std::uint32_t v) {
+  v = (v ^ 61U ^ (v >> 16)) * 9U;
+  v = (v ^ (v >> 4)) * 0x27d4eb2dU;
+  return static_cast<double>((v ^ (v >> 15)) & 0xffffU) / 65535;
+}
+
+/// A sphere of 327,680 triangles, its radius off by up to `rough` of it at each vertex.
+Work rough_sphere(double rough) {
+  const Mesh sphere = test::icosphere(7);
+  Work work;
+  for (std::uint32_t v = 0; v < sphere.positions.size(); ++v) {
+    work.points.push_back(Vec3d(sphere.positions[v]) * (0.28 * (1 + rough * noise(v))));
+  }
+  work.triangles = sphere.triangles;
+  return work;
+}
+
+/// Triangles that face the middle.
+std::size_t facing_in(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles) {
+  std::size_t count = 0;
+  for (const Triangle& t : triangles) {
+    const Vec3d normal = cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
+    count += dot(normal, points[t[0]] + points[t[1]] + points[t[2]]) < 0;
+  }
+  return count;
+}
+
+std::size_t in_use(const std::vector<Triangle>& triangles) {
+  std::set<std::uint32_t> used;
+  for (const Triangle& t : triangles) used.insert(t.begin(), t.end());
+  return used.size();
+}
+
+TEST(HeadStart, LeavesOnePartOfASphere) {
+  for (const double rough : {0.01, 0.03, 0.1}) {
+    Work work = rough_sphere(rough);
+    head_start(work, kGoal, 1, false, {});
+    EXPECT_LT(work.triangles.size(), 1.3 * kGoal);
+    EXPECT_EQ(count_components(work.triangles, work.points.size()), 1U);
+    // Closed, without handles.
+    EXPECT_EQ(in_use(work.triangles), work.triangles.size() / 2 + 2);
+  }
+}
+
+/// Four triangles over four vertices.
+std::vector<Triangle> tetrahedron(std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                                  std::uint32_t d) {
+  return {{a, b, c}, {a, d, b}, {b, d, c}, {c, d, a}};
+}
+
+TEST(HeadStart, DropsCrumbsThatWereCutOff) {
+  const std::vector<Triangle> sphere = test::icosphere(3).triangles;
+  constexpr std::uint32_t kVertices = 642;
+  std::vector<std::uint32_t> origin(kVertices);
+  std::iota(origin.begin(), origin.end(), 0U);
+  origin.insert(origin.end(), {5, 90});  // A cut made two vertices more.
+  std::vector<Triangle> triangles = sphere;
+  std::erase_if(triangles, [](const Triangle& t) {  // The crumb's own vertices are no longer there.
+    return std::ranges::any_of(t, [](std::uint32_t v) { return v == 300 || v == 301; });
+  });
+  const std::vector<Triangle> rest = triangles;
+  for (const Triangle& t : tetrahedron(kVertices, kVertices + 1, 300, 301)) triangles.push_back(t);
+  drop_crumbs(triangles, sphere, origin, SideLists(sphere, kVertices));
+  EXPECT_EQ(triangles, rest);
+}
+
+TEST(HeadStart, KeepsSmallPartsOfTheHighPoly) {
+  // A tetrahedron that touches the sphere at vertex 5, where a cut takes them apart.
+  std::vector<Triangle> dense = test::icosphere(3).triangles;
+  for (const Triangle& t : tetrahedron(5, 642, 643, 644)) dense.push_back(t);
+  std::vector<Triangle> triangles = test::icosphere(3).triangles;
+  for (const Triangle& t : tetrahedron(645, 642, 643, 644)) triangles.push_back(t);
+  std::vector<std::uint32_t> origin(645);
+  std::iota(origin.begin(), origin.end(), 0U);
+  origin.push_back(5);
+  const std::vector<Triangle> all = triangles;
+  drop_crumbs(triangles, dense, origin, SideLists(dense, 645));
+  EXPECT_EQ(triangles, all);
+}
+
+TEST(HeadStart, ItsFoldsAreTurnedBack) {
+  Work work = rough_sphere(0.01);
+  head_start(work, kGoal, 1, false, {});
+  const std::size_t before = facing_in(work.points, work.triangles);
+  ASSERT_GT(before, 20U);
+  const Mesh unit = test::icosphere(2);
+  const SimplifyOptions options;
+  const Shrinking shrinking(work, nullptr, options, Scale(unit, unit.triangles));
+  SimplifyResult after;
+  shrinking.extract(after);
+  EXPECT_GT(after.triangles.size(), work.triangles.size() * 9 / 10);
+  EXPECT_LT(facing_in(after.points, after.triangles), before / 2);
+}
+
+TEST(HeadStart, LeavesPlacesUntouched) {
+  const Work dense = rough_sphere(0.01);
+  Work work = dense;
+  const std::vector<Place> places{{{0.28, 0, 0}, 0.03}, {{0, -0.28, 0}, 0.02}};
+  head_start(work, kGoal, 1, false, places);
+  const std::set<Triangle> left(work.triangles.begin(), work.triangles.end());
+  std::size_t inside = 0;
+  for (const Triangle& t : dense.triangles) {
+    bool in = false;
+    for (const Place& place : places) {
+      in = in || length(dense.points[t[0]] - place.center) < place.radius;
+    }
+    inside += in;
+    if (in) EXPECT_TRUE(left.contains(t));
+  }
+  EXPECT_GT(inside, 100U);
+  EXPECT_LT(work.triangles.size(), 1.3 * kGoal + static_cast<double>(inside));
+}
+
+}  // namespace
+}  // namespace kiln
