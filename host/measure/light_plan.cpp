@@ -36,11 +36,7 @@ class LightPlanner {
     may_leave_map_out_ = options.may_leave_map_out && options.bounds.empty();
     if (options.choose_rays) leave_to_rays(options.bounds, bake_);
     bits_ = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
-    for (const MapInfo& info : maps()) {
-      const auto asked = std::count(bake_.maps.begin(), bake_.maps.end(), info.kind);
-      channels_.insert(channels_.end(), static_cast<std::size_t>(asked), info.channels);
-    }
-    channels_.insert(channels_.end(), bake_.transfers.size() + bake_.own_maps.size(), 4);
+    channels_ = map_channels(bake_);
     largest_ = std::min(bake_.width, bake_.height);
     for (std::uint32_t size = kSmallestMap; size <= largest_; size *= 2) sizes_.push_back(size);
   }
@@ -165,6 +161,12 @@ class LightPlanner {
   }
 
   LightTrial trial_of(std::size_t level, std::uint32_t size) {
+    LightTrial trial = guess_of(level, size);
+    trial.expected = looks_.model().expected(level, size);
+    return trial;
+  }
+
+  LightTrial guess_of(std::size_t level, std::uint32_t size) const {
     LightTrial trial;
     trial.faces = looks_.levels().faces(level);
     trial.positions = looks_.levels().vertices(level);
@@ -174,7 +176,7 @@ class LightPlanner {
     trial.bits = bits_;
     trial.method = bake_.method;
     trial.bytes = bytes(level, size);
-    trial.expected = looks_.model().expected(level, size);
+    trial.expected = looks_.model().guessed(level, size);
     return trial;
   }
 
@@ -187,12 +189,18 @@ class LightPlanner {
     return options_.max_error * (1 - kCare * static_cast<double>(misses));
   }
 
+  /// 0: without a map.
+  std::vector<std::uint32_t> all_sizes() const {
+    std::vector<std::uint32_t> sizes = sizes_;
+    if (may_leave_map_out_) sizes.insert(sizes.begin(), 0);
+    return sizes;
+  }
+
   /// For each size the fewest faces that are expected to do.
   /// Those that weigh far more than others are left out, since looking at fine meshes takes long.
   std::vector<std::pair<std::size_t, std::uint32_t>> pairs() {
     std::vector<std::pair<std::size_t, std::uint32_t>> result;
-    std::vector<std::uint32_t> sizes = sizes_;
-    if (may_leave_map_out_) sizes.insert(sizes.begin(), 0);
+    std::vector<std::uint32_t> sizes = all_sizes();
     // What was tried last is about right, and tells what is far more.
     const auto first = std::find(sizes.begin(), sizes.end(), plan_.trials.back().size);
     if (first != sizes.end()) std::rotate(sizes.begin(), first, sizes.end());
@@ -205,6 +213,8 @@ class LightPlanner {
       };
       while (finest < last && weight(finest) > kFarMore * least) ++finest;
       const double aim = aim_at(size);
+      if (weight(finest) > kFarMore * least) continue;
+      if (looks_.model().guessed(finest, size) > kSurely * aim) continue;
       const auto level = looks_.model().fewest(
           [&](std::size_t i) { return looks_.model().expected(i, size) <= aim; }, finest);
       if (!level) continue;
@@ -286,12 +296,7 @@ class LightPlanner {
     made.low = looks_.laid_out(std::move(made.low), options_, size, made.unwrapped);
     plan_.seconds_unwrap += watch.lap();
     made.bake = bake_options(size);
-    BakeOptions plain = made.bake;
-    plain.maps = {MapKind::normal};
-    plain.transfers.clear();
-    plain.own_maps.clear();
-    plain.raw = plain.two_component = plain.report_errors = plain.keep_match = false;
-    plain.recall = 0;
+    BakeOptions plain = normals_alone(made.bake);
     plain.mips = learn;
     const BakeResult result = bake_drawn(impl_of(source_), made.low, plain, nullptr);
     const Stopwatch measuring;
@@ -332,11 +337,19 @@ class LightPlanner {
     if (better) best_ = std::move(made);
   }
 
+  /// Nothing is looked at for this: what is not known is guessed.
   void fill_trade() {
-    for (const auto& [level, size] : pairs()) plan_.trade.push_back(trial_of(level, size));
-    for (const auto& [level, node] : looks_.model().known()) {
-      if (may_leave_map_out_) plan_.outlook.push_back(trial_of(level, 0));
-      for (const std::uint32_t size : sizes_) plan_.outlook.push_back(trial_of(level, size));
+    const LightModel& model = looks_.model();
+    const double most = kShown * static_cast<double>(plan_.chosen.bytes.total());
+    const std::vector<std::uint32_t> sizes = all_sizes();
+    for (const std::uint32_t size : sizes) {
+      std::size_t level = model.count();
+      while (level > 0 && model.guessed(level - 1, size) > aim_at(size)) --level;
+      if (level == 0 || static_cast<double>(bytes(level - 1, size).total()) > most) continue;
+      plan_.trade.push_back(guess_of(level - 1, size));
+    }
+    for (const auto& [level, node] : model.known()) {
+      for (const std::uint32_t size : sizes) plan_.outlook.push_back(guess_of(level, size));
       plan_.levels.push_back(
           {looks_.levels().faces(level), looks_.levels().vertices(level), node.plain, node.limit});
     }
