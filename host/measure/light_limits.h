@@ -18,7 +18,7 @@ inline constexpr double kFarMore = 1.5;
 /// A mesh whose guessed error is so many times the one wanted is not looked at.
 inline constexpr double kSurely = 1.3;
 /// Times the lightest: what of other sizes is shown beside it.
-inline constexpr double kShown = 4;
+inline constexpr std::uint64_t kShown = 4;
 /// Another size that is expected to weigh at most so many times as much is tried, in case it does better: with this
 /// share of the bytes, unless a map of it was made with faces within this factor.
 inline constexpr double kNearlyAsLight = 1.25, kLighter = 0.95, kOtherFaces = 1.5;

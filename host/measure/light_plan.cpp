@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <string>
 #include <utility>
 
@@ -122,8 +121,6 @@ class LightPlanner {
     return false;
   }
 
-  void say(double done, const char* doing) { Heartbeat::at(done, doing); }
-
   /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
   /// as many bytes of texels as of vertices.
   void first_map() {
@@ -189,8 +186,7 @@ class LightPlanner {
     return options_.max_error * (1 - kCare * static_cast<double>(misses));
   }
 
-  /// 0: without a map.
-  std::vector<std::uint32_t> all_sizes() const {
+  std::vector<std::uint32_t> all_sizes() const {  // 0: without a map
     std::vector<std::uint32_t> sizes = sizes_;
     if (may_leave_map_out_) sizes.insert(sizes.begin(), 0);
     return sizes;
@@ -214,7 +210,7 @@ class LightPlanner {
       while (finest < last && weight(finest) > kFarMore * least) ++finest;
       const double aim = aim_at(size);
       if (weight(finest) > kFarMore * least) continue;
-      if (looks_.model().guessed(finest, size) > kSurely * aim) continue;
+      if (finest > 0 && looks_.model().guessed(finest, size) > kSurely * aim) continue;
       const auto level = looks_.model().fewest(
           [&](std::size_t i) { return looks_.model().expected(i, size) <= aim; }, finest);
       if (!level) continue;
@@ -292,7 +288,7 @@ class LightPlanner {
     Stopwatch watch;
     made.low = looks_.levels().mesh(level);
     plan_.seconds_simplify += watch.lap();
-    if (!options_.height_field) say(0.4, "laying out charts");
+    if (!options_.height_field) Heartbeat::at(0.4, "laying out charts");
     made.low = looks_.laid_out(std::move(made.low), options_, size, made.unwrapped);
     plan_.seconds_unwrap += watch.lap();
     made.bake = bake_options(size);
@@ -340,16 +336,15 @@ class LightPlanner {
   /// Nothing is looked at for this: what is not known is guessed.
   void fill_trade() {
     const LightModel& model = looks_.model();
-    const double most = kShown * static_cast<double>(plan_.chosen.bytes.total());
-    const std::vector<std::uint32_t> sizes = all_sizes();
-    for (const std::uint32_t size : sizes) {
+    for (const std::uint32_t size : all_sizes()) {
       std::size_t level = model.count();
       while (level > 0 && model.guessed(level - 1, size) > aim_at(size)) --level;
-      if (level == 0 || static_cast<double>(bytes(level - 1, size).total()) > most) continue;
+      if (level == 0 || bytes(level - 1, size).total() > kShown * plan_.chosen.bytes.total())
+        continue;
       plan_.trade.push_back(guess_of(level - 1, size));
     }
     for (const auto& [level, node] : model.known()) {
-      for (const std::uint32_t size : sizes) plan_.outlook.push_back(guess_of(level, size));
+      for (const auto size : all_sizes()) plan_.outlook.push_back(guess_of(level, size));
       plan_.levels.push_back(
           {looks_.levels().faces(level), looks_.levels().vertices(level), node.plain, node.limit});
     }
@@ -382,8 +377,8 @@ class LightPlanner {
   std::vector<std::uint32_t> channels_, sizes_;
   double seams_ = 10;  // vertices that seams add, over the square root of positions
   bool may_leave_map_out_ = true;
-  std::size_t earlier_ = 0;  // trials with maps that turned out too small for another map
-  std::size_t next_level_ = 0;
+  // `earlier_`: trials with maps that turned out too small for another map
+  std::size_t next_level_ = 0, earlier_ = 0;
   std::optional<Made> best_;
   LightBake plan_;
   LightLooks looks_;
