@@ -21,7 +21,7 @@ inline constexpr double kSurely = 1.3;
 inline constexpr std::uint64_t kShown = 4;
 /// Another size that is expected to weigh at most so many times as much is tried, in case it does better: with this
 /// share of the bytes, unless a map of it was made with faces within this factor.
-inline constexpr double kNearlyAsLight = 1.25, kLighter = 0.95, kOtherFaces = 1.5;
+inline constexpr double kNearlyAsLight = 1.4, kLighter = 0.95, kOtherFaces = 1.5;
 /// Fewer bytes than this share must be expected for another trial.
 inline constexpr double kWorthwhile = 0.97;
 /// The error that the first map of all is looked for with, as a share of the one wanted.
