@@ -29,6 +29,8 @@ constexpr double kLongestStep = 0.3;
 constexpr double kTurnLimit = 0.9;
 /// Doubled area over the square of the longest side, below which it may not fall.
 constexpr double kLeastShape = 1e-3;
+/// More than single precision loses of distances at about unit size.
+constexpr double kSingleRounding = 1e-6;
 
 Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
 
@@ -168,8 +170,27 @@ std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t faces) const {
   return result;
 }
 
+/// Where a sample was matched, as the low poly is now.
+Vec3d SurfaceFit::place_of(const Sample& s, const std::vector<Vec3d>& points,
+                           const std::vector<Triangle>& low) {
+  const Triangle& t = low[s.triangle];
+  return points[t[0]] * s.share[0] + points[t[1]] * s.share[1] + points[t[2]] * s.share[2];
+}
+
+/// A bound of the squared distance of the nearest triangle: that to where a sample was matched, and what rounding
+/// to single precision may add to it. Endless where it was matched with nothing.
+double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
+                                 const std::vector<Vec3d>& points,
+                                 const std::vector<Triangle>& low) {
+  if (known.share == std::array<double, 3>{}) return std::numeric_limits<double>::infinity();
+  const double distance = length(point - place_of(known, points, low)) + kSingleRounding;
+  return distance * distance;
+}
+
 /// Matches samples with the low poly as it is now.
+/// \param before  what they were matched with in the last round; empty in the first
 std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
+                                                    const std::vector<Sample>& before,
                                                     const std::vector<Vec3d>& points,
                                                     const std::vector<Triangle>& low) {
   std::vector<Vec3> floats(points.size());
@@ -179,7 +200,11 @@ std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
     for (std::size_t i = begin; i < end; ++i) {
       Sample& s = samples[i];
       if (s.weight == 0) continue;
-      s.triangle = tree.nearest(to_float(s.point));
+      // No farther than where it was, or where its neighbour in the list is.
+      const Sample* known = !before.empty() ? &before[i] : i > begin ? &samples[i - 1] : nullptr;
+      const double within = known == nullptr ? std::numeric_limits<double>::infinity()
+                                             : surely_within(*known, s.point, points, low);
+      s.triangle = tree.nearest(to_float(s.point), within);
       const Triangle& t = low[s.triangle];
       const std::array<Vec3d, 3> corners{points[t[0]], points[t[1]], points[t[2]]};
       const Vec3d normal = normal_of(corners[0], corners[1], corners[2]);
@@ -194,9 +219,10 @@ std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
                      bool height_field) const {
   const std::vector<Sample> given = samples(low.size());
+  std::vector<Sample> found;
   const Moving moving(points, low, height_field);
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Sample> found = matched(given, points, low);
+    found = matched(given, found, points, low);
     const VertexLists of_triangle(
         low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },
         [](std::size_t) { return std::uint64_t{0}; });
@@ -204,13 +230,11 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       if (moving.fixed(v)) continue;
       Pull pull;
       for (const VertexLists::Item& corner : moving.corners(v)) {
-        const Triangle& t = low[corner.index / 3];
         for (const VertexLists::Item& item : of_triangle.of(corner.index / 3)) {
           const Sample& s = found[item.index];
           if (s.weight == 0) continue;
-          const Vec3d at =
-              points[t[0]] * s.share[0] + points[t[1]] * s.share[1] + points[t[2]] * s.share[2];
-          pull.add(s.normal, s.point - at, s.share[corner.index % 3], s.weight);
+          pull.add(s.normal, s.point - place_of(s, points, low), s.share[corner.index % 3],
+                   s.weight);
         }
       }
       if (!(pull.weight > 0)) continue;

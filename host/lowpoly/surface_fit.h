@@ -42,7 +42,12 @@ class SurfaceFit {
     std::array<double, 3> share{};  ///< Of the triangle's corners.
   };
   std::vector<Sample> samples(std::size_t faces) const;
-  static std::vector<Sample> matched(std::vector<Sample> samples, const std::vector<Vec3d>& points,
+  static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
+                        const std::vector<Triangle>& low);
+  static double surely_within(const Sample& known, const Vec3d& point,
+                              const std::vector<Vec3d>& points, const std::vector<Triangle>& low);
+  static std::vector<Sample> matched(std::vector<Sample> samples, const std::vector<Sample>& before,
+                                     const std::vector<Vec3d>& points,
                                      const std::vector<Triangle>& low);
 
   std::span<const Vec3> positions_;

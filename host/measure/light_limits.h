@@ -14,10 +14,14 @@ inline constexpr std::size_t kMostTrialsToReach = 10;
 /// Share of the error that is left as room for scatter after each miss.
 inline constexpr double kCare = 0.01;
 /// Times the lightest: what weighs more is not looked at.
-inline constexpr double kFarMore = 2;
+inline constexpr double kFarMore = 1.5;
+/// A mesh whose guessed error is so many times the one wanted is not looked at.
+inline constexpr double kSurely = 1.3;
+/// Times the lightest: what of other sizes is shown beside it.
+inline constexpr std::uint64_t kShown = 4;
 /// Another size that is expected to weigh at most so many times as much is tried, in case it does better: with this
 /// share of the bytes, unless a map of it was made with faces within this factor.
-inline constexpr double kNearlyAsLight = 1.25, kLighter = 0.95, kOtherFaces = 1.5;
+inline constexpr double kNearlyAsLight = 1.4, kLighter = 0.95, kOtherFaces = 1.5;
 /// Fewer bytes than this share must be expected for another trial.
 inline constexpr double kWorthwhile = 0.97;
 /// The error that the first map of all is looked for with, as a share of the one wanted.

@@ -27,6 +27,25 @@ Mesh with_any_uvs(Mesh mesh) {
   return mesh;
 }
 
+BakeOptions normals_alone(BakeOptions options) {
+  options.maps = {MapKind::normal};
+  options.transfers.clear();
+  options.own_maps.clear();
+  options.raw = options.two_component = options.report_errors = options.keep_match = false;
+  options.recall = 0;
+  return options;
+}
+
+std::vector<std::uint32_t> map_channels(const BakeOptions& bake) {
+  std::vector<std::uint32_t> channels;
+  for (const MapInfo& info : maps()) {
+    const auto asked = std::count(bake.maps.begin(), bake.maps.end(), info.kind);
+    channels.insert(channels.end(), static_cast<std::size_t>(asked), info.channels);
+  }
+  channels.insert(channels.end(), bake.transfers.size() + bake.own_maps.size(), 4);
+  return channels;
+}
+
 Image rounded(Image map, std::uint32_t bits) {
   const float steps = static_cast<float>((1U << bits) - 1);
   for (float& value : map.pixels) {

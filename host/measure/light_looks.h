@@ -21,6 +21,10 @@ DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
 DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward);
 /// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
 Mesh with_any_uvs(Mesh mesh);
+/// The same bake, of the normal map and nothing else.
+BakeOptions normals_alone(BakeOptions options);
+/// Of each map that is baked.
+std::vector<std::uint32_t> map_channels(const BakeOptions& bake);
 /// A map as files of so many bits hold it.
 Image rounded(Image map, std::uint32_t bits);
 

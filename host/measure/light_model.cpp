@@ -35,11 +35,21 @@ LightModel::Node LightModel::exactly(std::size_t level) {
 }
 
 LightModel::Node LightModel::at(std::size_t level) {
+  const auto known = nodes_.find(level);
+  if (known != nodes_.end()) return known->second;
   const std::size_t first = level / kStep * kStep;
+  if (first == level) return exactly(level);
   exactly(first);
   exactly(std::min(first + kStep, count() - 1));
-  const auto after = nodes_.lower_bound(level);
-  if (after->first == level) return after->second;
+  return guess(level);
+}
+
+LightModel::Node LightModel::guess(std::size_t level) const {
+  auto after = nodes_.lower_bound(level);
+  if (after != nodes_.end() && after->first == level) return after->second;
+  if (nodes_.size() < 2) return nodes_.empty() ? Node{} : nodes_.begin()->second;
+  if (after == nodes_.begin()) ++after;
+  if (after == nodes_.end()) --after;
   const auto before = std::prev(after);
   const double share = std::log(faces_[level] / faces_[before->first]) /
                        std::log(faces_[after->first] / faces_[before->first]);
@@ -101,7 +111,14 @@ double LightModel::sharpness(std::size_t level, std::uint32_t size) const {
 }
 
 double LightModel::expected(std::size_t level, std::uint32_t size) {
-  const Node node = at(level);
+  return with_map(at(level), level, size);
+}
+
+double LightModel::guessed(std::size_t level, std::uint32_t size) const {
+  return with_map(guess(level), level, size);
+}
+
+double LightModel::with_map(const Node& node, std::size_t level, std::uint32_t size) const {
   if (size == 0) return node.plain;
   const double range = std::max(node.plain - node.limit, kTiny);
   return node.limit + 1 / (1 / range + sharpness(level, size));

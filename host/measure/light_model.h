@@ -24,6 +24,8 @@ class LightModel {
   std::size_t count() const { return faces_.size(); }
   /// Between levels that were looked at: the logarithm is linear in that of the number of faces.
   Node at(std::size_t level);
+  /// The same from what is known, without a look: beyond the last levels that were, along the line of these.
+  Node guess(std::size_t level) const;
   /// Looks at the very level.
   Node exactly(std::size_t level);
   /// What was found of a level in another way.
@@ -38,6 +40,8 @@ class LightModel {
   void measured(std::size_t level, std::uint32_t size, double error, bool mip = false);
   /// size = 0: without a map.
   double expected(std::size_t level, std::uint32_t size);
+  /// By guess().
+  double guessed(std::size_t level, std::uint32_t size) const;
 
   /// The level of fewest faces for which something holds, as long as it holds for all finer ones, too.
   /// \param finest  levels before it are not looked at
@@ -45,6 +49,7 @@ class LightModel {
                                     std::size_t finest = 0);
 
  private:
+  double with_map(const Node& node, std::size_t level, std::uint32_t size) const;
   /// 1 / what texels of a size add to the limit, where the mesh without a map is endlessly bad.
   double sharpness(std::size_t level, std::uint32_t size) const;
   struct Sharpness {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <string>
 #include <utility>
 
@@ -36,11 +35,7 @@ class LightPlanner {
     may_leave_map_out_ = options.may_leave_map_out && options.bounds.empty();
     if (options.choose_rays) leave_to_rays(options.bounds, bake_);
     bits_ = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
-    for (const MapInfo& info : maps()) {
-      const auto asked = std::count(bake_.maps.begin(), bake_.maps.end(), info.kind);
-      channels_.insert(channels_.end(), static_cast<std::size_t>(asked), info.channels);
-    }
-    channels_.insert(channels_.end(), bake_.transfers.size() + bake_.own_maps.size(), 4);
+    channels_ = map_channels(bake_);
     largest_ = std::min(bake_.width, bake_.height);
     for (std::uint32_t size = kSmallestMap; size <= largest_; size *= 2) sizes_.push_back(size);
   }
@@ -126,8 +121,6 @@ class LightPlanner {
     return false;
   }
 
-  void say(double done, const char* doing) { Heartbeat::at(done, doing); }
-
   /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
   /// as many bytes of texels as of vertices.
   void first_map() {
@@ -165,6 +158,12 @@ class LightPlanner {
   }
 
   LightTrial trial_of(std::size_t level, std::uint32_t size) {
+    LightTrial trial = guess_of(level, size);
+    trial.expected = looks_.model().expected(level, size);
+    return trial;
+  }
+
+  LightTrial guess_of(std::size_t level, std::uint32_t size) const {
     LightTrial trial;
     trial.faces = looks_.levels().faces(level);
     trial.positions = looks_.levels().vertices(level);
@@ -174,7 +173,7 @@ class LightPlanner {
     trial.bits = bits_;
     trial.method = bake_.method;
     trial.bytes = bytes(level, size);
-    trial.expected = looks_.model().expected(level, size);
+    trial.expected = looks_.model().guessed(level, size);
     return trial;
   }
 
@@ -187,12 +186,17 @@ class LightPlanner {
     return options_.max_error * (1 - kCare * static_cast<double>(misses));
   }
 
+  std::vector<std::uint32_t> all_sizes() const {  // 0: without a map
+    std::vector<std::uint32_t> sizes = sizes_;
+    if (may_leave_map_out_) sizes.insert(sizes.begin(), 0);
+    return sizes;
+  }
+
   /// For each size the fewest faces that are expected to do.
   /// Those that weigh far more than others are left out, since looking at fine meshes takes long.
   std::vector<std::pair<std::size_t, std::uint32_t>> pairs() {
     std::vector<std::pair<std::size_t, std::uint32_t>> result;
-    std::vector<std::uint32_t> sizes = sizes_;
-    if (may_leave_map_out_) sizes.insert(sizes.begin(), 0);
+    std::vector<std::uint32_t> sizes = all_sizes();
     // What was tried last is about right, and tells what is far more.
     const auto first = std::find(sizes.begin(), sizes.end(), plan_.trials.back().size);
     if (first != sizes.end()) std::rotate(sizes.begin(), first, sizes.end());
@@ -205,6 +209,8 @@ class LightPlanner {
       };
       while (finest < last && weight(finest) > kFarMore * least) ++finest;
       const double aim = aim_at(size);
+      if (weight(finest) > kFarMore * least) continue;
+      if (finest > 0 && looks_.model().guessed(finest, size) > kSurely * aim) continue;
       const auto level = looks_.model().fewest(
           [&](std::size_t i) { return looks_.model().expected(i, size) <= aim; }, finest);
       if (!level) continue;
@@ -282,16 +288,11 @@ class LightPlanner {
     Stopwatch watch;
     made.low = looks_.levels().mesh(level);
     plan_.seconds_simplify += watch.lap();
-    if (!options_.height_field) say(0.4, "laying out charts");
+    if (!options_.height_field) Heartbeat::at(0.4, "laying out charts");
     made.low = looks_.laid_out(std::move(made.low), options_, size, made.unwrapped);
     plan_.seconds_unwrap += watch.lap();
     made.bake = bake_options(size);
-    BakeOptions plain = made.bake;
-    plain.maps = {MapKind::normal};
-    plain.transfers.clear();
-    plain.own_maps.clear();
-    plain.raw = plain.two_component = plain.report_errors = plain.keep_match = false;
-    plain.recall = 0;
+    BakeOptions plain = normals_alone(made.bake);
     plain.mips = learn;
     const BakeResult result = bake_drawn(impl_of(source_), made.low, plain, nullptr);
     const Stopwatch measuring;
@@ -332,11 +333,18 @@ class LightPlanner {
     if (better) best_ = std::move(made);
   }
 
+  /// Nothing is looked at for this: what is not known is guessed.
   void fill_trade() {
-    for (const auto& [level, size] : pairs()) plan_.trade.push_back(trial_of(level, size));
-    for (const auto& [level, node] : looks_.model().known()) {
-      if (may_leave_map_out_) plan_.outlook.push_back(trial_of(level, 0));
-      for (const std::uint32_t size : sizes_) plan_.outlook.push_back(trial_of(level, size));
+    const LightModel& model = looks_.model();
+    for (const std::uint32_t size : all_sizes()) {
+      std::size_t level = model.count();
+      while (level > 0 && model.guessed(level - 1, size) > aim_at(size)) --level;
+      if (level == 0 || bytes(level - 1, size).total() > kShown * plan_.chosen.bytes.total())
+        continue;
+      plan_.trade.push_back(guess_of(level - 1, size));
+    }
+    for (const auto& [level, node] : model.known()) {
+      for (const auto size : all_sizes()) plan_.outlook.push_back(guess_of(level, size));
       plan_.levels.push_back(
           {looks_.levels().faces(level), looks_.levels().vertices(level), node.plain, node.limit});
     }
@@ -369,8 +377,8 @@ class LightPlanner {
   std::vector<std::uint32_t> channels_, sizes_;
   double seams_ = 10;  // vertices that seams add, over the square root of positions
   bool may_leave_map_out_ = true;
-  std::size_t earlier_ = 0;  // trials with maps that turned out too small for another map
-  std::size_t next_level_ = 0;
+  // `earlier_`: trials with maps that turned out too small for another map
+  std::size_t next_level_ = 0, earlier_ = 0;
   std::optional<Made> best_;
   LightBake plan_;
   LightLooks looks_;

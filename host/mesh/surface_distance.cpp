@@ -180,17 +180,16 @@ void SurfaceDistance::fit_box(std::size_t index) {
 
 double SurfaceDistance::squared(const Vec3& point) const {
   std::uint32_t place = 0;
-  return search(point, place);
+  return search(point, place, std::numeric_limits<double>::infinity());
 }
 
-std::uint32_t SurfaceDistance::nearest(const Vec3& point) const {
+std::uint32_t SurfaceDistance::nearest(const Vec3& point, double within) const {
   std::uint32_t place = 0;
-  search(point, place);
+  search(point, place, within);
   return order_.empty() ? 0 : order_[place];
 }
 
-double SurfaceDistance::search(const Vec3& point, std::uint32_t& place) const {
-  double best = std::numeric_limits<double>::infinity();
+double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double best) const {
   if (boxes_.empty()) return best;
   struct Entry {
     std::uint32_t box;

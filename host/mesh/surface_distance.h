@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -25,7 +26,9 @@ class SurfaceDistance {
   double squared(const Vec3& point) const;
   /// The triangle that is nearest, as numbered when it was given; 0 where there is none. Of several it is
   /// always the same one.
-  std::uint32_t nearest(const Vec3& point) const;
+  /// \param within  a squared distance that one surely is nearer than; what is known of it spares most of the search
+  std::uint32_t nearest(const Vec3& point,
+                        double within = std::numeric_limits<double>::infinity()) const;
 
   /// Calls `body` with the three corners of each triangle that a ball touches, in an order that depends
   /// on the triangles alone.
@@ -52,7 +55,8 @@ class SurfaceDistance {
 
   std::vector<Box> boxes_;
   /// \returns the squared distance. \param place  out: in the order of the leaves
-  double search(const Vec3& point, std::uint32_t& place) const;
+  /// \param best  no triangle from so far on counts
+  double search(const Vec3& point, std::uint32_t& place, double best) const;
 
   std::vector<Vec3> corners_;         ///< Three a triangle, in the order of the leaves.
   std::vector<std::uint32_t> order_;  ///< Of the leaves' triangles, their numbers.

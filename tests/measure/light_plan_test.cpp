@@ -302,6 +302,28 @@ TEST(LightModel, FollowsPowersAndLooksSeldom) {
   EXPECT_EQ(model.fewest([](std::size_t) { return true; }), powers.faces.size() - 1);
 }
 
+TEST(LightModel, GuessesWithoutALook) {
+  Powers powers;
+  LightModel model = powers.model();
+  model.exactly(34);
+  model.exactly(51);
+  const int looks = powers.looks;
+  // Along the line between what is known, and beyond it to both sides.
+  for (const std::size_t level : {0U, 20U, 34U, 40U, 51U, 80U}) {
+    const LightModel::Node truth{200 / std::sqrt(powers.faces[level]), 900 / powers.faces[level]};
+    EXPECT_NEAR(model.guess(level).plain, truth.plain, 0.01 * truth.plain) << level;
+    EXPECT_NEAR(model.guess(level).limit, truth.limit, 0.01 * truth.limit) << level;
+    EXPECT_EQ(model.guessed(level, 0), model.guess(level).plain) << level;
+  }
+  EXPECT_EQ(powers.looks, looks);
+  // A level that is known is not looked at again, nor are those beside it.
+  model.at(34);
+  model.at(51);
+  EXPECT_EQ(powers.looks, looks);
+  model.at(85);  // A level where looks begin: itself alone.
+  EXPECT_EQ(powers.looks, looks + 1);
+}
+
 TEST(LightModel, LearnsFromMaps) {
   Powers powers;
   LightModel model = powers.model();

@@ -7,6 +7,7 @@
 
 #include "io/file/bounds.h"
 #include "io/mesh/polygon.h"
+#include "mesh/smoothing_groups.h"
 
 namespace kiln {
 namespace {
@@ -55,7 +56,7 @@ void MeshBuilder::check_growth() const {
   const std::uint64_t held = bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) +
                              bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
                              bytes(polygon_normal_) + groups_.bytes() + objects_.bytes() +
-                             materials_.bytes() + bytes(positions);
+                             materials_.bytes() + smoothing_.bytes() + bytes(positions);
   const FailWith fail = [this](const std::string& place, const std::string& problem,
                                const std::string& remedy) { input_.fail(place, problem, remedy); };
   require_memory("its faces", 2 * held, memory_failure(fail, ""));
@@ -102,7 +103,8 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   grow(normal_triangles_, normal);
   for (std::size_t i = 1; i + 1 < n; ++i)
     triangles_.push_back({vertex[0], vertex[i], vertex[i + 1]});
-  for (Names* names : {&groups_, &objects_, &materials_}) names->reach(triangles_.size());
+  for (Names* names : {&groups_, &objects_, &materials_, &smoothing_})
+    names->reach(triangles_.size());
 }
 
 void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
@@ -328,6 +330,25 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
   }
 }
 
+/// Groups that are all alike say nothing of edges: some exporters write "s off" into every file.
+void MeshBuilder::give_normals_by_groups(Mesh& mesh) {
+  std::vector<std::uint32_t> groups;
+  std::vector<std::string> names;
+  smoothing_.take(groups, names);
+  if (!mesh.normal_triangles.empty() || names.size() < 2) return;
+  std::vector<std::uint32_t> numbers(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool off = names[i] == "off" || names[i] == "0" || names[i] == "default";
+    numbers[i] = off ? kFlatGroup : static_cast<std::uint32_t>(i);
+  }
+  for (std::uint32_t& group : groups) group = numbers[group];
+  if (std::all_of(groups.begin(), groups.end(), [&](auto group) { return group == groups[0]; }))
+    return;
+  CornerNormals made = group_normals(mesh, groups);
+  mesh.normals = std::move(made.normals);
+  mesh.normal_triangles = std::move(made.triangles);
+}
+
 Mesh MeshBuilder::finish() {
   if (!describe_face) {
     describe_face = [](std::uint32_t triangle) { return "triangle " + std::to_string(triangle); };
@@ -356,6 +377,7 @@ Mesh MeshBuilder::finish() {
   complete_attributes(mesh);
   mesh.triangles = std::move(triangles_);
   number_polygons(mesh);
+  give_normals_by_groups(mesh);
   give_tangents(mesh);
   count_degenerate(mesh);
   return mesh;

@@ -53,6 +53,9 @@ class MeshBuilder {
   void set_group(std::string_view name) { groups_.set(name, triangles_.size()); }
   void set_object(std::string_view name) { objects_.set(name, triangles_.size()); }
   void set_material(std::string_view name) { materials_.set(name, triangles_.size()); }
+  /// The smoothing group of the faces to come; "off" and "0": none. Where they differ and the file has no normals,
+  /// finish() makes normals by them.
+  void set_smoothing(std::string_view name) { smoothing_.set(name, triangles_.size()); }
   std::vector<std::string> material_files;
 
   std::uint64_t faces() const { return faces_; }
@@ -99,13 +102,14 @@ class MeshBuilder {
   void complete_attributes(Mesh& mesh);
   void check_tangents(const Mesh& mesh);
   void give_tangents(Mesh& mesh);
+  void give_normals_by_groups(Mesh& mesh);
   void count_degenerate(const Mesh& mesh);
 
   const MeshInput& input_;
   std::vector<Triangle> triangles_, uv_triangles_, normal_triangles_;
   std::vector<Polygon> polygons_;
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
-  Names groups_, objects_, materials_;
+  Names groups_, objects_, materials_, smoothing_;
   std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };
 

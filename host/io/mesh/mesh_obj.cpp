@@ -70,7 +70,9 @@ class ObjReader {
     } else if (keyword == "mtllib") {
       // One name, which may have blanks in it, as exporters write it.
       builder_.material_files.emplace_back(scan_.rest_of_line());
-    } else if (keyword != "s") {
+    } else if (keyword == "s") {
+      builder_.set_smoothing(scan_.rest_of_line());
+    } else {
       if (ignored_++ == 0) ignored_example_ = scan_.place() + ": " + printable(keyword);
     }
   }

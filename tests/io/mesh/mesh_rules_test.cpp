@@ -39,6 +39,53 @@ TEST(MeshIo, KeepsNonManifoldFaces) {
   EXPECT_EQ(load_text("fan.off", "OFF\n5 5 0\n" + vertices + faces).mesh.triangles, expected);
 }
 
+/// A roof of two quads over the edge 1 2, whose normals are (0, -1, 1) and (0, 1, 1) before they are unit. The
+/// second's vertices at that edge are copies.
+std::string roof(const std::string& first, const std::string& second) {
+  return "v 0 -1 0\nv 0 0 1\nv 1 0 1\nv 1 -1 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\n" + first +
+         "f 1 4 3 2\n" + second + "f 7 8 6 5\n";
+}
+
+TEST(MeshIo, SmoothingGroupsMakeHardEdges) {
+  const float half = std::sqrt(0.5F);
+  const auto normals_of = [&](const std::string& first, const std::string& second) {
+    return load_text("roof.obj", roof(first, second)).mesh;
+  };
+  for (const auto& [first, second] : std::vector<std::array<std::string, 2>>{
+           {"s 1\n", "s 2\n"}, {"s 1\n", "s off\n"}, {"", "s 3\n"}, {"s 0\n", "s 1\n"}}) {
+    const Mesh mesh = normals_of(first, second);
+    ASSERT_EQ(mesh.normal_triangles.size(), 4U) << first << second;
+    for (std::size_t t = 0; t < 4; ++t) {
+      for (const std::uint32_t corner : mesh.normal_triangles[t]) {
+        EXPECT_NEAR(mesh.normals[corner].y, t < 2 ? -half : half, 1e-6) << first << second << t;
+        EXPECT_NEAR(mesh.normals[corner].z, half, 1e-6) << first << second << t;
+      }
+    }
+  }
+  // A group that all share, or none, says nothing of edges: normals are computed when they are needed.
+  for (const char* all : {"", "s 1\n", "s off\n"}) {
+    EXPECT_TRUE(normals_of(all, "").normal_triangles.empty()) << all;
+    EXPECT_TRUE(normals_of(all, all).normal_triangles.empty()) << all;
+  }
+  // Within a group, the copies at the edge share a normal with what they are copies of.
+  const Mesh mesh = load_text("roof.obj", roof("s 1\n", "s 1\n") + "s 2\nf 1 2 5\n").mesh;
+  ASSERT_EQ(mesh.normal_triangles.size(), 5U);
+  for (const std::size_t t : {0U, 1U, 2U, 3U}) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& n = mesh.normals[mesh.normal_triangles[t][k]];
+      const bool ridge = mesh.positions[mesh.triangles[t][k]].z > 0.5F;
+      EXPECT_NEAR(n.y, ridge ? 0 : t < 2 ? -half : half, 1e-6) << t << k;
+    }
+  }
+  EXPECT_NEAR(mesh.normals[mesh.normal_triangles[4][0]].x, -1, 1e-6);
+  // Normals of the file come before groups.
+  const Mesh own = load_text("roof.obj",
+                             "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvn 0 0 1\ns 1\nf 1//1 2//1 3//1\n"
+                             "s 2\nf 2//1 4//1 3//1\n")
+                       .mesh;
+  EXPECT_EQ(own.normals.size(), 1U);
+}
+
 double area_of(const Mesh& mesh) {
   double sum = 0;
   for (const auto& [a, b, c] : mesh.triangles) {

@@ -1,0 +1,36 @@
+#include "mesh/smoothing_groups.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace kiln {
+
+CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> groups) {
+  const std::vector<std::uint32_t> welded = weld_positions(mesh.positions);
+  // Corners of one place that share a normal: by place, then whether flat, then group or polygon.
+  using Key = std::array<std::uint32_t, 3>;
+  std::vector<Key> keys(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const bool flat = groups[t] == kFlatGroup;
+    const auto polygon = mesh.polygons.empty() ? static_cast<std::uint32_t>(t) : mesh.polygons[t];
+    for (std::size_t k = 0; k < 3; ++k) {
+      keys[3 * t + k] = {welded[mesh.triangles[t][k]], flat ? 1U : 0U, flat ? polygon : groups[t]};
+    }
+  }
+  std::vector<Key> known = keys;
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  std::vector<Vec3> places;
+  for (const Key& key : known) places.push_back(mesh.positions[key[0]]);
+  CornerNormals result;
+  result.triangles.resize(mesh.triangles.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto at = std::lower_bound(known.begin(), known.end(), keys[i]) - known.begin();
+    result.triangles[i / 3][i % 3] = static_cast<std::uint32_t>(at);
+  }
+  result.normals = vertex_normals(places, result.triangles, mesh.polygons);
+  return result;
+}
+
+}  // namespace kiln

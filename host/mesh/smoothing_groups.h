@@ -1,0 +1,20 @@
+// Hard edges as OBJ files tell them where they have no normals.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kiln/mesh.h"
+#include "mesh/normals.h"
+
+namespace kiln {
+
+/// A triangle of no smoothing group: its polygon is flat.
+inline constexpr std::uint32_t kFlatGroup = 0xFFFFFFFFU;
+
+/// Normals that are smooth within each group and apart between groups, angle-weighted as vertex_normals().
+/// Vertices at one place count as one.
+/// \param groups  per triangle of the mesh; kFlatGroup: none
+CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> groups);
+
+}  // namespace kiln
