@@ -20,7 +20,6 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMagic = "kiln binary 1\n";
 constexpr std::uint64_t kLargest = std::uint64_t{64} << 20U;  // bytes of a file
 constexpr const char* kEnding = ".bin";
-constexpr const char* kUsesEnding = ".uses";  // a byte a build
 
 std::string hex(std::uint64_t number) {
   char text[17];
@@ -62,25 +61,6 @@ fs::path BinaryCache::file(const std::string& key) const {
   return folder_ / (hex(fnv1a(key)) + kEnding);
 }
 
-fs::path BinaryCache::uses_file(const std::string& key) const {
-  return folder_ / (hex(fnv1a(key)) + kUsesEnding);
-}
-
-bool BinaryCache::is_worth_keeping(std::string_view source,
-                                   std::string_view options) const noexcept {
-  if (folder_.empty()) return false;
-  try {
-    const fs::path uses = uses_file(key(source, options));
-    std::error_code failed;
-    fs::create_directories(folder_, failed);
-    std::ofstream(uses, std::ios::binary | std::ios::app) << '.';
-    const std::uintmax_t count = fs::file_size(uses, failed);
-    return !failed && count > kUsesBefore;
-  } catch (const std::exception&) {
-    return false;
-  }
-}
-
 // A file: the magic words, the key, a hash of the binary, the binary.
 std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view source,
                                                             std::string_view options) const {
@@ -120,7 +100,6 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
     out.close();
     if (out.good()) fs::rename(temporary, path, failed);
     if (!out.good() || failed) fs::remove(temporary, failed);
-    fs::remove(uses_file(wanted), failed);
     remove_oldest();
   } catch (const std::exception&) {  // The next run builds it again.
   }

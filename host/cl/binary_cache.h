@@ -14,19 +14,15 @@ namespace kiln::ocl {
 
 /// Binaries of programs, a file each.
 ///
-/// PoCL keeps what it compiles, but runs the preprocessor over each source to find it: 22 to 29 ms of a core for
-/// each of a bake's nine programs. From a binary it takes 1 to 5. But a binary is dear to make: PoCL compiles all
-/// kernels of the program once more for it, 0.15 to 1.3 s a program. So one is made only when its program has been
-/// built kUsesBefore times, by which time those builds have cost about as much. Other drivers find theirs by
-/// themselves, so nothing is kept for them.
+/// PoCL keeps what it compiles, but runs the preprocessor over each source to find it: 25 to 45 ms of a core for
+/// each of a bake's eight programs. From a binary it takes 1 to 5. Other drivers find theirs by themselves, so
+/// nothing is kept for them.
 ///
 /// A file that is not whole, or of another driver, is as if it were not there. Files are replaced as a whole, so
 /// any number of processes may share a folder. The oldest go where there are more than kMostBinaries.
 class BinaryCache {
  public:
   static constexpr std::size_t kMostBinaries = 256;
-  /// Builds from source before a binary is made.
-  static constexpr std::uintmax_t kUsesBefore = 16;
 
   /// \param folder  empty: nothing is kept or found. Made with the first file
   /// \param driver  all that binaries depend on, besides source and options
@@ -42,13 +38,11 @@ class BinaryCache {
             const std::vector<unsigned char>& binary) const noexcept;
   /// Removes what the driver would not load.
   void forget(std::string_view source, std::string_view options) const noexcept;
-  /// Notes that the program was built from its source. \returns whether that was often enough for a binary
-  bool is_worth_keeping(std::string_view source, std::string_view options) const noexcept;
+  bool keeps_any() const { return !folder_.empty(); }
 
  private:
   std::string key(std::string_view source, std::string_view options) const;
   std::filesystem::path file(const std::string& key) const;
-  std::filesystem::path uses_file(const std::string& key) const;
   void remove_oldest() const;
 
   std::filesystem::path folder_;

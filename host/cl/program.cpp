@@ -53,7 +53,7 @@ std::shared_ptr<Context::Program> Context::load(std::string_view source,
 
 /// For later runs. What fails here fails quietly: the program is there.
 void Context::keep(std::string_view source, const std::string& options, const Program& built) {
-  if (!binaries_->is_worth_keeping(source, options)) return;
+  if (!binaries_->keeps_any()) return;
   std::size_t size = 0;
   const auto ask = [&](cl_program_info what, std::size_t room, void* to) {
     return driver([&] { return clGetProgramInfo(built.program, what, room, to, nullptr); });

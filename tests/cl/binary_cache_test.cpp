@@ -72,21 +72,6 @@ TEST(BinaryCache, TakesNothingThatIsNotWhole) {
   EXPECT_FALSE(cache.find("source", "options"));
 }
 
-/// A binary costs as much as many builds: none is made for programs of few runs. Each program counts for itself.
-TEST(BinaryCache, IsWorthItOnlyForWhatIsUsedOften) {
-  const fs::path folder = test::scratch_folder();
-  const BinaryCache cache(folder / "a", "driver");
-  for (std::uintmax_t use = 0; use < BinaryCache::kUsesBefore; ++use) {
-    EXPECT_FALSE(cache.is_worth_keeping("source", "options")) << use;
-    if (use == 0) EXPECT_FALSE(cache.is_worth_keeping("source", "others"));
-  }
-  EXPECT_TRUE(cache.is_worth_keeping("source", "options"));
-  EXPECT_FALSE(cache.is_worth_keeping("source", "others"));
-  cache.keep("source", "options", Bytes{1});
-  EXPECT_EQ(files_of(folder / "a").size(), 2U) << "the binary, and the count of the other program";
-  EXPECT_FALSE(BinaryCache({}, "driver").is_worth_keeping("source", "options"));
-}
-
 TEST(BinaryCache, KeepsNothingWhereItCannot) {
   const fs::path folder = test::scratch_folder();
   const fs::path file = folder / "file";
@@ -168,26 +153,11 @@ TEST(BinaryCache, ChangesNoByteOfAMap) {
   const fs::path folder = test::scratch_folder();
   // PoCL has read the variable already: its own cache stays where it is.
   const Environment cache("POCL_CACHE_DIR", folder.string());
-  const auto kept = [&] {
-    std::vector<fs::path> files = files_of(folder / "kiln");
-    std::erase_if(files, [](const fs::path& file) { return file.extension() != ".bin"; });
-    return files;
-  };
-  const auto as_if_used_often = [&] {
-    for (const fs::path& file : files_of(folder / "kiln")) {
-      if (file.extension() == ".uses") {
-        std::ofstream(file) << std::string(BinaryCache::kUsesBefore, '.');
-      }
-    }
-  };
   const std::vector<float> first = baked();
-  EXPECT_TRUE(kept().empty()) << "after one use";
-  as_if_used_often();
-  EXPECT_EQ(baked(), first);
-  const std::size_t programs = kept().size();
+  const std::size_t programs = files_of(folder / "kiln").size();
   EXPECT_GE(programs, 4U);
   EXPECT_EQ(baked(), first);
-  for (const fs::path& file : kept()) {
+  for (const fs::path& file : files_of(folder / "kiln")) {
     std::string text(fs::file_size(file), '\0');
     std::ifstream(file, std::ios::binary)
         .read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -202,10 +172,7 @@ TEST(BinaryCache, ChangesNoByteOfAMap) {
     std::ofstream(file, std::ios::binary) << text.substr(0, at - 17) << hex << '\n' << garbage;
   }
   EXPECT_EQ(baked(), first);
-  EXPECT_TRUE(kept().empty()) << "what the driver does not load is forgotten";
-  as_if_used_often();
-  EXPECT_EQ(baked(), first);
-  EXPECT_EQ(kept().size(), programs);
+  EXPECT_EQ(files_of(folder / "kiln").size(), programs);
   const Environment off("POCL_KERNEL_CACHE", "0");
   fs::remove_all(folder / "kiln");
   EXPECT_EQ(baked(), first);
