@@ -98,6 +98,8 @@ std::vector<Found> find_devices() {
   std::vector<Found> found;
   cl::driver([&] {
     found = ask_for_devices();
+    // A driver whose start fails, such as PoCL's where no folder can be made, is started anew.
+    if (found.empty()) found = ask_for_devices();
     return CL_SUCCESS;
   });
   return found;

@@ -135,6 +135,7 @@ TEST(PlanChart, RefusesBadUsage) {
            {{"x.nrrd", "--plan"}, "is a volume"},
            {{high, "--plan", "--height", "2"}, "height field"},
            {{high, "--plan", "--max-error", "nothing"}, "--max-error"},
+           {{high, "--plan", "--max-error", "normal="}, "degrees after normal="},
            {{high, "--plan", "--max-error", "-1"}, "--max-error"}}) {
     std::vector<std::string> words = {"chart", "--out", out};
     words.insert(words.begin() + 1, bad.words.begin(), bad.words.end());

@@ -115,6 +115,7 @@ TEST(LightCommand, RefusesWhatContradictsThePlan) {
   };
   refuses({"--max-error", "normal=0"}, "--max-error");
   refuses({"--max-error", "normal=few"}, "--max-error");
+  refuses({"--max-error", "normal="}, "degrees after normal=");
   refuses({"--screen", "600px"}, "normal=DEGREES");
   refuses({"--max-error", "normal=6", "--screen", "8px"}, "--screen");
   refuses({"--max-error", "normal=6", "--screen", "600em"}, "600px");

@@ -80,6 +80,14 @@ TEST(SmallFile, RegularFilesOnly) {
   }
 }
 
+TEST(SmallFile, TextAlone) {
+  const fs::path file = test::scratch_folder() / "views.txt";
+  const std::string text("1 0 0 1\n\0 0 1 0 1\n", 18);
+  std::ofstream(file, std::ios::binary) << text;
+  const std::string message = refusal([&] { read_small_file(file, 100, "the file"); });
+  EXPECT_NE(message.find("the file holds bytes of 0"), std::string::npos) << message;
+}
+
 TEST(SmallFile, LongOnesAreRefusedUnread) {
   const fs::path path = test::scratch_folder() / "long.txt";
   std::ofstream(path) << "# Kiln made it\n";

@@ -6,7 +6,7 @@
 //   KILN_FAULT_READ=WAY    the first clEnqueueReadBuffer: "deadlock" never returns; "sleep" takes 3 s, and so
 //                          does "wait", for a thread that sleeps
 //
-// Names: malloc, write (also fwrite and fflush), fsync, rename, close, open, mmap.
+// Names: malloc, write (also fwrite and fflush), fsync, rename, close, open, mmap, read (also fread), link, mkdir.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
@@ -25,8 +25,20 @@
 
 namespace {
 
-constexpr std::array kNames = {"malloc", "write", "fsync", "rename", "close", "open", "mmap"};
-enum Call : std::size_t { kMalloc, kWrite, kFsync, kRename, kClose, kOpen, kMmap };
+constexpr std::array kNames = {"malloc", "write", "fsync", "rename", "close",
+                               "open",   "mmap",  "read",  "link",   "mkdir"};
+enum Call : std::size_t {
+  kMalloc,
+  kWrite,
+  kFsync,
+  kRename,
+  kClose,
+  kOpen,
+  kMmap,
+  kRead,
+  kLink,
+  kMkdir
+};
 
 std::array<std::atomic<long>, kNames.size()> calls;
 std::atomic<bool> started{false};
@@ -177,6 +189,27 @@ void* mmap(void* at, size_t size, int protection, int flags, int file, off_t off
   static decltype(mmap)* real = nullptr;
   return fails(kMmap, ENOMEM) ? MAP_FAILED
                               : next(real, "mmap")(at, size, protection, flags, file, offset);
+}
+
+ssize_t read(int file, void* data, size_t bytes) {
+  static decltype(read)* real = nullptr;
+  return fails(kRead, EIO) ? -1 : next(real, "read")(file, data, bytes);
+}
+size_t fread(void* data, size_t size, size_t count, FILE* file) {
+  static decltype(fread)* real = nullptr;
+  return fails(kRead, EIO) ? 0 : next(real, "fread")(data, size, count, file);
+}
+int link(const char* from, const char* to) {
+  static decltype(link)* real = nullptr;
+  return fails(kLink, EMLINK) ? -1 : next(real, "link")(from, to);
+}
+int linkat(int from_folder, const char* from, int to_folder, const char* to, int flags) {
+  static decltype(linkat)* real = nullptr;
+  return fails(kLink, EMLINK) ? -1 : next(real, "linkat")(from_folder, from, to_folder, to, flags);
+}
+int mkdir(const char* path, mode_t mode) {
+  static decltype(mkdir)* real = nullptr;
+  return fails(kMkdir, EACCES) ? -1 : next(real, "mkdir")(path, mode);
 }
 
 int clEnqueueReadBuffer(void* queue, void* buffer, unsigned blocking, size_t offset, size_t size,

@@ -1,5 +1,6 @@
 #include "support/process.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -46,7 +47,10 @@ double now() {
 
 ProcessResult run_process(const std::vector<std::string>& command, const ProcessOptions& options) {
   std::array<int, 2> out{}, err{};
-  if (pipe(out.data()) != 0 || pipe(err.data()) != 0) throw std::runtime_error("pipe");
+  // Not for what another thread runs meanwhile: it would keep them open.
+  if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
+    throw std::runtime_error("pipe");
+  }
   const double start = now();
   const pid_t child = fork();
   if (child == 0) {

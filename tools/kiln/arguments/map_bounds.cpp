@@ -47,6 +47,10 @@ std::string normal_bound(const std::string& max_error) {
   for (const std::string_view item : items_of(max_error)) {
     const std::size_t sign = item.find('=');
     if (sign != std::string_view::npos && item.substr(0, sign) == kNormal) {
+      if (sign + 1 == item.size()) {
+        throw Error(ErrorCode::usage, "--max-error is '" + max_error +
+                                          "': give degrees after normal=, such as normal=1.5.");
+      }
       return std::string(item.substr(sign + 1));
     }
   }

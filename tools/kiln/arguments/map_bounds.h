@@ -18,7 +18,8 @@ std::vector<MapBound> map_bounds(const BakeArguments& arguments);
 /// A number, or two with a stroke between them, such as 2/255. 0: it is neither, or not above 0.
 double fraction_above_0(std::string_view text);
 
-/// The text after "normal="; empty where there is none.
+/// The text after "normal="; empty where there is no such item.
+/// \throws Error(usage) where nothing stands after it
 std::string normal_bound(const std::string& max_error);
 
 /// "ao reached 0.0052 of 0.00784 wanted (root mean square at 2,003 points)".

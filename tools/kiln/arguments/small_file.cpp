@@ -74,6 +74,12 @@ std::string read_small_file(const std::filesystem::path& path, std::size_t most,
     throw Error(ErrorCode::input, what + " is longer than " + std::to_string(most >> 20) +
                                       " MiB, which such a file never is: check the path.");
   }
+  // What reads it may end there, and leave the rest out in silence.
+  if (bytes.find('\0') != std::string::npos) {
+    throw Error(ErrorCode::input, what +
+                                      " holds bytes of 0, which no text has: check the path, "
+                                      "and save it as plain text.");
+  }
   return bytes;
 }
 

@@ -9,7 +9,8 @@ namespace kiln::cli {
 
 /// The whole of a regular file of at most `most` bytes.
 /// \param what  begins the message, such as "--view-weight 'views.txt'"
-/// \throws Error(input): not there, not readable, no regular file, too long; says which, and what to do
+/// \throws Error(input): not there, not readable, no regular file, too long, no text; says which,
+///   and what to do
 std::string read_small_file(const std::filesystem::path& path, std::size_t most,
                             const std::string& what);
 
