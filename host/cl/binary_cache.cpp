@@ -44,9 +44,12 @@ BinaryCache::BinaryCache(fs::path folder, std::string driver)
     : folder_(std::move(folder)), driver_(std::move(driver)) {}
 
 BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_version) {
-  const char* pocl_keeps = std::getenv("POCL_KERNEL_CACHE");
+  const auto forbids = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && std::string_view(value) == "0";
+  };
   const bool kept = device.platform == "Portable Computing Language" &&
-                    (pocl_keeps == nullptr || std::string_view(pocl_keeps) != "0");
+                    !forbids("POCL_KERNEL_CACHE") && !forbids("KILN_KEEP_BINARIES");
   std::string driver = device.name + '\n' + device.driver + '\n' + device.opencl_version + '\n';
   driver += platform_version;
   return {kept ? cache_folder() : fs::path(), std::move(driver)};

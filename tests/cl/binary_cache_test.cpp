@@ -173,10 +173,12 @@ TEST(BinaryCache, ChangesNoByteOfAMap) {
   }
   EXPECT_EQ(baked(), first);
   EXPECT_EQ(files_of(folder / "kiln").size(), programs);
-  const Environment off("POCL_KERNEL_CACHE", "0");
-  fs::remove_all(folder / "kiln");
-  EXPECT_EQ(baked(), first);
-  EXPECT_FALSE(fs::exists(folder / "kiln"));
+  for (const char* name : {"POCL_KERNEL_CACHE", "KILN_KEEP_BINARIES"}) {
+    const Environment off(name, "0");
+    fs::remove_all(folder / "kiln");
+    EXPECT_EQ(baked(), first) << name;
+    EXPECT_FALSE(fs::exists(folder / "kiln")) << name;
+  }
 }
 
 }  // namespace
