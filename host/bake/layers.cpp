@@ -94,13 +94,19 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
                     [&](const Layer& layer) { return layer.row == &row; })) {
       return;
     }
-    Image image{options.width, options.height, row.info.channels,
-                std::vector<float>(coverage_.size() * row.info.channels)};
+    Image image{options.width, options.height, row.info.channels, {}};
     layers_.push_back({&row, row.make(request), std::move(image)});
   };
   for (const MapKind kind : options.maps) add(map_row(kind));
   own_rows_ = own_rows(options);
   for (const MapRow& row : own_rows_) add(row);
+  // The system clears the memory page by page, so several threads are faster.
+  parallel_for(layers_.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Image& image = layers_[i].image;
+      image.pixels.resize(coverage_.size() * image.channels);
+    }
+  });
 }
 
 void Layers::report(BakeReport& report) const {

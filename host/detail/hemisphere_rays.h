@@ -23,6 +23,9 @@ inline RayQuery query_up_to(float distance, bool back_faces) {
   return query;
 }
 
+/// Texels that a thread of the host takes at a time.
+inline constexpr std::size_t kTexelsOfPiece = std::size_t{1} << 16;
+
 inline constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
 /// Rounded up to whole work-items.
 constexpr std::uint32_t padded(std::uint32_t count) {

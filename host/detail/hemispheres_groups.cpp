@@ -1,9 +1,12 @@
 // Rays of some samples of a band, each against what occludes it: all, or its own part.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <iterator>
+#include <memory>
 #include <numeric>
 
+#include "base/joined.h"
 #include "detail/hemisphere_rays.h"
 #include "detail/hemispheres.h"
 
@@ -30,27 +33,44 @@ const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band)
   const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
   const std::vector<std::uint32_t>& first =
       reads_->read(band.texel_first, band.texel_count + std::size_t{1});
-  near_.reserve(band.sample_count);
-  near_texels_.reserve(band.texel_count);
+  // By place on the map; rows of squares on all threads. Texels that were picked have places that say nothing.
   const std::size_t places = std::size_t{width_} * band.row_count;
-  std::vector<std::uint32_t> texel(places, band.texel_count);
-  for (std::uint32_t t = 0; t < band.texel_count && index[t] < places; ++t) texel[index[t]] = t;
-  const auto add = [&](std::uint32_t x, std::uint32_t y) {
-    if (x >= width_ || y >= band.row_count) return;
-    const std::uint32_t t = texel[std::size_t{y} * width_ + x];
-    if (t == band.texel_count) return;
-    near_texels_.push_back(t);
-    for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) near_.push_back(s);
+  const auto texel = std::make_unique_for_overwrite<std::uint32_t[]>(places);
+  parallel_for(places, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    std::fill(&texel[begin], &texel[end], band.texel_count);
+  });
+  parallel_for(band.texel_count, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      if (index[t] >= places) continue;
+      std::atomic_ref(texel[index[t]])
+          .store(static_cast<std::uint32_t>(t), std::memory_order_relaxed);
+    }
+  });
+  struct Row {
+    std::vector<std::uint32_t> samples, texels;
   };
-  for (std::uint32_t top = 0; top < band.row_count; top += kTile) {
-    for (std::uint32_t left = 0; left < width_; left += kTile) {
-      for (std::uint32_t i = 0; i < kTile * kTile; ++i) {  // in Morton order
-        add(left + even_bits(i), top + even_bits(i >> 1));
+  std::vector<Row> rows((band.row_count + kTile - 1) / kTile);
+  parallel_for(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      Row& row = rows[r];
+      row.samples.reserve(std::size_t{width_} * kTile);
+      row.texels.reserve(std::size_t{width_} * kTile);
+      for (std::uint32_t left = 0; left < width_; left += kTile) {
+        for (std::uint32_t i = 0; i < kTile * kTile; ++i) {  // in Morton order
+          const std::uint32_t x = left + even_bits(i);
+          const std::uint32_t y = static_cast<std::uint32_t>(r) * kTile + even_bits(i >> 1);
+          if (x >= width_ || y >= band.row_count) continue;
+          const std::uint32_t t = texel[std::size_t{y} * width_ + x];
+          if (t == band.texel_count) continue;
+          row.texels.push_back(t);
+          for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) row.samples.push_back(s);
+        }
       }
     }
-  }
+  });
+  near_ = joined(rows, &Row::samples);
+  near_texels_ = joined(rows, &Row::texels);
   if (near_.size() == band.sample_count) return near_;
-  // Texels that were picked have places that say nothing.
   near_.resize(band.sample_count);
   std::iota(near_.begin(), near_.end(), 0U);
   near_texels_.resize(band.texel_count);

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/joined.h"
 #include "detail/hemisphere_rays.h"
 #include "detail/hemispheres.h"
 
@@ -74,24 +75,37 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band, const Cor
       reads_->read(band.texel_first, band.texel_count + std::size_t{1});
   const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
   const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
-  Shared shared;
-  std::vector<std::uint32_t> place, of_low, stands;
-  shared.samples.reserve(near_order(band).size());
-  for (std::vector<std::uint32_t>* list : {&shared.first, &place, &of_low, &stands}) {
-    list->reserve(near_texels_.size() + 1);
-  }
-  for (const std::uint32_t t : near_texels_) {
-    const std::size_t before = shared.samples.size();
-    for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-      if (triangle[s] != KILN_NO_TRIANGLE || (keep_ && !second)) shared.samples.push_back(s);
+  near_order(band);
+  struct Piece {
+    std::vector<std::uint32_t> samples, counts, stands, place, of_low;
+  };
+  std::vector<Piece> pieces((near_texels_.size() + kTexelsOfPiece - 1) / kTexelsOfPiece);
+  parallel_for(near_texels_.size(), kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    Piece& piece = pieces[begin / kTexelsOfPiece];
+    for (auto* list : {&piece.samples, &piece.counts, &piece.stands, &piece.place, &piece.of_low}) {
+      list->reserve(end - begin);
     }
-    if (shared.samples.size() == before) continue;
-    shared.first.push_back(static_cast<std::uint32_t>(before));
-    stands.push_back(shared.samples[before]);
-    place.push_back(index[t]);
-    of_low.push_back(low[stands.back()]);
-  }
-  shared.first.push_back(static_cast<std::uint32_t>(shared.samples.size()));
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t t = near_texels_[i];
+      const std::size_t before = piece.samples.size();
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+        if (triangle[s] != KILN_NO_TRIANGLE || (keep_ && !second)) piece.samples.push_back(s);
+      }
+      if (piece.samples.size() == before) continue;
+      piece.counts.push_back(static_cast<std::uint32_t>(piece.samples.size() - before));
+      piece.stands.push_back(piece.samples[before]);
+      piece.place.push_back(index[t]);
+      piece.of_low.push_back(low[piece.stands.back()]);
+    }
+  });
+  Shared shared;
+  shared.samples = joined(pieces, &Piece::samples);
+  const std::vector<std::uint32_t> stands = joined(pieces, &Piece::stands);
+  const std::vector<std::uint32_t> place = joined(pieces, &Piece::place);
+  const std::vector<std::uint32_t> of_low = joined(pieces, &Piece::of_low);
+  const std::vector<std::uint32_t> counts = joined(pieces, &Piece::counts);
+  shared.first.resize(counts.size() + 1);
+  std::inclusive_scan(counts.begin(), counts.end(), shared.first.begin() + 1);
   if (stands.empty()) return shared;
   if (!filter_) filter_.emplace(context_, surface_, width_, height_);
   upload();

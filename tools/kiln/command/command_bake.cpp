@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <future>
 #include <memory>
 #include <optional>
 
@@ -245,8 +246,10 @@ int run_bake(const BakeArguments& given) {
   prepare_parent(arguments.save_match);
   prepare_parent(arguments.save_cage);
 
-  const Device device = Device::open(arguments.device);
+  // Drivers take 50 ms and more to start: meanwhile, meshes are read.
+  std::future<Device> opening = std::async([&] { return Device::open(arguments.device); });
   if (!read_inputs(run)) return kExitCancelled;
+  const Device device = opening.get();
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
   const Source source(device, run.dense.mesh, traversal(arguments));
   run.stages.build = run.watch.lap();
