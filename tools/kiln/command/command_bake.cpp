@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdio>
-#include <future>
 #include <memory>
 #include <optional>
 
@@ -246,10 +245,8 @@ int run_bake(const BakeArguments& given) {
   prepare_parent(arguments.save_match);
   prepare_parent(arguments.save_cage);
 
-  // Drivers take 50 ms and more to start: meanwhile, meshes are read.
-  std::future<Device> opening = std::async([&] { return Device::open(arguments.device); });
+  const Device device = Device::open(arguments.device);
   if (!read_inputs(run)) return kExitCancelled;
-  const Device device = opening.get();
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
   const Source source(device, run.dense.mesh, traversal(arguments));
   run.stages.build = run.watch.lap();
