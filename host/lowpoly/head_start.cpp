@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "lowpoly/height_rule.h"
 #include "mesh/fans.h"
@@ -208,37 +209,17 @@ std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
   return result;
 }
 
-/// A forest of sets; the lowest member stands for each.
-class Joined {
- public:
-  explicit Joined(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  std::uint32_t of(std::uint32_t item) {
-    while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
-    return item;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = of(a);
-    b = of(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 /// By vertex, the number of its part: triangles of a dense mesh that hang together by edges. None where several parts
 /// touch.
 std::vector<std::uint32_t> dense_parts(const std::vector<Triangle>& dense, const SideLists& sides) {
-  Joined parts(dense.size());
+  DisjointSets parts(dense.size());
   sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of_edge) {
     for (const SideLists::Item& side : of_edge) parts.join(of_edge[0].index / 3, side.index / 3);
   });
   std::vector<std::uint32_t> result(sides.vertices(), kNoVertex);
   std::vector<std::uint8_t> several(sides.vertices(), 0);
   for (std::uint32_t t = 0; t < dense.size(); ++t) {
-    const std::uint32_t part = parts.of(t);
+    const std::uint32_t part = parts.find(t);
     for (const std::uint32_t v : dense[t]) {
       if (result[v] != kNoVertex && result[v] != part) several[v] = 1;
       result[v] = part;
@@ -295,18 +276,18 @@ std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<T
 
 void drop_crumbs(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
                  const std::vector<std::uint32_t>& origin, const SideLists& dense_sides) {
-  Joined parts(origin.size());
+  DisjointSets parts(origin.size());
   for (const Triangle& t : triangles) {
     parts.join(t[0], t[1]);
     parts.join(t[1], t[2]);
   }
   std::vector<std::uint32_t> size(origin.size(), 0);
-  for (const Triangle& t : triangles) ++size[parts.of(t[0])];
+  for (const Triangle& t : triangles) ++size[parts.find(t[0])];
   std::vector<std::uint8_t> torn(origin.size(), 0);  // Small parts beside a cut.
   bool any = false;
   for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
     for (const std::uint32_t end : {v, origin[v]}) {
-      const std::uint32_t part = parts.of(end);
+      const std::uint32_t part = parts.find(end);
       torn[part] = size[part] > 0 && size[part] <= kCrumb;
       any = any || torn[part] != 0;
     }
@@ -317,7 +298,7 @@ void drop_crumbs(std::vector<Triangle>& triangles, const std::vector<Triangle>& 
   std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense parts of which more is left.
   std::vector<std::uint32_t> cut_off(origin.size(), kNoVertex);  // What crumbs were cut off.
   for (std::uint32_t v = 0; v < origin.size(); ++v) {
-    const std::uint32_t from = dense_part[origin[v]], part = parts.of(v);
+    const std::uint32_t from = dense_part[origin[v]], part = parts.find(v);
     if (from == kNoVertex) continue;
     if (size[part] > kCrumb) lives[from] = 1;
     if (torn[part] != 0) cut_off[part] = from;
@@ -325,7 +306,7 @@ void drop_crumbs(std::vector<Triangle>& triangles, const std::vector<Triangle>& 
   for (std::size_t part = 0; part < torn.size(); ++part) {
     if (torn[part] != 0) torn[part] = cut_off[part] != kNoVertex && lives[cut_off[part]] != 0;
   }
-  std::erase_if(triangles, [&](const Triangle& t) { return torn[parts.of(t[0])] != 0; });
+  std::erase_if(triangles, [&](const Triangle& t) { return torn[parts.find(t[0])] != 0; });
 }
 
 /// meshoptimizer leaves pairs of triangles back to back, and edges with four triangles, where the high

@@ -2,31 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <utility>
+
+#include "base/disjoint_sets.h"
 
 namespace kiln {
 namespace {
-
-/// A forest of sets; the representative is the lowest member, so order does not matter.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  std::uint32_t find(std::uint32_t item) {
-    while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
-    return item;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 struct Side {
   std::uint64_t key;  ///< Lower vertex, higher vertex.
@@ -123,7 +104,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
   std::vector<std::uint32_t> copies;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     // Corners are items: two belong together where their triangles are joined along a side there.
-    Sets fans(given.size() * 3);
+    DisjointSets fans(given.size() * 3);
     for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
       std::size_t backward = begin;
       while (end < sides.size() && sides[end].key == sides[begin].key) {
@@ -176,7 +157,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
 }
 
 std::uint64_t count_components(std::span<const Triangle> triangles, std::size_t vertices) {
-  Sets sets(vertices);
+  DisjointSets sets(vertices);
   std::vector<std::uint8_t> used(vertices, 0);
   for (const Triangle& t : triangles) {
     sets.join(t[0], t[1]);

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <string>
 #include <tuple>
 
+#include "base/disjoint_sets.h"
 #include "kiln/seams.h"
 #include "kiln/validate.h"
 #include "mesh/normals.h"
@@ -99,25 +99,6 @@ double turn_degrees(const Surface& surface, const Shared& edge) {
          std::numbers::pi;
 }
 
-/// Corners joined into one.
-class Joined {
- public:
-  explicit Joined(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    const auto [low, high] = std::minmax(find(a), find(b));
-    parent_[high] = low;
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 }  // namespace
 
 SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
@@ -154,7 +135,7 @@ Mesh split_at_seams(const Mesh& mesh) {
   }
   const Surface surface(mesh);
   const std::vector<Shared> edges = shared_sides(mesh, surface);
-  Joined corners(3 * mesh.triangles.size());
+  DisjointSets corners(3 * mesh.triangles.size());
   for (const Shared& edge : edges) {
     if (edge.parts_uvs) continue;
     const auto join = [&](std::uint8_t a, std::uint8_t b) {
