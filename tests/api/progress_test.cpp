@@ -176,7 +176,7 @@ TEST(ProgressScope, HearsOfWorkWithoutACallback) {
       work();
     }
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    EXPECT_GT(calls, static_cast<int>(6 * seconds) - 1) << name << ", " << seconds << " s";
+    EXPECT_GT(calls, 6 * seconds - 1) << name << ", " << seconds << " s";
     const int before = calls;
     if (name == "unwrap") work();  // the scope has ended
     EXPECT_EQ(calls, before);
@@ -189,7 +189,8 @@ TEST(ProgressScope, StopsWorkWithoutACallback) {
     int calls = 0;
     const ProgressScope scope([&](double, std::string_view) { return ++calls < 2; });
     try {
-      work();
+      // A quick machine ends some of them before they beat twice.
+      for (int turn = 0; turn < 100; ++turn) work();
       ADD_FAILURE() << name << " went on after " << calls << " calls";
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::cancelled) << name;
