@@ -96,7 +96,8 @@ struct Split {
 };
 
 inline float blocks_of(std::uint32_t triangles) {
-  return static_cast<float>((triangles + KILN_BVH_LEAF_TRIANGLES - 1) / KILN_BVH_LEAF_TRIANGLES);
+  const std::uint32_t blocks = (triangles + KILN_BVH_LEAF_TRIANGLES - 1) / KILN_BVH_LEAF_TRIANGLES;
+  return static_cast<float>(blocks);
 }
 
 inline Split best_split(const Bins& bins, const Mapping& mapping) {

@@ -263,7 +263,8 @@ Adjacency Layers::padding_of(cl::Context& context, std::int32_t texels) const {
   places.pixels.resize(coverage_.size() * 2);
   for (std::size_t i = 0; i < coverage_.size(); ++i) {
     places.pixels[2 * i] = static_cast<float>(i % width);
-    places.pixels[2 * i + 1] = static_cast<float>(i / width);
+    const std::size_t y = i / width;
+    places.pixels[2 * i + 1] = static_cast<float>(y);
   }
   std::vector<std::uint8_t> coverage = coverage_;
   fill_gutter(context, places, coverage, {texels, false, false});

@@ -19,8 +19,9 @@ namespace {
 template <typename T, typename Object, typename Info, typename Get>
 T ask(Get get, Object object, Info what, const char* name) {
   T value{};
+  constexpr std::size_t kBytes = sizeof(T);
   if (object == nullptr ||
-      cl::driver([&] { return get(object, what, sizeof value, &value, nullptr); }) != CL_SUCCESS) {
+      cl::driver([&] { return get(object, what, kBytes, &value, nullptr); }) != CL_SUCCESS) {
     fail(std::string(name) + " is null, or no OpenCL object of its kind.", "opencl-handle");
   }
   return value;

@@ -36,7 +36,8 @@ struct Taps {
     if (fine == 1) return {};
     if (fine % 2 == 0) return {2 * at, 2, {1, 1, 0}};
     // A texel is (2m + 1) / m finer ones wide and begins at / m into the first.
-    const auto m = static_cast<double>(fine / 2);
+    const std::size_t half = fine / 2;
+    const auto m = static_cast<double>(half);
     const auto i = static_cast<double>(at);
     return {2 * at, 3, {(m - i) / m, 1, (i + 1) / m}};
   }

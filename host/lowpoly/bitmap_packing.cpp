@@ -77,7 +77,7 @@ class Search {
   PackOrder by_size(const Sheet& sheet, bool by_box) const {
     std::vector<std::tuple<double, std::uint32_t>> keys;
     for (std::uint32_t i = 0; i < sheets_.outlines().size(); ++i) {
-      const ChartMask& mask = sheet.masks[std::size_t{i} * ChartSheets::turns];
+      const ChartMask& mask = sheet.masks[std::size_t{i} * ChartSheets::kTurns];
       const double box = by_box ? std::max(mask.width, mask.height) : 1;
       keys.emplace_back(-box * std::sqrt(sheets_.outlines()[i].area), i);
     }
@@ -97,7 +97,7 @@ class Search {
     for (int round = 0; round < kMostRounds; ++round) {
       Sheet sheet = sheets_.draw(cells_, scale_of(share));
       Packed best;
-      for (std::uint32_t v = 0; v < 2 * ChartSheets::rules; ++v) {
+      for (std::uint32_t v = 0; v < 2 * ChartSheets::kRules; ++v) {
         PackOrder plan = by_size(sheet, v % 2 == 0);
         plan.rule = v / 2;
         const double most = v == 0 ? sheets_.area() : best.left_out;
@@ -194,10 +194,10 @@ class Search {
       std::swap(plan.order[a], plan.order[b]);
     } else if (kind < 7) {  // Among the largest, another turn.
       const std::uint32_t i = plan.order[below(std::min(count, 16U))];
-      const std::uint32_t step = ChartSheets::turns / sheets_.turns_of(i);
+      const std::uint32_t step = ChartSheets::kTurns / sheets_.turns_of(i);
       plan.turn[i] = static_cast<std::int8_t>(below(sheets_.turns_of(i)) * step);
     } else {
-      plan.rule = below(ChartSheets::rules);
+      plan.rule = below(ChartSheets::kRules);
       const std::uint32_t a = below(count), b = below(count);
       std::swap(plan.order[a], plan.order[b]);
     }

@@ -36,8 +36,8 @@ void look(const CellRows& taken, const Sheet& sheet, const PackOrder& order, std
           Packed& packed) {
   std::uint32_t best = 0;
   CellRows::Window window = window_of(order, i, sheet.cells);
-  for (std::uint32_t turn = 0; turn < ChartSheets::turns; ++turn) {
-    const ChartMask& mask = sheet.masks[std::size_t{i} * ChartSheets::turns + turn];
+  for (std::uint32_t turn = 0; turn < ChartSheets::kTurns; ++turn) {
+    const ChartMask& mask = sheet.masks[std::size_t{i} * ChartSheets::kTurns + turn];
     if (mask.runs.empty()) continue;
     if (order.turn[i] >= 0 && order.turn[i] != static_cast<std::int8_t>(turn)) continue;
     const auto at = taken.find(mask, window);
@@ -69,20 +69,20 @@ ChartSheets::ChartSheets(std::span<const Outline> outlines, std::uint32_t size, 
   });
   turns_of_.resize(outlines.size());
   for (std::size_t n = 0; n < order.size(); ++n) {
-    turns_of_[order[n]] = n < kAllTurns ? turns : n < kHalfTurns ? turns / 2 : turns / 4;
+    turns_of_[order[n]] = n < kAllTurns ? kTurns : n < kHalfTurns ? kTurns / 2 : kTurns / 4;
   }
 }
 
 Sheet ChartSheets::draw(std::uint32_t cells, double scale,
                         std::span<const std::int8_t> only) const {
-  Sheet sheet{cells, scale, std::vector<ChartMask>(outlines_.size() * turns)};
+  Sheet sheet{cells, scale, std::vector<ChartMask>(outlines_.size() * kTurns)};
   const double margin = 0.5 * padding_ * cells / size_;
   for (std::size_t i = 0; i < outlines_.size(); ++i) {
-    const std::uint32_t step = turns / turns_of_[i];
-    for (std::uint32_t turn = 0; turn < turns; turn += step) {
+    const std::uint32_t step = kTurns / turns_of_[i];
+    for (std::uint32_t turn = 0; turn < kTurns; turn += step) {
       if (!only.empty() && only[i] >= 0 && only[i] != static_cast<std::int8_t>(turn)) continue;
-      sheet.masks[i * turns + turn] =
-          make_mask(outlines_[i], angles_[i] + turn * 2 * std::numbers::pi / turns, scale, margin);
+      sheet.masks[i * kTurns + turn] =
+          make_mask(outlines_[i], angles_[i] + turn * 2 * std::numbers::pi / kTurns, scale, margin);
     }
   }
   return sheet;
@@ -120,7 +120,7 @@ Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most
       continue;
     }
     const ChartMask& mask =
-        sheet.masks[std::size_t{i} * turns + static_cast<std::size_t>(packed.turn[i])];
+        sheet.masks[std::size_t{i} * kTurns + static_cast<std::size_t>(packed.turn[i])];
     taken.take(mask, packed.x[i], packed.y[i]);
     put(mask, i, cell, packed);
   }

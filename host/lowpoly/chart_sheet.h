@@ -19,7 +19,7 @@ struct OutlinePlace {
 /// In which order outlines go, and where each wants to be.
 struct PackOrder {
   std::vector<std::uint32_t> order;
-  std::uint32_t rule = 0;         ///< Which of the free places is best: below ChartSheets::rules.
+  std::uint32_t rule = 0;         ///< Which of the free places is best: below ChartSheets::kRules.
   std::vector<std::int8_t> turn;  ///< The only turn of an outline, or -1 for any.
   std::vector<double> left;       ///< Where a left side should be, share of the width; or none.
   double reach = 0;               ///< How far from there it may be, share of the width.
@@ -46,7 +46,7 @@ struct Sheet {
 /// Draws outlines at any scale, and packs what it drew.
 class ChartSheets {
  public:
-  static constexpr std::uint32_t turns = 16, rules = 3;
+  static constexpr std::uint32_t kTurns = 16, kRules = 3;
 
   /// \param outlines  viewed, not copied
   /// \param size      texels of a side

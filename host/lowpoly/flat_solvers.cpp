@@ -165,7 +165,7 @@ bool conformal(FlatChart& chart) {
   if (count == 0) return false;
   Entries entries;
   entries.reserve(chart.triangles.size() * 24);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(2 * count);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(Eigen::Index{2} * count);
   // The area spanned by a chart depends on neighbours along the border alone; here it is summed over
   // triangles, where inner edges cancel.
   const auto add = [&](int row, int axis, std::uint32_t column, int other, double value) {
@@ -192,14 +192,15 @@ bool conformal(FlatChart& chart) {
       }
     }
   }
-  Matrix matrix(2 * count, 2 * count);
+  Matrix matrix(right.size(), right.size());
   matrix.setFromTriplets(entries.begin(), entries.end());
   const Solver solver(matrix);
   if (solver.info() != Eigen::Success) return false;
   const Eigen::VectorXd solution = solver.solve(right);
   if (!solution.allFinite()) return false;
   for (std::uint32_t v = 0; v < unknown.size(); ++v) {
-    if (unknown[v] >= 0) chart.points[v] = {solution[2 * unknown[v]], solution[2 * unknown[v] + 1]};
+    const Eigen::Index at = Eigen::Index{2} * unknown[v];
+    if (at >= 0) chart.points[v] = {solution[at], solution[at + 1]};
   }
   normalise(chart);
   return true;

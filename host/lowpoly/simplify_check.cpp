@@ -93,7 +93,8 @@ void each_cell(const Vec3d& low, const Vec3d& high, const Body& body) {
   for (int z = at(low.z); z <= at(high.z); ++z) {
     for (int y = at(low.y); y <= at(high.y); ++y) {
       for (int x = at(low.x); x <= at(high.x); ++x) {
-        body(static_cast<std::size_t>((z * kCells + y) * kCells + x));
+        body((static_cast<std::size_t>(z) * kCells + static_cast<std::size_t>(y)) * kCells +
+             static_cast<std::size_t>(x));
       }
     }
   }

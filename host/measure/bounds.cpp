@@ -168,8 +168,9 @@ std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low
     double squares = 0;
     for (std::size_t i = 0; i < points.coverage.size(); ++i) {
       if (points.coverage[i] != kCoverageBaked) continue;
+      const std::size_t y = i / side;
       const double u = (static_cast<double>(i % side) + 0.5) / side;
-      const double v = (static_cast<double>(i / side) + 0.5) / side;
+      const double v = (static_cast<double>(y) + 0.5) / side;
       const std::array<float, 4> value = look_up(row, bake, baked, u, v);
       const double error =
           map_difference(row, value.data(), &exact.pixels[i * exact.channels]) / scale_of(row);

@@ -62,6 +62,7 @@ DenseShown shown_to_plans(const Source& source, std::uint32_t screen) {
 
 DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward) {
   std::vector<ViewAngles> views;
+  views.reserve(toward.size());
   for (const Vec3& direction : toward) views.push_back(view_angles(direction));
   const PictureGrid grid{screen == 0 ? kPixels : kScreenPixels, screen};
   DenseShown shown;

@@ -99,6 +99,18 @@ double turn_degrees(const Surface& surface, const Shared& edge) {
          std::numbers::pi;
 }
 
+/// Which triangles have a neighbour in their own plane.
+std::vector<bool> in_flats(const Mesh& mesh, const Surface& surface,
+                           const std::vector<Shared>& sides) {
+  constexpr double kFlatDegrees = 1;
+  std::vector<bool> flat(mesh.triangles.size());
+  for (const Shared& edge : sides) {
+    if (turn_degrees(surface, edge) >= kFlatDegrees) continue;
+    flat[edge.one.triangle] = flat[edge.other.triangle] = true;
+  }
+  return flat;
+}
+
 }  // namespace
 
 SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
@@ -110,7 +122,9 @@ SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
   SoftSeams result;
   if (mesh.uv_triangles.empty()) return result;
   const Surface surface(mesh);
-  for (const Shared& edge : shared_sides(mesh, surface)) {
+  const std::vector<Shared> sides = shared_sides(mesh, surface);
+  const std::vector<bool> flat = in_flats(mesh, surface, sides);
+  for (const Shared& edge : sides) {
     if (!edge.parts_uvs) continue;
     ++result.seams;
     if (edge.hard) continue;
@@ -119,7 +133,10 @@ SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
     ++result.edges;
     const Vec3d a(mesh.positions[edge.one.a]), b(mesh.positions[edge.one.b]);
     result.length += length(b - a);
-    if (degrees <= result.example_degrees && result.edges > 1) continue;
+    const bool between = flat[edge.one.triangle] && flat[edge.other.triangle];
+    const bool first = between ? ++result.between_flats == 1 : result.edges == 1;
+    if (!first && (degrees <= result.example_degrees || (!between && result.between_flats > 0)))
+      continue;
     result.example_degrees = degrees;
     result.example = to_float((a + b) * 0.5);
   }

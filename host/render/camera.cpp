@@ -29,13 +29,13 @@ Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 /// same side, 60 degrees off the way that it faces, so that its slopes show.
 Vec3d key_light(const Vec3d& facing, const Camera& camera) {
   constexpr double kSheet = 0.7;
-  const Vec3d kUsual = {-0.5145, 0.6860, 0.5145};
-  if (length(facing) < kSheet) return kUsual;
+  const Vec3d usual = {-0.5145, 0.6860, 0.5145};
+  if (length(facing) < kSheet) return usual;
   Vec3d n = unit({dot(facing, camera.right), dot(facing, camera.up), dot(facing, camera.toward)});
   if (n.z < 0) n = n * -1.0;  // faces turned away are shaded as if they faced the viewer
   const Vec3d left_up = {-1, 1, 0};
   const Vec3d across = left_up - n * dot(left_up, n);
-  if (length(across) < 1e-6) return kUsual;
+  if (length(across) < 1e-6) return usual;
   return n * 0.5 + unit(across) * std::sqrt(0.75);
 }
 

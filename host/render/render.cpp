@@ -209,7 +209,8 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
       const float* from = finite ? texel : kFlat;
       for (std::size_t c = 0; c < 3; ++c) {
         const float value = std::clamp(from[c], 0.0F, 1.0F) * KILN_RENDER_MAP_ONE;
-        quantised[i * 3 + c] = static_cast<std::uint16_t>(value + 0.5F);
+        const float up = value + 0.5F;
+        quantised[i * 3 + c] = static_cast<std::uint16_t>(up);
       }
     }
   });

@@ -209,7 +209,8 @@ Vec3d unit(const Vec3d& v) {
 }
 
 LowPoint low_point(const Mesh& low, std::uint32_t triangle, std::size_t place, std::uint32_t size) {
-  const double px = static_cast<double>(place % size), py = static_cast<double>(place / size);
+  const std::size_t row = place / size;
+  const double px = static_cast<double>(place % size), py = static_cast<double>(row);
   double x[3], y[3];
   Vec3d p[3], n[3];
   for (std::size_t k = 0; k < 3; ++k) {

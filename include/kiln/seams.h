@@ -12,9 +12,13 @@ namespace KILN_PUBLIC kiln {
 /// sides then hold the whole bend, each from its own side: the classic cause of gradients on flat faces.
 struct SoftSeams {
   std::uint64_t edges = 0;     ///< How many
+  /// Of these, how many lie between two flats: both faces have a neighbour within 1 degree of their own plane.
+  /// Elsewhere, as on a coarse scan, a gradient is part of the detail and does not show.
+  std::uint64_t between_flats = 0;
   std::uint64_t seams = 0;     ///< Edges where UVs part, soft or hard
   double length = 0;           ///< Of the soft ones together, world units
-  Vec3 example = {};           ///< The middle of the one where faces turn most, as Mesh::positions
+  /// The middle of the one where faces turn most, between flats where there is one there, as Mesh::positions.
+  Vec3 example = {};
   double example_degrees = 0;  ///< How far its faces turn
 };
 

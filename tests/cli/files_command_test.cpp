@@ -153,7 +153,7 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
   };
   const ProcessResult soft = bake("soft", {"--triangulate", "shortest"});
   EXPECT_EQ(soft.exit_code, 0) << soft.errors;
-  EXPECT_NE(soft.errors.find("1 UV seams that are no hard edges, for one at (0, 0.5, 0)"),
+  EXPECT_NE(soft.errors.find("1 UV seams between flats that are no hard edges, for one at (0, 0.5, 0)"),
             std::string::npos)
       << soft.errors;
   EXPECT_NE(soft.errors.find("90 degrees"), std::string::npos) << soft.errors;

@@ -43,6 +43,7 @@ TEST(SoftSeams, AreSeamsWhoseNormalsDoNotPart) {
   const SoftSeams soft = soft_seams(prism(6, false));
   EXPECT_EQ(soft.edges, 6U);
   EXPECT_EQ(soft.seams, 6U);
+  EXPECT_EQ(soft.between_flats, 6U);
   EXPECT_NEAR(soft.length, 6, 1e-6);
   EXPECT_NEAR(soft.example_degrees, 60, 1e-4);
   EXPECT_NEAR(soft.example.z, 0.5, 1e-6);
@@ -57,6 +58,21 @@ TEST(SoftSeams, AreSeamsWhoseNormalsDoNotPart) {
   bare.uv_triangles.clear();
   EXPECT_EQ(soft_seams(bare).seams, 0U);
   EXPECT_THROW(split_at_seams(bare), Error);
+}
+
+TEST(SoftSeams, LieBetweenFlatsOrOnCurvedSurfaces) {
+  Mesh bent = prism(6, false);
+  const std::size_t right = 4 * 3 + 2,
+                    left = 4 * 4 + 3;  // the corner that sides 3 and 4 share: both get a fold
+  ASSERT_EQ(bent.positions[right].x, bent.positions[left].x);
+  for (const std::size_t corner : {right, left}) {
+    bent.positions[corner] = {bent.positions[corner].x * 1.3F, bent.positions[corner].y * 1.3F, 1};
+  }
+  const SoftSeams soft = soft_seams(bent);
+  EXPECT_EQ(soft.edges, 6U);
+  EXPECT_EQ(soft.between_flats, 3U);  // around sides 0 and 1
+  EXPECT_NEAR(soft.example_degrees, 60, 1e-4);
+  EXPECT_GT(soft.example.x, 0);
 }
 
 TEST(SoftSeams, AreSplitIntoTheFacesOwnNormals) {

@@ -31,7 +31,7 @@ enum Mark : std::size_t {
   knob_low = 38,
   knob_high = 42,
 };
-const std::vector<Profile::Control> urn_profile = {
+const std::vector<Profile::Control> kUrnProfile = {
     {0.000, 0.000}, {0.300, 0.000}, {0.385, 0.006},                                  // underside
     {0.402, 0.030}, {0.407, 0.060}, {0.395, 0.095},                                  // foot
     {0.340, 0.115}, {0.270, 0.160}, {0.238, 0.220},                                  // stem
@@ -49,7 +49,7 @@ const std::vector<Profile::Control> urn_profile = {
 
 class Urn {
  public:
-  Urn() : profile_(urn_profile) {}
+  Urn() : profile_(kUrnProfile) {}
   const Profile& profile() const { return profile_; }
 
   Point operator()(const Place& at) const {

@@ -103,7 +103,7 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
            kAgain);
     }
     const ExrBox box = block_box(part, i);
-    const auto field = [&](unsigned k) { return little_endian(head + part_bytes + 4 * k, 4); };
+    const auto field = [&](std::size_t k) { return little_endian(head + part_bytes + 4 * k, 4); };
     const bool placed = part.tiled
                             ? field(0) == i % part.tiles_x() && field(1) == i / part.tiles_x() &&
                                   field(2) == 0 && field(3) == 0

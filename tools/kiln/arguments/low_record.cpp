@@ -32,7 +32,7 @@ fs::path recorded_source(const fs::path& folder, const std::string& stem) {
 fs::path map_of(const fs::path& folder, const std::string& stem) {
   for (const MapInfo& map : maps()) {
     for (const char* ending : {".png", ".exr"}) {
-      const fs::path path = folder / (stem + "_" + std::string(map.kind.name) + ending);
+      fs::path path = folder / (stem + "_" + std::string(map.kind.name) + ending);
       std::error_code none;
       if (fs::exists(path, none)) return path;
     }

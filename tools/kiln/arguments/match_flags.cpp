@@ -20,10 +20,10 @@ std::set<std::string> add_matching_flags(Command& command, BakeArguments& argume
     if (std::find(before.begin(), before.end(), option) != before.end()) continue;
     const std::string name = option->get_name();
     // What a match has no say in, or what is of maps alone.
-    static const std::set<std::string> kNever = {
+    static const std::set<std::string> never = {
         "--max-angle",           "--save-match",           "--reasons",  "--recall",
         "--visibility-clusters", "--visibility-deviation", "--save-cage"};
-    if (without.contains(name) || kNever.contains(name)) {
+    if (without.contains(name) || never.contains(name)) {
       command.remove_option(option);
     } else {
       option->group("The match, as of kiln bake");

@@ -55,21 +55,21 @@ void mind_seams(const BakeArguments& arguments, LowMesh& low, std::vector<Warnin
     return;
   }
   // A mesh without normals is smooth on purpose, or has lost them: what it needs is said by the manual.
-  if (seams.edges == 0) return;
+  if (seams.between_flats == 0) return;
   const auto at = [&](double origin, float value) { return origin + double{value}; };
   char text[256];
   std::snprintf(text, sizeof text,
-                " has %s UV seams that are no hard edges, for one at (%.5g, %.5g, %.5g), where its "
+                " has %s UV seams between flats that are no hard edges, for one at (%.5g, %.5g, "
+                "%.5g), where its "
                 "faces turn %.0f degrees: ",
-                with_commas(seams.edges).c_str(), at(low.mesh.origin[0], seams.example.x),
+                with_commas(seams.between_flats).c_str(), at(low.mesh.origin[0], seams.example.x),
                 at(low.mesh.origin[1], seams.example.y), at(low.mesh.origin[2], seams.example.z),
                 seams.example_degrees);
-  warnings.push_back(
-      {"soft-seams",
-       "LOW " + in_words(low_files(arguments)) + text +
-           "flat faces get gradients there. Make them hard in the modelling tool, or "
-           "add --split-at-seams.",
-       seams.edges});
+  warnings.push_back({"soft-seams",
+                      "LOW " + in_words(low_files(arguments)) + text +
+                          "they get gradients there. Make them hard in the modelling tool, or "
+                          "add --split-at-seams.",
+                      seams.between_flats});
 }
 
 }  // namespace

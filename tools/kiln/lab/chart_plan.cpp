@@ -265,7 +265,7 @@ class PlanCharter {
         light.result ? measured(light.low, light.drawn, light.bake) : measured(light.low);
     stand.front_bytes = bytes_at(PlanWay::kiln, stand.degrees);
     stand.plain_bytes = bytes_at(PlanWay::plain, stand.degrees);
-    chart_.plans.push_back(std::move(stand));
+    chart_.plans.push_back(stand);
     return true;
   }
 

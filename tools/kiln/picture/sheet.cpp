@@ -60,7 +60,7 @@ void draw_legend(Canvas& canvas, const Scale& scale, const Legend& legend, std::
     canvas.fill(bar + i, top + 2, 1, kBarHeight,
                 scale_colour((static_cast<double>(i) + 0.5) / kBarWidth));
   }
-  canvas.text(static_cast<double>(bar + kBarWidth + kGap / 2), static_cast<double>(top),
+  canvas.text(static_cast<double>(bar + kBarWidth) + 0.5 * kGap, static_cast<double>(top),
               number(scale.end) + " " + scale.unit);
   for (std::size_t k = 0; k < scale.others.size(); ++k) {
     const Legend::Part& part = legend.parts[k + 1];
@@ -164,7 +164,7 @@ Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& s
     const std::int64_t top = kGap + static_cast<std::int64_t>(i / columns) * row;
     const Image& image = panels[i].image;
     canvas.put(image, left + (cell - kGap - image.width) / 2, top);
-    double y = static_cast<double>(top + height + kGap / 2);
+    double y = static_cast<double>(top + height) + 0.5 * kGap;
     for (const std::string& text : panels[i].captions) {
       canvas.text(
           static_cast<double>(left) + (static_cast<double>(cell - kGap) - text_width(text)) / 2, y,

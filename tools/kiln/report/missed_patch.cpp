@@ -72,17 +72,21 @@ std::vector<std::size_t> take_patch(std::size_t start, std::size_t width, std::v
 /// The texel that is nearest to the mean; of several the first.
 std::size_t middle(std::vector<std::size_t> patch, std::size_t width) {
   std::sort(patch.begin(), patch.end());
+  const auto place = [&](std::size_t texel) {
+    const std::size_t row = texel / width;
+    return std::pair(static_cast<double>(texel % width), static_cast<double>(row));
+  };
   double x = 0, y = 0;
   for (const std::size_t texel : patch) {
-    x += static_cast<double>(texel % width);
-    y += static_cast<double>(texel / width);
+    const auto [column, row] = place(texel);
+    x += column;
+    y += row;
   }
   x /= static_cast<double>(patch.size());
   y /= static_cast<double>(patch.size());
   const auto squared = [&](std::size_t texel) {
-    const double dx = static_cast<double>(texel % width) - x;
-    const double dy = static_cast<double>(texel / width) - y;
-    return dx * dx + dy * dy;
+    const auto [column, row] = place(texel);
+    return (column - x) * (column - x) + (row - y) * (row - y);
   };
   return *std::min_element(patch.begin(), patch.end(),
                            [&](std::size_t a, std::size_t b) { return squared(a) < squared(b); });
