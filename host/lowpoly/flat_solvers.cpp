@@ -1,6 +1,4 @@
-// The linear systems of flat charts. Scalar arithmetic in one order: the same bytes everywhere.
-#define EIGEN_DONT_VECTORIZE
-#define EIGEN_MPL2_ONLY
+// The linear systems of flat charts.
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
