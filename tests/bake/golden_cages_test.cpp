@@ -42,7 +42,7 @@ TEST(Golden, Cages) {
   GoldenGroup group("cages");
   const Mesh low = with_face_normals(golden_low());
   const Source source(*test::device(), golden_high());
-  static const GoldenRow kRows[] = {
+  static const GoldenRow rows[] = {
       {"auto", [](BakeOptions&) {}},
       {"averaged", [](BakeOptions& o) { o.ray.direction = RayDirection::averaged; }},
       {"face", [](BakeOptions& o) { o.ray.direction = RayDirection::face; }},
@@ -51,7 +51,7 @@ TEST(Golden, Cages) {
   };
   BakeOptions start = sized(96, 64);
   start.keep_match = true;
-  for (const GoldenRow& row : kRows) {
+  for (const GoldenRow& row : rows) {
     BakeOptions options = start;
     row.set(options);
     const Mesh cage = find_cage(source, low, options).mesh;

@@ -58,7 +58,7 @@ TEST(Golden, Plans) {
 TEST(Golden, LightMeshes) {
   KILN_REQUIRE_GOLDEN_DEVICE();
   GoldenGroup group("lowmesh");
-  constexpr UnwrapMethod pairs = UnwrapMethod::pairs;
+  const UnwrapMethod pairs = UnwrapMethod::pairs;
   const Mesh high = golden_high();
   const Source source(*test::device(), high);
   const auto check = [&](const std::string& name, const SimplifyOptions& options,
