@@ -33,7 +33,7 @@ bool on_front(const json& point, const json& points) {
 
 TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
   KILN_REQUIRE_DEVICE();
-  const fs::path scene = make_scene(8000);
+  const fs::path scene = make_scene(4000);
   const fs::path out = scene / "out";
   const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
                                          "6,normal=3", "--size", "64", "--out", out},
@@ -85,7 +85,7 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
 
 TEST(PlanChart, LooksAtTheSizeOnScreen) {
   KILN_REQUIRE_DEVICE();
-  const fs::path scene = make_scene(8000);
+  const fs::path scene = make_scene(4000);
   const auto points_at = [&](const std::string& screen) {
     const fs::path out = scene / ("out_" + screen);
     const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",

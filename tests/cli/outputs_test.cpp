@@ -101,27 +101,31 @@ TEST(Command, InterruptEndsItWithinHalfASecondAndLeavesNothing) {
 TEST(Command, KillLeavesNoPartialMap) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(2000);
-  ProcessOptions options;
-  options.signal = 9;
-  // As soon as a file of its own is there, and while the map is written into it.
+  // As soon as a file is there, and while the map is written into it. Where that is over before it is seen, the
+  // run ends in order: then once more.
   for (const std::uintmax_t bytes : {0U, 1'000'000U}) {
-    const fs::path out = scene / std::to_string(bytes);
-    options.interrupt_when = [&] {
-      if (!fs::exists(out)) return false;
-      std::error_code gone;
-      return std::any_of(
-          fs::directory_iterator(out), fs::directory_iterator(),
-          [&](const auto& entry) { return entry.file_size(gone) >= bytes && !gone; });
-    };
-    const ProcessResult killed =
-        run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", out, "--size", "2048",
-                  "--max-distance", "10%", "--recall", "0"},
-                 options);
-    // A quick machine may be done with the rest before the second signal.
-    EXPECT_TRUE(killed.exit_code == 128 + 9 || bytes > 0) << killed.exit_code << killed.errors;
-    for (const std::string& name : names(out)) {
-      if (name == "low_normal.png") {
-        EXPECT_EQ(load_image(out / name).width, 2048U);
+    bool killed = false;
+    for (int tries = 0; tries < 4 && !killed; ++tries) {
+      const fs::path out = scene / (std::to_string(bytes) + "-" + std::to_string(tries));
+      ProcessOptions options;
+      options.signal = 9;
+      options.interrupt_when = [&] {
+        std::error_code gone;
+        const fs::directory_iterator files(out, gone);
+        return std::any_of(files, fs::directory_iterator(), [&](const auto& entry) {
+          return entry.file_size(gone) >= bytes && !gone;
+        });
+      };
+      const ProcessResult result =
+          run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", out, "--size", "2048",
+                    "--max-distance", "10%", "--recall", "0"},
+                   options);
+      killed = result.exit_code == 128 + 9;
+      EXPECT_TRUE(killed || result.exit_code == 0) << result.errors;
+      for (const std::string& name : names(out)) {
+        if (name == "low_normal.png") {
+          EXPECT_EQ(load_image(out / name).width, 2048U);
+        }
       }
     }
   }
