@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <ctime>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -31,19 +32,18 @@ TEST(Heartbeat, ParallelLoopsAndSerialOnesTellTheirCaller) {
   for (const int threads : {1, 3}) {
     int calls = 0;
     Heartbeat heart([&](double, std::string_view) { return ++calls < 4; });
-    int pieces = 0;
-    const auto begin = Clock::now();
+    std::atomic<int> pieces{0};
     EXPECT_THROW(parallel_for(
                      1000, 1,
                      [&](std::size_t, std::size_t) {
-                       if (threads == 1) ++pieces;
+                       ++pieces;
                        std::this_thread::sleep_for(std::chrono::milliseconds(5));
                      },
                      threads),
                  Cancelled);
     EXPECT_EQ(calls, 4);
-    EXPECT_LT(Clock::now() - begin, std::chrono::seconds(3));  // the whole takes 5 s on one thread
-    if (threads == 1) EXPECT_LT(pieces, 600);
+    // Four beats, 50 ms apart, are 40 pieces a thread.
+    EXPECT_LT(pieces, 600);
   }
 }
 
@@ -115,6 +115,20 @@ TEST(Progress, EveryCallMayCancel) {
   }
 }
 
+/// Seconds by the clock, or of the processor where those are fewer: on a busy machine the clock goes on while this
+/// program waits for its turn.
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::min(std::chrono::duration<double>(Clock::now() - clock_).count(),
+                    static_cast<double>(std::clock() - processor_) / CLOCKS_PER_SEC);
+  }
+
+ private:
+  Clock::time_point clock_ = Clock::now();
+  std::clock_t processor_ = std::clock();  // of all threads
+};
+
 /// Half a million triangles, at -O0 and on a busy machine: the pauses between two calls, and after a no.
 TEST(Progress, CallsComeTenTimesASecond) {
   KILN_REQUIRE_DEVICE();
@@ -122,18 +136,15 @@ TEST(Progress, CallsComeTenTimesASecond) {
   const Mesh low = test::BumpySphere::light(24, 12);
   bake(Source(*test::device(), test::cube()), test::cube(),
        {.width = 64, .height = 64});  // kernels
-  std::vector<Clock::time_point> times;
-  const Progress note = [&](double, std::string_view) {
-    times.push_back(Clock::now());
-    return true;
-  };
+  int calls = 0;
+  const Progress note = [&](double, std::string_view) { return ++calls > 0; };
   BakeOptions options{.width = 1024, .height = 1024};
   options.progress = note;
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   const auto source = Source::build(*test::device(), high, note);
   bake(*source, low, options);
-  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  EXPECT_GT(static_cast<double>(times.size()), 8 * seconds) << seconds << " s";
+  const double seconds = watch.seconds();
+  EXPECT_GT(calls, 8 * seconds) << seconds << " s";
 }
 
 /// Long work that takes no callback, by name.
@@ -165,7 +176,7 @@ TEST(ProgressScope, HearsOfWorkWithoutACallback) {
   for (const auto& [name, work] : silent_work(*test::device())) {
     work();  // kernels
     int calls = 0;
-    const auto begin = Clock::now();
+    const Stopwatch watch;
     {
       const ProgressScope scope([&](double done, std::string_view) {
         EXPECT_GE(done, 0);
@@ -175,7 +186,7 @@ TEST(ProgressScope, HearsOfWorkWithoutACallback) {
       });
       work();
     }
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    const double seconds = watch.seconds();
     EXPECT_GT(calls, 6 * seconds - 1) << name << ", " << seconds << " s";
     const int before = calls;
     if (name == "unwrap") work();  // the scope has ended
@@ -236,15 +247,21 @@ TEST(Threads, TheLimitHoldsAndChangesNothing) {
   };
   set_thread_limit(1);
   EXPECT_EQ(thread_limit(), 1);
-  std::atomic<int> at_once{0}, most{0};
+  std::atomic<int> at_once{0}, most{0}, wanted{0};
   const auto count = [&](std::size_t, std::size_t) {
     const int now = ++at_once;
     if (now > most) most = now;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    // A second thread may take its time to begin: the first one waits for it.
+    int waits = 0;
+    do {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    } while (most < wanted && ++waits < 20'000);
+    if (waits == 20'000) wanted = 0;  // none comes
     --at_once;
   };
   parallel_for(20, 1, count);
   EXPECT_EQ(most, 1);
+  wanted = 2;
   const Match one = hashes();
   set_thread_limit(5);
   parallel_for(200, 1, count);

@@ -49,13 +49,6 @@ inline std::vector<std::string> read_lines(const fs::path& path) {
   return lines;
 }
 
-/// Charts without a picture, which takes Python seconds.
-inline ProcessOptions without_python() {
-  ProcessOptions options;
-  options.environment = {{"PATH", test::path_without("python3")}};
-  return options;
-}
-
 /// The picture of so many groups of panels. Beside it lies no script: that is for where there is no picture.
 inline void expect_picture(const fs::path& out, std::uint32_t groups,
                            std::uint32_t lines_of_panels) {

@@ -129,7 +129,7 @@ TEST(ChartCommand, TakesVolumesWithoutHeaderAndSomeWays) {
       run_kiln({"chart", scene / "ball.raw", "--raw-size", "48x48x48", "--iso", "127.5", "--error",
                 "0.5", "--size", "128", "--repeat", "2", "--pixels", "64", "--settings",
                 "ray_2x2,direct", "--quiet", "--out", out},
-               without_python());
+               test::without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, "");
   EXPECT_TRUE(test::only_warnings(result.errors)) << result.errors;
@@ -189,9 +189,9 @@ TEST(ChartCommand, MatchesByUvsWhereLayoutsAgree) {
   save_obj(turned, scene / "turned.obj");
   const auto chart = [&](const fs::path& low, const fs::path& out, const std::string& settings) {
     return run_kiln({"chart", scene / "high.obj", low, "--out", out, "--size", "64", "--repeat",
-                     "1", "--max-distance", "10%", "--directions", "32", "--pixels", "64",
+                     "1", "--max-distance", "10%", "--directions", "12", "--pixels", "64",
                      "--quiet", "--settings", settings},
-                    without_python());
+                    test::without_python());
   };
   const ProcessResult result = chart(scene / "low.obj", scene / "out", "ray,uv");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -239,7 +239,7 @@ TEST(ChartCommand, TakesHeightFields) {
                                               "--max-distance",
                                               "40%",
                                               "--directions",
-                                              "32",
+                                              "12",
                                               "--pixels",
                                               "64",
                                               "--settings",

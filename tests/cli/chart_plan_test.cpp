@@ -33,11 +33,11 @@ bool on_front(const json& point, const json& points) {
 
 TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
   KILN_REQUIRE_DEVICE();
-  const fs::path scene = make_scene(8000);
+  const fs::path scene = make_scene(4000);
   const fs::path out = scene / "out";
   const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
                                          "6,normal=3", "--size", "64", "--out", out},
-                                        without_python());
+                                        test::without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(out / "chart.json");
   ASSERT_EQ(report["meshes"].size(), 1U);
@@ -85,12 +85,12 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
 
 TEST(PlanChart, LooksAtTheSizeOnScreen) {
   KILN_REQUIRE_DEVICE();
-  const fs::path scene = make_scene(8000);
+  const fs::path scene = make_scene(4000);
   const auto points_at = [&](const std::string& screen) {
     const fs::path out = scene / ("out_" + screen);
     const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
                                            "6", "--screen", screen, "--size", "64", "--out", out},
-                                          without_python());
+                                          test::without_python());
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     const json report = read_json(out / "chart.json");
     EXPECT_EQ(std::to_string(report["options"]["screen"].get<int>()) + "px", screen);

@@ -28,20 +28,21 @@ struct Dense {
   Mesh mesh = test::BumpySphere::dense(6000, true);
   Dense() { save_obj(mesh, high.replace_extension(".obj")); }
 
-  ProcessResult bake(const std::string& out, std::vector<std::string> more) const {
+  ProcessResult bake(const std::string& out, std::vector<std::string> more,
+                     const test::ProcessOptions& options = test::without_python()) const {
     std::vector<std::string> words = {"bake",   high, "--out",  folder / out,
                                       "--size", "64", "--json", folder / (out + ".json")};
     words.insert(words.end(), more.begin(), more.end());
-    return run_kiln(words);
+    return run_kiln(words, options);
   }
   nlohmann::json report(const std::string& out) const {
     return read_json(folder / (out + ".json"));
   }
 };
 
-/// The plan for 2 degrees, made once.
+/// The plan for 2 degrees and its picture, made once.
 struct NearPlan : Dense {
-  ProcessResult done = bake("near", {"--max-error", "normal=2"});
+  ProcessResult done = bake("near", {"--max-error", "normal=2"}, {});
   static const NearPlan& made() {
     static const NearPlan plan;
     return plan;
@@ -67,6 +68,7 @@ TEST(LightCommand, PlansFacesAndTexelsTogether) {
   const Image map = load_image(dense.folder / "near" / "high_low_normal.png");
   EXPECT_EQ(map.width, plan["chosen"]["size"].get<std::uint32_t>());
   EXPECT_TRUE(fs::exists(dense.folder / "near" / "high_low_plan_plot.json"));
+  EXPECT_EQ(fs::exists(dense.folder / "near" / "high_low_plan.png"), test::has_matplotlib());
   EXPECT_EQ(report["inputs"]["low"]["triangles"], plan["chosen"]["faces"]);
 
   // The older words ask for the same, and the same comes out.

@@ -139,12 +139,10 @@ TEST(MeasureCommand, ShowsAThinModelLarge) {
   }
   save_obj(high, scene / "high.obj");
   save_obj(low, scene / "low.obj");
-  ProcessOptions options;
-  options.environment = {{"PATH", test::path_without("python3")}};
   const ProcessResult result = run_kiln(
       {"measure", scene / "high.obj", scene / "low.obj", "--match", "closest", "--size", "64",
        "--directions", "12", "--pixels", "64", "--max-distance", "10%", "--out", scene / "out"},
-      options);
+      test::without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_NE(result.errors.find("python3-matplotlib"), std::string::npos) << result.errors;
   EXPECT_FALSE(fs::exists(scene / "out" / "measure.png"));
@@ -168,8 +166,6 @@ TEST(MeasureCommand, PicturesAreTakenFromTheViewAskedFor) {
   }
   save_obj(high, scene / "high.obj");
   save_obj(low, scene / "low.obj");
-  ProcessOptions without_python;
-  without_python.environment = {{"PATH", test::path_without("python3")}};
   const auto tile = [&](const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"measure",
                                           scene / "high.obj",
@@ -189,7 +185,7 @@ TEST(MeasureCommand, PicturesAreTakenFromTheViewAskedFor) {
                                           "--pixels",
                                           "64"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = run_kiln(arguments, without_python);
+    const ProcessResult result = run_kiln(arguments, test::without_python());
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     const json of = read_json(scene / name / "measure_plot.json")["tile"];
     return std::pair(of[0].get<int>(), of[1].get<int>());
@@ -210,7 +206,7 @@ TEST(MeasureCommand, RatesPlacesOfVisibilityApart) {
   const auto measure = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"measure", scene / "high.obj", scene / "low.obj", "--size", "64",
                                "--directions", "12", "--pixels", "64", "--max-distance", "10%"});
-    return run_kiln(more);
+    return run_kiln(more, test::without_python());
   };
   const ProcessResult result =
       measure({"--match", "ray", "--match", "hybrid", "--match", "visibility", "--visibility-at",

@@ -35,14 +35,16 @@ inline void expect_tiles(const fs::path& out, const std::string& name, std::size
   EXPECT_EQ(image.height, plot["tile"][1].get<std::size_t>() * tiles);
 }
 
-/// The folder's files are those of a whole study, and its pictures were drawn.
-inline void expect_files(const fs::path& out, const std::string& name, std::size_t panels) {
+/// The folder's files are those of a whole study, and its pictures were drawn where they were to be.
+inline void expect_files(const fs::path& out, const std::string& name, std::size_t panels,
+                         bool drawn = test::has_matplotlib()) {
   EXPECT_TRUE(fs::exists(out / (name + ".csv")));
   expect_tiles(out, name + "_error", 3);
   const json plot = read_json(out / (name + "_plot.json"));
   EXPECT_EQ(plot["kind"], "study");
   ASSERT_EQ(plot["panels"].size(), panels);
-  if (!test::has_matplotlib()) return;
+  EXPECT_EQ(fs::exists(out / (name + ".png")), drawn);
+  if (!drawn) return;
   EXPECT_EQ(load_image(out / (name + ".png")).width, 930 * panels);
   EXPECT_GE(load_image(out / (name + "_error.png")).width, 820U);
 }

@@ -41,9 +41,8 @@ TEST(Command, GivesTheSameBytesEveryTime) {
   EXPECT_TRUE(bake("b", {}, {}) == expected) << "run twice";
   ProcessOptions one_thread;
   one_thread.environment = {{"KILN_THREADS", "1"}, {"POCL_MAX_PTHREAD_COUNT", "1"}};
-  EXPECT_TRUE(bake("c", {}, one_thread) == expected) << "one thread";
-  EXPECT_TRUE(bake("d", {"--traversal", "gpu"}, {}) == expected) << "the other traversal";
-  EXPECT_TRUE(bake("e", {"--traversal", "cpu"}, one_thread) == expected);
+  EXPECT_TRUE(bake("c", {"--traversal", "gpu"}, one_thread) == expected) << "one thread, gpu";
+  EXPECT_TRUE(bake("d", {"--traversal", "cpu"}, one_thread) == expected) << "one thread, cpu";
 }
 
 TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
@@ -64,7 +63,7 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
                                           "--max-distance",
                                           "10%",
                                           "--directions",
-                                          "48",
+                                          "24",
                                           "--json",
                                           scene / "report.json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -89,26 +88,25 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
         {"--match", "visibility", "--view-weight", scene / "views.txt"}}) {
     const std::string expected = bake(options, {});
     ASSERT_GT(expected.size(), 1000U);
-    EXPECT_TRUE(bake(options, one_thread) == expected) << options.back();
     EXPECT_TRUE(bake(options, three_threads) == expected) << options.back();
     std::vector<std::string> gpu = options;
     gpu.insert(gpu.end(), {"--traversal", "gpu"});
-    EXPECT_TRUE(bake(gpu, {}) == expected) << options.back();
+    EXPECT_TRUE(bake(gpu, one_thread) == expected) << options.back() << ", one thread, gpu";
     EXPECT_EQ(std::count(all.begin(), all.end(), expected), 0) << options.back();
     all.push_back(expected);
     const nlohmann::json report = read_json(scene / "report.json");
     EXPECT_EQ(report["options"]["match"], options[1]);
-    EXPECT_EQ(report["options"]["directions"], 48);
+    EXPECT_EQ(report["options"]["directions"], 24);
     const auto& visibility = report["visibility"];
     EXPECT_GT(visibility["places"].get<int>(), 1000);
     EXPECT_GT(visibility["seconds"].get<double>(), 0);
     EXPECT_EQ(visibility["test"], report["options"]["visibility_test"]);
-    EXPECT_LE(visibility["directions"].get<int>(), 48);
+    EXPECT_LE(visibility["directions"].get<int>(), 24);
   }
   // In words, too.
   const ProcessResult said =
       run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
-                "64", "--match", "hybrid", "--fallback", "mark", "--max-distance", "0.1%"});
+                "16", "--match", "hybrid", "--fallback", "mark", "--max-distance", "0.1%"});
   EXPECT_NE((said.output + said.errors).find("visibility from 512 directions"), std::string::npos)
       << said.output << said.errors;
 }
@@ -125,7 +123,7 @@ TEST(Command, GivesTheSameBytesOnOtherImplementations) {
                                         "--out",
                                         scene / name,
                                         "--size",
-                                        "48",
+                                        "24",
                                         "--max-distance",
                                         "10%",
                                         "--samples",

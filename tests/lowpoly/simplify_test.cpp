@@ -1,18 +1,17 @@
 // simplify(): counts, topology, measured deviation, imperfect input, determinism.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <string>
 
 #include "base/fnv.h"
 #include "kiln/lowpoly.h"
+#include "kiln/threads.h"
 #include "mesh/fans.h"
 #include "mesh/surface_distance.h"
 #include "support/environment.h"
@@ -307,36 +306,19 @@ std::uint64_t hash(const Mesh& mesh) {
   return value;
 }
 
-/// Run by the test below in processes of their own: the number of threads is read once.
-TEST(Simplify, DISABLED_PrintHash) {
-  const Mesh high = test::BumpySphere::dense(150000);
-  const Mesh low = unwrap(simplify(high, {.max_error = 0.001}), {.method = UnwrapMethod::pairs});
-  const Mesh fitted =
-      simplify(test::BumpySphere::dense(260000), {.faces = 3000});  // In pieces at first.
-  std::printf("hash=%llx %llx\n", static_cast<unsigned long long>(hash(low)),
-              static_cast<unsigned long long>(hash(fitted)));
-}
-
 TEST(Simplify, SameBytesOnAnyNumberOfThreads) {
-  std::array<char, 4096> path{};
-  ASSERT_GT(readlink("/proc/self/exe", path.data(), path.size() - 1), 0);
-  std::array<std::string, 3> hashes;
-  const std::array<std::string, 3> threads{"1", "2", "2"};
-  for (std::size_t i = 0; i < hashes.size(); ++i) {
-    const std::string command = "KILN_THREADS=" + threads[i] + " '" + path.data() +
-                                "' --gtest_also_run_disabled_tests "
-                                "--gtest_filter=Simplify.DISABLED_PrintHash";
-    FILE* pipe = popen(command.c_str(), "r");
-    ASSERT_NE(pipe, nullptr);
-    std::array<char, 512> line{};
-    while (std::fgets(line.data(), static_cast<int>(line.size()), pipe) != nullptr) {
-      if (std::strncmp(line.data(), "hash=", 5) == 0) hashes[i] = line.data();
-    }
-    pclose(pipe);
-    ASSERT_NE(hashes[i], "");
+  const Mesh high =
+      test::BumpySphere::dense(130000);  // In two pieces at first, by error and by count.
+  std::array<std::uint64_t, 2> one{};
+  for (const int threads : {1, 3}) {
+    set_thread_limit(threads);
+    const Mesh low = unwrap(simplify(high, {.max_error = 0.001}), {.method = UnwrapMethod::pairs});
+    const Mesh fitted = simplify(high, {.faces = 3000});
+    set_thread_limit(0);
+    const std::array<std::uint64_t, 2> now{hash(low), hash(fitted)};
+    if (threads == 1) one = now;
+    EXPECT_EQ(now, one);
   }
-  EXPECT_EQ(hashes[0], hashes[1]);
-  EXPECT_EQ(hashes[1], hashes[2]);
 }
 
 TEST(SurfaceDistance, AgreesWithSampling) {

@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <array>
@@ -24,6 +25,20 @@ namespace fs = std::filesystem;
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Of all its threads, so far.
+double processor_seconds(pid_t program) {
+  clockid_t clock{};
+  timespec time{};
+  if (clock_getcpuclockid(program, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+bool is_time_to_interrupt(pid_t program, const ProcessOptions& options) {
+  if (options.interrupt_when && options.interrupt_when()) return true;
+  return options.interrupt_after_processor_seconds >= 0 &&
+         processor_seconds(program) >= options.interrupt_after_processor_seconds;
 }
 
 [[noreturn]] void become(const std::vector<std::string>& command, const ProcessOptions& options,
@@ -79,8 +94,7 @@ ProcessResult run_process(const std::vector<std::string>& command, const Process
       }
     }
     const double elapsed = now() - start;
-    if (signalled < 0 && options.interrupt_after_seconds >= 0 &&
-        elapsed >= options.interrupt_after_seconds) {
+    if (signalled < 0 && is_time_to_interrupt(child, options)) {
       kill(child, options.signal);
       signalled = now();
     }
@@ -127,6 +141,12 @@ std::string path_without(const std::string& program) {
   return path = links.string();
 }
 
+ProcessOptions without_python() {
+  ProcessOptions options;
+  options.environment = {{"PATH", path_without("python3")}};
+  return options;
+}
+
 std::string folder_with(const std::string& name, const std::string& script) {
   const fs::path file = scratch_folder() / name;
   std::ofstream(file) << "#!/bin/sh\n" << script << "\n";
@@ -135,11 +155,14 @@ std::string folder_with(const std::string& name, const std::string& script) {
 }
 
 bool has_matplotlib() {
-  constexpr const char* kScript =
-      "IFS=:; for folder in $PATH; do \"$folder/python3\" -c 'import importlib.util, sys; "
-      "sys.exit(importlib.util.find_spec(\"matplotlib\") is None)' 2>/dev/null && exit 0; done; "
-      "exit 1";
-  return run_process({"/bin/sh", "-c", kScript}).exit_code == 0;
+  static const bool found = [] {
+    constexpr const char* kScript =
+        "IFS=:; for folder in $PATH; do \"$folder/python3\" -c 'import importlib.util, sys; "
+        "sys.exit(importlib.util.find_spec(\"matplotlib\") is None)' 2>/dev/null && exit 0; done; "
+        "exit 1";
+    return run_process({"/bin/sh", "-c", kScript}).exit_code == 0;
+  }();
+  return found;
 }
 
 }  // namespace kiln::test

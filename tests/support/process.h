@@ -10,7 +10,11 @@ namespace kiln::test {
 
 struct ProcessOptions {
   std::map<std::string, std::string> environment;  ///< Added to ours
-  double interrupt_after_seconds = -1;             ///< Send `signal` then
+  /// `signal` is sent after so many processor seconds of the program: by the clock it has come less far on a
+  /// busy machine. Below 0: never.
+  double interrupt_after_processor_seconds = -1;
+  /// Or as soon as this says so.
+  std::function<bool()> interrupt_when;
   int signal = 2;
   std::uint64_t file_size_limit = 0;  ///< Bytes (RLIMIT_FSIZE), 0: none
   double timeout_seconds = 600;       ///< Killed then
@@ -21,7 +25,7 @@ struct ProcessResult {
   std::string output;  ///< Standard output
   std::string errors;  ///< Standard error
   double seconds = 0;
-  double seconds_after_signal = 0;
+  double seconds_after_signal = -1;  ///< Below 0 where it ended before
 };
 
 ProcessResult run_process(const std::vector<std::string>& command,
@@ -36,6 +40,9 @@ bool only_warnings(const std::string& errors);
 /// A folder to take as PATH: every program on ours but `program`. (An empty PATH would also take away
 /// the linker, which PoCL calls where a kernel isn't in its cache.)
 std::string path_without(const std::string& program);
+
+/// No Python, so no pictures of data: drawing one takes it a second.
+ProcessOptions without_python();
 
 /// A folder with one program, NAME: a script for /bin/sh.
 std::string folder_with(const std::string& name, const std::string& script);

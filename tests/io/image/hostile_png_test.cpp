@@ -2,7 +2,7 @@
 #include <sys/stat.h>
 #include <zlib.h>
 
-#include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -73,9 +73,9 @@ TEST(HostilePng, TooManyPixelsAreRefusedBeforeTheyAreRead) {
   const std::string bytes =
       header(32768, 32768, 1, 0) + image_data(std::string((32768 / 8 + 1) * 32768, '\0'));
   EXPECT_LT(bytes.size(), 140000u);
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   expect_words(refusal(bytes), {"IHDR", "32768 x 32768", "at most 1073741823", "Scale"});
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
+  EXPECT_LT(std::clock() - start, 2 * CLOCKS_PER_SEC) << "reading them takes 25 s of the processor";
   expect_words(refusal(header(0, 5, 8, 0) + image_data("")), {"IHDR", "0 x 5"});
   expect_words(refusal(header(65537, 5, 8, 0) + image_data("")), {"IHDR", "65537 x 5"});
   expect_words(refusal(header(40, 40, 8, 0) + image_data(std::string(40 * 41, '\0')), {1599}),

@@ -42,6 +42,7 @@ MatchAssessment assess_setting(const Source& source, const Mesh& low, const Char
                                const Progress& progress) {
   BakeOptions bake_with = bake_options_of(setting, options, kAssessedSize);
   bake_with.samples = 1;
+  bake_with.recall = 0;
   bake_with.keep_match = true;
   std::optional<FoundCage> cage;
   if (setting.find_cage)
