@@ -111,6 +111,9 @@ class PointMap : public MapMaker {
       share = reads_->read(*shares, band.sample_count);
     }
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
+      // Of one sample a texel takes the value itself. Written at its place: copies of what was just written
+      // in parts would wait for it.
+      const bool as_is = !mixed && info_.type != MapType::unit_vector;
       Average average(info_);
       UvFacet facet;
       DensePoint point;
@@ -118,16 +121,25 @@ class PointMap : public MapMaker {
         std::uint8_t& coverage = out.coverage[samples.index[t]];
         float* const to = &out.values[std::size_t{samples.index[t]} * info_.channels];
         coverage = kCoverageMissed;
+        const std::uint32_t first = samples.first[t], last = samples.first[t + 1];
+        if (as_is && first + 1 == last && found.triangle[first] != KILN_NO_TRIANGLE) {
+          coverage = kCoverageBaked;
+          value_at(samples, first, found, found, facet, point, to);
+          for (std::uint32_t c = 0; c < info_.channels; ++c) to[c] += 0.0F;  // as a sum: no -0
+          continue;
+        }
         average.clear();
-        for (std::uint32_t s = samples.first[t]; s < samples.first[t + 1]; ++s) {
+        for (std::uint32_t s = first; s < last; ++s) {
           if (found.triangle[s] != KILN_NO_TRIANGLE) {
             coverage = kCoverageBaked;
           } else if (miss_ != MissPolicy::keep || info_.fills_misses) {
             continue;
           }
-          Value value = value_at(samples, s, found, found, facet, point);
+          Value value{};
+          value_at(samples, s, found, found, facet, point, value.data());
           if (mixed && mixed->triangle[s] != KILN_NO_TRIANGLE) {
-            const Value with = value_at(samples, s, *mixed, found, facet, point);
+            Value with{};
+            value_at(samples, s, *mixed, found, facet, point, with.data());
             for (std::uint32_t c = 0; c < info_.channels; ++c) {
               value[c] = value[c] * share[s] + with[c] * (1 - share[s]);
             }
@@ -217,8 +229,9 @@ class PointMap : public MapMaker {
   /// \param first  what the bake's own match says of the sample, which has its directions
   /// \param facet  of the sample before
   /// \param point  of the sample before, or of none: what is not needed stays as it was at first
-  Value value_at(const HostSamples& samples, std::size_t s, const HostMatch& found,
-                 const HostMatch& first, UvFacet& facet, DensePoint& point) const {
+  /// \param value  as many as there are channels
+  void value_at(const HostSamples& samples, std::size_t s, const HostMatch& found,
+                const HostMatch& first, UvFacet& facet, DensePoint& point, float* value) const {
     if (!first.seen[0].empty()) point.seen = {first.seen[0][s], first.seen[1][s], first.seen[2][s]};
     point.triangle = found.triangle[s];
     point.found = point.triangle != KILN_NO_TRIANGLE;
@@ -236,9 +249,8 @@ class PointMap : public MapMaker {
     }
     if (needs_.position) place(point);
     if (needs_.normal || needs_.uv) turn(point, facet);
-    Value value{};
-    (*function_)(point, value.data());
-    return value;
+    std::fill_n(value, info_.channels, 0.0F);
+    (*function_)(point, value);
   }
 
   static Vec3d on_low(const DensePoint& point, const Vec3& a, const Vec3& b, const Vec3& c) {
