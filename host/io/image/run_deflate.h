@@ -12,7 +12,7 @@ namespace kiln {
 /// deflated apart may be joined.
 /// \param last  the stream ends with it
 /// \param to    it is appended to these
-/// Cost: a fifth to a third of the time of zlib's Z_RLE. Maps come within a percent of its bytes; data that is
+/// Cost: less than half of the time of zlib's Z_RLE. Maps come within a percent of its bytes; data that is
 /// nearly empty, or changes within 64 KiB, takes more.
 void run_deflate(std::span<const std::uint8_t> raw, bool last, std::vector<std::uint8_t>& to);
 
