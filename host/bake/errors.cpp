@@ -107,7 +107,8 @@ class Finer {
     const std::size_t offset = std::size_t{band_.first_row} * options_.width;
     for (std::uint32_t t = 0; t < band_.texel_count; ++t) {
       if (scene_.layers.coverage()[offset + index[t]] != kCoverageBaked) continue;
-      if (passed_++ % step == step / 2) chosen.push_back(t);
+      if (passed_ == step / 2) chosen.push_back(t);
+      if (++passed_ == step) passed_ = 0;
     }
     return chosen;
   }
@@ -166,7 +167,7 @@ class Finer {
   Layers layers_;
   TexelSampler sampler_;
   TexelBand band_;
-  std::uint64_t passed_ = 0;
+  std::uint64_t passed_ = 0;                 // since the last multiple of the step
   std::vector<std::vector<double>> errors_;  // of maps
 };
 

@@ -15,11 +15,15 @@ constexpr std::int32_t kEverywhere = 16384;
 
 bool is_averaged(MapType type) { return type != MapType::id && type != MapType::coverage; }
 
+GutterOptions gutter_of(const MapInfo& map, const BakeOptions& options, std::int32_t texels) {
+  const bool fill = options.miss != MissPolicy::keep || map.fills_misses;
+  return {texels, fill, map.type == MapType::unit_vector};
+}
+
 /// Fills what charts leave empty. \returns how many texels became padding
 std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& options,
                   std::int32_t texels, Image& image, std::vector<std::uint8_t>& coverage) {
-  const bool fill = options.miss != MissPolicy::keep || map.fills_misses;
-  GutterOptions gutter{texels, fill, map.type == MapType::unit_vector};
+  GutterOptions gutter = gutter_of(map, options, texels);
   if (map.type != MapType::id) return fill_gutter(context, image, coverage, gutter);
   // Push-pull averages, which names never are: the nearest one is copied, over missed texels too.
   if (texels < 0) gutter.texels = kEverywhere;
@@ -36,27 +40,28 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
   return count;
 }
 
-/// Background and padding. \returns how many texels became padding
-std::uint64_t fill_empty(cl::Context& context, const MapInfo& map, const BakeOptions& options,
-                         std::int32_t gutter, Image& image, std::vector<std::uint8_t>& coverage) {
-  const std::array<float, 4> empty = map_background(map, options);
-  const std::size_t channels = image.channels;
-  parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (coverage[i] != kCoverageEmpty) continue;
-      std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
-    }
-  });
-  return pad(context, map, options, gutter, image, coverage);
-}
-
+/// Background where padding did not reach, and what the map's values are encoded as.
 void encode(const MapInfo& map, const BakeOptions& options,
             const std::vector<std::uint8_t>& coverage, Image& image) {
+  const std::array<float, 4> empty = map_background(map, options);
   const std::size_t channels = image.channels;
+  const bool marks = options.miss == MissPolicy::mark;
+  const bool plain = map.type != MapType::unit_vector && !marks;
+  const bool halves =
+      map.type == MapType::unit_vector && !marks && !options.raw && !options.two_component;
   parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
+      if (coverage[i] == kCoverageEmpty) {
+        std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
+      }
+      if (!plain && !halves) {
+        encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
+      }
     }
+    if (!halves) return;
+    // As encode_texel() would, several at once.
+    float* const pixels = image.pixels.data();
+    for (std::size_t i = begin * 3; i < end * 3; ++i) pixels[i] = pixels[i] * 0.5F + 0.5F;
   });
 }
 
@@ -197,7 +202,7 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
     std::int32_t gutter = options.gutter;
     for (MipLevel& level : make_mips(layers_[l].image, coverage_, charts, mip_options)) {
       if (gutter > 0) gutter = std::max(2, gutter / 2);
-      fill_empty(context, map, options, gutter, level.image, level.coverage);
+      pad(context, map, options, gutter, level.image, level.coverage);
       encode(map, options, level.coverage, level.image);
       all[l].push_back(std::move(level.image));
     }
@@ -205,24 +210,64 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
   return all;
 }
 
+/// Pads one map, and with it all that have the same charts and rules. \returns their numbers
+std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOptions& options,
+                                          std::size_t first, std::vector<Image>& images,
+                                          std::vector<std::uint8_t>& coverage,
+                                          std::uint64_t& padded) const {
+  const bool missed =
+      std::find(coverage_.begin(), coverage_.end(), kCoverageMissed) != coverage_.end();
+  // Names are padded otherwise where something was missed, or everything is padded.
+  const auto apart = [&](const MapInfo& map) {
+    return map.type == MapType::id && (missed || options.gutter < 0);
+  };
+  const MapInfo& map = layers_[first].row->info;
+  coverage = coverage_;
+  if (apart(map)) {
+    padded = pad(context, map, options, options.gutter, images[first], coverage);
+    return {first};
+  }
+  const GutterOptions gutter = gutter_of(map, options, options.gutter);
+  std::vector<std::size_t> numbers;
+  std::vector<GutterImage> together;
+  for (std::size_t l = first; l < images.size(); ++l) {
+    const MapInfo& other = layers_[l].row->info;
+    const GutterOptions wanted = gutter_of(other, options, options.gutter);
+    if (other.type == MapType::coverage || apart(other)) continue;
+    if (missed && wanted.fill_missed != gutter.fill_missed) continue;
+    numbers.push_back(l);
+    together.push_back({&images[l], wanted.unit_vectors});
+  }
+  padded = fill_gutters(context, together, coverage, gutter);
+  return numbers;
+}
+
 std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& options, bool keep,
                                   std::vector<std::uint8_t>& coverage, std::uint64_t& padded,
                                   Image* drawn) {
   std::vector<Image> images;
+  for (Layer& layer : layers_) images.push_back(keep ? layer.image : std::move(layer.image));
+  std::vector<std::uint8_t> done(images.size());
+  std::size_t last = 0;  // of those done
   coverage.clear();
-  for (Layer& layer : layers_) {
-    Image image = keep ? layer.image : std::move(layer.image);
-    if (layer.row->info.type != MapType::coverage) {
-      std::vector<std::uint8_t> own = coverage_;
-      const MapInfo& map = layer.row->info;
-      padded = fill_empty(context, map, options, options.gutter, image, own);
+  for (std::size_t first = 0; first < images.size(); ++first) {
+    if (done[first] != 0 || layers_[first].row->info.type == MapType::coverage) continue;
+    std::vector<std::uint8_t> own;
+    std::uint64_t count = 0;
+    const std::vector<std::size_t> numbers = pad_with(context, options, first, images, own, count);
+    for (const std::size_t l : numbers) {
+      const MapInfo& map = layers_[l].row->info;
       if (drawn != nullptr && map.kind == MapKind::normal) {
-        *drawn = as_drawn(map, options, own, image);
+        *drawn = as_drawn(map, options, own, images[l]);
       }
-      encode(map, options, own, image);
-      if (coverage.empty()) coverage = std::move(own);
+      encode(map, options, own, images[l]);
+      done[l] = 1;
     }
-    images.push_back(std::move(image));
+    if (numbers.back() >= last) {
+      last = numbers.back();
+      padded = count;
+    }
+    if (coverage.empty()) coverage = std::move(own);
   }
   if (coverage.empty()) {
     // Which texels padding would reach is said all the same.

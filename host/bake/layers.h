@@ -83,6 +83,10 @@ class Layers {
 
  private:
   BandPixels pixels(Layer& layer, const TexelBand& band);
+  std::vector<std::size_t> pad_with(cl::Context& context, const BakeOptions& options,
+                                    std::size_t first, std::vector<Image>& images,
+                                    std::vector<std::uint8_t>& coverage,
+                                    std::uint64_t& padded) const;
 
   SharedWorks shared_;  // of the makers
   std::shared_ptr<BandReads> reads_;

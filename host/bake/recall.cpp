@@ -9,6 +9,7 @@
 
 #include "accel/closest.h"
 #include "accel/ray.h"
+#include "bake/recall_slabs.h"
 #include "base/parallel.h"
 #include "kiln/measure.h"
 #include "mesh/kernels_shared.h"
@@ -262,37 +263,40 @@ void Recall::make_grid() {
 }
 
 void Recall::find_triangles(const Source::Impl& high) {
-  std::vector<std::uint32_t> order;
+  std::vector<std::uint32_t> seen;
+  std::vector<Vec3> points(places_.size());
   double farthest = 0;
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    points[i] = places_[i].position;
     if (!(seen_[i] > 0)) continue;
-    order.push_back(i);
+    seen.push_back(i);
     farthest = std::max(farthest, double{radius_[i]} * kWider);
   }
-  const auto x_of = [&](std::uint32_t i) { return places_[i].position.x; };
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return x_of(a) < x_of(b); });
+  const RecallSlabs slabs(points, std::move(seen));
   struct Found {
     std::vector<std::uint32_t> triangles, ends, places;
   };
   const std::size_t count = high.triangles.size();
   std::vector<Found> found((count + kGrain - 1) / kGrain);
   parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
-    auto& [triangles, ends, places] = found[begin / kGrain];
+    // Named, since the lambda within reads them.
+    std::vector<std::uint32_t>& triangles = found[begin / kGrain].triangles;
+    std::vector<std::uint32_t>& ends = found[begin / kGrain].ends;
+    std::vector<std::uint32_t>& places = found[begin / kGrain].places;
     for (std::size_t t = begin; t < end; ++t) {
-      const auto [low, top] = box_of(high, high.triangles[t]);
+      const auto box = box_of(high, high.triangles[t]);
+      const Vec3d &low = box[0], &top = box[1];
       const double slack = kOutside * 4 * length(top - low);
       const std::size_t before = places.size();
-      auto next = std::lower_bound(order.begin(), order.end(), low.x - slack - farthest,
-                                   [&](std::uint32_t i, double x) { return x_of(i) < x; });
-      for (; next != order.end() && places.size() <= before + kFewPlaces; ++next) {
-        const Vec3d p(places_[*next].position);
-        if (p.x > top.x + slack + farthest) break;
-        const double r = slack + double{radius_[*next]} * kWider;
+      const Vec3d reach = Vec3d{1, 1, 1} * (slack + farthest);
+      slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
+        const Vec3d p(points[i]);
+        const double r = slack + double{radius_[i]} * kWider;
         const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
                             p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
-        if (within) places.push_back(*next);
-      }
+        if (within) places.push_back(i);
+        return places.size() <= before + kFewPlaces;
+      });
       if (places.size() == before) continue;
       triangles.push_back(static_cast<std::uint32_t>(t));
       if (places.size() > before + kFewPlaces) places.resize(before);  // the grid has them

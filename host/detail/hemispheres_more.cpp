@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <numeric>
 
@@ -160,14 +161,17 @@ void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texe
 }
 
 ShareFilter::Result Hemispheres::filtered(const Estimates& of) {
-  std::vector<float> pairs(2 * of.rays.size());
-  for (std::size_t t = 0; t < of.rays.size(); ++t) {
-    const double all =
-        static_cast<double>(of.rays[t]) * (of.shared.first[t + 1] - of.shared.first[t]);
-    pairs[2 * t] = static_cast<float>(of.a[t] / all);
-    pairs[2 * t + 1] = static_cast<float>(of.b[t] / all);
-  }
-  return filter_->run(pairs);
+  const std::size_t texels = of.rays.size();
+  const auto pairs = std::make_unique_for_overwrite<float[]>(2 * texels);
+  parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const double all =
+          static_cast<double>(of.rays[t]) * (of.shared.first[t + 1] - of.shared.first[t]);
+      pairs[2 * t] = static_cast<float>(of.a[t] / all);
+      pairs[2 * t + 1] = static_cast<float>(of.b[t] / all);
+    }
+  });
+  return filter_->run({pairs.get(), 2 * texels});
 }
 
 /// Casts more where that brings the error of the whole down at the least cost: with errors e of n rays each, and
@@ -176,13 +180,15 @@ ShareFilter::Result Hemispheres::filtered(const Estimates& of) {
 bool Hemispheres::refine(Estimates& of, const ShareFilter::Result& last,
                          const std::vector<float>& before) {
   double squares = 0, roots = 0;
-  for (std::size_t t = 0; t < of.rays.size(); ++t) {
-    squares += static_cast<double>(last.errors[t]) * last.errors[t];
-    roots += last.errors[t] * std::sqrt(of.rays[t]);
-  }
+  for (const float error : last.errors) squares += static_cast<double>(error) * error;
   const auto texel_count = static_cast<double>(of.rays.size());
   const double wanted = kSafe * max_error_ * kSafe * max_error_;
   if (squares / texel_count <= wanted) return false;
+  for (std::size_t t = 0; t < of.rays.size(); ++t) {
+    roots += last.errors[t] * std::sqrt(of.rays[t]);
+  }
+  of.done.resize(of.rays.size());
+  of.cast.resize(of.rays.size());
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
   for (std::uint32_t t = 0; t < of.rays.size(); ++t) {
     // Where more rays have not helped, it is not rays that are missing.
@@ -221,14 +227,12 @@ std::vector<float> Hemispheres::open_within(const TexelBand& band, const Corresp
   if (texels == 0) return shares;
   of.a.resize(texels);
   of.b.resize(texels);
-  of.done.resize(texels);
-  of.cast.resize(texels);
   of.rays.assign(texels, rays_at_first(rays_out_.count));
-  std::vector<std::uint32_t> all(texels);
-  std::iota(all.begin(), all.end(), 0U);
   if (of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu) {
     cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
   } else {
+    std::vector<std::uint32_t> all(texels);
+    std::iota(all.begin(), all.end(), 0U);
     estimate(of, all, of.rays[0], std::array{&of.a, &of.b});
   }
   ShareFilter::Result result = filtered(of);
@@ -237,11 +241,13 @@ std::vector<float> Hemispheres::open_within(const TexelBand& band, const Corresp
     before = std::move(result.errors);
     result = filtered(of);
   }
-  for (std::size_t t = 0; t < texels; ++t) {
-    for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
-      shares[of.shared.samples[s]] = result.shares[t];
+  parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
+        shares[of.shared.samples[s]] = result.shares[t];
+      }
     }
-  }
+  });
   return shares;
 }
 

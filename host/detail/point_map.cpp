@@ -111,28 +111,42 @@ class PointMap : public MapMaker {
       share = reads_->read(*shares, band.sample_count);
     }
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
+      // Of one sample a texel takes the value itself. Written at its place: copies of what was just written
+      // in parts would wait for it.
+      const bool as_is = !mixed && info_.type != MapType::unit_vector;
       Average average(info_);
       UvFacet facet;
+      DensePoint point;
       for (std::size_t t = begin; t < end; ++t) {
         std::uint8_t& coverage = out.coverage[samples.index[t]];
+        float* const to = &out.values[std::size_t{samples.index[t]} * info_.channels];
         coverage = kCoverageMissed;
+        const std::uint32_t first = samples.first[t], last = samples.first[t + 1];
+        if (as_is && first + 1 == last && found.triangle[first] != KILN_NO_TRIANGLE) {
+          coverage = kCoverageBaked;
+          value_at(samples, first, found, found, facet, point, to);
+          for (std::uint32_t c = 0; c < info_.channels; ++c) to[c] += 0.0F;  // as a sum: no -0
+          continue;
+        }
         average.clear();
-        for (std::uint32_t s = samples.first[t]; s < samples.first[t + 1]; ++s) {
+        for (std::uint32_t s = first; s < last; ++s) {
           if (found.triangle[s] != KILN_NO_TRIANGLE) {
             coverage = kCoverageBaked;
           } else if (miss_ != MissPolicy::keep || info_.fills_misses) {
             continue;
           }
-          Value value = value_at(samples, s, found, found, facet);
+          Value value{};
+          value_at(samples, s, found, found, facet, point, value.data());
           if (mixed && mixed->triangle[s] != KILN_NO_TRIANGLE) {
-            const Value with = value_at(samples, s, *mixed, found, facet);
+            Value with{};
+            value_at(samples, s, *mixed, found, facet, point, with.data());
             for (std::uint32_t c = 0; c < info_.channels; ++c) {
               value[c] = value[c] * share[s] + with[c] * (1 - share[s]);
             }
           }
           average.add(value);
         }
-        average.store(&out.values[std::size_t{samples.index[t]} * info_.channels]);
+        average.store(to);
       }
     });
   }
@@ -152,7 +166,36 @@ class PointMap : public MapMaker {
     }
 
     void add(const Value& value) {
-      ++count_;
+      // Most texels have one sample, which needs no sums.
+      if (++count_ == 1) {
+        first_ = value;
+        return;
+      }
+      if (count_ == 2) gather(first_);
+      gather(value);
+    }
+
+    /// Texels of missed samples alone, where these have no value, hold 0.
+    void store(float* to) {
+      if (direction_ && count_ != 0) return store_direction(to);
+      Value value{};
+      if (count_ == 1) {
+        // As of a sum, which is never -0.
+        for (std::uint32_t c = 0; c < channels_; ++c) value[c] = first_[c] + 0.0F;
+      } else if (whole_ && count_ != 0) {
+        value = std::max_element(votes_.begin(), votes_.end(), [](const auto& a, const auto& b) {
+                  return a.second < b.second;
+                })->first;
+      } else if (count_ != 0) {
+        for (std::uint32_t c = 0; c < channels_; ++c) {
+          value[c] = static_cast<float>(sum_[c] / count_);
+        }
+      }
+      for (std::uint32_t c = 0; c < channels_; ++c) to[c] = value[c];
+    }
+
+   private:
+    void gather(const Value& value) {
       if (!whole_) {
         for (std::uint32_t c = 0; c < channels_; ++c) sum_[c] += value[c];
         return;
@@ -166,24 +209,9 @@ class PointMap : public MapMaker {
       }
     }
 
-    /// Texels of missed samples alone, where these have no value, hold 0.
-    void store(float* to) const {
-      Value value{};
-      if (direction_ && count_ != 0) return store_direction(to);
-      if (whole_ && count_ != 0) {
-        value = std::max_element(votes_.begin(), votes_.end(), [](const auto& a, const auto& b) {
-                  return a.second < b.second;
-                })->first;
-      }
-      for (std::uint32_t c = 0; c < channels_; ++c) {
-        if (!whole_ && count_ != 0) value[c] = static_cast<float>(sum_[c] / count_);
-        to[c] = value[c];
-      }
-    }
-
-   private:
     /// Where directions cancel out, straight up.
-    void store_direction(float* to) const {
+    void store_direction(float* to) {
+      if (count_ == 1) gather(first_);
       const Vec3d mean = unit(Vec3d(sum_[0], sum_[1], sum_[2]), Vec3d(0, 0, 1));
       to[0] = static_cast<float>(mean.x);
       to[1] = static_cast<float>(mean.y);
@@ -193,15 +221,17 @@ class PointMap : public MapMaker {
     std::uint32_t channels_;
     bool whole_, direction_;
     std::uint32_t count_ = 0;
+    Value first_{};
     std::array<double, kMostChannels> sum_{};
     std::vector<std::pair<Value, std::uint32_t>> votes_;
   };
 
   /// \param first  what the bake's own match says of the sample, which has its directions
   /// \param facet  of the sample before
-  Value value_at(const HostSamples& samples, std::size_t s, const HostMatch& found,
-                 const HostMatch& first, UvFacet& facet) const {
-    DensePoint point;
+  /// \param point  of the sample before, or of none: what is not needed stays as it was at first
+  /// \param value  as many as there are channels
+  void value_at(const HostSamples& samples, std::size_t s, const HostMatch& found,
+                const HostMatch& first, UvFacet& facet, DensePoint& point, float* value) const {
     if (!first.seen[0].empty()) point.seen = {first.seen[0][s], first.seen[1][s], first.seen[2][s]};
     point.triangle = found.triangle[s];
     point.found = point.triangle != KILN_NO_TRIANGLE;
@@ -209,6 +239,9 @@ class PointMap : public MapMaker {
     point.low_triangle = samples.triangle[s];
     point.low_u = samples.u[s];
     point.low_v = samples.v[s];
+    point.u = point.v = 0;
+    point.distance = 0;
+    point.has_uv = false;
     if (point.found) {
       point.u = found.u[s];
       point.v = found.v[s];
@@ -216,9 +249,8 @@ class PointMap : public MapMaker {
     }
     if (needs_.position) place(point);
     if (needs_.normal || needs_.uv) turn(point, facet);
-    Value value{};
-    (*function_)(point, value.data());
-    return value;
+    std::fill_n(value, info_.channels, 0.0F);
+    (*function_)(point, value);
   }
 
   static Vec3d on_low(const DensePoint& point, const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -231,6 +263,7 @@ class PointMap : public MapMaker {
     const Vec3d low = on_low(point, a.position, b.position, c.position);
     if (!point.found) {
       point.position = to_world(low);
+      point.offset = {};
       return;
     }
     const Triangle& corners = source_.triangles[point.triangle];

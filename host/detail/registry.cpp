@@ -2,11 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <mutex>
 #include <string>
 
+#include "base/parallel.h"
 #include "image/gutter.h"
 
 namespace kiln {
+namespace {
+
+constexpr std::size_t kTexelsAtOnce = std::size_t{1} << 16;
+
+}  // namespace
 
 std::span<const MapRow> map_rows() {
   static const std::vector<MapRow> rows = {
@@ -66,15 +74,22 @@ ValueRange value_range(const BakedMap& map, std::span<const std::uint8_t> covera
                        std::uint32_t channel) {
   const MapInfo& info = map.info.kind.name.empty() ? find_map(map.kind.name) : map.info;
   if (info.low != 0 || info.high != 0) return {info.low, info.high};
-  ValueRange range{0, 0};
-  bool any = false;
-  for (std::size_t i = 0; i < coverage.size(); ++i) {
-    if (coverage[i] != kCoverageBaked) continue;
-    const float value = map.image.pixels[i * map.image.channels + channel];
-    range.low = any ? std::min(range.low, value) : value;
-    range.high = any ? std::max(range.high, value) : value;
-    any = true;
-  }
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  ValueRange range{kFar, -kFar};
+  std::mutex mutex;
+  parallel_for(coverage.size(), kTexelsAtOnce, [&](std::size_t begin, std::size_t end) {
+    ValueRange part{kFar, -kFar};
+    const float* value = &map.image.pixels[begin * map.image.channels + channel];
+    for (std::size_t i = begin; i < end; ++i, value += map.image.channels) {
+      if (coverage[i] != kCoverageBaked) continue;
+      part = {std::min(part.low, *value), std::max(part.high, *value)};
+    }
+    const std::lock_guard lock(mutex);
+    range = {std::min(range.low, part.low), std::max(range.high, part.high)};
+  });
+  // Nothing baked: 0. And -0 is no bound, since which of the zeros came first depends on the threads.
+  range =
+      range.low > range.high ? ValueRange{0, 0} : ValueRange{range.low + 0.0F, range.high + 0.0F};
   if (info.type == MapType::signed_scalar) {
     range.high = std::max(std::abs(range.low), std::abs(range.high));
     range.low = -range.high;

@@ -1,8 +1,8 @@
 #include "detail/share_filter.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <tuple>
 
 #include "base/parallel.h"
 #include "detail/hemisphere_rays.h"
@@ -14,13 +14,12 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrain = 1 << 14;
-constexpr std::uint32_t kTile = 16;  // texels a side
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 double square(double value) { return value * value; }
 
 /// Squares of what each estimate is from the other one, smoothed.
-double crossed(const std::vector<float>& raw, const std::vector<float>& level, std::size_t a) {
+double crossed(std::span<const float> raw, std::span<const float> level, std::size_t a) {
   const std::size_t b = a + 1;
   return square(static_cast<double>(raw[a]) - level[b]) +
          square(static_cast<double>(raw[b]) - level[a]);
@@ -37,13 +36,41 @@ ShareFilter::ShareFilter(cl::Context& context, const LowSurface& surface, std::u
       height_(height),
       tiles_across_((width + kTile - 1) / kTile) {}
 
+/// Whether texels already come tile by tile, as they do in the order of squares: then on all threads.
+bool ShareFilter::find_tiles() {
+  const std::uint32_t tiles = tiles_across_ * tiles_down_;
+  std::fill(tile_first_.begin(), tile_first_.end(), kNone);
+  tile_first_[tiles] = count_;
+  std::atomic<bool> sorted{true};
+  parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t before = begin == 0 ? kNone : tile_of(place_[begin - 1]);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t tile = tile_of(place_[i]);
+      if (tile == before) continue;
+      if (before != kNone && tile < before) {
+        sorted.store(false, std::memory_order_relaxed);
+        return;
+      }
+      // Where they are not sorted, several threads may come to one tile.
+      std::atomic_ref(tile_first_[tile])
+          .store(static_cast<std::uint32_t>(i), std::memory_order_relaxed);
+      before = tile;
+    }
+  });
+  if (!sorted) return false;
+  for (std::uint32_t t = tiles; t-- > 0;) {
+    if (tile_first_[t] == kNone) tile_first_[t] = tile_first_[t + 1];
+  }
+  return true;
+}
+
 void ShareFilter::sort_into_tiles(const Texels& texels) {
   tiles_down_ = (texels.row_count + kTile - 1) / kTile;
   place_.assign(texels.place.begin(), texels.place.end());
-  const auto tile_of = [&](std::uint32_t place) {
-    return place / width_ / kTile * tiles_across_ + place % width_ / kTile;
-  };
-  tile_first_.assign(std::size_t{tiles_across_} * tiles_down_ + 1, 0);
+  tile_first_.resize(std::size_t{tiles_across_} * tiles_down_ + 1);
+  by_tile_.clear();
+  if (find_tiles()) return;
+  std::fill(tile_first_.begin(), tile_first_.end(), 0U);
   for (const std::uint32_t place : place_) ++tile_first_[tile_of(place) + 1];
   for (std::size_t t = 1; t < tile_first_.size(); ++t) tile_first_[t] += tile_first_[t - 1];
   by_tile_.resize(count_);
@@ -55,14 +82,22 @@ void ShareFilter::prepare(const Texels& texels) {
   count_ = static_cast<std::uint32_t>(texels.place.size());
   sort_into_tiles(texels);
   const std::size_t pixels = std::size_t{texels.row_count} * width_;
-  std::vector<std::uint32_t> number(pixels, kNone), triangle(pixels, KILN_NO_TRIANGLE);
-  for (std::uint32_t i = 0; i < count_; ++i) {
-    number[place_[i]] = i;
-    triangle[place_[i]] = texels.triangle[i];
-  }
-  const TexelLinks links =
-      TexelLinks::of(surface_, topology_, triangle, width_, height_, texels.first_row);
-  std::vector<std::uint32_t> neighbours(std::size_t{KILN_SHARE_NEIGHBOURS} * count_);
+  const auto number = std::make_unique_for_overwrite<std::uint32_t[]>(pixels);
+  const auto triangle = std::make_unique_for_overwrite<std::uint32_t[]>(pixels);
+  parallel_for(pixels, kGrain, [&](std::size_t begin, std::size_t end) {
+    std::fill(&number[begin], &number[end], kNone);
+    std::fill(&triangle[begin], &triangle[end], KILN_NO_TRIANGLE);
+  });
+  parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      number[place_[i]] = static_cast<std::uint32_t>(i);
+      triangle[place_[i]] = texels.triangle[i];
+    }
+  });
+  const TexelLinks links = TexelLinks::of(surface_, topology_, {triangle.get(), pixels}, width_,
+                                          height_, texels.first_row);
+  const std::size_t neighbour_count = std::size_t{KILN_SHARE_NEIGHBOURS} * count_;
+  const auto neighbours = std::make_unique_for_overwrite<std::uint32_t[]>(neighbour_count);
   const auto numbered = [&](std::uint32_t own, std::uint32_t place) {
     const std::uint32_t found = place == KILN_VISIBILITY_NO_LINK ? kNone : number[place];
     return found == kNone ? own : found;
@@ -71,11 +106,11 @@ void ShareFilter::prepare(const Texels& texels) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto own = static_cast<std::uint32_t>(i);
       const std::uint32_t at = place_[i], w = width_;
-      if (links.kind[at] != KILN_VISIBILITY_INNER) continue;
+      const bool inner = links.kind[at] == KILN_VISIBILITY_INNER;
       const std::array<std::uint32_t, KILN_SHARE_NEIGHBOURS> beside{
           at - 1, at + 1, at - w, at + w, at - w - 1, at - w + 1, at + w - 1, at + w + 1};
       for (std::size_t k = 0; k < beside.size(); ++k) {
-        neighbours[i + k * count_] = numbered(own, beside[k]);
+        neighbours[i + k * count_] = inner ? numbered(own, beside[k]) : own;
       }
     }
   });
@@ -89,8 +124,8 @@ void ShareFilter::prepare(const Texels& texels) {
       }
     }
   });
-  make_room(context_, neighbours_, neighbours.size());
-  neighbours_.write(context_, neighbours);
+  make_room(context_, neighbours_, neighbour_count);
+  neighbours_.write(context_, {neighbours.get(), neighbour_count});
   const kiln_share_params params{count_, count_, texels.points_plane};
   context_.launch(context_.kernel("share_filter", "kiln_share_weights"), count_, kLocal, params,
                   neighbours_, texels.points);
@@ -98,19 +133,21 @@ void ShareFilter::prepare(const Texels& texels) {
 
 ShareFilter::Levels ShareFilter::smoothed(std::span<const float> estimates) {
   Levels levels;
-  levels[0].assign(estimates.begin(), estimates.end());
+  levels.of[0] = estimates;
   make_room(context_, from_, estimates.size());
   make_room(context_, to_, estimates.size());
   from_.write(context_, estimates);
   const cl::Kernel smooth = context_.kernel("share_filter", "kiln_share_smooth");
   const kiln_share_params params{count_, count_, 0};
-  for (std::size_t k = 1; k < levels.size(); ++k) {
+  for (std::size_t k = 1; k < levels.of.size(); ++k) {
     for (std::uint32_t step = kSteps[k - 1]; step < kSteps[k]; ++step) {
       context_.launch(smooth, count_, kLocal, params, neighbours_, from_, to_);
       std::swap(from_, to_);
     }
-    levels[k].resize(estimates.size());
-    from_.read(context_, levels[k]);
+    levels.memory[k] = std::make_unique_for_overwrite<float[]>(estimates.size());
+    const std::span<float> level(levels.memory[k].get(), estimates.size());
+    from_.read(context_, level);
+    levels.of[k] = level;
   }
   return levels;
 }
@@ -125,13 +162,13 @@ void ShareFilter::Tile::add(const Tile& other) {
 }
 
 ShareFilter::Tile ShareFilter::errors_of(const Levels& levels, std::size_t tile) const {
-  const std::vector<float>&raw = levels[0], &once = levels[1];
+  const std::span<const float> raw = levels.of[0], once = levels.of[1];
   Tile sum;
   sum.count = tile_first_[tile + 1] - tile_first_[tile];
   for (std::size_t n = tile_first_[tile]; n < tile_first_[tile + 1]; ++n) {
-    const std::size_t a = std::size_t{2} * by_tile_[n], b = a + 1;
-    for (std::size_t k = 0; k < levels.size(); ++k) {
-      const std::vector<float>& level = levels[k];
+    const std::size_t a = 2 * (by_tile_.empty() ? n : by_tile_[n]), b = a + 1;
+    for (std::size_t k = 0; k < levels.of.size(); ++k) {
+      const std::span<const float> level = levels.of[k];
       // Both estimates' mean has half of their noise, which is half the square of what they are apart.
       const double noise = square(static_cast<double>(level[a]) - level[b]) / 4;
       sum.noise[k] += noise;
@@ -185,27 +222,35 @@ std::vector<ShareFilter::Choice> ShareFilter::choose(const Levels& levels) const
   return choices;
 }
 
-ShareFilter::Result ShareFilter::run(std::span<const float> estimates) {
-  const Levels levels = smoothed(estimates);
-  const std::vector<Choice> choices = choose(levels);
-  Result result{std::vector<float>(count_), std::vector<float>(count_)};
-  // The tiles before and behind a place, and how far it is on the way between their middles.
-  const auto between = [](std::uint32_t at, std::uint32_t tiles) {
+/// The tiles before and behind each place along a side, and how far it is on the way between their middles.
+std::vector<ShareFilter::Between> ShareFilter::between(std::uint32_t places, std::uint32_t tiles) {
+  std::vector<Between> result(places);
+  for (std::uint32_t at = 0; at < places; ++at) {
     const double middle = (at + 0.5) / kTile - 0.5, before = std::floor(middle);
     const auto tile = [&](double number) {
       return static_cast<std::uint32_t>(std::clamp(number, 0.0, tiles - 1.0));
     };
-    return std::tuple(tile(before), tile(before + 1), middle - before);
-  };
+    result[at] = {tile(before), tile(before + 1), middle - before};
+  }
+  return result;
+}
+
+ShareFilter::Result ShareFilter::run(std::span<const float> estimates) {
+  const Levels levels = smoothed(estimates);
+  const std::vector<Choice> choices = choose(levels);
+  Result result{std::vector<float>(count_), std::vector<float>(count_)};
+  const std::vector<Between> columns = between(width_, tiles_across_);
+  const std::vector<Between> rows = between(tiles_down_ * kTile, tiles_down_);
   parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const auto [x0, x1, right] = between(place_[i] % width_, tiles_across_);
-      const auto [y0, y1, below] = between(place_[i] / width_, tiles_down_);
+      const std::uint32_t x = place_[i] % width_, y = place_[i] / width_;
+      const auto [x0, x1, right] = columns[x];
+      const auto [y0, y1, below] = rows[y];
       double sum = 0, weights = 0;
-      const auto add = [&](std::uint32_t x, std::uint32_t y, double weight) {
-        const Choice& choice = choices[std::size_t{y} * tiles_across_ + x];
+      const auto add = [&](std::uint32_t across, std::uint32_t down, double weight) {
+        const Choice& choice = choices[std::size_t{down} * tiles_across_ + across];
         if (choice.level < 0) return;
-        const std::vector<float>& level = levels[static_cast<std::size_t>(choice.level)];
+        const std::span<const float> level = levels.of[static_cast<std::size_t>(choice.level)];
         sum += weight * (static_cast<double>(level[2 * i]) + level[2 * i + 1]) / 2;
         weights += weight;
       };
@@ -214,9 +259,7 @@ ShareFilter::Result ShareFilter::run(std::span<const float> estimates) {
       add(x0, y1, (1 - right) * below);
       add(x1, y1, right * below);
       result.shares[i] = static_cast<float>(sum / weights);
-      const std::uint32_t tile =
-          place_[i] / width_ / kTile * tiles_across_ + place_[i] % width_ / kTile;
-      result.errors[i] = choices[tile].error;
+      result.errors[i] = choices[std::size_t{y / kTile} * tiles_across_ + x / kTile].error;
     }
   });
   return result;

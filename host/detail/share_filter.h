@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -44,8 +45,16 @@ class ShareFilter {
  private:
   // After 0, 1, 2, 4 and 8 steps, whose deviations are 0 to 2.3 texels.
   static constexpr std::array<std::uint32_t, 5> kSteps{0, 1, 2, 4, 8};
-  /// Of each texel, of each level: two numbers.
-  using Levels = std::array<std::vector<float>, kSteps.size()>;
+  static constexpr std::uint32_t kTile = 16;  // texels a side
+  /// Of each texel, of each level: two numbers. The first one is the caller's.
+  struct Levels {
+    std::array<std::span<const float>, kSteps.size()> of;
+    std::array<std::unique_ptr<float[]>, kSteps.size()> memory;
+  };
+  struct Between {
+    std::uint32_t before = 0, behind = 0;
+    double way = 0;
+  };
 
   /// What there is to say of some texels: their number, and of each level squares of errors, and of noise.
   struct Tile {
@@ -58,7 +67,12 @@ class ShareFilter {
     float error = 0;
   };
 
+  std::uint32_t tile_of(std::uint32_t place) const {
+    return place / width_ / kTile * tiles_across_ + place % width_ / kTile;
+  }
   void sort_into_tiles(const Texels& texels);
+  bool find_tiles();
+  static std::vector<Between> between(std::uint32_t places, std::uint32_t tiles);
   Levels smoothed(std::span<const float> estimates);
   Tile errors_of(const Levels& levels, std::size_t tile) const;
   std::vector<Choice> choose(const Levels& levels) const;
@@ -69,7 +83,7 @@ class ShareFilter {
   std::uint32_t width_, height_, tiles_across_, tiles_down_ = 0, count_ = 0;
   std::vector<std::uint32_t> place_;       // of each texel
   std::vector<std::uint32_t> tile_first_;  // [tiles + 1] into the next
-  std::vector<std::uint32_t> by_tile_;     // texels
+  std::vector<std::uint32_t> by_tile_;     // texels; empty: as they come
   cl::Array<std::uint32_t> neighbours_;    // with their weights
   cl::Array<float> from_, to_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,32 +34,53 @@ std::vector<std::uint8_t> make_mask(const Image& image, const std::vector<std::u
   return mask;
 }
 
+/// A texel, and the one whose value it takes.
+struct Taken {
+  std::size_t texel, source;
+};
+
+template <std::size_t kChannels>
+void take(std::span<const Taken> taken, float* pixels) {
+  for (const auto [texel, source] : taken) {
+    std::copy_n(&pixels[source * kChannels], kChannels, &pixels[texel * kChannels]);
+  }
+}
+
+void take(std::span<const Taken> taken, Image& image) {
+  float* const pixels = image.pixels.data();
+  if (image.channels == 1) return take<1>(taken, pixels);
+  if (image.channels == 2) return take<2>(taken, pixels);
+  if (image.channels == 3) return take<3>(taken, pixels);
+  take<4>(taken, pixels);
+}
+
 // Copies values along the offsets of a band into empty texels; counts them.
 template <typename Offset, int kShift>
-std::uint64_t apply(Image& image, std::vector<std::uint8_t>& coverage, const kiln_gutter_band& band,
-                    const std::vector<Offset>& offsets) {
+std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_t>& coverage,
+                    const kiln_gutter_band& band, const std::vector<Offset>& offsets) {
   constexpr std::int64_t kBias = std::int64_t{1} << (kShift - 1);
-  const std::size_t channels = image.channels;
+  const std::size_t width = images.front().image->width;
   std::atomic<std::uint64_t> total{0};
   parallel_for(band.row_count, 16, [&](std::size_t begin, std::size_t end) {
     std::uint64_t count = 0;
+    std::vector<Taken> taken;
     for (std::size_t row = begin; row < end; ++row) {
       const std::size_t y = band.first_row + row;
       const Offset* from = &offsets[row * band.stride];
-      for (std::size_t x = 0; x < image.width; ++x) {
-        std::uint8_t& state = coverage[y * image.width + x];
+      taken.clear();
+      for (std::size_t x = 0; x < width; ++x) {
+        std::uint8_t& state = coverage[y * width + x];
         if (from[x] == 0 || state != kCoverageEmpty) continue;
         const std::int64_t dy = static_cast<std::int64_t>(from[x] >> kShift) - kBias;
         const std::int64_t dx =
             static_cast<std::int64_t>(from[x] & ((Offset{1} << kShift) - 1)) - kBias;
-        const auto texel = static_cast<std::int64_t>(y * image.width + x);
-        const auto source =
-            static_cast<std::size_t>(texel + dy * static_cast<std::int64_t>(image.width) + dx);
-        std::copy_n(&image.pixels[source * channels], channels,
-                    &image.pixels[static_cast<std::size_t>(texel) * channels]);
+        const std::size_t texel = y * width + x;
+        const auto way = static_cast<std::size_t>(dy * static_cast<std::int64_t>(width) + dx);
+        taken.push_back({texel, texel + way});
         state = kCoverageGutter;
-        ++count;
       }
+      for (const GutterImage& image : images) take(taken, *image.image);
+      count += taken.size();
     }
     total += count;
   });
@@ -66,8 +88,10 @@ std::uint64_t apply(Image& image, std::vector<std::uint8_t>& coverage, const kil
 }
 
 template <typename Key, typename Offset, int kShift>
-std::uint64_t fill_nearest(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
-                           std::uint32_t radius, bool missed_is_source, const char* defines) {
+std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> images,
+                           std::vector<std::uint8_t>& coverage, std::uint32_t radius,
+                           bool missed_is_source, const char* defines) {
+  const Image& image = *images.front().image;
   kiln_gutter_band band{};
   band.height = image.height;
   band.stride = (image.width + 7) / 8 * 8;
@@ -95,26 +119,28 @@ std::uint64_t fill_nearest(cl::Context& context, Image& image, std::vector<std::
     context.launch(columns, groups * tiles, kLocal, band, mask, keys);
     context.launch(nearest, groups * band.row_count, kLocal, band, mask, keys, offsets);
     offsets.read(context, found);
-    count += apply<Offset, kShift>(image, coverage, band, found);
+    count += apply<Offset, kShift>(images, coverage, band, found);
   }
   return count;
 }
 
-std::uint64_t fill_nearest(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
-                           std::uint32_t radius, bool missed_is_source) {
+std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> images,
+                           std::vector<std::uint8_t>& coverage, std::uint32_t radius,
+                           bool missed_is_source) {
+  const Image& image = *images.front().image;
   radius = std::min(radius, image.width + image.height);  // more than the diagonal
   if (radius <= KILN_GUTTER_NARROW_RADIUS) {
     return fill_nearest<std::uint32_t, std::uint16_t, KILN_GUTTER_NARROW_SHIFT>(
-        context, image, coverage, radius, missed_is_source, "");
+        context, images, coverage, radius, missed_is_source, "");
   }
   radius = std::min<std::uint32_t>(radius, KILN_GUTTER_WIDE_RADIUS);
   return fill_nearest<std::uint64_t, std::uint32_t, KILN_GUTTER_WIDE_SHIFT>(
-      context, image, coverage, radius, missed_is_source, "-DKILN_GUTTER_WIDE=1");
+      context, images, coverage, radius, missed_is_source, "-DKILN_GUTTER_WIDE=1");
 }
 
 // Fills missed texels, and empty ones too where `everywhere`, from the others; returns how many empty
 // ones.
-std::uint64_t fill_smooth(Image& image, std::vector<std::uint8_t>& coverage,
+std::uint64_t fill_smooth(std::span<const GutterImage> images, std::vector<std::uint8_t>& coverage,
                           const GutterOptions& options, bool everywhere) {
   const std::size_t texels = coverage.size();
   std::vector<std::uint8_t> known(texels);
@@ -138,7 +164,10 @@ std::uint64_t fill_smooth(Image& image, std::vector<std::uint8_t>& coverage,
     empty += empty_here;
     if (any_here) any = true;
   });
-  if (!any || !push_pull(image, known, wanted, options.unit_vectors)) return 0;
+  if (!any) return 0;
+  for (const GutterImage& image : images) {
+    if (!push_pull(*image.image, known, wanted, image.unit_vectors)) return 0;
+  }
   if (!everywhere) return 0;
   parallel_for(texels, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -152,23 +181,36 @@ std::uint64_t fill_smooth(Image& image, std::vector<std::uint8_t>& coverage,
 
 std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
                           const GutterOptions& options) {
+  const GutterImage one{&image, options.unit_vectors};
+  return fill_gutters(context, {&one, 1}, coverage, options);
+}
+
+std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> images,
+                           std::vector<std::uint8_t>& coverage, const GutterOptions& options) {
   if (options.texels < -1) {
     throw Error(ErrorCode::usage, "The gutter is " + std::to_string(options.texels) +
                                       " texels; use 0 or more, or -1 to fill everything.");
   }
-  const std::size_t texels = std::size_t{image.width} * image.height;
-  if (texels == 0 || image.channels < 1 || image.channels > 4 || coverage.size() != texels ||
-      image.pixels.size() != texels * image.channels) {
-    throw Error(ErrorCode::internal,
-                "fill_gutter was given an image and a coverage of other sizes.");
+  if (images.empty()) return 0;
+  const Image& first = *images.front().image;
+  const std::size_t texels = std::size_t{first.width} * first.height;
+  for (const GutterImage& one : images) {
+    const Image& image = *one.image;
+    if (texels == 0 || image.width != first.width || image.height != first.height ||
+        image.channels < 1 || image.channels > 4 || coverage.size() != texels ||
+        image.pixels.size() != texels * image.channels) {
+      throw Error(ErrorCode::internal,
+                  "fill_gutter was given an image and a coverage of other sizes.");
+    }
   }
   const bool everywhere = options.texels == -1;
   std::uint64_t count = 0;
   if (options.texels != 0) {
     const auto radius = everywhere ? 1U : static_cast<std::uint32_t>(options.texels);
-    count = fill_nearest(context, image, coverage, radius, !options.fill_missed);
+    count = fill_nearest(context, images, coverage, radius, !options.fill_missed);
   }
-  if (everywhere || options.fill_missed) count += fill_smooth(image, coverage, options, everywhere);
+  if (everywhere || options.fill_missed)
+    count += fill_smooth(images, coverage, options, everywhere);
   return count;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "cl/context.h"
@@ -38,5 +39,15 @@ struct GutterOptions {
 /// \throws Error(usage) for a width below -1, Error(device)
 std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
                           const GutterOptions& options);
+
+/// One of several images with the same charts.
+struct GutterImage {
+  Image* image = nullptr;
+  bool unit_vectors = false;  ///< As GutterOptions has it, whose own is not read
+};
+
+/// The same for several images of one size: what is nearest is found once.
+std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> images,
+                           std::vector<std::uint8_t>& coverage, const GutterOptions& options);
 
 }  // namespace kiln

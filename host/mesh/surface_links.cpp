@@ -260,7 +260,15 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
         if (chart == kNoChart) continue;
         const auto texel = static_cast<std::size_t>(y * w + x);
         bool inner = true;
-        for (const auto& [dx, dy] : kSteps) inner = inner && chart_at(x + dx, y + dy) == chart;
+        const std::uint32_t own = texel_triangle[texel];
+        const bool within = x > 0 && y > 0 && x + 1 < w && y + 1 < h;
+        for (const auto& [dx, dy] : kSteps) {
+          // Most neighbours lie on the same triangle.
+          if (within && texel_triangle[static_cast<std::size_t>((y + dy) * w + x + dx)] == own) {
+            continue;
+          }
+          inner = inner && chart_at(x + dx, y + dy) == chart;
+        }
         result.kind[texel] = inner ? KILN_VISIBILITY_INNER : KILN_VISIBILITY_BORDER;
         if (inner) continue;
         const auto place = [&](std::int64_t i, std::int64_t j) -> std::array<double, 2> {

@@ -4,6 +4,9 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
+#include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,8 +35,6 @@ using Bytes = std::vector<std::uint8_t>;
 // Rows of a band hold about this many bytes: small enough that all threads have work, large enough
 // that the five bytes of each joint do not matter.
 constexpr std::size_t kBandBytes = std::size_t{1} << 18;
-// Bands deflated before what they gave is written: bounds the memory.
-constexpr std::size_t kBandsAtOnce = 128;
 // Below so many bytes of pixels it is the file's size that counts.
 constexpr std::size_t kSmall = std::size_t{1} << 21;
 
@@ -41,14 +42,25 @@ void put_big_endian(Bytes& to, std::uint32_t value) {
   for (const int shift : {24, 16, 8, 0}) to.push_back(static_cast<std::uint8_t>(value >> shift));
 }
 
-Bytes chunk(const char* type, const Bytes& data) {
-  Bytes bytes;
-  bytes.reserve(data.size() + 12);
-  put_big_endian(bytes, static_cast<std::uint32_t>(data.size()));
+// Room for a chunk's length and type; what follows is its data.
+Bytes open_chunk(const char* type) {
+  Bytes bytes(4);
   bytes.insert(bytes.end(), type, type + 4);
+  return bytes;
+}
+
+// Puts the length in front of a chunk and the sum behind it.
+void close_chunk(Bytes& bytes) {
+  const auto length = static_cast<std::uint32_t>(bytes.size() - 8);
+  for (int i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(length >> (24 - 8 * i));
+  put_big_endian(
+      bytes, static_cast<std::uint32_t>(crc32(0, bytes.data() + 4, static_cast<uInt>(length + 4))));
+}
+
+Bytes chunk(const char* type, const Bytes& data) {
+  Bytes bytes = open_chunk(type);
   bytes.insert(bytes.end(), data.begin(), data.end());
-  put_big_endian(bytes, static_cast<std::uint32_t>(
-                            crc32(0, bytes.data() + 4, static_cast<uInt>(data.size() + 4))));
+  close_chunk(bytes);
   return bytes;
 }
 
@@ -111,24 +123,26 @@ void quantise_row(const Layout& layout, std::size_t y, std::uint8_t* to) {
 
 // One band of rows: quantised, filtered, deflated.
 struct Band {
-  Bytes deflated;
+  Bytes chunk;  // as it stands in the file
   uLong adler = 0;
   std::size_t raw_bytes = 0;
 };
 
 /// By zlib, whose headers are shorter.
-void deflate_small(const Bytes& raw, bool last, const std::string& name, Band& band) {
+void deflate_small(std::span<const std::uint8_t> raw, bool last, const std::string& name,
+                   Bytes& to) {
   z_stream stream{};
   if (deflateInit2(&stream, 1, Z_DEFLATED, -15, 9, Z_RLE) != Z_OK) throw std::bad_alloc();
-  band.deflated.resize(deflateBound(&stream, static_cast<uLong>(raw.size())) + 16);
+  const std::size_t before = to.size();
+  to.resize(before + deflateBound(&stream, static_cast<uLong>(raw.size())) + 16);
   stream.next_in = const_cast<Bytef*>(raw.data());
   stream.avail_in = static_cast<uInt>(raw.size());
-  stream.next_out = band.deflated.data();
-  stream.avail_out = static_cast<uInt>(band.deflated.size());
+  stream.next_out = to.data() + before;
+  stream.avail_out = static_cast<uInt>(to.size() - before);
   const int status = deflate(&stream, last ? Z_FINISH : Z_SYNC_FLUSH);
   const bool complete =
       status == (last ? Z_STREAM_END : Z_OK) && stream.avail_in == 0 && stream.avail_out != 0;
-  band.deflated.resize(stream.total_out);
+  to.resize(before + stream.total_out);
   deflateEnd(&stream);
   if (!complete) throw Error(ErrorCode::internal, "zlib could not deflate '" + name + "'.");
 }
@@ -136,26 +150,56 @@ void deflate_small(const Bytes& raw, bool last, const std::string& name, Band& b
 void encode_band(const Layout& layout, std::size_t first, std::size_t last, const std::string& name,
                  Band& band) {
   const std::size_t row = layout.row_bytes();
-  Bytes raw((row + 1) * (last - first));
+  const std::size_t size = (row + 1) * (last - first);
+  const auto memory = std::make_unique_for_overwrite<std::uint8_t[]>(size);
+  const std::span<const std::uint8_t> raw(memory.get(), size);
   Bytes above(row, 0);  // The specification's row above the first is zero.
   Bytes values(row);
   if (first != 0) quantise_row(layout, first - 1, above.data());
   for (std::size_t y = first; y < last; ++y) {
     quantise_row(layout, y, values.data());
-    std::uint8_t* to = raw.data() + (y - first) * (row + 1);
+    std::uint8_t* to = memory.get() + (y - first) * (row + 1);
     *to++ = kFilterUp;
     for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<std::uint8_t>(values[i] - above[i]);
     std::swap(values, above);
   }
   const bool ends = last == layout.image.height;
+  band.chunk = open_chunk("IDAT");
   if (layout.row_bytes() * layout.image.height < kSmall) {
-    deflate_small(raw, ends, name, band);
+    deflate_small(raw, ends, name, band.chunk);
   } else {
-    band.deflated = run_deflate(raw, ends);
+    run_deflate(raw, ends, band.chunk);
   }
+  close_chunk(band.chunk);
   band.adler = adler32(adler32(0, nullptr, 0), raw.data(), static_cast<uInt>(raw.size()));
   band.raw_bytes = raw.size();
 }
+
+// Sends bands in their order, whichever is made first: one is written while others are made.
+class InOrder {
+ public:
+  InOrder(std::size_t count, const PutBytes& send) : bands_(count), send_(send) {}
+
+  // Waits for nothing: what may be sent is sent by whoever comes with the first of it.
+  void put(std::size_t number, Band band) {
+    const std::lock_guard lock(mutex_);
+    bands_[number] = std::move(band);
+    for (; next_ < bands_.size() && bands_[next_].raw_bytes != 0; ++next_) {
+      Band& ready = bands_[next_];
+      adler_ = adler32_combine(adler_, ready.adler, static_cast<z_off_t>(ready.raw_bytes));
+      send_({reinterpret_cast<const char*>(ready.chunk.data()), ready.chunk.size()});
+      ready.chunk = {};
+    }
+  }
+  uLong adler() const { return adler_; }
+
+ private:
+  std::vector<Band> bands_;
+  const PutBytes& send_;
+  std::mutex mutex_;
+  std::size_t next_ = 0;
+  uLong adler_ = adler32(0, nullptr, 0);
+};
 
 }  // namespace
 
@@ -179,31 +223,20 @@ void write_png(const Image& image, const PngOptions& options, const std::string&
 
   const std::size_t rows = std::max<std::size_t>(1, kBandBytes / (layout.row_bytes() + 1));
   const std::size_t band_count = (image.height + rows - 1) / rows;
-  uLong adler = adler32(0, nullptr, 0);
-  std::vector<Band> bands;
-  std::vector<Bytes> chunks;
-  for (std::size_t first = 0; first < band_count; first += kBandsAtOnce) {
-    const std::size_t count = std::min(kBandsAtOnce, band_count - first);
-    bands.assign(count, {});
-    chunks.assign(count, {});
-    parallel_for(
-        count, 1,
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i) {
-            const std::size_t y = (first + i) * rows;
-            encode_band(layout, y, std::min<std::size_t>(y + rows, image.height), name, bands[i]);
-            chunks[i] = chunk("IDAT", bands[i].deflated);
-            bands[i].deflated = {};
-          }
-        },
-        threads);
-    for (std::size_t i = 0; i < count; ++i) {
-      adler = adler32_combine(adler, bands[i].adler, static_cast<z_off_t>(bands[i].raw_bytes));
-      put(chunks[i]);
-    }
-  }
+  InOrder sent(band_count, send);
+  parallel_for(
+      band_count, 1,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          Band band;
+          const std::size_t y = i * rows;
+          encode_band(layout, y, std::min<std::size_t>(y + rows, image.height), name, band);
+          sent.put(i, std::move(band));
+        }
+      },
+      threads);
   Bytes trailer;
-  put_big_endian(trailer, static_cast<std::uint32_t>(adler));
+  put_big_endian(trailer, static_cast<std::uint32_t>(sent.adler()));
   put(chunk("IDAT", trailer));
   put(chunk("IEND", {}));
 }

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
+#include <cstring>
+#include <memory>
 #include <queue>
 #include <utility>
 
@@ -16,7 +19,7 @@ constexpr int kMostBits = 15;
 // Bytes with Huffman codes of their own: half as many or twice as many change files by a thousandth.
 constexpr std::size_t kBlock = std::size_t{1} << 16;
 // A run of n is the token kRun + n; a literal is its own token.
-constexpr std::uint16_t kRun = 256;
+constexpr std::size_t kRun = 256, kTokens = kRun + kMostRun + 1;
 
 struct LengthCode {
   std::uint16_t symbol = 0;
@@ -43,35 +46,68 @@ constexpr std::array<LengthCode, kMostRun + 1> kLengthCodes = make_length_codes(
 using Counts = std::array<std::uint32_t, kSymbols>;
 using Lengths = std::array<std::uint8_t, kSymbols>;
 
-/// Literals and runs; counts what they are.
-std::vector<std::uint16_t> tokens_of(std::span<const std::uint8_t> raw, Counts& counts) {
-  std::vector<std::uint16_t> tokens(raw.size());
-  std::uint16_t* to = tokens.data();
+/// How many of the bytes from `at` on are `byte`, up to `most`.
+std::size_t run_of(const std::uint8_t* at, std::size_t most, std::uint8_t byte) {
+  std::uint64_t eight = 0, all = byte * 0x0101010101010101U;
+  std::size_t length = 0;
+  for (; length + sizeof(eight) <= most; length += sizeof(eight)) {
+    std::memcpy(&eight, at + length, sizeof(eight));
+    if (eight != all) break;
+  }
+  while (length < most && at[length] == byte) ++length;
+  return length;
+}
+
+/// Whether the four bytes from `at` on are the same.
+bool four_same(const std::uint8_t* at) {
+  std::uint32_t four = 0;
+  std::memcpy(&four, at, sizeof(four));
+  return four == std::rotl(four, 8);
+}
+
+/// Of eight bytes from `at` on: whether four neighbours may be the same. Never false where they are.
+bool any_four_same(const std::uint8_t* at) {
+  std::uint64_t eight = 0;
+  std::memcpy(&eight, at, sizeof(eight));
+  // Bytes that are 0 where neighbours are the same, and the last where it is as the first.
+  const std::uint64_t change = (eight ^ std::rotr(eight, 8));
+  const std::uint64_t same = (change - 0x0101010101010101U) & ~change & 0x8080808080808080U;
+  return (same & same >> 8 & same >> 16) != 0;
+}
+
+/// Literals and runs; counts what they are. \param tokens  as many as there are bytes \returns how many
+std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, Counts& counts) {
+  // Two counts of each, in turns: the same byte often comes again before it is counted.
+  std::array<std::array<std::uint32_t, kTokens>, 2> seen{};
+  std::uint16_t* to = tokens;
   const std::uint8_t* at = raw.data();
   const std::uint8_t* const end = at + raw.size();
-  const auto put = [&](std::uint8_t byte) {
-    *to++ = byte;
-    ++counts[byte];
+  const auto put = [&](std::size_t token) {
+    ++seen[(to - tokens) & 1][token];
+    *to++ = static_cast<std::uint16_t>(token);
   };
   if (at != end) put(*at++);
   while (at != end) {
-    if (end - at < static_cast<std::ptrdiff_t>(kLeastRun) || at[0] != at[-1] || at[1] != at[-1] ||
-        at[2] != at[-1]) {
+    if (end - at > 6 && !any_four_same(at - 1)) {
+      for (int i = 0; i < 5; ++i) put(*at++);
+      continue;
+    }
+    if (end - at < static_cast<std::ptrdiff_t>(kLeastRun) || !four_same(at - 1)) {
       put(*at++);
       continue;
     }
-    const std::uint8_t* const most = std::min(end, at + kMostRun);
-    const std::uint8_t* next = at + kLeastRun;
-    while (next != most && *next == at[-1]) ++next;
-    const auto length = static_cast<std::size_t>(next - at);
-    ++counts[kLengthCodes[length].symbol];
-    *to++ = static_cast<std::uint16_t>(kRun + length);
-    at = next;
+    const std::size_t most = std::min(kMostRun, static_cast<std::size_t>(end - at));
+    const std::size_t length = run_of(at, most, at[-1]);
+    put(kRun + length);
+    at += length;
+  }
+  for (std::size_t i = 0; i < kEnd; ++i) counts[i] = seen[0][i] + seen[1][i];
+  for (std::size_t n = kLeastRun; n <= kMostRun; ++n) {
+    counts[kLengthCodes[n].symbol] += seen[0][kRun + n] + seen[1][kRun + n];
   }
   ++counts[kEnd];
   if (raw.empty()) ++counts[0];  // a code has two symbols at least
-  tokens.resize(static_cast<std::size_t>(to - tokens.data()));
-  return tokens;
+  return static_cast<std::size_t>(to - tokens);
 }
 
 /// Lengths of Huffman codes, without a bound. \returns the longest
@@ -133,37 +169,76 @@ std::array<std::uint32_t, kSymbols> codes_of(const Lengths& lengths) {
   return codes;
 }
 
+/// A token's bits, and how many: a run's are its code, its extra bits, and a 0 for the distance.
+struct Written {
+  std::uint32_t bits = 0;
+  std::uint32_t count = 0;  // 15, or 15 + 5 + 1 at most
+};
+
 class BitWriter {
  public:
+  explicit BitWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes), size_(bytes.size()) {}
   /// Before so many bytes are put.
-  void reserve(std::size_t more) { bytes_.resize(size_ + more); }
+  void reserve(std::size_t more) { bytes_.resize(size_ + more + sizeof(std::uint64_t)); }
   /// \param count  32 at most
-  void put(std::uint64_t bits, int count) {
-    held_ |= bits << count_;
-    count_ += count;
-    if (count_ < 32) return;
-    for (int i = 0; i < 4; ++i) bytes_[size_ + i] = static_cast<std::uint8_t>(held_ >> (8 * i));
-    size_ += 4;
-    held_ >>= 32;
-    count_ -= 32;
+  void put(std::uint32_t bits, int count) {
+    const Written one{bits, static_cast<std::uint32_t>(count)};
+    const std::uint16_t first = 0;
+    put({&first, 1}, &one);
+  }
+  /// \param written  of each token
+  void put(std::span<const std::uint16_t> tokens, const Written* written) {
+    // Of its own: a byte that is written may lie anywhere, so members would be read again after each.
+    Held held{held_, bytes_.data() + size_};
+    std::size_t i = 0;
+    for (; i + 2 <= tokens.size(); i += 2) {
+      held.add(written[tokens[i]]);
+      held.add(written[tokens[i + 1]]);
+      held.flush();
+    }
+    if (i < tokens.size()) {
+      held.add(written[tokens[i]]);
+      held.flush();
+    }
+    size_ = static_cast<std::size_t>(held.to - bytes_.data());
+    held_ = held.bits;
   }
   /// Zeros up to the next whole byte.
   void align() {
-    for (; count_ > 0; count_ -= 8, held_ >>= 8) {
-      bytes_[size_++] = static_cast<std::uint8_t>(held_);
-    }
-    count_ = 0;
+    if (held_.count != 0) put(0, static_cast<int>(8 - held_.count));
   }
-  std::vector<std::uint8_t> take() {
-    bytes_.resize(size_);
-    return std::move(bytes_);
-  }
+  void finish() { bytes_.resize(size_); }
 
  private:
-  std::vector<std::uint8_t> bytes_;
-  std::size_t size_ = 0;
-  std::uint64_t held_ = 0;
-  int count_ = 0;
+  /// Bits that are not written yet: fewer than 8 between calls, 49 before they are flushed.
+  struct Bits {
+    std::uint64_t bits = 0;
+    std::uint32_t count = 0;
+  };
+  struct Held {
+    Bits bits;
+    std::uint8_t* to;
+    void add(const Written& token) {
+      bits.bits |= std::uint64_t{token.bits} << bits.count;
+      bits.count += token.count;
+    }
+    void flush() {
+      if constexpr (std::endian::native == std::endian::little) {
+        std::memcpy(to, &bits.bits, sizeof(bits.bits));
+      } else {
+        for (std::size_t i = 0; i < sizeof(bits.bits); ++i) {
+          to[i] = static_cast<std::uint8_t>(bits.bits >> (8 * i));
+        }
+      }
+      to += bits.count / 8;
+      bits.bits >>= bits.count / 8 * 8;
+      bits.count %= 8;
+    }
+  };
+
+  std::vector<std::uint8_t>& bytes_;
+  std::size_t size_;
+  Bits held_;
 };
 
 /// The block's header. Lengths are written with 4 bits each: what runs of them would save is a few bytes.
@@ -179,46 +254,53 @@ void put_header(const Lengths& lengths, bool last, BitWriter& writer) {
   writer.put(reversed(1, 4), 4);  // the distance has one bit
 }
 
-/// A block; the stream ends with it where `last` says so.
-void put_block(std::span<const std::uint8_t> raw, bool last, BitWriter& writer) {
-  Counts counts{};
-  const std::vector<std::uint16_t> tokens = tokens_of(raw, counts);
-  const Lengths lengths = code_lengths(counts);
-  const std::array<std::uint32_t, kSymbols> codes = codes_of(lengths);
-  // A token's bits, and how many: a run's are its code, its extra bits, and a 0 for the distance.
-  std::array<std::pair<std::uint32_t, int>, kRun + kMostRun + 1> written{};
+std::array<Written, kTokens> bits_of_tokens(const Lengths& lengths,
+                                            const std::array<std::uint32_t, kSymbols>& codes) {
+  std::array<Written, kTokens> written{};
   for (std::size_t i = 0; i < kEnd; ++i) written[i] = {codes[i], lengths[i]};
   for (std::size_t n = kLeastRun; n <= kMostRun; ++n) {
     const LengthCode& code = kLengthCodes[n];
     const int length = lengths[code.symbol];
     written[kRun + n] = {codes[code.symbol] | std::uint32_t{code.extra} << length,
-                         length + code.extra_bits + 1};
+                         static_cast<std::uint32_t>(length + code.extra_bits + 1)};
   }
+  return written;
+}
+
+/// A block; the stream ends with it where `last` says so. \param room  for the tokens of a block
+void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room,
+               BitWriter& writer) {
+  Counts counts{};
+  const std::span<const std::uint16_t> tokens(room, tokens_of(raw, room, counts));
+  const Lengths lengths = code_lengths(counts);
+  const std::array<std::uint32_t, kSymbols> codes = codes_of(lengths);
+  const std::array<Written, kTokens> written = bits_of_tokens(lengths, codes);
+  // A run has 5 extra bits and one for the distance at most.
   std::uint64_t bits = 0;
-  for (const std::uint16_t token : tokens) {
-    bits += static_cast<std::uint64_t>(written[token].second);
+  for (std::size_t i = 0; i < kSymbols; ++i) {
+    bits += counts[i] * (lengths[i] + (i < kFirstLength ? 0ULL : 6ULL));
   }
   writer.reserve(bits / 8 + 256);
   put_header(lengths, last, writer);
-  for (const std::uint16_t token : tokens) writer.put(written[token].first, written[token].second);
+  writer.put(tokens, written.data());
   writer.put(codes[kEnd], lengths[kEnd]);
 }
 
 }  // namespace
 
-std::vector<std::uint8_t> run_deflate(std::span<const std::uint8_t> raw, bool last) {
-  BitWriter writer;
+void run_deflate(std::span<const std::uint8_t> raw, bool last, std::vector<std::uint8_t>& to) {
+  const auto tokens = std::make_unique_for_overwrite<std::uint16_t[]>(std::min(raw.size(), kBlock));
+  BitWriter writer(to);
   do {
     const auto block = raw.first(std::min(raw.size(), kBlock));
     raw = raw.subspan(block.size());
-    put_block(block, last && raw.empty(), writer);
+    put_block(block, last && raw.empty(), tokens.get(), writer);
   } while (!raw.empty());
   writer.reserve(16);
   if (!last) writer.put(0, 3);  // an empty stored block
   writer.align();
   if (!last) writer.put(0xFFFF0000U, 32);
-  writer.align();
-  return writer.take();
+  writer.finish();
 }
 
 }  // namespace kiln

@@ -11,8 +11,9 @@ namespace kiln {
 /// byte before (distance 1), which is what zlib's Z_RLE looks for. It ends at a whole byte, so that pieces
 /// deflated apart may be joined.
 /// \param last  the stream ends with it
-/// Cost: a third to a half of the time of zlib's Z_RLE. Maps come within a percent of its bytes; data that is
+/// \param to    it is appended to these
+/// Cost: less than half of the time of zlib's Z_RLE. Maps come within a percent of its bytes; data that is
 /// nearly empty, or changes within 64 KiB, takes more.
-std::vector<std::uint8_t> run_deflate(std::span<const std::uint8_t> raw, bool last);
+void run_deflate(std::span<const std::uint8_t> raw, bool last, std::vector<std::uint8_t>& to);
 
 }  // namespace kiln

@@ -1,5 +1,6 @@
 // The files of a bake.
 #include <algorithm>
+#include <array>
 
 #include "arguments/cage_file.h"
 #include "arguments/low_record.h"
@@ -52,13 +53,26 @@ std::vector<ValueRange> stored_ranges(const BakedMap& map, const BakeResult& res
   return ranges;
 }
 
-/// Moves values into [0, 1].
-void store_in(const std::vector<ValueRange>& ranges, Image& image) {
-  if (ranges.empty()) return;
-  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-    const auto [low, high] = ranges[i % image.channels];
-    image.pixels[i] = high > low ? (image.pixels[i] - low) / (high - low) : 0.5F;
+/// Moves values into [0, 1]. \tparam kChannels  known to the compiler, which then moves several at once
+template <std::size_t kChannels>
+void store_in(const std::vector<ValueRange>& ranges, std::vector<float>& values) {
+  std::array<float, kChannels> low{}, size{};
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    low[c] = ranges[c].low;
+    size[c] = ranges[c].high - ranges[c].low;
   }
+  for (std::size_t i = 0; i + kChannels <= values.size(); i += kChannels) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      values[i + c] = size[c] > 0 ? (values[i + c] - low[c]) / size[c] : 0.5F;
+    }
+  }
+}
+
+void store_in(const std::vector<ValueRange>& ranges, Image& image) {
+  if (ranges.size() == 1) return store_in<1>(ranges, image.pixels);
+  if (ranges.size() == 2) return store_in<2>(ranges, image.pixels);
+  if (ranges.size() == 3) return store_in<3>(ranges, image.pixels);
+  if (ranges.size() == 4) return store_in<4>(ranges, image.pixels);
 }
 
 Json range_json(const std::vector<ValueRange>& ranges) {
