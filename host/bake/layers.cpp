@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = std::size_t{1} << 16;
+constexpr std::size_t kGrainOfLayer = std::size_t{1} << 16;
 // As far as any map reaches.
 constexpr std::int32_t kEverywhere = 16384;
 
@@ -41,7 +41,7 @@ std::uint64_t fill_empty(cl::Context& context, const MapInfo& map, const BakeOpt
                          std::int32_t gutter, Image& image, std::vector<std::uint8_t>& coverage) {
   const std::array<float, 4> empty = map_background(map, options);
   const std::size_t channels = image.channels;
-  parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(coverage.size(), kGrainOfLayer, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (coverage[i] != kCoverageEmpty) continue;
       std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
@@ -53,7 +53,7 @@ std::uint64_t fill_empty(cl::Context& context, const MapInfo& map, const BakeOpt
 void encode(const MapInfo& map, const BakeOptions& options,
             const std::vector<std::uint8_t>& coverage, Image& image) {
   const std::size_t channels = image.channels;
-  parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(coverage.size(), kGrainOfLayer, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
     }

@@ -14,7 +14,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrain = 1 << 14;
-constexpr std::uint32_t kTile = 16;  // texels a side
+constexpr std::uint32_t kFilterTile = 16;  // texels a side
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 double square(double value) { return value * value; }
@@ -35,13 +35,13 @@ ShareFilter::ShareFilter(cl::Context& context, const LowSurface& surface, std::u
       topology_(SurfaceTopology::of(surface)),
       width_(width),
       height_(height),
-      tiles_across_((width + kTile - 1) / kTile) {}
+      tiles_across_((width + kFilterTile - 1) / kFilterTile) {}
 
 void ShareFilter::sort_into_tiles(const Texels& texels) {
-  tiles_down_ = (texels.row_count + kTile - 1) / kTile;
+  tiles_down_ = (texels.row_count + kFilterTile - 1) / kFilterTile;
   place_.assign(texels.place.begin(), texels.place.end());
   const auto tile_of = [&](std::uint32_t place) {
-    return place / width_ / kTile * tiles_across_ + place % width_ / kTile;
+    return place / width_ / kFilterTile * tiles_across_ + place % width_ / kFilterTile;
   };
   tile_first_.assign(std::size_t{tiles_across_} * tiles_down_ + 1, 0);
   for (const std::uint32_t place : place_) ++tile_first_[tile_of(place) + 1];
@@ -191,7 +191,7 @@ ShareFilter::Result ShareFilter::run(std::span<const float> estimates) {
   Result result{std::vector<float>(count_), std::vector<float>(count_)};
   // The tiles before and behind a place, and how far it is on the way between their middles.
   const auto between = [](std::uint32_t at, std::uint32_t tiles) {
-    const double middle = (at + 0.5) / kTile - 0.5, before = std::floor(middle);
+    const double middle = (at + 0.5) / kFilterTile - 0.5, before = std::floor(middle);
     const auto tile = [&](double number) {
       return static_cast<std::uint32_t>(std::clamp(number, 0.0, tiles - 1.0));
     };
@@ -215,7 +215,7 @@ ShareFilter::Result ShareFilter::run(std::span<const float> estimates) {
       add(x1, y1, right * below);
       result.shares[i] = static_cast<float>(sum / weights);
       const std::uint32_t tile =
-          place_[i] / width_ / kTile * tiles_across_ + place_[i] % width_ / kTile;
+          place_[i] / width_ / kFilterTile * tiles_across_ + place_[i] % width_ / kFilterTile;
       result.errors[i] = choices[tile].error;
     }
   });
