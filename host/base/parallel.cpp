@@ -17,7 +17,7 @@ namespace kiln {
 namespace {
 
 constexpr int kMostThreads = 1024;
-std::atomic<int> limit{0};
+std::atomic<int> asked_limit{0};
 
 /// Where no limit is set.
 int usual_count() {
@@ -34,7 +34,7 @@ int usual_count() {
 }  // namespace
 
 int thread_count() {
-  const int set = limit;
+  const int set = asked_limit;
   return set != 0 ? set : usual_count();
 }
 
@@ -45,7 +45,7 @@ void set_thread_limit(int threads) {
                     ": it must be 1 to 1024, or 0 for as many as the machine has.",
                 "thread-limit");
   }
-  limit = threads;
+  asked_limit = threads;
 }
 
 int thread_limit() { return thread_count(); }
