@@ -1,6 +1,7 @@
 // The caller's own values, resolved from samples to texels.
 #include "kiln/attribute.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>

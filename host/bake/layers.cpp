@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = std::size_t{1} << 16;
+constexpr std::size_t kGrainOfLayer = std::size_t{1} << 16;
 // As far as any map reaches.
 constexpr std::int32_t kEverywhere = 16384;
 
@@ -49,7 +49,7 @@ void encode(const MapInfo& map, const BakeOptions& options,
   const bool plain = map.type != MapType::unit_vector && !marks;
   const bool halves =
       map.type == MapType::unit_vector && !marks && !options.raw && !options.two_component;
-  parallel_for(coverage.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(coverage.size(), kGrainOfLayer, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (coverage[i] == kCoverageEmpty) {
         std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);

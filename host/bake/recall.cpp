@@ -22,7 +22,7 @@ constexpr double kSteepest = 0.5;  // cosine to the low poly's face
 constexpr double kSteps = 1.5;     // of samples, within which one stands for a place
 constexpr float kOff = 1e-5F;      // off the place's own face
 constexpr float kFar = 4;          // beyond the high poly, frame units
-constexpr std::size_t kGrain = 1 << 14;
+constexpr std::size_t kGrainOfSeen = 1 << 14;
 constexpr std::size_t kFilterBits = 1 << 20;
 constexpr std::size_t kAtOnce = 1 << 20;  // rays
 constexpr double kWider = 1.0001;         // than a radius, for what is rounded
@@ -30,7 +30,7 @@ constexpr double kSamplesATriangle = 16;  // above which it pays to look at tria
 constexpr float kOutside = 1e-3F;         // of its sides, that a point may lie off its triangle
 constexpr std::size_t kFewPlaces = 16;    // above which a triangle's places are found by the grid
 // Of a triangle: no place reaches into it, or all that do are held; the grid knows them; a list.
-constexpr std::uint32_t kNone = 0, kGrid = 1, kFirstFew = 2;
+constexpr std::uint32_t kUnseen = 0, kGrid = 1, kFirstFew = 2;
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
   const Vec3d a(high.positions[t[0]]);
@@ -105,7 +105,7 @@ double reach_of(const MatchRequest& request) {
 
 Recall::Places Recall::spread(const Source::Impl& high, std::uint32_t count) {
   std::vector<double> area(high.triangles.size());
-  parallel_for(area.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(area.size(), kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const double size = length(face_normal(high, high.triangles[t]));
       area[t] = std::isfinite(size) ? size : 0;
@@ -277,12 +277,12 @@ void Recall::find_triangles(const Source::Impl& high) {
     std::vector<std::uint32_t> triangles, ends, places;
   };
   const std::size_t count = high.triangles.size();
-  std::vector<Found> found((count + kGrain - 1) / kGrain);
-  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+  std::vector<Found> found((count + kGrainOfSeen - 1) / kGrainOfSeen);
+  parallel_for(count, kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
     // Named, since the lambda within reads them.
-    std::vector<std::uint32_t>& triangles = found[begin / kGrain].triangles;
-    std::vector<std::uint32_t>& ends = found[begin / kGrain].ends;
-    std::vector<std::uint32_t>& places = found[begin / kGrain].places;
+    std::vector<std::uint32_t>& triangles = found[begin / kGrainOfSeen].triangles;
+    std::vector<std::uint32_t>& ends = found[begin / kGrainOfSeen].ends;
+    std::vector<std::uint32_t>& places = found[begin / kGrainOfSeen].places;
     for (std::size_t t = begin; t < end; ++t) {
       const auto box = box_of(high, high.triangles[t]);
       const Vec3d &low = box[0], &top = box[1];
@@ -303,7 +303,7 @@ void Recall::find_triangles(const Source::Impl& high) {
       ends.push_back(static_cast<std::uint32_t>(places.size()));
     }
   });
-  near_.assign(count, kNone);
+  near_.assign(count, kUnseen);
   few_first_ = {0};
   for (const auto& [triangles, ends, places] : found) {
     const auto base = static_cast<std::uint32_t>(few_.size());
@@ -350,7 +350,7 @@ void Recall::store(const Source::Impl& high, BandReads& reads, const Corresponde
   const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, match.count);
   const std::vector<float>& u = reads.read(match.barycentric, match.count);
   const std::vector<float>& v = reads.read(match.barycentric, match.count, match.capacity);
-  parallel_for(match.count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(match.count, kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t of = triangle[i];
       if (of == KILN_NO_TRIANGLE) continue;
@@ -358,7 +358,7 @@ void Recall::store(const Source::Impl& high, BandReads& reads, const Corresponde
       std::uint32_t near = kGrid;
       if (!near_.empty() && inside) {
         near = std::atomic_ref<std::uint32_t>(near_[of]).load(std::memory_order_relaxed);
-        if (near == kNone) continue;
+        if (near == kUnseen) continue;
       }
       const Triangle& t = high.triangles[of];
       const Vec3d a(high.positions[t[0]]), b(high.positions[t[1]]), c(high.positions[t[2]]);
@@ -368,7 +368,7 @@ void Recall::store(const Source::Impl& high, BandReads& reads, const Corresponde
         mark(sample);
       } else if (mark_few(near - kFirstFew, sample)) {
         // No sample of this triangle can hold another place.
-        std::atomic_ref<std::uint32_t>(near_[of]).store(kNone, std::memory_order_relaxed);
+        std::atomic_ref<std::uint32_t>(near_[of]).store(kUnseen, std::memory_order_relaxed);
       }
     }
   });

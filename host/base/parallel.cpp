@@ -1,8 +1,15 @@
 #include "base/parallel.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cstdlib>
+#include <exception>
+#include <mutex>
 #include <string>
+#include <thread>
+#include <vector>
 
+#include "base/heartbeat.h"
 #include "kiln/error.h"
 #include "kiln/threads.h"
 
@@ -10,7 +17,7 @@ namespace kiln {
 namespace {
 
 constexpr int kMostThreads = 1024;
-std::atomic<int> limit{0};
+std::atomic<int> asked_limit{0};
 
 /// Where no limit is set.
 int usual_count() {
@@ -27,7 +34,7 @@ int usual_count() {
 }  // namespace
 
 int thread_count() {
-  const int set = limit;
+  const int set = asked_limit;
   return set != 0 ? set : usual_count();
 }
 
@@ -38,9 +45,46 @@ void set_thread_limit(int threads) {
                     ": it must be 1 to 1024, or 0 for as many as the machine has.",
                 "thread-limit");
   }
-  limit = threads;
+  asked_limit = threads;
 }
 
 int thread_limit() { return thread_count(); }
+
+void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
+                     void (*call)(const void* body, std::size_t begin, std::size_t end),
+                     int thread_limit) {
+  const std::size_t pieces = (count + grain - 1) / grain;
+  const auto wanted = static_cast<std::size_t>(thread_limit > 0 ? thread_limit : thread_count());
+  const std::size_t threads = std::min(pieces, wanted);
+  if (threads <= 1) {
+    for (std::size_t begin = 0; begin < count; begin += grain) {
+      call(body, begin, std::min(count, begin + grain));
+      Heartbeat::beat();
+    }
+    return;
+  }
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr error;
+  std::mutex error_mutex;
+  const auto work = [&] {
+    try {
+      for (std::size_t piece = next++; piece < pieces; piece = next++) {
+        call(body, piece * grain, std::min(count, (piece + 1) * grain));
+        Heartbeat::beat();  // of the calling thread: others have none
+      }
+    } catch (...) {
+      next = pieces;
+      const std::lock_guard lock(error_mutex);
+      if (!error) error = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> pool;
+    pool.reserve(threads - 1);
+    for (std::size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+    work();
+  }
+  if (error) std::rethrow_exception(error);
+}
 
 }  // namespace kiln

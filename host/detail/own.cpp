@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 12;
+constexpr std::size_t kGrainOfBand = 1 << 12;
 // Bounds a launch, whatever the caller's function does.
 constexpr std::uint32_t kSamplesPerLaunch = 1U << 16;
 
@@ -121,7 +121,7 @@ class Own : public MapMaker {
     const std::vector<std::uint32_t>& first =
         reads_->read(band.texel_first, band.texel_count + std::size_t{1});
     const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
-    parallel_for(band.texel_count, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(band.texel_count, kGrainOfBand, [&](std::size_t begin, std::size_t end) {
       std::uint64_t bad = 0;
       for (std::size_t t = begin; t < end; ++t) {
         std::array<double, 4> sum{};

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kSteps = 4096;
+constexpr std::size_t kTableSteps = 4096;
 constexpr std::size_t kGrain = std::size_t{1} << 16;
 
 double encoded(double linear) {
@@ -20,9 +20,9 @@ double encoded(double linear) {
 /// Of values whose fourth roots are evenly spaced: there the curve is nearly straight.
 const std::vector<float>& curve() {
   static const std::vector<float> values = [] {
-    std::vector<float> list(kSteps + 2);
+    std::vector<float> list(kTableSteps + 2);
     for (std::size_t i = 0; i < list.size(); ++i) {
-      const double root = static_cast<double>(i) / kSteps;
+      const double root = static_cast<double>(i) / kTableSteps;
       list[i] = static_cast<float>(encoded(root * root * root * root));
     }
     return list;
@@ -34,7 +34,8 @@ float on_curve(const float* values, float linear) {
   if (!(linear > 0)) return 0;
   // The straight part, whose fourth root is steep.
   if (linear <= 0.0031308F) return 12.92F * linear;
-  const float place = std::sqrt(std::sqrt(std::min(linear, 1.0F))) * static_cast<float>(kSteps);
+  const float place =
+      std::sqrt(std::sqrt(std::min(linear, 1.0F))) * static_cast<float>(kTableSteps);
   const auto step = static_cast<std::size_t>(place);
   const float share = place - static_cast<float>(step);
   return std::min(values[step] + (values[step + 1] - values[step]) * share, 1.0F);

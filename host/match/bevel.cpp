@@ -18,7 +18,7 @@ constexpr std::size_t kMostPlaces = 8;    // along an edge
 constexpr std::size_t kMostEdges = 4096;  // that are looked at
 constexpr std::size_t kRays = 1 << 18;    // altogether, about
 // Shares of the high poly's diagonal.
-constexpr double kFarthest = 0.04, kLeast = 0.0005, kUnknown = 0.01;
+constexpr double kFarthestEdge = 0.04, kLeast = 0.0005, kUnknown = 0.01;
 constexpr double kParallel = 5;        // degrees
 constexpr double kNearUsual = 1.25;    // times the usual angle, on faces that are nowhere parallel
 constexpr double kShareOfBevel = 0.4;  // over which rays turn
@@ -181,7 +181,7 @@ double width_of(const std::array<Profile, 2>& sides, double farthest, double lea
 Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const HardEdges& hard,
                    double reach, const Parts* parts) {
   const double diagonal = high.frame.diagonal * high.frame.scale;
-  const double farthest = kFarthest * diagonal, least = kLeast * diagonal;
+  const double farthest = kFarthestEdge * diagonal, least = kLeast * diagonal;
   const std::size_t stride = 1 + hard.edges.size() / kMostEdges;
   const std::size_t looked = (hard.edges.size() + stride - 1) / stride;
   const std::size_t places = std::clamp<std::size_t>(kRays / (2 * kRings * looked), 1, kMostPlaces);

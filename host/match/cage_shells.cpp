@@ -20,15 +20,15 @@ constexpr double kLeastCosine = 0.05;  // as kernels/lib/shell.clh has it
 
 /// What a shell over a place is made of: its height over the triangle is the sum of the corners' ways, each by
 /// its weight; a ray's way over that is 1 / cosine.
-struct Part {
+struct CagePart {
   std::array<std::uint32_t, 3> vertex{};
   std::array<double, 3> weight{};  ///< Barycentric, times the cosine of the vertex's direction
   double cosine = 1;               ///< Of the ray and the triangle's normal
 };
 
-std::vector<Part> parts_of(const CageNeeds& needs, const LowSurface& surface,
-                           const std::vector<std::uint32_t>& vertex_of) {
-  std::vector<Part> parts(needs.places.size());
+std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface,
+                               const std::vector<std::uint32_t>& vertex_of) {
+  std::vector<CagePart> parts(needs.places.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::size_t t = needs.places.triangle[i];
     const auto& corners = surface.triangles[t];
@@ -50,7 +50,7 @@ std::vector<Part> parts_of(const CageNeeds& needs, const LowSurface& surface,
 /// One shell.
 class Shell {
  public:
-  Shell(const CageNeeds& needs, const std::vector<Part>& parts, const std::vector<float>& least,
+  Shell(const CageNeeds& needs, const std::vector<CagePart>& parts, const std::vector<float>& least,
         const std::vector<float>& most, double margin)
       : needs_(needs), parts_(parts), least_(least), most_(most), margin_(margin) {}
 
@@ -60,7 +60,7 @@ class Shell {
       if (needs_.found[i] == 0) continue;
       const double wanted =
           least_[i] + std::min(std::max(kMore * least_[i], margin_), kRoom * room(i));
-      const Part& part = parts_[i];
+      const CagePart& part = parts_[i];
       const double weights = part.weight[0] + part.weight[1] + part.weight[2];
       for (const std::uint32_t v : part.vertex) {
         off_[v] = std::max(off_[v], wanted * part.cosine / weights);
@@ -138,7 +138,7 @@ class Shell {
   }
 
   const CageNeeds& needs_;
-  const std::vector<Part>& parts_;
+  const std::vector<CagePart>& parts_;
   const std::vector<float>&least_, &most_;
   double margin_;
   std::vector<double> off_;
@@ -149,7 +149,7 @@ class Shell {
 CageShells fit_shells(const CageNeeds& needs, const LowSurface& surface,
                       const std::vector<std::uint32_t>& vertex_of, std::size_t vertices,
                       double margin) {
-  const std::vector<Part> parts = parts_of(needs, surface, vertex_of);
+  const std::vector<CagePart> parts = parts_of(needs, surface, vertex_of);
   Shell outer(needs, parts, needs.outward, needs.outward_most, margin);
   Shell inner(needs, parts, needs.inward, needs.inward_most, margin);
   outer.fit(vertex_of, vertices);

@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 12;
+constexpr std::size_t kGrainOfPoints = 1 << 12;
 constexpr std::size_t kMostCells = 1024;  // a side
 // Weights this little below 0 are still in the triangle: no point between two of them is in neither.
 constexpr double kSlack = 1e-9;
@@ -97,7 +97,7 @@ UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs) {
   const Cells cells(uvs);
   UvPoints found;
   found.triangle.assign(uvs.size(), KILN_NO_TRIANGLE);
-  parallel_for(source.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(source.triangles.size(), kGrainOfPoints, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::array<Vec2, 3> uv = corners(source, t);
       if (!usable(source, t, uv)) continue;

@@ -13,7 +13,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kLargestField = 2048;
-constexpr std::size_t kGrain = 1 << 14;
+constexpr std::size_t kGrainOfField = 1 << 14;
 
 /// Samples a band, so that which directions see them takes 64 MiB.
 std::uint32_t samples_a_band(const VisibilityOptions& options, std::size_t directions) {
@@ -154,7 +154,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
   std::vector<std::array<float, 4>> means(pixels);
   from.read(context_, std::span<float>(means[0].data(), 4 * pixels));
   std::vector<std::uint32_t> unseen;
-  parallel_for(pixels, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(pixels, kGrainOfField, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       std::array<float, 4>& m = means[i];
       const double weight = m[3];

@@ -17,7 +17,7 @@ namespace kiln {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kGrain = 256;
+constexpr std::size_t kGrainOfSums = 256;
 constexpr std::size_t kLeaf = 4;      // triangles
 constexpr double kFinest = 1.0 / 16;  // of the radius: half the diagonal of boxes not opened
 constexpr float kFlat = 0;
@@ -106,7 +106,7 @@ Edges find_edges(std::span<const Vec3> positions, std::span<const Triangle> tria
       return std::tie(other, inward, corner) < std::tie(b.other, b.inward, b.corner);
     }
   };
-  parallel_for(positions.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(positions.size(), kGrainOfSums, [&](std::size_t begin, std::size_t end) {
     std::vector<Side> sides;
     for (std::size_t v = begin; v < end; ++v) {
       sides.clear();
@@ -339,7 +339,7 @@ std::vector<double> mean_curvature(std::span<const Vec3> positions,
   const Edges edges = find_edges(positions, triangles, place, usable);
   const Tree tree(positions, triangles, usable, edges.angle);
   std::vector<double> result(positions.size(), 0.0);
-  parallel_for(positions.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(positions.size(), kGrainOfSums, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       if (place[v] != v || edges.shortest[v] == kInfinity) continue;
       const Sums sums = tree.within(Vec3d(positions[v]), std::max(radius, edges.shortest[v]));

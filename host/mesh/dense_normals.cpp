@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 12;
+constexpr std::size_t kGrainOfNormals = 1 << 12;
 
 bool same_bits(const Vec3& a, const Vec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
@@ -34,7 +34,7 @@ DenseNormals::Change DenseNormals::rebuild(const Mesh& mesh, std::span<const Vec
   if (computed_) {
     first_ = weld_positions(positions);
     weights_.resize(mesh.triangles.size());
-    parallel_for(weights_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(weights_.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
       corner_weights(positions, mesh.triangles, mesh.polygons, begin, end, &weights_[begin]);
     });
   }
@@ -58,7 +58,7 @@ DenseNormals::Change DenseNormals::move(const Mesh& mesh, std::span<const Vec3> 
   if (!computed_ && !has_extra(mesh)) return {};
   if (has_extra(mesh) || weld_positions(positions) != first_) return rebuild(mesh, positions);
   const std::vector<std::uint32_t> firsts = first_of_polygons(mesh, triangles);
-  parallel_for(firsts.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(firsts.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t t = firsts[i];
       corner_weights(positions, mesh.triangles, mesh.polygons, t, t + 1, &weights_[t]);
@@ -80,7 +80,7 @@ DenseNormals::Change DenseNormals::move(const Mesh& mesh, std::span<const Vec3> 
   std::sort(touched.begin(), touched.end());
   // Summed in the order of triangles, as for all of them.
   std::vector<Vec3> sums(touched.size());
-  parallel_for(touched.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(touched.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3d sum;
       double total = 0;

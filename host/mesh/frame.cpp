@@ -1,5 +1,6 @@
 #include "mesh/frame.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -14,7 +14,7 @@ namespace kiln {
 namespace {
 
 constexpr double kSameNormal = 0.99996192306;  // cos 0.5 degrees
-constexpr std::size_t kGrain = 256;
+constexpr std::size_t kGrainOfEdges = 256;
 
 struct Side {
   std::uint32_t a = 0, b = 0;  ///< Welded corners, a < b
@@ -119,7 +119,7 @@ HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float
   float longest = 0;
   for (const Box& box : boxes) longest = std::max(longest, box.hi[0] - box.lo[0]);
   std::vector<std::vector<std::uint32_t>> lists(surface.triangles.size());
-  parallel_for(lists.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(lists.size(), kGrainOfEdges, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (surface.usable[t] == 0) continue;
       const auto& [a, b, c] = surface.triangles[t];

@@ -8,12 +8,12 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = std::size_t{1} << 15;
+constexpr std::size_t kGrainOfCopies = std::size_t{1} << 15;
 
 /// Calls put(i) for every element, in parallel.
 template <typename Put>
 void for_all(std::size_t count, const Put& put) {
-  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kGrainOfCopies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) put(i);
   });
 }

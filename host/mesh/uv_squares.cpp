@@ -7,9 +7,9 @@
 namespace kiln {
 namespace {
 
-constexpr double kFarthest = 1e6;     // whole numbers beyond are no tiles
-constexpr double kHoldsSlack = 1e-3;  // of a triangle's height
-constexpr int kSmallestSquare = -30;  // squares of 1e-9 at least
+constexpr double kFarthestTile = 1e6;  // whole numbers beyond are no tiles
+constexpr double kHoldsSlack = 1e-3;   // of a triangle's height
+constexpr int kSmallestSquare = -30;   // squares of 1e-9 at least
 
 double twice_area(const UvPosition& a, const UvPosition& b, const UvPosition& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -44,7 +44,7 @@ UvPlace UvPlace::of(const std::array<LowSurface::Corner, 3>& corners) {
       place.uv[k][axis] = axis == 0 ? corners[k].uv.x : corners[k].uv.y;
       place.middle[axis] += place.uv[k][axis] / 3;
     }
-    if (!(std::abs(place.middle[axis]) < kFarthest)) return place;
+    if (!(std::abs(place.middle[axis]) < kFarthestTile)) return place;
     place.offset[axis] = std::floor(place.middle[axis]);
     place.middle[axis] -= place.offset[axis];
     for (auto& uv : place.uv) uv[axis] -= place.offset[axis];

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = std::size_t{1} << 16;
+constexpr std::size_t kGrainOfChecks = std::size_t{1} << 16;
 
 [[noreturn]] void fail(const Mesh& mesh, const std::string& problem, const char* id) {
   throw Error(ErrorCode::input, "Mesh '" + mesh.name + "' " + problem, id);
@@ -19,7 +19,7 @@ constexpr std::size_t kGrain = std::size_t{1} << 16;
 template <typename Good>
 std::size_t first_bad(std::size_t count, const Good& good) {
   std::atomic<std::size_t> first{count};
-  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kGrainOfChecks, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (good(i)) continue;
       std::size_t seen = first;

@@ -17,8 +17,8 @@
 namespace kiln {
 namespace {
 
-constexpr double kStep = 0.25;               // cells
-constexpr std::uint32_t kNone = 0xFFFFFFFF;  // no triangle
+constexpr double kStep = 0.25;                     // cells
+constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;  // no triangle
 /// Corners of charts lie on texels' centres, up to rounding.
 constexpr double kEdge = 1e-3;  // texels
 
@@ -163,7 +163,7 @@ class Finder {
 
 /// The triangle of each texel, and those of each row.
 std::vector<std::uint32_t> cover(const Mesh& low, std::uint32_t size) {
-  std::vector<std::uint32_t> triangles(std::size_t{size} * size, kNone);
+  std::vector<std::uint32_t> triangles(std::size_t{size} * size, kNoTriangle);
   for (std::uint32_t t = 0; t < low.uv_triangles.size(); ++t) {
     double x[3], y[3];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -191,7 +191,7 @@ std::vector<std::uint32_t> cover(const Mesh& low, std::uint32_t size) {
           within = within && side >= -kEdge * std::hypot(dx, dy);
         }
         std::uint32_t& texel = triangles[std::size_t{j} * size + i];
-        if (within && texel == kNone) texel = t;
+        if (within && texel == kNoTriangle) texel = t;
       }
     }
   }
@@ -263,7 +263,7 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   std::vector<std::uint8_t> status(triangles.size(), kEmpty);
   std::vector<std::size_t> row_begins(size_ + 1, 0);  // of the covered
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    row_begins[i / size_ + 1] += triangles[i] != kNone ? 1 : 0;
+    row_begins[i / size_ + 1] += triangles[i] != kNoTriangle ? 1 : 0;
   }
   for (std::size_t y = 0; y < size_; ++y) row_begins[y + 1] += row_begins[y];
   covered_ = row_begins[size_];
@@ -279,7 +279,7 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
       for (std::size_t y = begin; y < end; ++y) {
         Texel* texel = texels_.data() + row_begins[y];
         for (std::size_t i = y * size_; i < (y + 1) * size_; ++i) {
-          if (triangles[i] == kNone) continue;
+          if (triangles[i] == kNoTriangle) continue;
           const LowPoint point = low_point(low, triangles[i], i, size_);
           const Vec3d& line = options.line == GradientLine::face ? point.face : point.shading;
           Vec3d place;

@@ -7,9 +7,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFF;
+constexpr std::uint32_t kNoCorner = 0xFFFFFFFF;
 
-std::size_t sides(const PolygonCorners& p) { return p[3] == kNone ? 3 : 4; }
+std::size_t sides(const PolygonCorners& p) { return p[3] == kNoCorner ? 3 : 4; }
 
 bool has(const PolygonCorners& p, std::uint32_t vertex) {
   return std::find(p.begin(), p.end(), vertex) != p.end();
@@ -31,7 +31,7 @@ class Collapser {
   void gather() {
     for (std::uint32_t i = 0; i < polygons_.size(); ++i) {
       for (const std::uint32_t corner : polygons_[i]) {
-        if (corner == kNone) continue;
+        if (corner == kNoCorner) continue;
         const auto at = around_.find(corner);
         if (at != around_.end()) at->second.push_back(i);
       }
@@ -67,7 +67,7 @@ class Collapser {
       for (const std::uint32_t i : around) {
         if (i == beside[0] || i == beside[1]) continue;
         for (const std::uint32_t corner : polygons_[i]) {
-          if (corner != kNone && corner != v) near.push_back(corner);
+          if (corner != kNoCorner && corner != v) near.push_back(corner);
         }
       }
       std::sort(near.begin(), near.end());
@@ -92,16 +92,16 @@ class Collapser {
       const bool was_quad = sides(p) == 4;
       std::rotate(std::find(p.begin(), p.end(), b), std::find(p.begin(), p.end(), b) + 1, p.end());
       if (was_quad) {
-        p[3] = kNone;  // in turn from b's follower on
+        p[3] = kNoCorner;  // in turn from b's follower on
       } else {
-        p = {kNone, kNone, kNone, kNone};
+        p = {kNoCorner, kNoCorner, kNoCorner, kNoCorner};
       }
     }
-    std::erase_if(at_a, [&](std::uint32_t i) { return polygons_[i][0] == kNone; });
+    std::erase_if(at_a, [&](std::uint32_t i) { return polygons_[i][0] == kNoCorner; });
     for (const std::uint32_t apex : apexes) {
       const auto at = around_.find(apex);
       if (at == around_.end()) continue;
-      std::erase_if(at->second, [&](std::uint32_t i) { return polygons_[i][0] == kNone; });
+      std::erase_if(at->second, [&](std::uint32_t i) { return polygons_[i][0] == kNoCorner; });
     }
     gone_[b] = a;
     around_.erase(b);
@@ -169,7 +169,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
       if (a != b && collapser.collapse(a, b)) changed = true;
     }
   }
-  std::erase_if(polygons, [](const PolygonCorners& p) { return p[0] == kNone; });
+  std::erase_if(polygons, [](const PolygonCorners& p) { return p[0] == kNoCorner; });
   for (const auto& [first, second] : edges) {
     for (const std::uint32_t vertex : {first, second}) {
       const std::uint32_t stands = collapser.find(vertex);

@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = std::size_t{1} << 18;
+constexpr std::size_t kGrainOfVoxels = std::size_t{1} << 18;
 constexpr std::uint32_t kMaxSide = 32766;
 
 /// Calls body(typed pointer, count) for the volume's type.
@@ -56,7 +56,7 @@ Range find_range(const Volume& volume) {
     using T = std::remove_cvref_t<decltype(*voxels)>;
     Range range;
     std::mutex mutex;
-    parallel_for(voxel_count(volume), kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(voxel_count(volume), kGrainOfVoxels, [&](std::size_t begin, std::size_t end) {
       T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
       std::uint64_t bad = 0;
       for (std::size_t i = begin; i < end; ++i) {
@@ -183,15 +183,16 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
     std::atomic<std::uint64_t> changed = 0;
     result.converted.resize(voxel_count(volume));
     with_type(volume, [&](const auto* voxels) {
-      parallel_for(result.converted.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-        std::uint64_t count = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto value = static_cast<double>(voxels[i]);
-          result.converted[i] = relative(value);
-          count += changes(value) ? 1 : 0;
-        }
-        changed += count;
-      });
+      parallel_for(result.converted.size(), kGrainOfVoxels,
+                   [&](std::size_t begin, std::size_t end) {
+                     std::uint64_t count = 0;
+                     for (std::size_t i = begin; i < end; ++i) {
+                       const auto value = static_cast<double>(voxels[i]);
+                       result.converted[i] = relative(value);
+                       count += changes(value) ? 1 : 0;
+                     }
+                     changed += count;
+                   });
     });
     result.beyond_float = changed;
     result.data = reinterpret_cast<const std::byte*>(result.converted.data());

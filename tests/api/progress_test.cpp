@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <ctime>
@@ -13,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "base/heartbeat.h"
 #include "base/parallel.h"
 #include "kiln/bake.h"
 #include "kiln/contour.h"

@@ -18,9 +18,9 @@ constexpr std::uint32_t kFlagOfCompression = 220;  // a byte in the header, unti
 constexpr std::uint32_t kNodeMasks = 222;          // ... flags at each grid
 
 /// Reads little-endian values one after the other; none beyond the file's end.
-class Frame {
+class GridFrame {
  public:
-  explicit Frame(const VolumeInput& input) : input_(input), size_(input.source->size()) {}
+  explicit GridFrame(const VolumeInput& input) : input_(input), size_(input.source->size()) {}
 
   std::uint64_t place() const { return place_; }
   std::uint64_t left() const { return size_ - place_; }
@@ -86,7 +86,7 @@ std::uint32_t bytes_of(std::string_view type) {
   return 0;
 }
 
-void check_metadata(Frame& frame) {
+void check_metadata(GridFrame& frame) {
   const auto count = frame.value<std::uint32_t>("the number of metadata");
   frame.check_count(count, 12, "metadata");
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -112,7 +112,7 @@ std::uint64_t bytes_of_map(std::string_view type) {
 }
 
 /// From a grid's start to its root node's table.
-void check_grid(Frame& frame, std::uint32_t version, std::string_view tree, bool instance) {
+void check_grid(GridFrame& frame, std::uint32_t version, std::string_view tree, bool instance) {
   if (version >= kNodeMasks) frame.skip(4, "compression flags");
   check_metadata(frame);
   if (version < kInstances) return;
@@ -134,7 +134,7 @@ void check_grid(Frame& frame, std::uint32_t version, std::string_view tree, bool
 }  // namespace
 
 void check_openvdb_frame(const VolumeInput& input) {
-  Frame frame(input);
+  GridFrame frame(input);
   constexpr std::uint64_t kMagic = 0x56444220;
   if (frame.left() < 8 || frame.value<std::uint64_t>("the magic number") != kMagic) {
     input.fail("", "it does not begin as an OpenVDB file does",

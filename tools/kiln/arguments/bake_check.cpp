@@ -11,50 +11,48 @@
 namespace kiln::cli {
 namespace {
 
-[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
-
 /// \throws Error(usage) for a chain of fallbacks that asks a match twice, or goes on after its end
 void check_fallback(const BakeArguments& a) {
   std::vector<std::string> asked = {a.match};
   for (std::size_t i = 0; i < a.fallback.size(); ++i) {
     const std::string& name = a.fallback[i];
     if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
-      fail("--fallback " + name +
-           " leaves the same samples undecided as before: name each match once.");
+      fail_usage("--fallback " + name +
+                 " leaves the same samples undecided as before: name each match once.");
     }
     if (fallback_miss_values().contains(name) && i + 1 != a.fallback.size()) {
-      fail("--fallback " + name + " decides all that is left: nothing can follow it.");
+      fail_usage("--fallback " + name + " decides all that is left: nothing can follow it.");
     }
     asked.push_back(name);
   }
   if (miss_policy(a) != miss_values().at(a.miss) && a.miss != "keep") {
-    fail("--fallback " + a.fallback.back() + " is another --miss than " + a.miss +
-         ": leave one of them out.");
+    fail_usage("--fallback " + a.fallback.back() + " is another --miss than " + a.miss +
+               ": leave one of them out.");
   }
   if (a.given.contains("--fallback-blend") && fallback_methods(a).empty()) {
-    fail("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
+    fail_usage("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
   }
 }
 
 /// Flags of a chain of low polys.
 void check_lods(const BakeArguments& a) {
   if (a.given.contains("--lod-uvs") && a.lods == 0) {
-    fail("--lod-uvs is for several low polys: add --lod N, or leave it out.");
+    fail_usage("--lod-uvs is for several low polys: add --lod N, or leave it out.");
   }
   if (a.lods == 0) return;
   if (!plans_light(a) || a.screen.empty()) {
-    fail(
+    fail_usage(
         "--lod plans each low poly for a size on screen: give --max-error normal=DEGREES and "
         "--screen, and neither LOW nor --faces.");
   }
   const std::uint32_t least = 16U << (a.lods - 1);
   if (parse_pixels("--screen", a.screen) < least) {
-    fail("--lod " + std::to_string(a.lods) +
-         " halves the size on screen each time, down to 16 pixels at least: give --screen " +
-         std::to_string(least) + "px or more, or fewer levels.");
+    fail_usage("--lod " + std::to_string(a.lods) +
+               " halves the size on screen each time, down to 16 pixels at least: give --screen " +
+               std::to_string(least) + "px or more, or fewer levels.");
   }
   if (!a.save_match.empty() || a.reasons) {
-    fail("--save-match and --reasons are of one low poly: leave them out, or --lod.");
+    fail_usage("--save-match and --reasons are of one low poly: leave them out, or --lod.");
   }
 }
 
@@ -65,31 +63,33 @@ void check_light_plan(const BakeArguments& a) {
   if (!a.screen.empty()) {
     parse_pixels("--screen", a.screen);
     if (!plans) {
-      fail(
+      fail_usage(
           "--screen is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
           "neither LOW nor --faces.");
     }
   }
   if (!plans) {
     if (a.match != kAutomatic && bounds_maps(a)) {
-      fail("--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
+      fail_usage("--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
     }
     return;
   }
   if (!a.max_angle.empty() && !a.max_error.empty()) {
-    fail("--max-angle and --max-error both say what is to be reached: leave one of them out.");
+    fail_usage(
+        "--max-angle and --max-error both say what is to be reached: leave one of them out.");
   }
   parse_degrees(a.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
   if (!a.cage_mesh.empty() || a.cage == kAutomatic || a.match_by == "name") {
-    fail(
+    fail_usage(
         "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
         "plans its own here.");
   }
   if ((a.match == "uv" && !is_height_field(a.high)) || a.match == "axis") {
-    fail("--match " + a.match + " is for a LOW of yours: leave it out, or give LOW or --faces.");
+    fail_usage("--match " + a.match +
+               " is for a LOW of yours: leave it out, or give LOW or --faces.");
   }
   if (std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {
-    fail("--max-error normal=DEGREES measures normal maps: add normal to --maps.");
+    fail_usage("--max-error normal=DEGREES measures normal maps: add normal to --maps.");
   }
 }
 
@@ -97,14 +97,15 @@ void check_light_plan(const BakeArguments& a) {
 void check_texels(const BakeArguments& a) {
   const bool given = a.given.contains("--density");
   if (given && !a.low.empty() && !a.unwrap) {
-    fail("--density is for charts that Kiln lays out, but LOW '" + a.low +
-         "' has its own: add --unwrap, or leave it out.");
+    fail_usage("--density is for charts that Kiln lays out, but LOW '" + a.low +
+               "' has its own: add --unwrap, or leave it out.");
   }
   if (given && a.low.empty() && is_height_field(a.high)) {
-    fail("--density is not for a low poly of a height field, which lies over the image as it is.");
+    fail_usage(
+        "--density is not for a low poly of a height field, which lies over the image as it is.");
   }
   if (given && a.low.empty() && a.match == "uv") {
-    fail("--density is for new charts, but --match uv keeps those of HIGH: leave one out.");
+    fail_usage("--density is for new charts, but --match uv keeps those of HIGH: leave one out.");
   }
   check_density(given, a.unwrap_method);
 }
@@ -113,29 +114,32 @@ void check_texels(const BakeArguments& a) {
 void check_low(const BakeArguments& a) {
   const bool automatic = a.match == kAutomatic;
   if (!automatic && !a.max_angle.empty()) {
-    fail("--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
+    fail_usage(
+        "--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
   }
   check_light_plan(a);
   check_lods(a);
   const bool bounded = !deviation_bound(a).empty();
   if (a.faces != 0 && bounded) {
-    fail("--faces and --max-error both say how light the mesh is to be: leave one of them out.");
+    fail_usage(
+        "--faces and --max-error both say how light the mesh is to be: leave one of them out.");
   }
   if (!a.low.empty() && (a.faces != 0 || bounded)) {
-    fail("--faces and --max-error are for making a low poly, but LOW '" + a.low +
-         "' was given: leave one of them out.");
+    fail_usage("--faces and --max-error are for making a low poly, but LOW '" + a.low +
+               "' was given: leave one of them out.");
   }
   if (a.low.empty() && a.unwrap && a.unwrap_method == "given") {
-    fail(
+    fail_usage(
         "--unwrap alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "
         "how, --unwrap=charts or --unwrap=pairs, or leave it out.");
   }
   if (a.low.empty() && a.unwrap && is_height_field(a.high)) {
-    fail("--unwrap is not for a low poly of a height field, which lies over the image as it is.");
+    fail_usage(
+        "--unwrap is not for a low poly of a height field, which lies over the image as it is.");
   }
   check_texels(a);
   if (a.low.empty() && !a.cage_mesh.empty()) {
-    fail("--cage-mesh needs the LOW that it belongs to.");
+    fail_usage("--cage-mesh needs the LOW that it belongs to.");
   }
 }
 
@@ -143,23 +147,24 @@ void check_low(const BakeArguments& a) {
 void check_rays(const BakeArguments& a) {
   const bool cage = !a.cage.empty() || !a.cage_mesh.empty();
   if (cage && a.given.contains("--ray")) {
-    fail("--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
+    fail_usage(
+        "--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
   }
   if (a.given.contains("--edge-width") && a.direction != "auto") {
-    fail("--edge-width is for --direction auto.");
+    fail_usage("--edge-width is for --direction auto.");
   }
   if (!a.save_cage.empty() && a.cage != kAutomatic) {
-    fail("--save-cage writes what --cage auto finds: add --cage auto.");
+    fail_usage("--save-cage writes what --cage auto finds: add --cage auto.");
   }
 }
 
 /// Tangents of LOW's file fit its own UVs and normals.
 void check_tangents(const BakeArguments& a) {
   if (!a.given.contains("--tangents")) return;
-  if (a.low.empty()) fail("--tangents are of a LOW of yours: give it, or leave them out.");
-  if (a.space != "tangent") fail("--tangents is for --space tangent: leave it out.");
+  if (a.low.empty()) fail_usage("--tangents are of a LOW of yours: give it, or leave them out.");
+  if (a.space != "tangent") fail_usage("--tangents is for --space tangent: leave it out.");
   if (a.tangents == "file" && (a.unwrap || a.split_at_seams)) {
-    fail(
+    fail_usage(
         "--tangents file fits the UVs and normals of LOW's file: leave out --unwrap and "
         "--split-at-seams.");
   }
@@ -168,38 +173,41 @@ void check_tangents(const BakeArguments& a) {
 /// Files beside HIGH and LOW.
 void check_more_files(const BakeArguments& a) {
   if (!a.more_low.empty() && a.low.empty()) {
-    fail("--low is for more files of a LOW that is given: name the first after HIGH.");
+    fail_usage("--low is for more files of a LOW that is given: name the first after HIGH.");
   }
   for (const std::string& file : high_files(a)) {
     if (a.more_high.empty() || !is_height_field(file)) continue;
-    fail("'" + file + "' is a height field, which is a HIGH of its own: leave --high out.");
+    fail_usage("'" + file + "' is a height field, which is a HIGH of its own: leave --high out.");
   }
   check_tangents(a);
   if (a.low.empty() && (a.given.contains("--triangulate") || a.split_at_seams)) {
-    fail("--triangulate and --split-at-seams are for a LOW of yours: give it, or leave them out.");
+    fail_usage(
+        "--triangulate and --split-at-seams are for a LOW of yours: give it, or leave them out.");
   }
 }
 
 void check_parts(const BakeArguments& a) {
   check_more_files(a);
   if (a.match_by == "all" && a.given.contains("--part-occlusion")) {
-    fail("--part-occlusion needs parts: add --match-by name, group, object, material or list.");
+    fail_usage(
+        "--part-occlusion needs parts: add --match-by name, group, object, material or list.");
   }
   if (a.given.contains("--bitangent") && a.space != "tangent") {
-    fail("--bitangent is for --space tangent: leave it out.");
+    fail_usage("--bitangent is for --space tangent: leave it out.");
   }
   if (a.reasons && !fallback_methods(a).empty()) {
-    fail("--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
+    fail_usage(
+        "--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
   }
   if (a.match_by != "all" && (a.low.empty() || a.unwrap)) {
-    fail("--match-by " + a.match_by + " needs a LOW with named parts and UVs of its own.");
+    fail_usage("--match-by " + a.match_by + " needs a LOW with named parts and UVs of its own.");
   }
   if ((a.match_by == "list") != a.given.contains("--match-list")) {
-    fail("--match-by list and --match-list FILE belong together.");
+    fail_usage("--match-by list and --match-list FILE belong together.");
   }
   if (a.match_by != "name" &&
       (a.given.contains("--low-names") || a.given.contains("--high-names"))) {
-    fail("--low-names and --high-names are for --match-by name.");
+    fail_usage("--low-names and --high-names are for --match-by name.");
   }
 }
 
@@ -207,20 +215,21 @@ void check_parts(const BakeArguments& a) {
 void check_visibility(const BakeArguments& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
   if (a.visibility_clusters > 1 && a.visibility_at != "texel") {
-    fail("--visibility-clusters is for --match visibility with --visibility-at texel.");
+    fail_usage("--visibility-clusters is for --match visibility with --visibility-at texel.");
   }
   if (a.visibility_at != "texel" && given("--visibility-smooth")) {
-    fail("--visibility-smooth is for --visibility-at texel.");
+    fail_usage("--visibility-smooth is for --visibility-at texel.");
   }
   if (a.visibility_test == "rays" && given("--visibility-size")) {
-    fail(
+    fail_usage(
         "--visibility-size is for pictures, but --visibility-test rays takes none: leave one out.");
   }
   if (a.visibility_clusters == 1 && given("--visibility-deviation")) {
-    fail("--visibility-deviation is for --visibility-clusters 2 and more.");
+    fail_usage("--visibility-deviation is for --visibility-clusters 2 and more.");
   }
   if (a.visibility_clusters > 1 && !a.save_match.empty()) {
-    fail("--visibility-clusters makes several matches, --save-match saves one: leave one out.");
+    fail_usage(
+        "--visibility-clusters makes several matches, --save-match saves one: leave one out.");
   }
 }
 
@@ -230,8 +239,9 @@ void check_maps(const BakeArguments& a) {
       a.load_match.empty() && a.match != kAutomatic && find_match(a.match).takes_visibility;
   for (const std::string& name : a.maps) {
     if (!find_map(name).needs_visibility || by_visibility) continue;
-    fail("--maps " + name +
-         " holds what a match by visibility goes by: use it with --match visibility or hybrid.");
+    fail_usage(
+        "--maps " + name +
+        " holds what a match by visibility goes by: use it with --match visibility or hybrid.");
   }
 }
 
@@ -239,20 +249,21 @@ void check_maps(const BakeArguments& a) {
 void check_occlusion(const BakeArguments& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
   if (a.ao_by == "rays" && given("--ao-views")) {
-    fail("--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
+    fail_usage("--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
   }
   if (a.ao_by != "views") return;
   for (const char* flag : {"--ao-distance", "--ao-ignore-back-faces", "--ao-error"}) {
     if (!given(flag)) continue;
-    fail(std::string(flag) +
-         " is for rays, since a depth view shows the first face alone: leave it out, or --ao-by "
-         "views.");
+    fail_usage(
+        std::string(flag) +
+        " is for rays, since a depth view shows the first face alone: leave it out, or --ao-by "
+        "views.");
   }
   const bool other = std::any_of(a.maps.begin(), a.maps.end(), [](const std::string& name) {
     return find_map(name).takes_rays && !find_map(name).takes_views;
   });
   if (given("--ao-rays") && !other) {
-    fail("--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
+    fail_usage("--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
   }
 }
 
@@ -260,27 +271,28 @@ void check_occlusion(const BakeArguments& a) {
 void check_files(const BakeArguments& a) {
   parse_packs(a);
   if (a.layers && !is_exr(image_options(a))) {
-    fail("--layers are of one EXR: add --format exr or exr32.");
+    fail_usage("--layers are of one EXR: add --format exr or exr32.");
   }
   if (a.layers && a.mips) {
-    fail("--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
+    fail_usage("--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
   }
   if (a.report_error && a.match == kAutomatic) {
-    fail("--match auto measures errors of its own: leave --report-error out, or choose a match.");
+    fail_usage(
+        "--match auto measures errors of its own: leave --report-error out, or choose a match.");
   }
 }
 
 void check_height_field(const BakeArguments& a) {
   if (!is_height_field(a.high)) {
     if (!a.given.contains("--height") && !a.given.contains("--extent")) return;
-    fail(
+    fail_usage(
         "--height and --extent are for a HIGH that is a height field, a PNG or EXR. The map of "
         "heights is --maps height.");
   }
   height_field_options(a.heights);
   const bool far = !a.max_distance.empty() || !a.cage.empty() || !a.cage_mesh.empty();
   if (onto_plane(a) && a.match != "uv" && a.match != kAutomatic && a.load_match.empty() && !far) {
-    fail(
+    fail_usage(
         "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
         "--match " +
         a.match +
@@ -294,13 +306,13 @@ void check_height_field(const BakeArguments& a) {
 
 void check(const BakeArguments& a) {
   if (a.match == kAutomatic && std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {
-    fail("--match auto measures normal maps: add normal to --maps.");
+    fail_usage("--match auto measures normal maps: add normal to --maps.");
   }
   check_maps(a);
   check_low(a);
   check_served(a);
   if (matches_by(a, MatchMethod::axis) && a.view.size() != 1) {
-    fail("--match axis looks along one direction: give one --view, such as 0,0,1.");
+    fail_usage("--match axis looks along one direction: give one --view, such as 0,0,1.");
   }
   check_rays(a);
   check_parts(a);
@@ -310,8 +322,9 @@ void check(const BakeArguments& a) {
   check_occlusion(a);
   check_files(a);
   if (a.raw && !is_exr(image_options(a)))
-    fail("--raw writes negative values, which PNG cannot hold: add --format exr.");
-  if (a.given.contains("--dither") && a.format != "png8") fail("--dither is for --format png8.");
+    fail_usage("--raw writes negative values, which PNG cannot hold: add --format exr.");
+  if (a.given.contains("--dither") && a.format != "png8")
+    fail_usage("--dither is for --format png8.");
 }
 
 }  // namespace kiln::cli

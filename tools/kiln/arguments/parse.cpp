@@ -21,6 +21,8 @@ bool parse_whole(std::string_view text, T& value) {
 
 }  // namespace
 
+void fail_usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
   constexpr const char* kExpected = "one side or WxH, each 1 to 16384, such as 2048 or 2048x1024";
   const std::size_t cross = text.find_first_of("xX");

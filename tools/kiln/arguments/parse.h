@@ -12,6 +12,9 @@
 
 namespace kiln::cli {
 
+/// \throws Error(usage) with this text.
+[[noreturn]] void fail_usage(const std::string& text);
+
 /// "2048" or "2048x1024". \throws Error(usage)
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text);
 

@@ -11,7 +11,7 @@
 namespace kiln::cli {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+constexpr std::size_t kMostListBytes = std::size_t{16} << 20;
 
 std::string trimmed(std::string_view text) {
   const std::string_view space = " \t\r";
@@ -48,7 +48,7 @@ PartNames part_names(const BakeArguments& a) {
   names.by = parts_by_values().at(a.match_by);
   if (names.by != PartsBy::list) return names;
   const std::string what = "--match-list '" + a.match_list + "'";
-  std::istringstream text(read_small_file(a.match_list, kMostBytes, what));
+  std::istringstream text(read_small_file(a.match_list, kMostListBytes, what));
   std::size_t number = 0;
   for (std::string line; std::getline(text, line);) {
     ++number;

@@ -7,14 +7,14 @@
 #include <string_view>
 #include <utility>
 
+#include "arguments/parse.h"
+
 namespace kiln::cli {
 namespace {
 
 constexpr std::array kTypes = {VoxelType::u8,  VoxelType::i8,  VoxelType::u16, VoxelType::i16,
                                VoxelType::u32, VoxelType::i32, VoxelType::f32, VoxelType::f64};
 constexpr const char* kRawGroup = "Files without header";
-
-[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
 /// Three numbers with a separator between them.
 template <typename T>
@@ -26,8 +26,8 @@ std::array<T, 3> parse_three(const char* flag, const std::string& text, char sep
     const auto [next, error] = std::from_chars(at, end, values[k]);
     const bool last = k == 2;
     if (error != std::errc() || (last ? next != end : next == end || *next != separator)) {
-      fail(std::string(flag) + " '" + text + "': expected three numbers, as in 1" + separator +
-           "2" + separator + "3.");
+      fail_usage(std::string(flag) + " '" + text + "': expected three numbers, as in 1" +
+                 separator + "2" + separator + "3.");
     }
     at = next + 1;
   }
@@ -39,7 +39,7 @@ double parse_iso(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !(value - value == 0)) {
-    fail("--iso '" + text + "': expected a finite number.");
+    fail_usage("--iso '" + text + "': expected a finite number.");
   }
   return value;
 }
@@ -56,7 +56,7 @@ std::optional<double> parse_min_part(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= 100)) {
-    fail("--min-part '" + text + "': expected a percentage from 0 to 100, or auto.");
+    fail_usage("--min-part '" + text + "': expected a percentage from 0 to 100, or auto.");
   }
   return value / 100;
 }
@@ -151,7 +151,7 @@ void add_raw_options(Command& command, SurfaceArguments& a) {
 }
 
 void check(const SurfaceArguments& a) {
-  if (a.topology == "free" && a.faces == 0) fail("--topology free needs --faces.");
+  if (a.topology == "free" && a.faces == 0) fail_usage("--topology free needs --faces.");
   parse_min_part(a.min_part);
 }
 
@@ -179,9 +179,10 @@ Volume read_volume(const std::string& path, const SurfaceArguments& a,
                    std::vector<Warning>& warnings) {
   if (a.raw_size.empty()) return load_volume(path, &warnings);
   if (is_volume_name(path)) {
-    fail("'" + path +
-         "' is named as a format with a header, but --raw-size and its companions are for files "
-         "without: leave them out.");
+    fail_usage(
+        "'" + path +
+        "' is named as a format with a header, but --raw-size and its companions are for files "
+        "without: leave them out.");
   }
   RawVolumeLayout layout;
   layout.size = parse_three<std::uint64_t>("--raw-size", a.raw_size, 'x');

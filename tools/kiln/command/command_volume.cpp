@@ -36,17 +36,15 @@ struct VolumeArguments {
   bool quiet = false;
 };
 
-[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
-
 void check(const VolumeArguments& a) {
   check(a.surface);
   check_density(a.by_density, a.unwrap);
   if (a.match == "direct" && (!a.max_distance.empty() || a.samples != 1)) {
-    fail("--max-distance and --samples are for --match ray or closest.");
+    fail_usage("--max-distance and --samples are for --match ray or closest.");
   }
   if (!a.full.empty() && fs::path(a.full).extension() != ".obj") {
-    fail("--full '" + a.full +
-         "': the full contour is written as OBJ, so the name must end in .obj.");
+    fail_usage("--full '" + a.full +
+               "': the full contour is written as OBJ, so the name must end in .obj.");
   }
 }
 
@@ -55,7 +53,7 @@ ExtractOptions map_options(const VolumeArguments& a) {
   options.choose.size = a.size == "auto";
   if (!options.choose.size) {
     const auto [width, height] = parse_size(a.size);
-    if (width != height) fail("--size " + a.size + ": maps from volumes are square.");
+    if (width != height) fail_usage("--size " + a.size + ": maps from volumes are square.");
     options.size = width;
   }
   options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
