@@ -18,7 +18,6 @@
 
 namespace kiln {
 namespace {
-
 using namespace light_limits;
 
 class LightPlanner {
@@ -98,10 +97,11 @@ class LightPlanner {
     }
   }
 
-  /// Errors of maps of one size were known from other meshes alone: whether it was less than expected.
-  /// \returns false where there is no such size
+  /// Errors of one size were known from other meshes alone: once, whether they are less. \returns false if none is
   bool try_another_size() {
-    for (const std::uint32_t size : sizes_) {
+    if (std::exchange(tried_another_, true)) return false;
+    for (std::size_t i = sizes_.size(); i-- > 0;) {
+      const std::uint32_t size = sizes_[i];
       if (size == best_->trial.size) continue;
       std::size_t level = finest();
       while (level + 1 < levels().count() && weight(level, size) > kLighter * best_bytes()) ++level;
@@ -202,13 +202,13 @@ class LightPlanner {
     return sizes;
   }
 
-  /// For each size the fewest faces that are expected to do.
-  /// Those that weigh far more than others are left out, since looking at fine meshes takes long.
+  /// For each size the fewest faces expected to do, but not what weighs far more than others: looks take long.
   std::vector<std::pair<std::size_t, std::uint32_t>> pairs() {
     std::vector<std::pair<std::size_t, std::uint32_t>> result;
     std::vector<std::uint32_t> sizes = all_sizes();
-    // What was tried last is about right, and tells what is far more.
-    const auto first = std::find(sizes.begin(), sizes.end(), plan_.trials.back().size);
+    // What does, or was tried last, is about right, and tells what is far more.
+    const LightTrial& right = best_reached() ? best_->trial : plan_.trials.back();
+    const auto first = std::find(sizes.begin(), sizes.end(), right.size);
     if (first != sizes.end()) std::rotate(sizes.begin(), first, sizes.end());
     double least = kEndless;
     for (const std::uint32_t size : sizes) {
@@ -376,7 +376,7 @@ class LightPlanner {
   std::uint32_t bits_ = 8, largest_ = 0;
   std::vector<std::uint32_t> channels_, sizes_;
   double seams_ = 10;  // vertices that seams add, over the square root of positions
-  bool may_leave_map_out_ = true;
+  bool may_leave_map_out_ = true, tried_another_ = false;
   // `earlier_`: trials with maps that turned out too small for another map
   std::size_t next_level_ = 0, earlier_ = 0;
   std::optional<Made> best_;
