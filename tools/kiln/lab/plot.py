@@ -241,13 +241,15 @@ def curve_look(look):
 def named(axes, x, y, words, offset, size, color, **look):
     """Words beside a point, `offset` from it."""
     axes.annotate(words, (x, y), offset, textcoords="offset points", size=size, color=color,
-                  annotation_clip=False, zorder=4,
-                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1}, **look)
+                  annotation_clip=False,
+                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1},
+                  **{"zorder": 4, **look})
 
 
 def draw_study(data, _):
     panels, left, right, top, height, width = data["panels"], 110, 40, 90, 600, 780
-    entries = max(len(panel["curves"]) + len(panel["levels"]) for panel in panels)
+    entries = max(len(panel["levels"]) + sum(not isinstance(curve["look"], dict)
+                                             for curve in panel["curves"]) for panel in panels)
     page = Page(len(panels) * (left + width + right), top + height + 124 + 13 * entries)
     page.text(page.width / 2, 40, data["title"], LARGEST, ha="center")
     ticks = data["x_ticks"]
@@ -275,7 +277,8 @@ def draw_study(data, _):
             axes.plot(curve["x"], curve["y"], label="_" if thin else curve["title"],
                       **curve_look(curve["look"]))
             if thin:
-                named(axes, curve["x"][-1], curve["y"][-1], curve["title"], (6, 3), SMALL, SOFT)
+                named(axes, curve["x"][-1], curve["y"][-1], curve["title"], (6, 3), SMALL, SOFT,
+                      zorder=1.5)
         for level in panel["levels"]:
             look = {**curve_look(level["look"]), "marker": ""}
             axes.axhline(level["y"], label=level["title"], **look)
