@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace kiln::light_limits {
 
+inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 /// Faces of the finest level, to begin with, and at most, where the error asks for more.
 inline constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
 inline constexpr std::size_t kMostTrials = 7;
@@ -13,17 +15,26 @@ inline constexpr std::size_t kMostTrials = 7;
 inline constexpr std::size_t kMostTrialsToReach = 10;
 /// Share of the error that is left as room for scatter after each miss.
 inline constexpr double kCare = 0.01;
+/// After a miss, the next mesh for that size of maps has at least this share more bytes; after two, twice that, and
+/// so on up to so many misses.
+inline constexpr double kFiner = 0.03;
+inline constexpr std::size_t kFinerMisses = 3;
+/// Times the error: a size whose maps came so near is tried with somewhat finer meshes, though much finer ones are
+/// expected to be needed: with so many times the bytes, or none at all.
+inline constexpr double kNearly = 1.12, kLeap = 1.25;
+/// The limit of such a mesh, as a share of the error.
+inline constexpr double kNearlyLimit = 0.8;
 /// Times the lightest: what weighs more is not looked at.
 inline constexpr double kFarMore = 1.5;
 /// A mesh whose guessed error is so many times the one wanted is not looked at.
 inline constexpr double kSurely = 1.3;
 /// Times the lightest: what of other sizes is shown beside it.
 inline constexpr std::uint64_t kShown = 4;
-/// Another size that is expected to weigh at most so many times as much is tried, in case it does better: with this
-/// share of the bytes, unless a map of it was made with faces within this factor.
-inline constexpr double kNearlyAsLight = 1.4, kLighter = 0.95, kOtherFaces = 1.5;
+/// Another size is tried once with this share of the lightest's bytes, unless a map of it was made with faces within
+/// this factor, or so many times the error is expected of it: that is known from other meshes alone.
+inline constexpr double kLighter = 0.95, kOtherFaces = 1.5, kPerhaps = 1.5;
 /// Fewer bytes than this share must be expected for another trial.
-inline constexpr double kWorthwhile = 0.97;
+inline constexpr double kWorthwhile = 0.95;
 /// The error that the first map of all is looked for with, as a share of the one wanted.
 inline constexpr double kFirstLimit = 0.75;
 /// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) costs too much of it.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "base/heartbeat.h"
@@ -18,6 +19,9 @@ constexpr double kShare = 0.96;
 constexpr std::uint32_t kFewestFaces = 12;
 /// Of pictures: their pixels, without a size on screen.
 constexpr std::uint32_t kPixels = 48;
+
+/// Those of height fields are their layout, which matching by UVs reads.
+Mesh with_some_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
 
 }  // namespace
 
@@ -102,26 +106,48 @@ void LightLooks::make_levels(std::uint32_t most, bool height_field) {
     if (faces.empty() || whole < faces.back()) faces.push_back(whole);
   }
   if (faces.empty()) faces.push_back(kFewestFaces);
-  std::shared_ptr<const SimplifyLevels>& known = cache_[most];
-  if (known == nullptr)
-    known = std::make_shared<const SimplifyLevels>(
+  known_ = &cache_[most];
+  if (known_->levels == nullptr)
+    known_->levels = std::make_shared<const SimplifyLevels>(
         high_, faces, height_field ? LevelRule::height_field : LevelRule::shape);
-  levels_ = known;
   plan_.seconds_simplify += watch.total();
   std::vector<double> counts;
-  for (std::size_t i = 0; i < levels_->count(); ++i) {
-    counts.push_back(static_cast<double>(levels_->faces(i)));
+  for (std::size_t i = 0; i < levels().count(); ++i) {
+    counts.push_back(static_cast<double>(levels().faces(i)));
   }
   model_ = std::make_unique<LightModel>(counts, [this](std::size_t level) { return look(level); });
 }
 
+std::size_t LightLooks::faces(std::size_t level) const {
+  const auto found = known_->meshes.find(level);
+  return found != known_->meshes.end() ? found->second.triangles.size() : levels().faces(level);
+}
+
+std::size_t LightLooks::vertices(std::size_t level) const {
+  const auto found = known_->meshes.find(level);
+  return found != known_->meshes.end() ? found->second.positions.size() : levels().vertices(level);
+}
+
+std::size_t LightLooks::finest(std::uint64_t most_faces) const {
+  std::size_t level = 0;
+  while (most_faces > 0 && level + 1 < levels().count() && faces(level) > most_faces) ++level;
+  return level;
+}
+
+const Mesh& LightLooks::mesh(std::size_t level) {
+  const auto found = known_->meshes.find(level);
+  if (found != known_->meshes.end()) return found->second;
+  const Stopwatch watch;
+  Mesh made = levels().mesh(level);
+  plan_.seconds_simplify += watch.total();
+  return known_->meshes[level] = std::move(made);
+}
+
 LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
-  const Stopwatch simplifying;
-  const Mesh mesh = levels_->mesh(level);
-  plan_.seconds_simplify += simplifying.total();
+  const Mesh& low = mesh(level);
   const Stopwatch watch;
-  const NormalProbe probe(impl_of(source_), with_any_uvs(mesh), shown_);
+  const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown_);
   const LightModel::Node node = look_with(probe);
   plan_.seconds_measure += watch.total();
   return node;
@@ -144,8 +170,9 @@ BakeOptions LightLooks::limit_options(MatchMethod method) const {
 }
 
 void LightLooks::choose_match(std::size_t level, bool height_field) {
+  const Mesh& low = mesh(level);
   const Stopwatch watch;
-  const NormalProbe probe(impl_of(source_), with_any_uvs(levels_->mesh(level)), shown_);
+  const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown_);
   std::shared_ptr<const VisibilityField> field;
   std::vector<MatchMethod> ways = {height_field ? MatchMethod::uv : MatchMethod::ray};
   const bool cage = bake_.cage.has_value();

@@ -53,7 +53,14 @@ class LightLooks {
                 UnwrapReport& report);
 
   const DenseShown& shown() const { return shown_; }
-  const SimplifyLevels& levels() const { return *levels_; }
+  const SimplifyLevels& levels() const { return *known_->levels; }
+  /// Of a level, as far as is known: meshes that are made may have fewer, since flaws are mended.
+  std::size_t faces(std::size_t level) const;
+  std::size_t vertices(std::size_t level) const;
+  /// The finest level of at most so many faces; 0: of all.
+  std::size_t finest(std::uint64_t most_faces) const;
+  /// A level's mesh, made once.
+  const Mesh& mesh(std::size_t level);
   LightModel& model() const { return *model_; }
 
  private:
@@ -67,7 +74,7 @@ class LightLooks {
   LightBake& plan_;
   LevelCache& cache_;
   DenseShown shown_;
-  std::shared_ptr<const SimplifyLevels> levels_;
+  KnownLevels* known_ = nullptr;  ///< In `cache_`
   std::unique_ptr<LightModel> model_;
   std::optional<TexelDetail> detail_;  ///< Of the high poly, where it was asked for
 };

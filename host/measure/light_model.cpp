@@ -10,6 +10,12 @@ namespace {
 
 /// Levels looked at are this far apart: about half as many faces each.
 constexpr std::size_t kStep = 17;
+/// Levels between two that are known follow from these, unless they are farther apart.
+constexpr std::size_t kWide = 3 * kStep;
+/// A search that is far from its bound takes larger steps: errors grow at most so many times a step, and it skips at
+/// most so many.
+constexpr double kGrowth = 3;
+constexpr std::size_t kMostSteps = 3;
 /// Where a search begins, faces.
 constexpr double kFirst = 1000;
 /// An error is at least this share of the limit above it.
@@ -35,13 +41,22 @@ LightModel::Node LightModel::exactly(std::size_t level) {
 }
 
 LightModel::Node LightModel::at(std::size_t level) {
-  const auto known = nodes_.find(level);
-  if (known != nodes_.end()) return known->second;
   const std::size_t first = level / kStep * kStep;
-  if (first == level) return exactly(level);
-  exactly(first);
-  exactly(std::min(first + kStep, count() - 1));
-  return guess(level);
+  for (;;) {
+    const auto after = nodes_.lower_bound(level);
+    if (after != nodes_.end() && after->first == level) return after->second;
+    if (after == nodes_.end()) {
+      exactly(first == level ? level : std::min(first + kStep, count() - 1));
+    } else if (after == nodes_.begin()) {
+      // Somewhat finer than all that is known: along their line.
+      if (nodes_.size() > 1 && after->first - level <= kStep) return guess(level);
+      exactly(first);
+    } else if (after->first - std::prev(after)->first > kWide) {
+      exactly(first > std::prev(after)->first ? first : std::min(first + kStep, after->first - 1));
+    } else {
+      return guess(level);
+    }
+  }
 }
 
 LightModel::Node LightModel::guess(std::size_t level) const {
@@ -124,16 +139,23 @@ double LightModel::with_map(const Node& node, std::size_t level, std::uint32_t s
   return node.limit + 1 / (1 / range + sharpness(level, size));
 }
 
-std::optional<std::size_t> LightModel::fewest(const std::function<bool(std::size_t)>& holds,
+std::optional<std::size_t> LightModel::fewest(const std::function<double(std::size_t)>& share,
                                               std::size_t finest) {
+  const auto holds = [&](std::size_t level) { return share(level) <= 1; };
   // From the middle outwards, since looking at fine levels takes long and coarse ones tell little.
   std::size_t level = 0;
   while (level + kStep < count() && faces_[level] > kFirst) level += kStep;
   level = std::max(level, finest);
   std::size_t good = level, bad = count();
-  if (holds(level)) {
-    while (good + kStep < count() && holds(good + kStep)) good += kStep;
-    bad = std::min(good + kStep, count());
+  double used = share(level);
+  if (used <= 1) {
+    while (bad == count() && good + kStep < count()) {
+      const double room = -std::log(std::max(used, kTiny)) / std::log(kGrowth);
+      std::size_t steps = std::clamp(static_cast<std::size_t>(room), std::size_t{1}, kMostSteps);
+      while (good + steps * kStep >= count()) --steps;
+      used = share(good + steps * kStep);
+      (used <= 1 ? good : bad) = good + steps * kStep;
+    }
   } else {
     do {
       if (good == finest) return std::nullopt;

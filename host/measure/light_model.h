@@ -22,7 +22,8 @@ class LightModel {
   LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look);
 
   std::size_t count() const { return faces_.size(); }
-  /// Between levels that were looked at: the logarithm is linear in that of the number of faces.
+  /// Between levels that were looked at: the logarithm is linear in that of the number of faces. Looks where these
+  /// are far apart.
   Node at(std::size_t level);
   /// The same from what is known, without a look: beyond the last levels that were, along the line of these.
   Node guess(std::size_t level) const;
@@ -43,9 +44,10 @@ class LightModel {
   /// By guess().
   double guessed(std::size_t level, std::uint32_t size) const;
 
-  /// The level of fewest faces for which something holds, as long as it holds for all finer ones, too.
+  /// The level of fewest faces within a bound, as long as all finer ones are within it, too.
+  /// \param share   a level's error over the bound
   /// \param finest  levels before it are not looked at
-  std::optional<std::size_t> fewest(const std::function<bool(std::size_t)>& holds,
+  std::optional<std::size_t> fewest(const std::function<double(std::size_t)>& share,
                                     std::size_t finest = 0);
 
  private:

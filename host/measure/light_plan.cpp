@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -15,19 +14,20 @@
 #include "measure/light_limits.h"
 #include "measure/light_looks.h"
 #include "measure/light_planner.h"
+#include "measure/light_trials.h"
 
 namespace kiln {
 namespace {
-
 using namespace light_limits;
 
 class LightPlanner {
  public:
   LightPlanner(const Source& source, const Mesh& high, const LightPlanOptions& options,
-               LevelCache& cache)
+               LevelCache& cache, std::uint64_t most_faces)
       : source_(source),
         high_(high),
         options_(options),
+        most_faces_(most_faces),
         bake_(options.bake),
         alive_(bake_.progress),
         looks_(source, high, bake_, plan_, cache) {
@@ -73,7 +73,7 @@ class LightPlanner {
     }
     // Its deviation takes long to measure, so only that of what was chosen is.
     const Stopwatch watch;
-    looks_.levels().mesh(best_->level, &plan_.simplified);
+    levels().mesh(best_->level, &plan_.simplified);
     plan_.seconds_simplify += watch.total();
     plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds);
     fill_trade();
@@ -85,7 +85,8 @@ class LightPlanner {
     while (plan_.trials.size() - earlier_ < (best_reached() ? kMostTrials : kMostTrialsToReach)) {
       std::optional<LightTrial> next = best_expected();
       // What was expected to do and did not: a little more of it.
-      while (next && !best_reached() && was_made(*next) && next_level_ > 0) {
+      while (next && !best_reached() && was_tried(plan_.trials, next->faces, next->size) &&
+             next_level_ > finest()) {
         next = trial_of(--next_level_, next->size);
       }
       if (next && worth_trying(*next)) {
@@ -96,25 +97,19 @@ class LightPlanner {
     }
   }
 
-  /// Errors of maps of one size were known from other meshes alone: whether it was less than expected.
-  /// \returns false where there is no such size
+  /// Errors of one size were known from other meshes alone: once, whether they are less. \returns false if none is
   bool try_another_size() {
-    const auto best = static_cast<double>(best_->trial.bytes.total());
-    for (const auto& [expected, size] : pairs()) {
-      if (size == 0 || size == best_->trial.size) continue;
-      if (static_cast<double>(bytes(expected, size).total()) > kNearlyAsLight * best) continue;
-      std::size_t level = expected;
-      while (level + 1 < looks_.levels().count() &&
-             static_cast<double>(bytes(level, size).total()) > kLighter * best) {
-        ++level;
+    if (std::exchange(tried_another_, true)) return false;
+    for (std::size_t i = sizes_.size(); i-- > 0;) {
+      const std::uint32_t size = sizes_[i];
+      if (size == best_->trial.size) continue;
+      std::size_t level = finest();
+      while (level + 1 < levels().count() && weight(level, size) > kLighter * best_bytes()) ++level;
+      if (weight(level, size) > kLighter * best_bytes() ||
+          model().guessed(level, size) > kPerhaps * options_.max_error ||
+          tried_about(plan_.trials, looks_.faces(level), size)) {
+        continue;
       }
-      const auto faces = static_cast<double>(looks_.levels().faces(level));
-      const bool known = std::any_of(
-          plan_.trials.begin(), plan_.trials.end(), [&, size = size](const LightTrial& trial) {
-            const double ratio = static_cast<double>(trial.faces) / faces;
-            return trial.size == size && ratio < kOtherFaces && ratio > 1 / kOtherFaces;
-          });
-      if (known) continue;
       try_map(level, size);
       return true;
     }
@@ -125,14 +120,14 @@ class LightPlanner {
   /// as many bytes of texels as of vertices.
   void first_map() {
     const auto leaves_room = [&](std::size_t i) {
-      return looks_.model().at(i).limit <= kFirstLimit * options_.max_error;
+      return model().at(i).limit / (kFirstLimit * options_.max_error);
     };
-    std::optional<std::size_t> found = looks_.model().fewest(leaves_room);
+    std::optional<std::size_t> found = model().fewest(leaves_room);
     if (!found && high_.triangles.size() > std::size_t{2} * kMostFaces) {
       looks_.make_levels(kManyFaces, options_.height_field);
-      found = looks_.model().fewest(leaves_room);
+      found = model().fewest(leaves_room);
     }
-    const std::size_t level = found.value_or(0);
+    const std::size_t level = std::max(found.value_or(0), finest());
     if (options_.choose_match) looks_.choose_match(level, options_.height_field);
     std::uint32_t size = sizes_.front();
     while (2 * size <= largest_ && bytes(level, 2 * size).texels < bytes(level, 0).total()) {
@@ -148,42 +143,57 @@ class LightPlanner {
 
   /// Seams split vertices along lines, so about as many as the square root.
   std::uint64_t expected_vertices(std::size_t level, std::uint32_t size) const {
-    const auto positions = static_cast<double>(looks_.levels().vertices(level));
+    const auto positions = static_cast<double>(looks_.vertices(level));
     return static_cast<std::uint64_t>(positions + (size == 0 ? 0 : seams_ * std::sqrt(positions)));
   }
 
   LightBytes bytes(std::size_t level, std::uint32_t size) const {
-    return light_bytes(expected_vertices(level, size), looks_.levels().faces(level), size,
-                       channels_, bits_);
+    return light_bytes(expected_vertices(level, size), looks_.faces(level), size, channels_, bits_);
   }
 
   LightTrial trial_of(std::size_t level, std::uint32_t size) {
     LightTrial trial = guess_of(level, size);
-    trial.expected = looks_.model().expected(level, size);
+    trial.expected = model().expected(level, size);
     return trial;
   }
 
   LightTrial guess_of(std::size_t level, std::uint32_t size) const {
     LightTrial trial;
-    trial.faces = looks_.levels().faces(level);
-    trial.positions = looks_.levels().vertices(level);
+    trial.faces = looks_.faces(level);
+    trial.positions = looks_.vertices(level);
     trial.vertices = expected_vertices(level, size);
     trial.size = size;
     trial.samples = samples_for(size == 0 ? 1 : size);
     trial.bits = bits_;
     trial.method = bake_.method;
     trial.bytes = bytes(level, size);
-    trial.expected = looks_.model().guessed(level, size);
+    trial.expected = model().guessed(level, size);
     return trial;
   }
 
-  /// Each miss at a size makes the next a little more careful.
-  double aim_at(std::uint32_t size) const {
-    const auto misses =
-        std::count_if(plan_.trials.begin(), plan_.trials.end(), [&](const LightTrial& trial) {
-          return trial.size == size && trial.measured > options_.max_error;
-        });
-    return options_.max_error * (1 - kCare * static_cast<double>(misses));
+  std::size_t finest() const { return looks_.finest(most_faces_); }
+  LightModel& model() const { return looks_.model(); }
+  const SimplifyLevels& levels() const { return looks_.levels(); }
+  LightMisses misses_at(std::uint32_t size) const {
+    return LightMisses::of(plan_.trials, size, options_.max_error);
+  }
+
+  double weight(std::size_t level, std::uint32_t size) const {
+    return static_cast<double>(bytes(level, size).total());
+  }
+
+  /// Not below this level: with maps of this size, hardly finer meshes missed the error.
+  std::optional<std::size_t> finer_than_misses(std::optional<std::size_t> level,
+                                               std::uint32_t size) const {
+    const LightMisses misses = misses_at(size);
+    if (misses.count == 0) return level;
+    std::size_t next = levels().count() - 1;
+    const double least = misses.next_bytes(best_reached() ? best_bytes() : kEndless);
+    while (next > finest() && weight(next, size) < least) --next;
+    const bool may_do = misses.nearly(options_.max_error) &&
+                        model().guess(next).limit <= kNearlyLimit * options_.max_error;
+    if (may_do && (!level || weight(*level, size) > kLeap * weight(next, size))) return next;
+    return level ? std::min(*level, next) : level;
   }
 
   std::vector<std::uint32_t> all_sizes() const {  // 0: without a map
@@ -192,30 +202,27 @@ class LightPlanner {
     return sizes;
   }
 
-  /// For each size the fewest faces that are expected to do.
-  /// Those that weigh far more than others are left out, since looking at fine meshes takes long.
+  /// For each size the fewest faces expected to do, but not what weighs far more than others: looks take long.
   std::vector<std::pair<std::size_t, std::uint32_t>> pairs() {
     std::vector<std::pair<std::size_t, std::uint32_t>> result;
     std::vector<std::uint32_t> sizes = all_sizes();
-    // What was tried last is about right, and tells what is far more.
-    const auto first = std::find(sizes.begin(), sizes.end(), plan_.trials.back().size);
+    // What does, or was tried last, is about right, and tells what is far more.
+    const LightTrial& right = best_reached() ? best_->trial : plan_.trials.back();
+    const auto first = std::find(sizes.begin(), sizes.end(), right.size);
     if (first != sizes.end()) std::rotate(sizes.begin(), first, sizes.end());
-    double least = std::numeric_limits<double>::infinity();
+    double least = kEndless;
     for (const std::uint32_t size : sizes) {
-      std::size_t finest = 0;
-      const std::size_t last = looks_.levels().count() - 1;
-      const auto weight = [&](std::size_t i) {
-        return static_cast<double>(bytes(i, size).total());
-      };
-      while (finest < last && weight(finest) > kFarMore * least) ++finest;
-      const double aim = aim_at(size);
-      if (weight(finest) > kFarMore * least) continue;
-      if (finest > 0 && looks_.model().guessed(finest, size) > kSurely * aim) continue;
-      const auto level = looks_.model().fewest(
-          [&](std::size_t i) { return looks_.model().expected(i, size) <= aim; }, finest);
+      std::size_t from = finest();
+      while (from + 1 < levels().count() && weight(from, size) > kFarMore * least) ++from;
+      const double aim = misses_at(size).aim(options_.max_error);
+      if (weight(from, size) > kFarMore * least) continue;
+      if (from > 0 && model().guessed(from, size) > kSurely * aim) continue;
+      const auto level = finer_than_misses(
+          model().fewest([&](std::size_t i) { return model().expected(i, size) / aim; }, from),
+          size);
       if (!level) continue;
       result.emplace_back(*level, size);
-      least = std::min(least, weight(*level));
+      least = std::min(least, weight(*level, size));
     }
     std::sort(result.begin(), result.end(),
               [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -226,10 +233,11 @@ class LightPlanner {
   std::optional<LightTrial> best_expected() {
     std::vector<std::pair<std::size_t, std::uint32_t>> candidates = pairs();
     if (candidates.empty()) {
-      double least = looks_.model().expected(0, sizes_.back());
+      double least = model().expected(finest(), sizes_.back());
       for (const std::uint32_t size : sizes_) {
-        const auto level = looks_.model().fewest(
-            [&](std::size_t i) { return looks_.model().expected(i, size) <= kNearLeast * least; });
+        const auto level = model().fewest(
+            [&](std::size_t i) { return model().expected(i, size) / (kNearLeast * least); },
+            finest());
         if (level) candidates.emplace_back(*level, size);
       }
     }
@@ -245,25 +253,20 @@ class LightPlanner {
 
   /// Not what was made before, nor what is hardly lighter than the lightest that does.
   bool worth_trying(const LightTrial& next) const {
-    if (was_made(next)) return false;
-    return !best_reached() || static_cast<double>(next.bytes.total()) <
-                                  kWorthwhile * static_cast<double>(best_->trial.bytes.total());
-  }
-
-  bool was_made(const LightTrial& next) const {
-    return std::any_of(plan_.trials.begin(), plan_.trials.end(), [&](const LightTrial& trial) {
-      return trial.faces == next.faces && trial.size == next.size;
-    });
+    return !was_tried(plan_.trials, next.faces, next.size) &&
+           (!best_reached() ||
+            static_cast<double>(next.bytes.total()) < kWorthwhile * best_bytes());
   }
 
   bool best_reached() const { return best_->trial.measured <= options_.max_error; }
+  double best_bytes() const { return static_cast<double>(best_->trial.bytes.total()); }
 
   void measure_without_map(std::size_t level) {
     Made made;
     made.level = level;
-    made.low = looks_.levels().mesh(level);
+    made.low = looks_.mesh(level);
     made.trial = trial_of(level, 0);
-    made.trial.measured = looks_.model().exactly(level).plain;
+    made.trial.measured = model().exactly(level).plain;
     keep(std::move(made));
   }
 
@@ -273,8 +276,8 @@ class LightPlanner {
     options.samples = samples_for(size);
     if (bake_.progress) {
       options.progress = [this, size](double, std::string_view) {
-        const std::string doing = "trying " + std::to_string(size) + " x " + std::to_string(size);
-        return bake_.progress(0.5, doing);
+        const std::string side = std::to_string(size);
+        return bake_.progress(0.5, "trying " + side + " x " + side);
       };
     }
     return options;
@@ -284,13 +287,12 @@ class LightPlanner {
   void try_map(std::size_t level, std::uint32_t size, bool learn = false) {
     Made made;
     made.level = level;
+    const Mesh& simplified = looks_.mesh(level);
     made.trial = trial_of(level, size);
-    Stopwatch watch;
-    made.low = looks_.levels().mesh(level);
-    plan_.seconds_simplify += watch.lap();
+    const Stopwatch watch;
     if (!options_.height_field) Heartbeat::at(0.4, "laying out charts");
-    made.low = looks_.laid_out(std::move(made.low), options_, size, made.unwrapped);
-    plan_.seconds_unwrap += watch.lap();
+    made.low = looks_.laid_out(simplified, options_, size, made.unwrapped);
+    plan_.seconds_unwrap += watch.total();
     made.bake = bake_options(size);
     BakeOptions plain = normals_alone(made.bake);
     plain.mips = learn;
@@ -300,18 +302,16 @@ class LightPlanner {
     const auto error = [&](const Image& map) {
       return probe.with_map(rounded(map, bits_), plain).mean_degrees;
     };
-    if (!looks_.model().known().contains(level)) {
-      looks_.model().know(level, looks_.look_with(probe));
-    }
+    if (!model().known().contains(level)) model().know(level, looks_.look_with(probe));
     if (learn) {
       for (const Image& map : result.maps.front().mips) {
         if (map.width < kSmallestMap) break;
-        looks_.model().measured(level, map.width, error(map), /*mip=*/true);
+        model().measured(level, map.width, error(map), /*mip=*/true);
       }
-      made.trial.expected = looks_.model().expected(level, size);
+      made.trial.expected = model().expected(level, size);
     }
     made.trial.measured = error(result.maps.front().image);
-    looks_.model().measured(level, size, made.trial.measured);
+    model().measured(level, size, made.trial.measured);
     made.trial.vertices = split_vertices(made.low);
     made.trial.charts = made.unwrapped.charts;
     seams_ = static_cast<double>(made.trial.vertices - made.trial.positions) /
@@ -335,18 +335,17 @@ class LightPlanner {
 
   /// Nothing is looked at for this: what is not known is guessed.
   void fill_trade() {
-    const LightModel& model = looks_.model();
     for (const std::uint32_t size : all_sizes()) {
-      std::size_t level = model.count();
-      while (level > 0 && model.guessed(level - 1, size) > aim_at(size)) --level;
+      std::size_t level = model().count();
+      const double aim = misses_at(size).aim(options_.max_error);
+      while (level > 0 && model().guessed(level - 1, size) > aim) --level;
       if (level == 0 || bytes(level - 1, size).total() > kShown * plan_.chosen.bytes.total())
         continue;
       plan_.trade.push_back(guess_of(level - 1, size));
     }
-    for (const auto& [level, node] : model.known()) {
+    for (const auto& [level, node] : model().known()) {
       for (const auto size : all_sizes()) plan_.outlook.push_back(guess_of(level, size));
-      plan_.levels.push_back(
-          {looks_.levels().faces(level), looks_.levels().vertices(level), node.plain, node.limit});
+      plan_.levels.push_back({looks_.faces(level), looks_.vertices(level), node.plain, node.limit});
     }
     std::reverse(plan_.levels.begin(), plan_.levels.end());
   }
@@ -371,12 +370,13 @@ class LightPlanner {
   const Source& source_;
   const Mesh& high_;
   const LightPlanOptions& options_;
+  std::uint64_t most_faces_;
   BakeOptions bake_;
   ProgressScope alive_;
   std::uint32_t bits_ = 8, largest_ = 0;
   std::vector<std::uint32_t> channels_, sizes_;
   double seams_ = 10;  // vertices that seams add, over the square root of positions
-  bool may_leave_map_out_ = true;
+  bool may_leave_map_out_ = true, tried_another_ = false;
   // `earlier_`: trials with maps that turned out too small for another map
   std::size_t next_level_ = 0, earlier_ = 0;
   std::optional<Made> best_;
@@ -387,8 +387,8 @@ class LightPlanner {
 }  // namespace
 
 LightBake plan_light(const Source& source, const Mesh& high, const LightPlanOptions& options,
-                     LevelCache& cache) {
-  return LightPlanner(source, high, options, cache).run();
+                     LevelCache& cache, std::uint64_t most_faces) {
+  return LightPlanner(source, high, options, cache, most_faces).run();
 }
 
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options) {

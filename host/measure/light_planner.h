@@ -1,6 +1,7 @@
 // Plans of low polys that share what they simplify.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -10,11 +11,18 @@
 
 namespace kiln {
 
+/// Low polys of all numbers of faces, and the meshes of those that were asked for: fitting one takes longest.
+struct KnownLevels {
+  std::shared_ptr<const SimplifyLevels> levels;  ///< Null until they are made
+  std::map<std::size_t, Mesh> meshes;            ///< By level
+};
+
 /// Low polys of one high poly, by the faces of the finest.
-using LevelCache = std::map<std::uint32_t, std::shared_ptr<const SimplifyLevels>>;
+using LevelCache = std::map<std::uint32_t, KnownLevels>;
 
 /// bake_light(), its options checked.
+/// \param most_faces  of the low poly; 0: any
 LightBake plan_light(const Source& source, const Mesh& high, const LightPlanOptions& options,
-                     LevelCache& cache);
+                     LevelCache& cache, std::uint64_t most_faces = 0);
 
 }  // namespace kiln

@@ -73,7 +73,8 @@ class LodMaker {
     if (options_.share_uvs) plan.may_leave_map_out = false;
     LodLevel level;
     level.screen = screen;
-    level.light = plan_light(source_, high_, plan, cache_);
+    level.light = plan_light(source_, high_, plan, cache_,
+                             k > 0 ? chain_.levels.back().light.chosen.faces : 0);
     return level;
   }
 
@@ -153,7 +154,7 @@ class LodMaker {
   }
 
   void add(LodLevel level) {
-    if (chain_.levels.empty() || is_lighter(level)) {
+    if (chain_.levels.empty() || (is_lighter(level) && (level.light.reached || !reached()))) {
       chain_.levels.push_back(std::move(level));
       return;
     }
@@ -164,6 +165,9 @@ class LodMaker {
              " faces serves, too: what is within the error there has over 90% of its bytes",
          1});
   }
+
+  /// Whether the level before is within the error.
+  bool reached() const { return chain_.levels.back().light.reached; }
 
   /// Of shared maps neither counts.
   bool is_lighter(const LodLevel& level) const {

@@ -16,6 +16,9 @@ namespace {
 constexpr std::uint32_t kLeafSize = 4;
 /// Parts of a tree that are built by themselves, and triangles below which none is halved for that.
 constexpr std::size_t kParts = 32, kLeastPart = 4096;
+/// A triangle is farther than the best for sure where its plane is, by more than rounding; and so thin that its plane
+/// may be wrong where the squared sine of an angle is below this.
+constexpr double kSurelyFarther = 1.0001, kSliver = 1e-12;
 
 /// Boxes of a tree over so many triangles, level by level: each has parts of at most two sizes, `size` and one
 /// more.
@@ -33,40 +36,46 @@ std::size_t boxes_of(std::size_t count) {
   return boxes + smaller + (size == kLeafSize ? 3 : 1) * larger;
 }
 
+double squared(const Vec3d& v) { return dot(v, v); }
+
 double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
-  const double length2 = dot(edge, edge);
-  const double t = length2 > 0 ? std::clamp(dot(offset, edge) / length2, 0.0, 1.0) : 0.0;
-  const Vec3d rest = offset - edge * t;
-  return dot(rest, rest);
+  const double length2 = dot(edge, edge), along = dot(offset, edge);
+  if (!(along > 0)) return squared(offset);
+  return squared(offset - (along < length2 ? edge * (along / length2) : edge));
 }
 
 /// The plane's distance where the foot lies inside the triangle, else the nearest edge's.
-double squared_to_triangle(const Vec3& p, const Vec3* c) {
-  const Vec3d ab = Vec3d(c[1]) - Vec3d(c[0]);
-  const Vec3d ac = Vec3d(c[2]) - Vec3d(c[0]);
-  const Vec3d ap = Vec3d(p) - Vec3d(c[0]);
+/// \param best  what is farther for sure need not be exact
+double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
+  const Vec3d a(c[0]);
+  const Vec3d ab = Vec3d(c[1]) - a, ac = Vec3d(c[2]) - a, ap = p - a;
   const Vec3d n = cross(ab, ac);
   const double n2 = dot(n, n);
   if (n2 > 0) {
-    const double d00 = dot(ab, ab), d01 = dot(ab, ac), d11 = dot(ac, ac);
-    const double d20 = dot(ap, ab), d21 = dot(ap, ac);
+    const double d00 = dot(ab, ab), d11 = dot(ac, ac), along = dot(ap, n);
+    // Planes of slivers are not known well.
+    if (along * along > kSurelyFarther * best * n2 && n2 > kSliver * d00 * d11) return best;
+    const double d01 = dot(ab, ac), d20 = dot(ap, ab), d21 = dot(ap, ac);
     const double v = d11 * d20 - d01 * d21;
     const double w = d00 * d21 - d01 * d20;
-    if (v >= 0 && w >= 0 && v + w <= d00 * d11 - d01 * d01) {
-      const double along = dot(ap, n);
-      return along * along / n2;
-    }
+    if (v >= 0 && w >= 0 && v + w <= d00 * d11 - d01 * d01) return along * along / n2;
   }
   const double e0 = squared_to_segment(ap, ab);
   const double e1 = squared_to_segment(ap, ac);
-  const double e2 = squared_to_segment(Vec3d(p) - Vec3d(c[1]), Vec3d(c[2]) - Vec3d(c[1]));
-  return std::min({e0, e1, e2});
+  const double e2 = squared_to_segment(p - Vec3d(c[1]), Vec3d(c[2]) - Vec3d(c[1]));
+  return std::min(std::min(e0, e1), e2);
 }
 
-double squared_to_box(const Vec3& p, const Vec3& low, const Vec3& high) {
-  const double x = std::max({double{low.x} - p.x, double{p.x} - high.x, 0.0});
-  const double y = std::max({double{low.y} - p.y, double{p.y} - high.y, 0.0});
-  const double z = std::max({double{low.z} - p.z, double{p.z} - high.z, 0.0});
+/// How far outside of a range, of which one of both differences is positive at most.
+double outside(double below, double above) {
+  const double farther = below < above ? above : below;
+  return farther < 0 ? 0 : farther;
+}
+
+double squared_to_box(const Vec3d& p, const Vec3& low, const Vec3& high) {
+  const double x = outside(double{low.x} - p.x, p.x - double{high.x});
+  const double y = outside(double{low.y} - p.y, p.y - double{high.y});
+  const double z = outside(double{low.z} - p.z, p.z - double{high.z});
   return x * x + y * y + z * z;
 }
 
@@ -191,20 +200,21 @@ std::uint32_t SurfaceDistance::nearest(const Vec3& point, double within) const {
 
 double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double best) const {
   if (boxes_.empty()) return best;
+  const Vec3d at(point);
   struct Entry {
     std::uint32_t box;
     double distance;
   };
   std::array<Entry, 64> stack;  // The depth is at most 32, and each level leaves one entry behind.
   std::size_t top = 0;
-  stack[top++] = {0, squared_to_box(point, boxes_[0].low, boxes_[0].high)};
+  stack[top++] = {0, squared_to_box(at, boxes_[0].low, boxes_[0].high)};
   while (top != 0) {
     const Entry entry = stack[--top];
     if (entry.distance >= best) continue;
     const Box& box = boxes_[entry.box];
     if (box.count != 0) {
       for (std::uint32_t i = box.first; i < box.first + box.count; ++i) {
-        const double distance = squared_to_triangle(point, &corners_[std::size_t{3} * i]);
+        const double distance = squared_to_triangle(at, &corners_[std::size_t{3} * i], best);
         if (!(distance < best)) continue;
         best = distance;
         place = i;
@@ -213,8 +223,8 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
     }
     const std::uint32_t left = entry.box + 1;
     const std::uint32_t right = box.first;
-    const double to_left = squared_to_box(point, boxes_[left].low, boxes_[left].high);
-    const double to_right = squared_to_box(point, boxes_[right].low, boxes_[right].high);
+    const double to_left = squared_to_box(at, boxes_[left].low, boxes_[left].high);
+    const double to_right = squared_to_box(at, boxes_[right].low, boxes_[right].high);
     if (to_left <= to_right) {
       stack[top++] = {right, to_right};
       stack[top++] = {left, to_left};
@@ -229,12 +239,13 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
 void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
                                   const std::function<void(const Vec3*)>& body) const {
   if (boxes_.empty()) return;
+  const Vec3d at(center);
   std::array<std::uint32_t, 64> stack{};
   std::size_t top = 1;
   while (top != 0) {
     const std::uint32_t index = stack[--top];
     const Box& box = boxes_[index];
-    if (squared_to_box(center, box.low, box.high) > squared_radius) continue;
+    if (squared_to_box(at, box.low, box.high) > squared_radius) continue;
     if (box.count == 0) {
       stack[top++] = box.first;
       stack[top++] = index + 1;
@@ -242,7 +253,9 @@ void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
     }
     for (std::uint32_t i = box.first; i < box.first + box.count; ++i) {
       const Vec3* corners = &corners_[std::size_t{3} * i];
-      if (squared_to_triangle(center, corners) <= squared_radius) body(corners);
+      if (squared_to_triangle(at, corners, std::numeric_limits<double>::infinity()) <=
+          squared_radius)
+        body(corners);
     }
   }
 }

@@ -109,6 +109,7 @@ void expect_chain(const LodChain& chain, const LodOptions& options) {
     if (k == 0) continue;
     const LodLevel& before = chain.levels[k - 1];
     EXPECT_LE(2 * level.screen, before.screen);
+    EXPECT_LE(level.light.chosen.faces, before.light.chosen.faces);
     EXPECT_LT(level.light.chosen.bytes.total(), before.light.chosen.bytes.total());
   }
 }

@@ -162,8 +162,8 @@ void print_reasons(Console& console, const Reasons& reasons, std::uint64_t sampl
   }
 }
 
-void print_totals(Console& console, const BakeReport& report, std::uint64_t map_texels,
-                  const Source::Stats& source, const Stages& stages, double total) {
+std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
+                        const Source::Stats& source) {
   char text[512];
   const std::uint64_t found = report.samples - report.missed;
   std::string searched;
@@ -180,7 +180,13 @@ void print_totals(Console& console, const BakeReport& report, std::uint64_t map_
                 with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
                 report.mean_abs_distance, 100 * report.mean_abs_distance / source.diagonal,
                 searched.c_str());
-  console.line(text);
+  return text;
+}
+
+void print_totals(Console& console, const BakeReport& report, std::uint64_t map_texels,
+                  const Source::Stats& source, const Stages& stages, double total) {
+  char text[512];
+  if (map_texels > 0) console.line(texels_line(report, map_texels, source));
   std::snprintf(
       text, sizeof text,
       "%.2f s: load %.2f, low poly %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "

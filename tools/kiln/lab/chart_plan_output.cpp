@@ -51,7 +51,11 @@ Json panel(const PlanChart& chart) {
                {"title", chart.name + ", " + with_commas(chart.faces) + " faces" + seen(chart)},
                {"curves", Json::array()},
                {"levels", Json::array()},
-               {"rings", {{"title", "the plans"}, {"x", Json::array()}, {"y", Json::array()}}}};
+               {"rings",
+                {{"title", "the plans"},
+                 {"x", Json::array()},
+                 {"y", Json::array()},
+                 {"labels", Json::array()}}}};
   std::vector<std::uint32_t> sizes;
   for (const PlanPoint& point : chart.points) sizes.push_back(point.size);
   std::sort(sizes.begin(), sizes.end());
@@ -71,6 +75,9 @@ Json panel(const PlanChart& chart) {
   for (const PlanStand& stand : chart.plans) {
     json["rings"]["x"].push_back(kib(stand.chosen.bytes.total()));
     json["rings"]["y"].push_back(stand.degrees);
+    json["rings"]["labels"].push_back("for " + text_of(stand.wanted) +
+                                      "°: " + with_commas(stand.chosen.faces) + " faces, " +
+                                      map_text(stand.chosen.size));
   }
   return json;
 }

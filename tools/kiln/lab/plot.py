@@ -238,9 +238,18 @@ def curve_look(look):
     return {"color": color, "marker": marker, "linestyle": style, "linewidth": 2, "markersize": 7}
 
 
+def named(axes, x, y, words, offset, size, color, **look):
+    """Words beside a point, `offset` from it."""
+    axes.annotate(words, (x, y), offset, textcoords="offset points", size=size, color=color,
+                  annotation_clip=False,
+                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1},
+                  **{"zorder": 4, **look})
+
+
 def draw_study(data, _):
     panels, left, right, top, height, width = data["panels"], 110, 40, 90, 600, 780
-    entries = max(len(panel["curves"]) + len(panel["levels"]) for panel in panels)
+    entries = max(len(panel["levels"]) + sum(not isinstance(curve["look"], dict)
+                                             for curve in panel["curves"]) for panel in panels)
     page = Page(len(panels) * (left + width + right), top + height + 124 + 13 * entries)
     page.text(page.width / 2, 40, data["title"], LARGEST, ha="center")
     ticks = data["x_ticks"]
@@ -264,13 +273,22 @@ def draw_study(data, _):
             axes.text(data["x_note"]["x"] * 1.04, 0.98, data["x_note"]["text"], color="#777777",
                       va="top", size=NORMAL, transform=axes.get_xaxis_transform())
         for curve in panel["curves"]:
-            axes.plot(curve["x"], curve["y"], label=curve["title"], **curve_look(curve["look"]))
+            thin = isinstance(curve["look"], dict)  # named at its end, not in the legend
+            axes.plot(curve["x"], curve["y"], label="_" if thin else curve["title"],
+                      **curve_look(curve["look"]))
+            if thin:
+                named(axes, curve["x"][-1], curve["y"][-1], curve["title"], (6, 3), SMALL, SOFT,
+                      zorder=1.5)
         for level in panel["levels"]:
             look = {**curve_look(level["look"]), "marker": ""}
             axes.axhline(level["y"], label=level["title"], **look)
         if panel["rings"]["x"]:
             axes.plot(panel["rings"]["x"], panel["rings"]["y"], "o", markersize=16, color="#009e73",
                       markerfacecolor="none", markeredgewidth=2, label=panel["rings"]["title"])
+        rings = panel["rings"]
+        for x, y, words in zip(rings["x"], rings["y"], rings.get("labels", [])):
+            # Curves fall to the right: there is room below to the left.
+            named(axes, x, y, words, (-13, -13), NORMAL, "#00694d", ha="right", va="top")
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -64 / height), ncol=2, frameon=False,
                     fontsize=NORMAL, borderpad=0, handlelength=2.6)
     return page
