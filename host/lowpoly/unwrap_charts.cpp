@@ -109,15 +109,31 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lon
   return surface;
 }
 
-void cut(const ChartSurface& surface, const UnwrapOptions& options, const CutChoice& choice,
-         Charts& made, int threads) {
+CutPrice price_of(const ChartSurface& surface, const UnwrapOptions& options,
+                  const CutChoice& choice) {
   const double extent = std::sqrt(surface.total_area);
   const double padding =
       extent / std::sqrt(kExpectedCoverage) * options.border_texels / options.size;
-  const CutPrice price{0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
-                       kLeastPart * surface.total_area};
-  cut_charts(surface, made.borders, price, made.charts, threads);
-  trim_charts(surface, made.borders, {}, made.charts);
+  return {0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
+          kLeastPart * surface.total_area};
+}
+
+/// Cuts charts at each of some prices, and straightens the seams. \returns one a choice
+std::vector<Charts> cut(const ChartSurface& surface, const UnwrapOptions& options,
+                        std::span<const CutChoice> choices, const Charts& made, int threads) {
+  std::vector<CutPrice> prices;
+  for (const CutChoice& choice : choices) prices.push_back(price_of(surface, options, choice));
+  std::vector<CutCharts> parts = cut_charts(surface, made.borders, prices, made.charts, threads);
+  std::vector<Charts> result(choices.size(), Charts{made.borders, {}});
+  const auto trim = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      result[i].borders.restore(std::move(parts[i].glued));
+      result[i].charts = std::move(parts[i].charts);
+      trim_charts(surface, result[i].borders, {}, result[i].charts);
+    }
+  };
+  parallel_for(result.size(), 1, trim, threads);
+  return result;
 }
 
 /// What vertices weigh, as a share of the map's texels.
@@ -134,16 +150,14 @@ std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOp
                                      Charts& made, int threads) {
   if (made.charts.size() == 1 || made.charts.size() > kManyCharts) {
     const CutChoice& only = made.charts.size() == 1 ? kCutChoices.front() : kCutChoices.back();
-    cut(surface, options, only, made, threads);
+    std::vector<Charts> tried = cut(surface, options, std::span(&only, 1), made, threads);
+    made.charts = std::move(tried[0].charts);
+    made.borders.restore(tried[0].borders.glued());
     return std::nullopt;
   }
-  std::vector<Charts> tried(kCutChoices.size(), made);
+  std::vector<Charts> tried = cut(surface, options, kCutChoices, made, threads);
   std::array<PackState, kCutChoices.size()> packed;
   std::array<double, kCutChoices.size()> worths{};
-  const auto cut_one = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) cut(surface, options, kCutChoices[i], tried[i], 1);
-  };
-  parallel_for(tried.size(), 1, cut_one, threads);
   const auto pack_one = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto& cuts = tried[i].borders.glued();
