@@ -18,7 +18,8 @@ using ChartNeighbours = std::vector<std::uint32_t>;
 struct ChartCut {
   double gain = 0;    ///< Area saved beyond the price; 0 where no cut is worth it.
   double length = 0;  ///< Of the edges that it opens.
-  std::vector<std::uint8_t> apart;  ///< Per triangle of the chart: whether it is of the part cut off.
+  std::vector<std::uint8_t>
+      apart;  ///< Per triangle of the chart: whether it is of the part cut off.
 
   /// What a cut of another length must gain to be better.
   double gain_at(double other) const { return gain > 0 ? gain / length * other : 0; }

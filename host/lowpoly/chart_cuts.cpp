@@ -144,8 +144,8 @@ class CutTree {
     std::vector<std::vector<Parts>> parts(count);
     const auto split = [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
-        parts[i] = split_node(nodes_[begin + i],
-                              std::span(cuts).subspan(i * CutShape::directions, CutShape::directions));
+        parts[i] = split_node(nodes_[begin + i], std::span(cuts).subspan(i * CutShape::directions,
+                                                                         CutShape::directions));
       }
     };
     parallel_for(count, 1, split, threads_);
