@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "lowpoly/chart_borders.h"
@@ -21,13 +22,22 @@ struct CutPrice {
   double least = 0;
 };
 
+/// What charts were cut into.
+struct CutCharts {
+  std::vector<std::uint8_t> glued;  ///< Per half-edge of the surface: edges that were cut are not.
+  std::vector<FlatChart> charts;
+};
+
 /// Cuts charts in two along edges near straight lines: limbs off bodies, bends apart (after Limper, Vining,
 /// Sheffer, "Box Cutter", 2018). A chart wastes what its smallest box has beyond it. The cut that
 /// saves most for its length comes first, then both parts are looked at, until none is worth its price. Every part is a disc, laid
 /// out as it was, so it stays injective. Deterministic.
-/// \param borders  as grow_charts() left them; edges that are cut are no longer glued
-void cut_charts(const ChartSurface& surface, ChartBorders& borders, const CutPrice& price,
-                std::vector<FlatChart>& charts, int threads);
+/// \param borders  as grow_charts() left them
+/// \param prices   each is followed by itself; parts that several come to are looked at once
+/// \returns one a price
+std::vector<CutCharts> cut_charts(const ChartSurface& surface, const ChartBorders& borders,
+                                  std::span<const CutPrice> prices,
+                                  const std::vector<FlatChart>& charts, int threads);
 
 /// Cuts a chart in two, where both parts are discs that stay injective.
 /// \param is_apart  per triangle of the chart, whether it is of the part cut off

@@ -13,7 +13,7 @@ namespace kiln {
 /// What a chart may be distorted by.
 struct ChartLimits {
   double energy = 0.06;  ///< Mean, see FlatDistortion.
-  double worst = 3;      ///< At any triangle.
+  double worst = 5;      ///< At any triangle.
 };
 
 /// Grows charts in three passes, each of which keeps every chart a disc:

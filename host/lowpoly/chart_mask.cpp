@@ -1,10 +1,12 @@
 #include "lowpoly/chart_mask.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace kiln {
 namespace {
@@ -101,6 +103,26 @@ class Cells {
     }
   }
 
+  /// What is set, a quarter turn on: a row becomes a column, the lowest the last.
+  Cells turned() const {
+    Cells result(height_, width_);
+    std::array<std::uint64_t, 64> block;
+    for (std::size_t w = 0; w < words_; ++w) {
+      for (std::uint32_t base = 0; base < height_; base += 64) {
+        const std::uint32_t rows = std::min(64U, height_ - base);
+        // Of the new row, bit i is of the row that is i below the highest left.
+        const std::uint32_t top = height_ - base;
+        for (std::uint32_t i = 0; i < 64; ++i) block[i] = i < rows ? row(top - 1 - i)[w] : 0;
+        transpose(block);
+        const auto columns = static_cast<std::uint32_t>(std::min<std::size_t>(64, width_ - 64 * w));
+        for (std::uint32_t i = 0; i < columns; ++i) {
+          result.row(static_cast<std::uint32_t>(64 * w) + i)[base / 64] = block[i];
+        }
+      }
+    }
+    return result;
+  }
+
   std::vector<ChartMask::Run> runs() const {
     std::vector<ChartMask::Run> result;
     for (std::uint32_t y = 0; y < height_; ++y) {
@@ -119,6 +141,18 @@ class Cells {
  private:
   /// More than what rounding may lose, cells.
   static constexpr double kSlack = 1e-9;
+
+  /// Bit j of word i becomes bit i of word j: blocks of half the side change places, then theirs.
+  static void transpose(std::array<std::uint64_t, 64>& block) {
+    std::uint64_t low = 0xffffffff;
+    for (std::uint32_t half = 32; half != 0; half /= 2, low ^= low << half) {
+      for (std::uint32_t i = 0; i < 64; i = (i + half + 1) & ~half) {
+        const std::uint64_t swap = (block[i] >> half ^ block[i + half]) & low;
+        block[i + half] ^= swap;
+        block[i] ^= swap << half;
+      }
+    }
+  }
 
   std::uint64_t* row(std::uint32_t y) { return set_.data() + words_ * y; }
   const std::uint64_t* row(std::uint32_t y) const { return set_.data() + words_ * y; }
@@ -154,9 +188,13 @@ class Cells {
   std::vector<std::uint64_t> set_;
 };
 
-}  // namespace
+/// All but runs.
+struct Drawn {
+  ChartMask mask;
+  Cells cells;
+};
 
-ChartMask make_mask(const Outline& outline, double angle, double scale, double margin) {
+Drawn draw(const Outline& outline, double angle, double scale, double margin) {
   ChartMask mask;
   mask.turn = {std::cos(angle), std::sin(angle)};
   std::vector<std::vector<FlatPoint>> rings = outline.rings;
@@ -183,8 +221,43 @@ ChartMask make_mask(const Outline& outline, double angle, double scale, double m
       grid.widen(ring[i], ring[(i + 1) % ring.size()], margin);
     }
   }
-  mask.runs = grid.runs();
-  return mask;
+  return {std::move(mask), std::move(grid)};
+}
+
+}  // namespace
+
+ChartMask make_mask(const Outline& outline, double angle, double scale, double margin) {
+  Drawn drawn = draw(outline, angle, scale, margin);
+  drawn.mask.runs = drawn.cells.runs();
+  return std::move(drawn.mask);
+}
+
+std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
+                                           double margin) {
+  Drawn drawn = draw(outline, angle, scale, margin);
+  std::array<ChartMask, 4> masks;
+  for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+    ChartMask& mask = masks[quarter];
+    if (quarter == 0) {
+      mask = std::move(drawn.mask);
+    } else {
+      const ChartMask& last = masks[quarter - 1];
+      mask.width = last.height;
+      mask.height = last.width;
+      mask.turn = {-last.turn.y, last.turn.x};
+      mask.shift = {last.height - last.shift.y, last.shift.x};
+    }
+    if (quarter < 2) {
+      if (quarter == 1) drawn.cells = drawn.cells.turned();
+      mask.runs = drawn.cells.runs();
+      continue;
+    }
+    for (const ChartMask::Run& run : masks[quarter - 2].runs) {
+      mask.runs.push_back(
+          {mask.height - 1 - run.row, mask.width - 1 - run.last, mask.width - 1 - run.first});
+    }
+  }
+  return masks;
 }
 
 double best_box_angle(const Outline& outline) {

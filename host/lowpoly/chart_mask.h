@@ -1,6 +1,7 @@
 // A chart's outline, turned, scaled and widened by half the padding, as rows of cells.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -32,6 +33,11 @@ struct ChartMask {
 /// \param margin  cells that the outline is widened by; two masks without a common cell are of outlines
 ///                at least twice this apart
 ChartMask make_mask(const Outline& outline, double angle, double scale, double margin);
+
+/// The same and three quarter turns on. Of these the cells are turned, not drawn again: a mask is as wide as
+/// whole cells, and the outline lies on its other side.
+std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
+                                           double margin);
 
 /// The turn, in [0, pi / 2), whose upright box is smallest.
 double best_box_angle(const Outline& outline);

@@ -78,11 +78,20 @@ Sheet ChartSheets::draw(std::uint32_t cells, double scale,
   Sheet sheet{cells, scale, std::vector<ChartMask>(outlines_.size() * kTurns)};
   const double margin = 0.5 * padding_ * cells / size_;
   for (std::size_t i = 0; i < outlines_.size(); ++i) {
-    const std::uint32_t step = kTurns / turns_of_[i];
-    for (std::uint32_t turn = 0; turn < kTurns; turn += step) {
-      if (!only.empty() && only[i] >= 0 && only[i] != static_cast<std::int8_t>(turn)) continue;
-      sheet.masks[i * kTurns + turn] =
-          make_mask(outlines_[i], angles_[i] + turn * 2 * std::numbers::pi / kTurns, scale, margin);
+    const auto angle = [&](std::uint32_t turn) {
+      return angles_[i] + turn * 2 * std::numbers::pi / kTurns;
+    };
+    ChartMask* const masks = sheet.masks.data() + i * kTurns;
+    if (!only.empty() && only[i] >= 0) {
+      const auto turn = static_cast<std::uint32_t>(only[i]);
+      masks[turn] = make_mask(outlines_[i], angle(turn), scale, margin);
+      continue;
+    }
+    for (std::uint32_t turn = 0; turn < kTurns / 4; turn += kTurns / turns_of_[i]) {
+      auto turned = make_turned_masks(outlines_[i], angle(turn), scale, margin);
+      for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
+        masks[turn + quarter * kTurns / 4] = std::move(turned[quarter]);
+      }
     }
   }
   return sheet;

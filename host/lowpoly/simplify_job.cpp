@@ -1,11 +1,14 @@
 #include "lowpoly/simplify_job.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <string>
 #include <utility>
 
+#include "lowpoly/crumbs.h"
 #include "lowpoly/head_start.h"
 #include "lowpoly/surface_fit.h"
 #include "mesh/charts.h"
@@ -246,6 +249,32 @@ SimplifyResult SimplifyJob::solve() {
   return result;
 }
 
+/// Leaves out parts of the high poly that are smaller than a low poly with all of them is off. \returns whether there
+/// are any
+bool SimplifyJob::drop_crumbs() {
+  if (options_.keep_parts || options_.keep_uvs || options_.hull || options_.height_field)
+    return false;
+  if (options_.faces == 0) return false;
+  const PartSizes parts(dense_);
+  // No low poly is off by more than its triangles are long.
+  if (parts.count_below(mean_edge(dense_, options_.faces)) == 0) return false;
+  const double size = measure(to_count(start(options_.faces)), kGuidingSamples).largest;
+  report_.dropped_parts = parts.count_below(size);
+  if (report_.dropped_parts == 0) return false;
+  dense_ = parts.without(dense_, size);
+  dense_positions_ = to_floats(dense_.points);
+  check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2g%%", 100 * size);
+  report_.warnings.push_back(
+      {"dropped-parts",
+       std::to_string(report_.dropped_parts) + " parts of the high poly are smaller than " +
+           text.data() + " of its diagonal, which a low poly of " + std::to_string(options_.faces) +
+           " faces is off by; they were left out: keep the parts, or ask for more faces",
+       report_.dropped_parts});
+  return true;
+}
+
 void SimplifyJob::warn_of_count(const SimplifyResult& result) {
   const std::size_t left = result.triangles.size();
   if (options_.faces == 0 || left <= options_.faces) return;
@@ -309,6 +338,9 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
 Mesh SimplifyJob::run(bool with_deviation) {
   const std::size_t count = dense_.triangles.size();
   if (options_.faces == 0 || options_.faces < count) {
+    if (options_.faces < count && drop_crumbs() && dense_.triangles.size() <= options_.faces) {
+      return finish(unchanged());
+    }
     SimplifyResult result = solve();
     if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMostSamples);
     return finish(result);

@@ -109,6 +109,7 @@ class SimplifyJob {
   SimplifyResult within(double bound, const Work& work) const;
   Work start(std::size_t faces, std::span<const Place> untouched = {}) const;
   SimplifyResult solve();
+  bool drop_crumbs();
   Mesh finish(const SimplifyResult& result);
   bool fit(SimplifyResult& result);
   std::size_t mend(SimplifyResult& result);

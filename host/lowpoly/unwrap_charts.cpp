@@ -41,10 +41,13 @@ struct CutChoice {
 };
 constexpr std::array<CutChoice, 5> kCutChoices{
     {{0.02, 0}, {0.035, 0.3}, {0.01, 0}, {0.005, 0}, {0.005, 0.3}}};
+/// And where a chart has more than kLarge of the area, so that little fits beside it.
+constexpr std::array<CutChoice, 2> kLargeChoices{{{0.02, 1}, {0.005, 2}}};
+constexpr double kLarge = 0.3;
 /// Of texels used, where the first is taken whatever others promise.
 constexpr double kGoodEnough = 0.83;
 /// Orders in which the charts of each choice are packed.
-constexpr std::uint32_t kCutEffort = 60;
+constexpr std::uint32_t kCutEffort = 20;
 /// Only the last, where there are more charts than this; of one chart, only the first.
 constexpr std::size_t kManyCharts = 150;
 /// No part is smaller than this share of the mesh.
@@ -109,15 +112,31 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lon
   return surface;
 }
 
-void cut(const ChartSurface& surface, const UnwrapOptions& options, const CutChoice& choice,
-         Charts& made, int threads) {
+CutPrice price_of(const ChartSurface& surface, const UnwrapOptions& options,
+                  const CutChoice& choice) {
   const double extent = std::sqrt(surface.total_area);
   const double padding =
       extent / std::sqrt(kExpectedCoverage) * options.border_texels / options.size;
-  const CutPrice price{0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
-                       kLeastPart * surface.total_area};
-  cut_charts(surface, made.borders, price, made.charts, threads);
-  trim_charts(surface, made.borders, {}, made.charts);
+  return {0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
+          kLeastPart * surface.total_area};
+}
+
+/// Cuts charts at each of some prices, and straightens the seams. \returns one a choice
+std::vector<Charts> cut(const ChartSurface& surface, const UnwrapOptions& options,
+                        std::span<const CutChoice> choices, const Charts& made, int threads) {
+  std::vector<CutPrice> prices;
+  for (const CutChoice& choice : choices) prices.push_back(price_of(surface, options, choice));
+  std::vector<CutCharts> parts = cut_charts(surface, made.borders, prices, made.charts, threads);
+  std::vector<Charts> result(choices.size(), Charts{made.borders, {}});
+  const auto trim = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      result[i].borders.restore(std::move(parts[i].glued));
+      result[i].charts = std::move(parts[i].charts);
+      trim_charts(surface, result[i].borders, {}, result[i].charts);
+    }
+  };
+  parallel_for(result.size(), 1, trim, threads);
+  return result;
 }
 
 /// What vertices weigh, as a share of the map's texels.
@@ -129,21 +148,26 @@ double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& c
   return kVertexPrice * std::max(0.0, added - kFreeVertices * std::sqrt(positions)) / positions;
 }
 
+/// The choices that are worth a try, for some charts.
+std::vector<CutChoice> choices_for(const ChartSurface& surface,
+                                   const std::vector<FlatChart>& charts) {
+  if (charts.size() > kManyCharts) return {kCutChoices.back()};
+  const bool large = std::any_of(charts.begin(), charts.end(), [&](const FlatChart& chart) {
+    return flat_area(chart) > kLarge * surface.total_area;
+  });
+  if (charts.size() == 1) return {kCutChoices.front()};
+  std::vector<CutChoice> choices(kCutChoices.begin(), kCutChoices.end());
+  if (large) choices.insert(choices.end(), kLargeChoices.begin(), kLargeChoices.end());
+  return choices;
+}
+
 /// Cuts charts so that they pack well for few vertices. \returns how they were packed, if they were
 std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOptions& options,
                                      Charts& made, int threads) {
-  if (made.charts.size() == 1 || made.charts.size() > kManyCharts) {
-    const CutChoice& only = made.charts.size() == 1 ? kCutChoices.front() : kCutChoices.back();
-    cut(surface, options, only, made, threads);
-    return std::nullopt;
-  }
-  std::vector<Charts> tried(kCutChoices.size(), made);
-  std::array<PackState, kCutChoices.size()> packed;
-  std::array<double, kCutChoices.size()> worths{};
-  const auto cut_one = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) cut(surface, options, kCutChoices[i], tried[i], 1);
-  };
-  parallel_for(tried.size(), 1, cut_one, threads);
+  const std::vector<CutChoice> choices = choices_for(surface, made.charts);
+  std::vector<Charts> tried = cut(surface, options, choices, made, threads);
+  std::vector<PackState> packed(tried.size());
+  std::vector<double> worths(tried.size(), 0);
   const auto pack_one = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto& cuts = tried[i].borders.glued();
@@ -157,7 +181,7 @@ std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOp
       worths[i] = packed[i].share - vertex_price(surface, charts);
     }
   };
-  parallel_for(tried.size(), 1, pack_one, threads);
+  if (tried.size() > 1) parallel_for(tried.size(), 1, pack_one, threads);
   const auto best = static_cast<std::size_t>(
       worths[0] >= kGoodEnough ? 0
                                : std::max_element(worths.begin(), worths.end()) - worths.begin());
@@ -269,6 +293,8 @@ void follow_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDet
       if (next.charts.size() == before) break;
     }
     const std::vector<double> scales = texel_scales(chart_needs(next.charts, needs));
+    // Packing hardly gets better by it.
+    if (error_of(next.charts, scales, layout) >= least) continue;
     std::vector<FlatChart> charts = next.charts;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       for (FlatPoint& p : charts[i].points) p = p * scales[i];

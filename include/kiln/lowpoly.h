@@ -27,6 +27,9 @@ struct SimplifyOptions {
   /// result winds around or touches, so that nothing pokes through. To rounding in double precision. Open borders
   /// stay in place, vertex by vertex. Not with height_field or keep_uvs.
   bool hull = false;
+  /// Leave out no part for its size. Else, with `faces`, crumbs are left out (see simplify()). The head start of
+  /// meshes above 100,000 triangles can lose crumbs in any case.
+  bool keep_parts = false;
 };
 
 /// What simplify() came to.
@@ -42,9 +45,10 @@ struct SimplifyReport {
       0;  ///< Triangles that were folded, flat or facing down, and no longer are.
   /// Triangles that face away from the high poly, or down in a height field, and stayed so.
   std::uint64_t folded = 0;
-  std::uint64_t without_area = 0;  ///< Triangles without area that stayed so.
-  std::uint64_t holes = 0;         ///< Loops of open edges beyond those of the high poly.
-  std::uint64_t charts = 0;        ///< With keep_uvs: connected pieces of the layout that is left.
+  std::uint64_t without_area = 0;   ///< Triangles without area that stayed so.
+  std::uint64_t holes = 0;          ///< Loops of open edges beyond those of the high poly.
+  std::uint64_t dropped_parts = 0;  ///< Crumbs that were left out
+  std::uint64_t charts = 0;         ///< With keep_uvs: connected pieces of the layout that is left.
   double coverage = 0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1.
   double seconds = 0;   ///< That it took
   std::vector<Warning> warnings;  ///< What was imperfect and handled
@@ -56,9 +60,15 @@ struct SimplifyReport {
 /// finite, or that repeat another are left out and counted in the warnings ("degenerate-triangles",
 /// "non-finite-triangles", "duplicate-triangles"). Open borders, edges with more than two triangles and
 /// several parts are all allowed; topology is kept, so closed meshes stay closed, and no part
-/// vanishes. Where that needs more than `faces` triangles, "faces-not-reached" in the warnings says
+/// vanishes but crumbs. Where that needs more than `faces` triangles, "faces-not-reached" in the warnings says
 /// so; where the mesh has fewer, all are kept ("faces-above-input"). With a bound instead, the result's
 /// measured error never exceeds it.
+///
+/// Crumbs: a part (what shared vertices connect) whose box's diagonal is below the largest deviation of a low poly of
+/// `faces` triangles that keeps all parts. At that number of faces it is smaller than other places are off by. It
+/// is left out before the low poly is made, so that its faces go elsewhere, and counted ("dropped-parts" in the
+/// warnings); deviations are then of the parts that stay. The largest part stays in any case. Nothing is left out with
+/// a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
 ///
 /// What was made is compared with the high poly: triangles that face away from the surface near them, lie
 /// back to back with a neighbour where the high poly has no such edge, have no area, or (of a height field)
@@ -145,7 +155,7 @@ struct UnwrapReport {
 /// as many texels (Lagrange). The densest chart has at most 4 times as many texels a length as the least dense.
 /// Charts are cut where parts need other densities, if that is worth the seam. Where less than 1% would be
 /// gained, texels stay even. The cost is a box tree of the high poly, about 100,000 to 200,000 look-ups of nearest
-/// points, and packing two or three times.
+/// points, and packing up to two times more.
 ///
 /// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel,
 /// "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).

@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <functional>
+#include <span>
+#include <utility>
 
 #include "lowpoly/chart_growth.h"
 #include "lowpoly/flat_predicates.h"
@@ -44,7 +46,10 @@ struct Sheet {
 
   void cut(double seam, int threads = 1) {
     const double extent = std::sqrt(surface.total_area);
-    cut_charts(surface, borders, {0.001 * extent, seam * extent}, charts, threads);
+    const CutPrice price{0.001 * extent, seam * extent};
+    CutCharts result = cut_charts(surface, borders, std::span(&price, 1), charts, threads)[0];
+    borders.restore(std::move(result.glued));
+    charts = std::move(result.charts);
     std::vector<int> seen(surface.triangles.size(), 0);
     for (const FlatChart& chart : charts) {
       EXPECT_TRUE(is_injective(chart));
@@ -97,7 +102,8 @@ TEST(ChartCuts, ThreadsChangeNothing) {
   for (const int threads : {1, 2, 5}) {
     ChartBorders borders(surface);
     std::vector<FlatChart> charts = grow_charts(surface, borders, {});
-    cut_charts(surface, borders, {0.001, 0.01}, charts, threads);
+    const CutPrice price{0.001, 0.01};
+    charts = cut_charts(surface, borders, std::span(&price, 1), charts, threads)[0].charts;
     std::vector<std::vector<FlatPoint>> points;
     for (const FlatChart& chart : charts) points.push_back(chart.points);
     if (first.empty()) first = points;
@@ -107,6 +113,44 @@ TEST(ChartCuts, ThreadsChangeNothing) {
       for (std::size_t v = 0; v < points[c].size(); ++v) {
         ASSERT_EQ(points[c][v].x, first[c][v].x);
         ASSERT_EQ(points[c][v].y, first[c][v].y);
+      }
+    }
+  }
+}
+
+/// Each price comes to what it comes to alone, though parts are looked at once for all.
+TEST(ChartCuts, SeveralPricesAreAsEachAlone) {
+  for (const std::uint32_t faces : {300U, 1500U, 4000U}) {
+    const ChartSurface surface = chart_surface(test::BumpySphere::dense(faces));
+    ChartBorders borders(surface);
+    const std::vector<FlatChart> charts = grow_charts(surface, borders, {});
+    const std::vector<std::uint8_t> glued = borders.glued();
+    const std::vector<CutPrice> prices{{0.001, 0.05}, {0.001, 0.01},  {0.001, 0.01, 0.3},
+                                       {0.001, 0.05}, {0.001, 0.002}, {0.1, 9}};
+    const std::vector<CutCharts> all = cut_charts(surface, borders, prices, charts, 2);
+    ASSERT_EQ(all.size(), prices.size());
+    EXPECT_EQ(borders.glued(), glued);
+    EXPECT_EQ(all.back().charts.size(), charts.size());
+    EXPECT_GT(all[4].charts.size(), charts.size());
+    for (std::size_t p = 0; p < prices.size(); ++p) {
+      const CutCharts alone = cut_charts(surface, borders, std::span(&prices[p], 1), charts, 1)[0];
+      EXPECT_EQ(alone.glued, all[p].glued);
+      ASSERT_EQ(alone.charts.size(), all[p].charts.size());
+      std::vector<int> seen(surface.triangles.size(), 0);
+      for (std::size_t c = 0; c < alone.charts.size(); ++c) {
+        EXPECT_EQ(alone.charts[c].source, all[p].charts[c].source);
+        EXPECT_TRUE(is_injective(all[p].charts[c]));
+        for (const std::uint32_t t : all[p].charts[c].source) ++seen[t];
+      }
+      for (const int count : seen) EXPECT_EQ(count, 1);
+      // What is glued is glued inside of one chart.
+      std::vector<std::size_t> owner(surface.triangles.size());
+      for (std::size_t c = 0; c < all[p].charts.size(); ++c) {
+        for (const std::uint32_t t : all[p].charts[c].source) owner[t] = c;
+      }
+      for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
+        if (all[p].glued[h] == 0) continue;
+        ASSERT_EQ(owner[h / 3], owner[surface.mate[h] / 3]);
       }
     }
   }

@@ -20,7 +20,7 @@ struct SimplifyArguments {
   std::string high, out, size = "2048", unwrap = "charts", density = "area", json;
   std::uint32_t faces = 0;
   std::string max_error;
-  bool hull = false;
+  bool hull = false, keep_parts = false;
   bool keep_uvs = false, laid_out = false;  // laid_out: --size, --unwrap or --density was given.
   bool by_density = false;                  // --density was given.
   bool quiet = false, force = false;
@@ -64,6 +64,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   if (!arguments.max_error.empty()) options.max_error = parse_error_bound(arguments.max_error);
   options.keep_uvs = arguments.keep_uvs;
   options.hull = arguments.hull;
+  options.keep_parts = arguments.keep_parts;
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
@@ -99,6 +100,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"error", report.error},
                  {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
                  {"hull", arguments.hull},
+                 {"dropped_parts", report.dropped_parts},
                  {"charts", charts},
                  {"coverage", coverage},
                  {"flaws", describe_flaws(report)},
@@ -146,10 +148,16 @@ Run add_simplify(Command& app) {
   Option* keep =
       command->add_flag("--keep-uvs", arguments->keep_uvs,
                         "Keep HIGH's UVs, seams and groups instead of making new charts");
+  Option* hull = command
+                     ->add_flag("--hull", arguments->hull,
+                                "Enclose HIGH: nothing of it pokes through the low poly")
+                     ->excludes(keep);
   command
-      ->add_flag("--hull", arguments->hull,
-                 "Enclose HIGH: nothing of it pokes through the low poly")
-      ->excludes(keep);
+      ->add_flag("--keep-parts", arguments->keep_parts,
+                 "Keep parts of HIGH that are smaller than the low poly is off by")
+      ->needs(faces)
+      ->excludes(keep)
+      ->excludes(hull);
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
   command->add_option("--json", arguments->json,
                       "Write a report to this file, or - for standard output");
