@@ -165,14 +165,19 @@ FlatDistortion distortion(const FlatChart& chart) {
   return result;
 }
 
-void normalise(FlatChart& chart) {
-  double flat = 0, area = 0;
-  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    const Triangle& t = chart.triangles[i];
-    flat += 0.5 *
-            cross(chart.points[t[1]] - chart.points[t[0]], chart.points[t[2]] - chart.points[t[0]]);
-    area += chart.rest[i].area;
+double flat_area(const FlatChart& chart) {
+  double area = 0;
+  for (const Triangle& t : chart.triangles) {
+    const FlatPoint& a = chart.points[t[0]];
+    area += 0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a);
   }
+  return area;
+}
+
+void normalise(FlatChart& chart) {
+  double area = 0;
+  for (const auto& rest : chart.rest) area += rest.area;
+  const double flat = flat_area(chart);
   if (!(flat > 0)) return;
   const double scale = std::sqrt(area / flat);
   for (FlatPoint& p : chart.points) p = p * scale;

@@ -79,6 +79,9 @@ bool is_injective(const FlatChart& chart);
 
 FlatDistortion distortion(const FlatChart& chart);
 
+/// Of the flat triangles, signed.
+double flat_area(const FlatChart& chart);
+
 /// Scales the chart to the surface's area.
 void normalise(FlatChart& chart);
 

@@ -28,10 +28,8 @@ namespace {
 constexpr double kSteps = 16777216;
 /// Above this many charts they are packed by their boxes.
 constexpr std::size_t kBitmapLimit = 1000;
-/// A padding that leaves less of the map to charts than this may be halved.
-constexpr double kWantedCoverage = 0.25;
-/// But only where that raises the texels used by this factor.
-constexpr double kWorthwhile = 1.3;
+/// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
+constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Where padding is weighed, before packing.
 constexpr double kExpectedCoverage = 0.75;
 /// Cuts that are tried. A seam as long as the side of a square with the mesh's area must save `seam` of that
@@ -68,15 +66,6 @@ FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::ui
   for (std::uint32_t k = 0; k < 3; ++k) side = std::max(side, surface.length[3 * t + k]);
   chart.points = {{0, 0}, {side, 0}, {0.5 * side, std::sqrt(0.75) * side}};
   return chart;
-}
-
-double flat_area(const FlatChart& chart) {
-  double area = 0;
-  for (const Triangle& t : chart.triangles) {
-    const FlatPoint& a = chart.points[t[0]];
-    area += 0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a);
-  }
-  return area;
 }
 
 std::vector<Outline> outlines_of(const std::vector<FlatChart>& charts) {
@@ -152,10 +141,10 @@ double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& c
 std::vector<CutChoice> choices_for(const ChartSurface& surface,
                                    const std::vector<FlatChart>& charts) {
   if (charts.size() > kManyCharts) return {kCutChoices.back()};
+  if (charts.size() == 1) return {kCutChoices.front()};
   const bool large = std::any_of(charts.begin(), charts.end(), [&](const FlatChart& chart) {
     return flat_area(chart) > kLarge * surface.total_area;
   });
-  if (charts.size() == 1) return {kCutChoices.front()};
   std::vector<CutChoice> choices(kCutChoices.begin(), kCutChoices.end());
   if (large) choices.insert(choices.end(), kLargeChoices.begin(), kLargeChoices.end());
   return choices;
@@ -175,10 +164,9 @@ std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOp
                                      [&](const Charts& c) { return c.borders.glued() == cuts; });
       worths[i] = -std::numeric_limits<double>::infinity();
       if (known) continue;
-      const std::vector<FlatChart>& charts = tried[i].charts;
-      packed[i] =
-          search_packing(outlines_of(charts), options.size, options.border_texels, kCutEffort, 1);
-      worths[i] = packed[i].share - vertex_price(surface, charts);
+      packed[i] = search_packing(outlines_of(tried[i].charts), options.size, options.border_texels,
+                                 kCutEffort, 1);
+      worths[i] = packed[i].share - vertex_price(surface, tried[i].charts);
     }
   };
   if (tried.size() > 1) parallel_for(tried.size(), 1, pack_one, threads);

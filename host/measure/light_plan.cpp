@@ -216,7 +216,7 @@ class LightPlanner {
       while (from + 1 < levels().count() && weight(from, size) > kFarMore * least) ++from;
       const double aim = misses_at(size).aim(options_.max_error);
       if (weight(from, size) > kFarMore * least) continue;
-      if (from > 0 && model().guessed(from, size) > kSurely * aim) continue;
+      if (from > finest() && model().guessed(from, size) > kSurely * aim) continue;
       const auto level = finer_than_misses(
           model().fewest([&](std::size_t i) { return model().expected(i, size) / aim; }, from),
           size);
