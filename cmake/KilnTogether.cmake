@@ -8,7 +8,7 @@ kiln_compile_together(host hot_1
   lowpoly/chart_mask.cpp
   lowpoly/chart_surface.cpp lowpoly/chart_trims.cpp lowpoly/collapse.cpp lowpoly/collapse_mesh.cpp
   lowpoly/collapse_shape.cpp lowpoly/flat_chart.cpp lowpoly/flat_predicates.cpp lowpoly/flat_solvers.cpp
-  mesh/hard_edges.cpp mesh/smoothing_groups.cpp mesh/surface_links.cpp mesh/validate_mesh.cpp)
+  mesh/surface_links.cpp mesh/validate_mesh.cpp)
 kiln_compile_together(host hot_2
   detail/displacement.cpp detail/hemispheres_cast.cpp detail/mask.cpp detail/own.cpp detail/point_map.cpp
   detail/transfer.cpp detail/wireframe.cpp io/mesh/materials.cpp io/mesh/mesh_builder.cpp io/mesh/mesh_io.cpp
