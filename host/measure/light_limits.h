@@ -15,6 +15,8 @@ inline constexpr std::size_t kMostTrials = 7;
 inline constexpr std::size_t kMostTrialsToReach = 10;
 /// Share of the error that is left as room for scatter after each miss.
 inline constexpr double kCare = 0.01;
+/// Share by which each miss raises the price of maps of its size, until the error is reached.
+inline constexpr double kMissPrice = 0.25;
 /// After a miss, the next mesh for that size of maps has at least this share more bytes; after two, twice that, and
 /// so on up to so many misses.
 inline constexpr double kFiner = 0.03;

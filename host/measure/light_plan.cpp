@@ -182,6 +182,10 @@ class LightPlanner {
     return static_cast<double>(bytes(level, size).total());
   }
 
+  double price(std::size_t level, std::uint32_t size) const {
+    return weight(level, size) * (best_reached() ? 1 : misses_at(size).price());
+  }
+
   /// Not below this level: with maps of this size, hardly finer meshes missed the error.
   std::optional<std::size_t> finer_than_misses(std::optional<std::size_t> level,
                                                std::uint32_t size) const {
@@ -220,16 +224,14 @@ class LightPlanner {
       const auto level = finer_than_misses(
           model().fewest([&](std::size_t i) { return model().expected(i, size) / aim; }, from),
           size);
-      if (!level) continue;
-      result.emplace_back(*level, size);
-      least = std::min(least, weight(*level, size));
+      if (level) result.emplace_back(*level, size), least = std::min(least, price(*level, size));
     }
     std::sort(result.begin(), result.end(),
               [](const auto& a, const auto& b) { return a.second < b.second; });
     return result;
   }
 
-  /// Sets next_level_. Where nothing is expected to reach the error: what gets near the least with few bytes.
+  /// Sets next_level_. Where nothing is expected to do: what gets near the least error with few bytes.
   std::optional<LightTrial> best_expected() {
     std::vector<std::pair<std::size_t, std::uint32_t>> candidates = pairs();
     if (candidates.empty()) {
@@ -241,14 +243,13 @@ class LightPlanner {
         if (level) candidates.emplace_back(*level, size);
       }
     }
-    std::optional<LightTrial> best;
-    for (const auto& [level, size] : candidates) {
-      LightTrial trial = trial_of(level, size);
-      if (best && trial.bytes.total() >= best->bytes.total()) continue;
-      best = trial;
-      next_level_ = level;
-    }
-    return best;
+    if (candidates.empty()) return std::nullopt;
+    const auto [level, size] =
+        *std::min_element(candidates.begin(), candidates.end(), [&](const auto& a, const auto& b) {
+          return price(a.first, a.second) < price(b.first, b.second);
+        });
+    next_level_ = level;
+    return trial_of(level, size);
   }
 
   /// Not what was made before, nor what is hardly lighter than the lightest that does.
@@ -324,8 +325,7 @@ class LightPlanner {
   /// The lightest that reaches the error; of none, the nearest.
   void keep(Made made) {
     plan_.trials.push_back(made.trial);
-    const double wanted = options_.max_error;
-    const bool reaches = made.trial.measured <= wanted;
+    const bool reaches = made.trial.measured <= options_.max_error;
     const bool better =
         !best_ ||
         (reaches ? !best_reached() || made.trial.bytes.total() < best_->trial.bytes.total()

@@ -29,6 +29,8 @@ double LightMisses::next_bytes(double best) const {
   return std::min(finer, (heaviest + best) / 2);
 }
 
+double LightMisses::price() const { return 1 + kMissPrice * static_cast<double>(count); }
+
 bool LightMisses::nearly(double wanted) const { return count > 0 && nearest <= kNearly * wanted; }
 
 bool was_tried(std::span<const LightTrial> trials, std::uint64_t faces, std::uint32_t size) {

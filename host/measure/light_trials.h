@@ -24,6 +24,8 @@ struct LightMisses {
   /// But no more than halfway to the lightest that reaches the error.
   /// \param best  its bytes; endless where there is none
   double next_bytes(double best) const;
+  /// While nothing reaches the error, each miss makes maps of its size dearer by this factor: another may do at once.
+  double price() const;
   /// Whether somewhat finer meshes may do, whatever the model says.
   bool nearly(double wanted) const;
 };

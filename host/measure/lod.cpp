@@ -73,8 +73,11 @@ class LodMaker {
     if (options_.share_uvs) plan.may_leave_map_out = false;
     LodLevel level;
     level.screen = screen;
-    level.light = plan_light(source_, high_, plan, cache_,
-                             k > 0 ? chain_.levels.back().light.chosen.faces : 0);
+    level.light = plan_light(source_, high_, plan, cache_);
+    if (k == 0 || level.light.cancelled || level.light.chosen.faces <= faces_before()) return level;
+    // More faces and a smaller map: lighter, but no level of detail that an engine's user expects.
+    LightBake fewer = plan_light(source_, high_, plan, cache_, faces_before());
+    if (fewer.cancelled || fewer.reached) level.light = std::move(fewer);
     return level;
   }
 
@@ -97,7 +100,7 @@ class LodMaker {
     const Stopwatch watch;
     const DenseShown shown = shown_to_plans(source_, screen);
     // Those before `most` are too many faces or as many as the level before has.
-    const std::uint64_t before = chain_.levels.back().light.chosen.faces;
+    const std::uint64_t before = faces_before();
     std::size_t begin = 0, end = simpler_->count();
     while (begin < end && simpler_->faces(begin) >= before) ++begin;
     level.light.chosen.faces = before;  // Where none does, this level is left out.
@@ -165,6 +168,8 @@ class LodMaker {
              " faces serves, too: what is within the error there has over 90% of its bytes",
          1});
   }
+
+  std::uint64_t faces_before() const { return chain_.levels.back().light.chosen.faces; }
 
   /// Whether the level before is within the error.
   bool reached() const { return chain_.levels.back().light.reached; }

@@ -11,12 +11,12 @@ namespace KILN_PUBLIC kiln {
 /// Edges where a mesh's UVs part and its normals do not, though its faces meet at an angle. Texels on both
 /// sides then hold the whole bend, each from its own side: the classic cause of gradients on flat faces.
 struct SoftSeams {
-  std::uint64_t edges = 0;     ///< How many
+  std::uint64_t edges = 0;  ///< How many
   /// Of these, how many lie between two flats: both faces have a neighbour within 1 degree of their own plane.
   /// Elsewhere, as on a coarse scan, a gradient is part of the detail and does not show.
   std::uint64_t between_flats = 0;
-  std::uint64_t seams = 0;     ///< Edges where UVs part, soft or hard
-  double length = 0;           ///< Of the soft ones together, world units
+  std::uint64_t seams = 0;  ///< Edges where UVs part, soft or hard
+  double length = 0;        ///< Of the soft ones together, world units
   /// The middle of the one where faces turn most, between flats where there is one there, as Mesh::positions.
   Vec3 example = {};
   double example_degrees = 0;  ///< How far its faces turn
