@@ -57,8 +57,8 @@ kiln_compile_together(host hot_11
   accel/raster.cpp mesh/dense_normals.cpp mesh/frame.cpp mesh/parts.cpp source/dense_mesh.cpp
   source/dense_uvs.cpp source/progress_scope.cpp volume/gradient.cpp volume/outer.cpp volume/session.cpp)
 kiln_compile_together(host hot_12
-  image/compare.cpp image/gutter.cpp image/mips.cpp image/pixels.cpp image/srgb.cpp image/value_range.cpp
-  lowpoly/unwrap_pairs.cpp)
+  bake/recall.cpp image/compare.cpp image/gutter.cpp image/mips.cpp image/pixels.cpp image/srgb.cpp
+  image/value_range.cpp lowpoly/unwrap_pairs.cpp)
 kiln_compile_together(host hot_13
   lowpoly/unwrap_charts.cpp mesh/mesh_view.cpp mesh/soft_seams.cpp render/render.cpp volume/short_edges.cpp)
 kiln_compile_together(host hot_14
@@ -67,7 +67,7 @@ kiln_compile_together(host hot_14
 
 # What checks, reports, and tells devices what to do: less than a hundredth of a bake's time.
 kiln_compile_together(host cold_1
-  bake/recall.cpp cl/binary_cache.cpp cl/context.cpp cl/device.cpp cl/driver.cpp cl/opencl.cpp cl/program.cpp
+  cl/binary_cache.cpp cl/context.cpp cl/device.cpp cl/driver.cpp cl/opencl.cpp cl/program.cpp
   cl/watch.cpp io/file/atomic_file.cpp io/file/bounds.cpp io/file/byte_source.cpp io/file/files.cpp
   io/file/output_set.cpp io/file/placing.cpp io/file/temporary.cpp io/volume/volume_nrrd.cpp)
 kiln_compile_together(host cold_2
