@@ -18,13 +18,15 @@ namespace {
 /// A property of an object that the caller gave.
 template <typename T, typename Object, typename Info, typename Get>
 T ask(Get get, Object object, Info what, const char* name) {
-  T value{};
-  constexpr std::size_t kBytes = sizeof(T);
-  if (object == nullptr ||
-      cl::driver([&] { return get(object, what, kBytes, &value, nullptr); }) != CL_SUCCESS) {
+  struct {
+    T value{};
+  } answer;
+  if (object == nullptr || cl::driver([&] {
+                             return get(object, what, sizeof answer, &answer, nullptr);
+                           }) != CL_SUCCESS) {
     fail(std::string(name) + " is null, or no OpenCL object of its kind.", "opencl-handle");
   }
-  return value;
+  return answer.value;
 }
 
 void check_queue(const OpenClHandles& given) {

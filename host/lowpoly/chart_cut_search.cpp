@@ -224,7 +224,7 @@ CutShape::Extents::Extents() {
 }
 
 void CutShape::Extents::add(const Along& least, const Along& most) {
-  for (std::size_t d = 0; d < directions; ++d) {
+  for (std::size_t d = 0; d < kDirections; ++d) {
     low[d] = std::min(low[d], least[d]);
     high[d] = std::max(high[d], most[d]);
   }
@@ -232,8 +232,8 @@ void CutShape::Extents::add(const Along& least, const Along& most) {
 
 double CutShape::Extents::smallest_box() const {
   double least = std::numeric_limits<double>::max();
-  for (std::size_t k = 0; k < directions / 2; ++k) {
-    const std::size_t across = k + directions / 2;
+  for (std::size_t k = 0; k < kDirections / 2; ++k) {
+    const std::size_t across = k + kDirections / 2;
     least = std::min(least, (high[k] - low[k]) * (high[across] - low[across]));
   }
   return least;
@@ -248,8 +248,8 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
     }
     area += chart.rest[i].area;
   }
-  for (std::size_t d = 0; d < directions; ++d) {
-    const double angle = static_cast<double>(d) * std::numbers::pi / directions;
+  for (std::size_t d = 0; d < kDirections; ++d) {
+    const double angle = static_cast<double>(d) * std::numbers::pi / kDirections;
     const FlatPoint to{std::cos(angle), std::sin(angle)};
     for (std::size_t v = 0; v < along.size(); ++v) along[v][d] = dot(to, chart.points[v]);
   }

@@ -29,9 +29,9 @@ struct ChartCut {
 class CutShape {
  public:
   /// Directions in half a turn; boxes are upright along each two that are square to each other.
-  static constexpr std::size_t directions = 16;
+  static constexpr std::size_t kDirections = 16;
   /// Of points along each direction.
-  using Along = std::array<double, directions>;
+  using Along = std::array<double, kDirections>;
   /// What points span along each direction.
   struct Extents {
     Along low, high;

@@ -131,21 +131,21 @@ class CutTree {
       }
     };
     parallel_for(count, 1, shape, threads_);
-    std::vector<std::vector<ChartCut>> cuts(count * CutShape::directions);
+    std::vector<std::vector<ChartCut>> cuts(count * CutShape::kDirections);
     const auto look = [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
-        const std::size_t n = i / CutShape::directions;
+        const std::size_t n = i / CutShape::kDirections;
         std::vector<CutPrice> prices;
         for (const std::uint32_t p : nodes_[begin + n].prices) prices.push_back(prices_[p]);
-        cuts[i] = shapes[n]->best_cuts(i % CutShape::directions, prices);
+        cuts[i] = shapes[n]->best_cuts(i % CutShape::kDirections, prices);
       }
     };
     parallel_for(cuts.size(), 1, look, threads_);
     std::vector<std::vector<Parts>> parts(count);
     const auto split = [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
-        parts[i] = split_node(nodes_[begin + i], std::span(cuts).subspan(i * CutShape::directions,
-                                                                         CutShape::directions));
+        parts[i] = split_node(nodes_[begin + i], std::span(cuts).subspan(i * CutShape::kDirections,
+                                                                         CutShape::kDirections));
       }
     };
     parallel_for(count, 1, split, threads_);

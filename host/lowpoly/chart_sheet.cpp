@@ -83,7 +83,7 @@ Sheet ChartSheets::draw(std::uint32_t cells, double scale,
     };
     ChartMask* const masks = sheet.masks.data() + i * kTurns;
     if (!only.empty() && only[i] >= 0) {
-      const auto turn = static_cast<std::uint32_t>(only[i]);
+      const auto turn = static_cast<std::uint8_t>(only[i]);
       masks[turn] = make_mask(outlines_[i], angle(turn), scale, margin);
       continue;
     }
