@@ -10,8 +10,9 @@ namespace {
 
 /// Bits first to last - 1 of a row's word w.
 std::uint64_t range_mask(std::uint32_t word, std::uint32_t first, std::uint32_t last) {
-  const std::int64_t begin = std::clamp<std::int64_t>(std::int64_t{first} - word * 64, 0, 64);
-  const std::int64_t end = std::clamp<std::int64_t>(std::int64_t{last} - word * 64, 0, 64);
+  const std::int64_t bit = std::int64_t{word} * 64;
+  const std::int64_t begin = std::clamp<std::int64_t>(std::int64_t{first} - bit, 0, 64);
+  const std::int64_t end = std::clamp<std::int64_t>(std::int64_t{last} - bit, 0, 64);
   if (begin >= end) return 0;
   const std::uint64_t below_end = end == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << end) - 1;
   return below_end & ~((std::uint64_t{1} << begin) - 1);

@@ -156,8 +156,9 @@ void gather_rows(const std::vector<Placed>& placed, const PolygonTexels& polygon
     for (std::size_t y = cell(top, first, last - 1); y <= y1; ++y) {
       for (std::size_t x = cell(left, 0, size - 1); x <= x1; ++x) {
         for (int point = 0; point < kPoints * kPoints; ++point) {
-          const double px = static_cast<double>(x) + (point % kPoints + 0.5) / kPoints;
-          const double py = static_cast<double>(y) + (point / kPoints + 0.5) / kPoints;
+          const int column = point % kPoints, row = point / kPoints;
+          const double px = static_cast<double>(x) + (column + 0.5) / kPoints;
+          const double py = static_cast<double>(y) + (row + 0.5) / kPoints;
           const std::array<double, 3> weights = p.weights(px, py);
           if (!inside(weights)) continue;
           Gathered& texel = gathered[y * size + x];
@@ -235,7 +236,8 @@ Image chart_map(cl::Context& context, const FineSurface& surface, const LightSur
     const double long_enough = length(texel.sum);
     Vec3d value = long_enough > 0 ? texel.sum * (1 / long_enough) : Vec3d{0, 0, 1};
     if (!shading.empty()) {
-      const double x = static_cast<double>(i % size) + 0.5, y = static_cast<double>(i / size) + 0.5;
+      const std::size_t row = i / size;
+      const double x = static_cast<double>(i % size) + 0.5, y = static_cast<double>(row) + 0.5;
       value = encoded(value, shading[texel.triangle], placed[texel.triangle].weights(x, y));
     }
     const Vec3 stored = to_float(value);
