@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <utility>
 
+#include "base/disjoint_sets.h"
 #include "mesh/vector.h"
 #include "mesh/weld.h"
 
@@ -32,27 +32,18 @@ class Connection {
       for (const LowSurface::Corner& corner : corners) positions.push_back(corner.position);
     }
     welded_ = weld_vertices(positions);
-    root_.resize(positions.size());
-    std::iota(root_.begin(), root_.end(), 0U);
+    sets_ = DisjointSets(positions.size());
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       if (surface.usable[t] == 0) continue;
-      for (std::size_t k = 1; k < 3; ++k) join(corner(t, 0), corner(t, k));
+      for (std::size_t k = 1; k < 3; ++k) sets_.join(corner(t, 0), corner(t, k));
     }
   }
   std::uint32_t corner(std::size_t t, std::size_t k) const { return welded_[3 * t + k]; }
-  std::uint32_t part(std::size_t t) { return find(corner(t, 0)); }
+  std::uint32_t part(std::size_t t) { return sets_.find(corner(t, 0)); }
 
  private:
-  std::uint32_t find(std::uint32_t i) {
-    while (root_[i] != i) i = root_[i] = root_[root_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    root_[std::max(a, b)] = std::min(a, b);
-  }
-  std::vector<std::uint32_t> welded_, root_;
+  std::vector<std::uint32_t> welded_;
+  DisjointSets sets_{0};
 };
 
 }  // namespace
