@@ -58,6 +58,9 @@ class Builder {
       }
     });
     join(top, tasks, subtrees, bvh);
+    double leaf_area = top.leaf_area;
+    for (const Subtree& subtree : subtrees) leaf_area += subtree.leaf_area;
+    if (const double area{root.box.half_area()}; area > 0) bvh.leaves_a_line = leaf_area / area;
     bvh.duplicates = duplicates_;
     bvh.triangles -= duplicates_;
     return bvh;
@@ -291,6 +294,7 @@ class Builder {
       set_box(out.nodes[self], i, child.box);
       if (child.is_leaf()) {
         out.nodes[self].child[i] = KILN_BVH_LEAF | emit_block(child, out);
+        out.leaf_area += double{child.box.half_area()};
       } else {
         out.nodes[self].child[i] = static_cast<std::uint32_t>(out.nodes.size());
         emit(child, level + 1, out);
@@ -318,6 +322,7 @@ class Builder {
         set_box(top.nodes[self], i, child.box);
         if (child.is_leaf()) {
           top.nodes[self].child[i] = KILN_BVH_LEAF | emit_block(child, top);
+          top.leaf_area += double{child.box.half_area()};
         } else {
           std::vector<Task>& list = child.size() > cut ? open_tasks : tasks;
           list.push_back({child, task.level + 1, self, i});

@@ -17,6 +17,7 @@ struct Subtree {
   std::vector<kiln_bvh_node> nodes;
   std::vector<kiln_bvh_block> blocks;
   std::uint32_t depth = 0;
+  double leaf_area = 0;  ///< Sum of its leaves' half areas
 };
 
 /// A range whose subtree is still to be built.

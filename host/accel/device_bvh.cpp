@@ -37,6 +37,7 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   stats.skipped = bvh.skipped;
   stats.duplicates = bvh.duplicates;
   stats.nodes = bvh.node_count;
+  stats.leaves_a_line = bvh.leaves_a_line;
   stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
   const auto upload = Clock::now();
   nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());

@@ -42,7 +42,8 @@ struct Tree {
     std::uint64_t skipped = 0;     ///< Non-finite or without area
     std::uint64_t duplicates = 0;  ///< The same as another, which answers for them
     std::uint64_t nodes = 0;
-    std::uint64_t bytes = 0;  ///< On the device
+    std::uint64_t bytes = 0;   ///< On the device
+    double leaves_a_line = 0;  ///< See Bvh
     double build_seconds = 0;
     double upload_seconds = 0;
   };

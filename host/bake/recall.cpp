@@ -17,7 +17,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kDirections = 64;
+// Fewer where a ray meets more leaves than this, as in fans of needles: the cost stays what it is elsewhere.
+constexpr std::uint32_t kDirections = 64, kFewestDirections = 8;
+constexpr double kManyLeaves = 1000;
 constexpr double kSteepest = 0.5;  // cosine to the low poly's face
 constexpr double kSteps = 1.5;     // of samples, within which one stands for a place
 constexpr float kOff = 1e-5F;      // off the place's own face
@@ -191,15 +193,18 @@ void Recall::find_near(const MatchRequest& request) {
 
 void Recall::find_seen(const MatchRequest& request) {
   cl::Context& context = context_of(request.source.device);
-  const std::vector<Vec3> directions = spread_views(kDirections);
+  const RayCaster& caster = request.source.rays();
+  const double fewer = std::max(1.0, caster.stats().leaves_a_line / kManyLeaves);
+  const std::vector<Vec3> directions =
+      spread_views(std::max(static_cast<std::uint32_t>(kDirections / fewer), kFewestDirections));
   std::vector<Place> rays;
   std::vector<std::uint32_t> of;
   const auto cast = [&] {
     if (rays.empty()) return;
     const auto count = static_cast<std::uint32_t>(rays.size());
     cl::Array<std::uint8_t> hit(context, count);
-    request.source.rays().occluded(points_of(context, rays), count, count,
-                                   {.t_min = kOff, .t_max = kFar, .two_sided = true}, hit);
+    caster.occluded(points_of(context, rays), count, count,
+                    {.t_min = kOff, .t_max = kFar, .two_sided = true}, hit);
     const std::vector<std::uint8_t> hidden = hit.download(context);
     for (std::size_t k = 0; k < of.size(); ++k) {
       const double cosine = dot(Vec3d(places_[of[k]].normal), Vec3d(rays[k].normal));

@@ -17,7 +17,7 @@ struct Corner {
 };
 
 /// Sides of the triangles that only one of them has, in turn: the polygon's own. Empty where they make no
-/// single ring through as many vertices as it has corners.
+/// single ring through as many vertices as it has corners. In the order of their vertices.
 std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
@@ -71,16 +71,21 @@ bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
     weights[t] = {};
     weights[t].normal = area * (1 / size);
   }
-  for (const Corner& corner : corners) {
-    const Vec3d at(positions[corner.vertex]);
-    const Vec3d back = Vec3d(positions[corner.before]) - at;
-    const Vec3d fore = Vec3d(positions[corner.after]) - at;
-    const double angle = std::atan2(length(cross(back, fore)), dot(back, fore));
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-      const auto k = std::find(triangles[t].begin(), triangles[t].end(), corner.vertex);
-      if (k == triangles[t].end()) continue;
-      weights[t].angles[static_cast<std::size_t>(k - triangles[t].begin())] = angle;
-      break;
+  // The first triangle at each corner has its angle.
+  std::vector<bool> given(corners.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto corner =
+          std::lower_bound(corners.begin(), corners.end(), triangles[t][k],
+                           [](const Corner& a, std::uint32_t vertex) { return a.vertex < vertex; });
+      if (corner == corners.end() || corner->vertex != triangles[t][k]) continue;
+      const auto i = static_cast<std::size_t>(corner - corners.begin());
+      if (given[i]) continue;
+      given[i] = true;
+      const Vec3d at(positions[corner->vertex]);
+      const Vec3d back = Vec3d(positions[corner->before]) - at;
+      const Vec3d fore = Vec3d(positions[corner->after]) - at;
+      weights[t].angles[k] = std::atan2(length(cross(back, fore)), dot(back, fore));
     }
   }
   return true;

@@ -78,7 +78,7 @@ enum class UvCopies {
 /// How a polygon of more than three corners is cut into triangles. A map is right only where the program that
 /// shows it cuts the low poly's polygons as they were when it was baked.
 enum class Triangulation {
-  automatic,  ///< The fan around the first corner where the polygon is convex, else ears
+  automatic,  ///< The fan around the first corner where the polygon is convex (above 64 corners: halves), else ears
   blender,  ///< As Blender 5 draws: quads along corners 0 and 2, but where that folds; else its ear clipping
   fan,       ///< The fan around the first corner, whatever the shape, as most engines' importers do
   shortest,  ///< Quads along the shorter diagonal; more corners: ears, the shortest cut first
@@ -92,7 +92,8 @@ struct LoadMeshOptions {
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary) or OFF (ascii),
 /// chosen by extension in any case.
 ///
-/// Polygons become fans where they are convex, else ears (Meisters 1975). In PLY's strips -1 ends a strip,
+/// Polygons become fans where they are convex (with more than 64 corners they are halved until their pieces have
+/// as few), else ears (Meisters 1975). In PLY's strips -1 ends a strip,
 /// and a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex
 /// (s t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
 /// corners with exactly equal positions become one vertex. Positions are read in double precision,
@@ -108,7 +109,7 @@ struct LoadMeshOptions {
 ///   non-finite-uvs        kept
 ///   degenerate-triangles  no area, exactly (repeated corners included): kept
 ///   short-faces           fewer than three corners: left out, since they are not triangles
-///   fan-split-polygons    polygons without an ear (self-crossing, no area) or too costly: a fan
+///   fan-split-polygons    polygons without an ear (self-crossing, no area) or too costly: as if convex
 ///   missing-uvs           corners without UV where others have one: NaN, nothing is baked there
 ///   missing-normals       corners without normal where others have one: normal zero
 ///   missing-colors        vertices without colour where others have one: white

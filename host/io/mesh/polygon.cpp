@@ -55,6 +55,23 @@ bool convex(const std::vector<Point>& flat) {
   return true;
 }
 
+/// What needs no ears: the fan around the first corner, or, of more than kFan corners, halves, halves of these and
+/// so on. Large fans are needles on top of each other, which no tree takes apart.
+constexpr std::size_t kFan = 64;
+void split_rest(std::span<const std::uint32_t> rest,
+                std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  if (rest.size() > kFan) {
+    const std::size_t middle = rest.size() / 2;
+    triangles.push_back({rest.front(), rest[middle], rest.back()});
+    split_rest(rest.subspan(0, middle + 1), triangles);
+    split_rest(rest.subspan(middle), triangles);
+    return;
+  }
+  for (std::size_t i = 1; i + 1 < rest.size(); ++i) {
+    triangles.push_back({rest[0], rest[i], rest[i + 1]});
+  }
+}
+
 }  // namespace
 
 bool triangulate(std::span<const std::array<double, 3>> corners,
@@ -101,9 +118,7 @@ bool triangulate(std::span<const std::array<double, 3>> corners,
       }
     }
   }
-  for (std::size_t i = 1; i + 1 < left.size(); ++i) {
-    triangles.push_back({left[0], left[i], left[i + 1]});
-  }
+  split_rest(left, triangles);
   return clean;
 }
 

@@ -13,12 +13,12 @@ namespace kiln {
 /// Splits a polygon of n >= 3 corners into n - 2 triangles of indices into `corners`.
 ///
 /// The corners are projected along the polygon's Newell normal (double precision). A convex polygon
-/// becomes the fan around corner 0. Others are cut by ear clipping (Meisters 1975), always taking
-/// the first ear after corner 0, so the result depends on nothing but the input. Where no ear is
-/// found (a polygon that crosses itself or has no area), or once the work passes 16 n^2 (at most
-/// 2^22) point tests, the remainder becomes a fan.
+/// becomes the fan around corner 0, or, with more than 64 corners, is halved until its pieces have as few.
+/// Others are cut by ear clipping (Meisters 1975), always taking the first ear after corner 0, so the result
+/// depends on nothing but the input. Where no ear is found (a polygon that crosses itself or has no area), or once the work passes 16 n^2 (at most
+/// 2^22) point tests, the remainder is split as a convex polygon is.
 /// \param triangles  out: replaced
-/// \returns false where a fan had to stand in for ears
+/// \returns false where something other than ears had to do
 bool triangulate(std::span<const std::array<double, 3>> corners,
                  std::vector<std::array<std::uint32_t, 3>>& triangles);
 

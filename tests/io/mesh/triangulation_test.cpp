@@ -102,5 +102,39 @@ TEST(Triangulation, IsTakenByTheReader) {
   EXPECT_EQ(load_mesh(file).triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
 }
 
+// A fan's needles lie one on the other, and no tree takes them apart: a disc of a million corners was matched in
+// linear time a ray. Halves overlap by the depth alone.
+TEST(Triangulation, OfLargeConvexPolygonsHardlyOverlaps) {
+  constexpr std::uint32_t kCorners = 5000, kPoints = 200;
+  constexpr double kTurn = 6.283185307179586;
+  Corners corners;
+  for (std::uint32_t i = 0; i < kCorners; ++i) {
+    corners.push_back({std::cos(kTurn * i / kCorners), std::sin(kTurn * i / kCorners), 0});
+  }
+  const Triples triangles = cut(corners, Triangulation::automatic);
+  ASSERT_EQ(triangles.size(), kCorners - 2);
+  double area = 0;
+  std::size_t boxes = 0;
+  for (const auto& t : triangles) {
+    const auto& [a, b, c] = t;
+    const double twice = (corners[b][0] - corners[a][0]) * (corners[c][1] - corners[a][1]) -
+                         (corners[b][1] - corners[a][1]) * (corners[c][0] - corners[a][0]);
+    EXPECT_GT(twice, 0);
+    area += twice / 2;
+    for (std::uint32_t i = 0; i < kPoints; ++i) {
+      const double angle = 2.399963 * i, r = std::sqrt((i + 0.5) / kPoints);
+      const double at[] = {r * std::cos(angle), r * std::sin(angle)};
+      bool within = true;
+      for (std::size_t k = 0; k < 2; ++k) {
+        const auto [low, high] = std::minmax({corners[a][k], corners[b][k], corners[c][k]});
+        within = within && low <= at[k] && at[k] <= high;
+      }
+      boxes += within ? 1 : 0;
+    }
+  }
+  EXPECT_NEAR(area, kCorners * std::sin(kTurn / kCorners) / 2, 1e-9);
+  EXPECT_LE(boxes, 20 * kPoints);  // the fan: 1,000 a point
+}
+
 }  // namespace
 }  // namespace kiln
