@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "mesh/ball_clip.h"
 #include "mesh/dense_normals.h"
 #include "mesh/usable.h"
 #include "mesh/vector.h"
@@ -18,8 +19,12 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kGrainOfSums = 256;
+constexpr std::size_t kGrainOfTriangles = std::size_t{1} << 12;
+constexpr std::size_t kGroup = 16;    // places that look for their balls' boxes together
 constexpr std::size_t kLeaf = 4;      // triangles
 constexpr double kFinest = 1.0 / 16;  // of the radius: half the diagonal of boxes not opened
+// A box whose diagonal is so many radii lies in no ball: 2, and what rounding could take.
+constexpr double kSurelyWider = 2.001;
 constexpr float kFlat = 0;
 
 /// What a part of the surface adds to a ball's sums.
@@ -32,45 +37,6 @@ struct Sums {
     return *this;
   }
 };
-
-/// Which part of the way from a to b lies in a ball around 0: [first, second], nothing where second
-/// < first.
-std::pair<double, double> part_within(const Vec3d& a, const Vec3d& b, double squared_radius) {
-  const Vec3d way = b - a;
-  const double squared = dot(way, way), half = dot(a, way);
-  const double root = half * half - squared * (dot(a, a) - squared_radius);
-  if (!(root > 0) || !(squared > 0)) return {1, 0};
-  const double reach = std::sqrt(root);
-  return {std::max(0.0, (-half - reach) / squared), std::min(1.0, (-half + reach) / squared)};
-}
-
-/// Area of a triangle's part in a ball around 0: of the circle that the ball cuts out of its plane,
-/// by sectors and triangles from the circle's centre.
-double area_within(const std::array<Vec3d, 3>& corners, double squared_radius) {
-  const Vec3d across = cross(corners[1] - corners[0], corners[2] - corners[0]);
-  const Vec3d normal = across * (1 / length(across));
-  const Vec3d centre = normal * dot(normal, corners[0]);
-  const double squared = squared_radius - dot(centre, centre);
-  if (!(squared > 0)) return 0;
-  const auto triangle = [&](const Vec3d& p, const Vec3d& q) { return dot(normal, cross(p, q)); };
-  const auto sector = [&](const Vec3d& p, const Vec3d& q) {
-    return squared * std::atan2(triangle(p, q), dot(p, q));
-  };
-  double doubled = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3d p = corners[k] - centre, q = corners[(k + 1) % 3] - centre;
-    const auto [begin, end] = part_within(p, q, squared);
-    if (end <= begin) {
-      doubled += sector(p, q);
-      continue;
-    }
-    const Vec3d in = p + (q - p) * begin, out = p + (q - p) * end;
-    if (begin > 0) doubled += sector(p, in);
-    doubled += triangle(in, out);
-    if (end < 1) doubled += sector(out, q);
-  }
-  return std::max(0.0, doubled / 2);
-}
 
 /// The mesh's edges: angles, and what is short at each place.
 struct Edges {
@@ -156,21 +122,56 @@ class Tree {
       for_each_of(level, [&](std::size_t i) { split(level, i); });
     }
     nodes_.resize((std::size_t{2} << levels_) - 1);
+    whole_.resize(order_.size());
     for_each_of(levels_, [&](std::size_t i) { fill_leaf(i); });
     for (std::uint32_t level = levels_; level-- > 0;) {
       for_each_of(level, [&](std::size_t i) { join(first_of(level) + i); });
     }
   }
 
-  /// The surface's sums in a ball.
-  Sums within(const Vec3d& centre, double radius) const {
-    Sums sums;
-    if (order_.empty()) return sums;
-    const double squared = radius * radius;
+  /// Corners of triangles, each once: neighbours in space are neighbours here.
+  std::vector<std::uint32_t> places(std::span<const std::uint32_t> place) const {
+    std::vector<std::uint32_t> found;
+    std::vector<std::uint8_t> seen(place.size());
+    for (const Item& item : order_) {
+      for (const std::uint32_t corner : triangles_[item.triangle]) {
+        if (std::exchange(seen[place[corner]], 1) == 0) found.push_back(place[corner]);
+      }
+    }
+    return found;
+  }
+
+  /// Where balls of this radius or less around points of a box may begin: boxes too large to lie in one
+  /// of them are opened, boxes beyond all of them left out.
+  void begin(const Vec3d& low, const Vec3d& high, double radius,
+             std::vector<std::size_t>& boxes) const {
+    boxes.clear();
+    if (order_.empty()) return;
     std::array<std::size_t, 66> stack{};  // one level leaves one behind
     std::size_t height = 1;
     while (height != 0) {
       const std::size_t at = stack[--height];
+      const Node& node = nodes_[at];
+      // Rounded as within() rounds, so what is left out here is left out there.
+      if (nearest(Vec3d(node.low) - high, Vec3d(node.high) - low) >= radius * radius) continue;
+      const bool opens = length(Vec3d(node.high) - Vec3d(node.low)) > radius * kSurelyWider;
+      if (!opens || at >= first_of(levels_)) {
+        boxes.push_back(at);
+        continue;
+      }
+      stack[height++] = 2 * at + 2;
+      stack[height++] = 2 * at + 1;
+    }
+  }
+
+  /// The surface's sums in a ball. \param boxes  of begin(), for a box that its centre is in
+  Sums within(std::span<const std::size_t> boxes, const Vec3d& centre, double radius) const {
+    Sums sums;
+    const double squared = radius * radius;
+    std::array<std::size_t, 66> stack{};  // one level leaves one behind
+    std::size_t height = 0;
+    for (std::size_t box = 0; height != 0 || box < boxes.size();) {
+      const std::size_t at = height != 0 ? stack[--height] : boxes[box++];
       const Node& node = nodes_[at];
       const Vec3d low = Vec3d(node.low) - centre, high = Vec3d(node.high) - centre;
       if (nearest(low, high) >= squared) continue;
@@ -186,7 +187,7 @@ class Tree {
       } else if (at >= first_of(levels_)) {
         const std::size_t leaf = at - first_of(levels_);
         for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
-          sums += clipped(order_[i].triangle, centre, squared);
+          sums += clipped(i, centre, squared);
         }
       } else {
         stack[height++] = 2 * at + 2;
@@ -255,7 +256,9 @@ class Tree {
       for (const std::uint32_t corner : triangles_[item->triangle]) {
         widen(node, positions_[corner], positions_[corner]);
       }
-      node.sums += whole(item->triangle);
+      const auto number = static_cast<std::size_t>(item - order_.begin());
+      whole_[number] = whole(item->triangle);
+      node.sums += whole_[number];
     }
   }
 
@@ -300,14 +303,15 @@ class Tree {
     return sums;
   }
 
-  Sums clipped(std::uint32_t triangle, const Vec3d& centre, double squared) const {
+  Sums clipped(std::size_t item, const Vec3d& centre, double squared) const {
+    const std::uint32_t triangle = order_[item].triangle;
     const std::array<Vec3d, 3> p = corners(triangle, centre);
     const auto [x_low, x_high] = std::minmax({p[0].x, p[1].x, p[2].x});
     const auto [y_low, y_high] = std::minmax({p[0].y, p[1].y, p[2].y});
     const auto [z_low, z_high] = std::minmax({p[0].z, p[1].z, p[2].z});
     if (nearest({x_low, y_low, z_low}, {x_high, y_high, z_high}) >= squared) return {};
     if (std::all_of(p.begin(), p.end(), [&](const Vec3d& c) { return dot(c, c) <= squared; })) {
-      return whole(triangle);
+      return whole_[item];
     }
     Sums sums{area_within(p, squared), 0};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -324,8 +328,28 @@ class Tree {
   std::span<const std::array<float, 3>> angle_;
   std::vector<Item> order_;
   std::uint32_t levels_ = 0;
+  std::vector<Sums> whole_;  // of each item
   std::vector<Node> nodes_;  // level by level; children of i are 2 i + 1 and 2 i + 2
 };
+
+/// Mean curvature at places that lie close together. \param boxes  room
+void bend_at(const Tree& tree, std::span<const Vec3> positions,
+             std::span<const std::uint32_t> places, std::span<const double> shortest, double radius,
+             std::vector<std::size_t>& boxes, std::vector<double>& result) {
+  Vec3d low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
+  double widest = radius;
+  for (const std::uint32_t v : places) {
+    const Vec3d at(positions[v]);
+    low = {std::min(low.x, at.x), std::min(low.y, at.y), std::min(low.z, at.z)};
+    high = {std::max(high.x, at.x), std::max(high.y, at.y), std::max(high.z, at.z)};
+    widest = std::max(widest, shortest[v]);
+  }
+  tree.begin(low, high, widest, boxes);
+  for (const std::uint32_t v : places) {
+    const Sums sums = tree.within(boxes, Vec3d(positions[v]), std::max(radius, shortest[v]));
+    if (sums.area > 0) result[v] = sums.bend / sums.area;
+  }
+}
 
 }  // namespace
 
@@ -333,19 +357,25 @@ std::vector<double> mean_curvature(std::span<const Vec3> positions,
                                    std::span<const Triangle> triangles, double radius) {
   const std::vector<std::uint32_t> place = weld_vertices(positions);
   std::vector<std::uint8_t> usable(triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    usable[t] = has_area(positions, triangles[t]) ? 1 : 0;
-  }
+  parallel_for(triangles.size(), kGrainOfTriangles, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      usable[t] = has_area(positions, triangles[t]) ? 1 : 0;
+    }
+  });
   const Edges edges = find_edges(positions, triangles, place, usable);
   const Tree tree(positions, triangles, usable, edges.angle);
   std::vector<double> result(positions.size(), 0.0);
-  parallel_for(positions.size(), kGrainOfSums, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      if (place[v] != v || edges.shortest[v] == kInfinity) continue;
-      const Sums sums = tree.within(Vec3d(positions[v]), std::max(radius, edges.shortest[v]));
-      if (sums.area > 0) result[v] = sums.bend / sums.area;
-    }
-  });
+  const std::vector<std::uint32_t> places = tree.places(place);
+  parallel_for((places.size() + kGroup - 1) / kGroup, kGrainOfSums / kGroup,
+               [&](std::size_t begin, std::size_t end) {
+                 std::vector<std::size_t> boxes;
+                 for (std::size_t group = begin; group < end; ++group) {
+                   const std::size_t first = group * kGroup;
+                   const std::size_t count = std::min(kGroup, places.size() - first);
+                   bend_at(tree, positions, std::span(places).subspan(first, count), edges.shortest,
+                           radius, boxes, result);
+                 }
+               });
   for (std::size_t v = 0; v < result.size(); ++v) result[v] = result[place[v]];
   return result;
 }
