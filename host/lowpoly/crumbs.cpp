@@ -5,16 +5,11 @@
 #include <limits>
 #include <utility>
 
-#include "base/disjoint_sets.h"
-
 namespace kiln {
 
 PartSizes::PartSizes(const Work& work) : part_(work.triangles.size()) {
   DisjointSets sets(work.points.size());
-  for (const Triangle& t : work.triangles) {
-    sets.join(t[0], t[1]);
-    sets.join(t[1], t[2]);
-  }
+  join_parts(work.triangles, sets);
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   constexpr double kFar = std::numeric_limits<double>::max();
   std::vector<std::uint32_t> number(work.points.size(), kNone);
@@ -66,6 +61,22 @@ Work PartSizes::without(const Work& work, double size) const {
     if (!work.sources.empty()) result.sources.push_back(work.sources[t]);
   }
   return result;
+}
+
+void join_parts(const std::vector<Triangle>& triangles, DisjointSets& parts) {
+  for (const Triangle& t : triangles) {
+    parts.join(t[0], t[1]);
+    parts.join(t[1], t[2]);
+  }
+}
+
+void restore_lost_parts(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
+                        const std::vector<std::uint32_t>& origin, DisjointSets& parts) {
+  std::vector<std::uint8_t> lives(origin.size(), 0);
+  for (const Triangle& t : triangles) lives[parts.find(origin[t[0]])] = 1;
+  for (const Triangle& t : dense) {
+    if (lives[parts.find(t[0])] == 0) triangles.push_back(t);
+  }
 }
 
 double mean_edge(const Work& work, std::size_t faces) {

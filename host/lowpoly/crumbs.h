@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/disjoint_sets.h"
 #include "lowpoly/simplify_input.h"
 
 namespace kiln {
@@ -25,6 +26,17 @@ class PartSizes {
   std::vector<double> diagonal_;     ///< Of each part's box.
   std::uint32_t largest_ = 0;
 };
+
+/// Joins the vertices of each part.
+/// \param parts  [in, out] of all vertices
+void join_parts(const std::vector<Triangle>& triangles, DisjointSets& parts);
+
+/// Gives back the triangles of parts of which none is left.
+/// \param triangles  [in, out] what is left
+/// \param origin     of each of its vertices, the dense one
+/// \param parts      of the dense vertices, joined
+void restore_lost_parts(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
+                        const std::vector<std::uint32_t>& origin, DisjointSets& parts);
 
 /// The mean edge of a mesh with this area and as many equilateral triangles.
 double mean_edge(const Work& work, std::size_t faces);

@@ -13,6 +13,7 @@
 
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
+#include "lowpoly/crumbs.h"
 #include "lowpoly/height_rule.h"
 #include "mesh/fans.h"
 #include "mesh/vertex_lists.h"
@@ -327,7 +328,7 @@ void drop_crumbs(std::vector<Triangle>& triangles, const std::vector<Triangle>& 
 /// poly had none: the former are removed, the latter cut. It also lets no triangle turn over, but as seen
 /// from the side: height fields are made flat for it, so that this is nearly as seen from above.
 void head_start(Work& work, std::size_t faces, double error, bool height_field,
-                std::span<const Place> untouched) {
+                std::span<const Place> untouched, bool parts) {
   if (has_costly_hubs(work.triangles, work.points.size())) return;
   std::vector<Vec3> positions = to_floats(work.points);
   if (height_field) {
@@ -336,9 +337,12 @@ void head_start(Work& work, std::size_t faces, double error, bool height_field,
   }
   const std::vector<std::uint8_t> stays = in_places(work, untouched);
   std::optional<SideLists> sides;
+  DisjointSets of_parts(parts ? work.points.size() : 0);
   std::vector<Triangle> triangles =
-      simplified_by_pieces({positions, work.triangles}, stays, faces, error,
-                           [&] { sides.emplace(work.triangles, work.points.size()); });
+      simplified_by_pieces({positions, work.triangles}, stays, faces, error, [&] {
+        sides.emplace(work.triangles, work.points.size());
+        if (parts) join_parts(work.triangles, of_parts);
+      });
   if (triangles.empty()) return;
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
         return !(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > kLeastUpward);
@@ -359,6 +363,7 @@ void head_start(Work& work, std::size_t faces, double error, bool height_field,
       drop_crumbs(triangles, work.triangles, origin, *sides);
     }
   }
+  if (parts) restore_lost_parts(triangles, work.triangles, origin, of_parts);
   work.folds = folds_of(work.points, work.triangles, triangles, origin);
   work.triangles = std::move(triangles);
   work.sources.clear();

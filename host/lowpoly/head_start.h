@@ -17,8 +17,9 @@ namespace kiln {
 /// where it would not help, where it would turn a triangle of a height field over, or where vertices have so
 /// many triangles that EdgeCollapser is faster (a fan of 120,000: 2.8 s more with it).
 /// \param untouched  where triangles stay as they are
+/// \param parts      whether parts of which nothing would be left stay as they are; else they vanish
 void head_start(Work& work, std::size_t faces, double error, bool height_field,
-                std::span<const Place> untouched);
+                std::span<const Place> untouched, bool parts = true);
 
 /// Drops crumbs: up to 64 triangles beside a cut, of a part of the dense mesh (that hangs together by edges) of which
 /// more is left.

@@ -168,20 +168,21 @@ bool SimplifyJob::fit(SimplifyResult& result) {
 }
 
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
-Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched) const {
+/// \param parts  whether none of its parts may vanish
+Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts) const {
   const std::size_t near_goal = goal_of_start(faces);
   Work work = dense_;
   if (work.triangles.size() > std::max(kDirectLimit, near_goal) && !options_.keep_uvs &&
       !options_.hull) {
     head_start(work, near_goal, options_.faces == 0 ? 0.1 * options_.max_error : 1.0,
-               options_.height_field, untouched);
+               options_.height_field, untouched, parts);
   }
   return work;
 }
 
 std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> faces) const {
   std::vector<SimplifyResult> results;
-  const Work work = start(faces.empty() ? 0 : faces.front());
+  const Work work = start(faces.empty() ? 0 : faces.front(), {}, false);
   Shrinking shrinking(work, layout(), options_, scale_);
   for (const std::uint32_t goal : faces) {
     const std::size_t before = shrinking.faces();

@@ -107,7 +107,7 @@ class SimplifyJob {
   SimplifyResult unchanged() const { return {dense_.points, dense_.triangles, layout_, {}}; }
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work) const;
-  Work start(std::size_t faces, std::span<const Place> untouched = {}) const;
+  Work start(std::size_t faces, std::span<const Place> untouched = {}, bool parts = true) const;
   SimplifyResult solve();
   bool drop_crumbs();
   Mesh finish(const SimplifyResult& result);

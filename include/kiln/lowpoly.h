@@ -27,8 +27,7 @@ struct SimplifyOptions {
   /// result winds around or touches, so that nothing pokes through. To rounding in double precision. Open borders
   /// stay in place, vertex by vertex. Not with height_field or keep_uvs.
   bool hull = false;
-  /// Leave out no part for its size. Else, with `faces`, crumbs are left out (see simplify()). The head start of
-  /// meshes above 100,000 triangles can lose crumbs in any case.
+  /// Leave out no part for its size. Else, with `faces`, crumbs are left out (see simplify()).
   bool keep_parts = false;
 };
 

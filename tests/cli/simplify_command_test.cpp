@@ -7,6 +7,7 @@
 
 #include "cli/command_scene.h"
 #include "kiln/kiln.h"
+#include "mesh/fans.h"
 #include "support/json_file.h"
 #include "support/process.h"
 
@@ -60,6 +61,61 @@ TEST(SimplifyCommand, TexelsGoByAreaOrDetail) {
     EXPECT_NE(bad.errors.find("--density"), std::string::npos) << bad.errors;
     EXPECT_FALSE(fs::exists(scene / "bad.obj"));
   }
+}
+
+/// A rough ball, and a tetrahedron beside it that is smaller than 100 faces are off by.
+fs::path with_crumb() {
+  fs::path scene = make_scene(4000);
+  Mesh high = load_mesh(scene / "high.obj");
+  high.normals.clear(), high.normal_triangles.clear();
+  high.uvs.clear(), high.uv_triangles.clear();
+  const auto first = static_cast<std::uint32_t>(high.positions.size());
+  const Vec3 p = high.positions[0];
+  constexpr float kSmall = 1e-4F;
+  high.positions.push_back({p.x * 1.05F, p.y * 1.05F, p.z * 1.05F});
+  for (const Vec3& d : {Vec3{kSmall, 0, 0}, Vec3{0, kSmall, 0}, Vec3{0, 0, kSmall}}) {
+    const Vec3& q = high.positions[first];
+    high.positions.push_back({q.x + d.x, q.y + d.y, q.z + d.z});
+  }
+  for (const Triangle& t : {Triangle{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
+    high.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+  save_obj(high, scene / "crumb.obj");
+  return scene;
+}
+
+std::uint64_t parts_in(const fs::path& path) {
+  const Mesh mesh = load_mesh(path);
+  return count_components(mesh.triangles, mesh.positions.size());
+}
+
+TEST(SimplifyCommand, PartsAreKeptWhereAskedFor) {
+  const fs::path scene = with_crumb();
+  const auto run = [&](std::vector<std::string> words) {
+    words.insert(words.begin() + 1, scene / "crumb.obj");
+    for (const std::string& word : {std::string("--json"), (scene / "parts.json").string()}) {
+      words.push_back(word);
+    }
+    const ProcessResult result = run_kiln(words);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return read_json(scene / "parts.json");
+  };
+  const std::string out = scene / "parts.obj";
+  EXPECT_EQ(run({"simplify", "--faces", "100", "--out", out})["dropped_parts"], 1);
+  EXPECT_EQ(parts_in(out), 1u);
+  EXPECT_EQ(run({"simplify", "--faces", "100", "--out", out, "--keep-parts"})["dropped_parts"], 0);
+  EXPECT_EQ(parts_in(out), 2u);
+  for (const bool keeps : {false, true}) {
+    std::vector<std::string> words = {"bake", "--faces", "100",           "--size",
+                                      "64",   "--out",   scene / "baked", "--force"};
+    if (keeps) words.emplace_back("--keep-parts");
+    run(words);
+    EXPECT_EQ(parts_in(scene / "baked" / "crumb_low.obj"), keeps ? 2u : 1u);
+  }
+  const ProcessResult bad = run_kiln(
+      {"bake", scene / "high.obj", scene / "low.obj", "--keep-parts", "--out", scene / "bad"});
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_NE(bad.errors.find("--keep-parts"), std::string::npos) << bad.errors;
 }
 
 TEST(SimplifyCommand, AHullEnclosesMore) {

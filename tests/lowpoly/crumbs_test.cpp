@@ -78,6 +78,19 @@ TEST(Crumbs, StayWhereAskedFor) {
   EXPECT_EQ(report.dropped_parts, 0u);
 }
 
+TEST(Crumbs, StayAboveTheLimitOfHeadStarts) {
+  Mesh high = with_crumbs(30, 0.002);
+  add_ball(high, {0, 0, 4}, 1, 260);
+  ASSERT_GT(high.triangles.size(), 150'000u);
+  SimplifyReport report;
+  EXPECT_EQ(parts_of(simplify(high, {.faces = 600, .keep_parts = true}, &report)), 32u);
+  EXPECT_EQ(report.dropped_parts, 0u);
+  EXPECT_EQ(parts_of(simplify(high, {.max_error = 0.01}, &report)), 32u);
+  // Each that goes is counted.
+  EXPECT_EQ(parts_of(simplify(high, {.faces = 600}, &report)), 2u);
+  EXPECT_EQ(report.dropped_parts, 30u);
+}
+
 TEST(Crumbs, PartsThatCanBeSeenStay) {
   SimplifyReport report;
   EXPECT_EQ(parts_of(simplify(with_crumbs(10, 0.2), {.faces = 800}, &report)), 11u);

@@ -132,5 +132,27 @@ TEST(HeadStart, LeavesPlacesUntouched) {
   EXPECT_LT(work.triangles.size(), 1.3 * kGoal + static_cast<double>(inside));
 }
 
+TEST(HeadStart, LosesNoPart) {
+  Work high = rough_sphere(0.03);
+  constexpr std::uint32_t kParts = 20;
+  for (std::uint32_t i = 0; i < kParts; ++i) {
+    const auto first = static_cast<std::uint32_t>(high.points.size());
+    const Vec3d p{0.4, 0.01 * i, 0};
+    constexpr double kSmall = 1e-4;
+    for (const Vec3d& d : {Vec3d{0, 0, 0}, {kSmall, 0, 0}, {0, kSmall, 0}, {0, 0, kSmall}}) {
+      high.points.push_back(p + d);
+    }
+    for (const Triangle& t : tetrahedron(first, first + 2, first + 1, first + 3)) {
+      high.triangles.push_back(t);
+    }
+  }
+  Work kept = high, lost = high;
+  head_start(kept, kGoal, 1, false, {});
+  EXPECT_EQ(count_components(kept.triangles, kept.points.size()), kParts + 1);
+  EXPECT_LT(kept.triangles.size(), 1.3 * kGoal);
+  head_start(lost, kGoal, 1, false, {}, false);
+  EXPECT_LT(count_components(lost.triangles, lost.points.size()), kParts + 1);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -83,6 +83,7 @@ struct BakeArguments {
   bool layers = false;
   bool report_error = false;
   std::uint32_t faces = 0;
+  bool keep_parts = false;
   std::string max_error;
   std::string max_angle;
   std::string screen;

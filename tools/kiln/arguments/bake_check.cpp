@@ -128,6 +128,14 @@ void check_low(const BakeArguments& a) {
     fail_usage("--faces and --max-error are for making a low poly, but LOW '" + a.low +
                "' was given: leave one of them out.");
   }
+  if (a.keep_parts && (!a.low.empty() || a.faces == 0)) {
+    fail_usage(
+        "--keep-parts is for a low poly of a number of faces: add --faces N and leave LOW out, or "
+        "leave --keep-parts out.");
+  }
+  if (a.keep_parts && (is_height_field(a.high) || a.match == "uv")) {
+    fail_usage("--keep-parts is not for height fields or --match uv, which keep all parts.");
+  }
   if (a.low.empty() && a.unwrap && a.unwrap_method == "given") {
     fail_usage(
         "--unwrap alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "

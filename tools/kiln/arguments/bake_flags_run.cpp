@@ -30,6 +30,10 @@ void add_run_flags(Command& command, BakeArguments& a) {
       ->check(range(1U, 100000000U))
       ->group(group_low);
   command
+      .add_flag("--keep-parts", a.keep_parts,
+                "With --faces: keep parts of HIGH that are smaller than the low poly is off by")
+      ->group(group_low);
+  command
       .add_option("--max-error", a.max_error,
                   "Without LOW and --faces: normal=DEGREES, the fewest bytes of low poly and "
                   "maps whose rendered normals are this near on average; or P%, few triangles that "

@@ -110,6 +110,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     low.simplified.emplace();
     SimplifyOptions options;
     options.faces = arguments.faces;
+    options.keep_parts = arguments.keep_parts;
     options.height_field = dense.heights.has_value();
     // Points at the same UV: the low poly needs the layout of the high poly.
     options.keep_uvs = arguments.match == "uv" && !dense.heights && !high.uv_triangles.empty();
