@@ -1,8 +1,10 @@
 // A low poly from a high poly: see kiln/lowpoly.h.
 #include <chrono>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/memory.h"
@@ -71,14 +73,47 @@ struct SimplifyLevels::Impl {
     check(high, options);
     job.emplace(high, options, report);
     results = job->levels(asked);
+    of_high = report;
+    of_high.input_faces = high.triangles.size();
+  }
+
+  /// A level that was fitted and mended, and what was found meanwhile.
+  struct Made {
+    SimplifyResult result;
+    SimplifyReport report;
+    bool flawed = false, measured = false;
+  };
+
+  /// Begins to work on a level.
+  void turn_to(std::size_t level) {
+    options.faces = asked.at(level);
+    report = of_high;
+  }
+
+  Made& made(std::size_t level) {
+    const auto found = meshes.find(level);
+    if (found != meshes.end()) return found->second;
+    turn_to(level);
+    Made next{results.at(level), {}};
+    next.flawed = !job->improve(next.result) && job->may_solve();
+    next.report = report;
+    return meshes[level] = std::move(next);
+  }
+
+  Mesh finished(const SimplifyResult& result) {
+    Mesh mesh = job->finish(result);
+    keep_names(high, mesh);
+    if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
+    return mesh;
   }
 
   const Mesh& high;
   const std::vector<std::uint32_t> asked;
   SimplifyOptions options;
-  SimplifyReport report;
+  SimplifyReport report, of_high;
   std::optional<SimplifyJob> job;
   std::vector<SimplifyResult> results;
+  std::map<std::size_t, Made> meshes;  ///< By level
 };
 
 SimplifyLevels::SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces,
@@ -98,18 +133,34 @@ std::size_t SimplifyLevels::vertices(std::size_t level) const {
 }
 
 Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
-  const std::vector<Warning> warnings = impl_->report.warnings;  // of the high poly
-  impl_->options.faces = impl_->asked.at(level);
-  Mesh mesh = impl_->job->run(impl_->results.at(level), report != nullptr);
-  keep_names(impl_->high, mesh);
-  if (impl_->options.height_field) lay_out_over(mesh, FieldRectangle::of(impl_->high));
-  if (report != nullptr) {
-    *report = impl_->report;
-    report->input_faces = impl_->high.triangles.size();
+  Impl::Made& made = impl_->made(level);
+  if (report != nullptr && !made.measured) {
+    made.result.deviation = impl_->job->deviation(made.result);
+    made.measured = true;
   }
-  impl_->report = {};
-  impl_->report.warnings = warnings;
+  impl_->turn_to(level);
+  impl_->report = made.report;
+  Mesh mesh = impl_->finished(made.result);
+  if (report != nullptr) *report = impl_->report;
   return mesh;
+}
+
+Mesh SimplifyLevels::glance(std::size_t level) const {
+  impl_->turn_to(level);
+  SimplifyResult result = impl_->results.at(level);
+  impl_->job->fit_roughly(result);
+  return impl_->finished(result);
+}
+
+bool SimplifyLevels::is_flawed(std::size_t level) const { return impl_->made(level).flawed; }
+
+void SimplifyLevels::solve(std::size_t level) const {
+  Impl::Made& made = impl_->made(level);
+  if (!std::exchange(made.flawed, false)) return;
+  impl_->turn_to(level);
+  made.result = impl_->job->solve();
+  made.report = impl_->report;
+  made.measured = false;
 }
 
 }  // namespace kiln

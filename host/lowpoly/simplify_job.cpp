@@ -10,7 +10,6 @@
 
 #include "lowpoly/crumbs.h"
 #include "lowpoly/head_start.h"
-#include "lowpoly/surface_fit.h"
 #include "mesh/charts.h"
 #include "mesh/fans.h"
 #include "mesh/normals.h"
@@ -155,16 +154,28 @@ bool SimplifyJob::is_good(const SimplifyResult& result) {
 /// Moves vertices so that the faces lie on the high poly, and mends that, where nothing else says how vertices may
 /// move. \returns whether that was good; else `result` is as it was
 bool SimplifyJob::fit(SimplifyResult& result) {
-  if (options_.hull || options_.keep_uvs || options_.faces == 0) return false;
-  if (dense_.triangles.size() < kLeastToFit * result.triangles.size()) return false;
+  if (!is_fitted(result)) return false;
   SimplifyResult fitted = result;
-  const SurfaceFit fit(dense_positions_, dense_.triangles,
-                       [this](const Vec3d& p) { return scale_.snap(p); });
-  fit.run(fitted.points, fitted.triangles, options_.height_field);
+  surface_fit().run(fitted.points, fitted.triangles, options_.height_field);
   report_.mended = mend(fitted);
   if (!is_good(fitted)) return false;
   result = std::move(fitted);
   return true;
+}
+
+/// Whether vertices of a low poly move to where its faces lie on the high poly.
+bool SimplifyJob::is_fitted(const SimplifyResult& result) const {
+  return !options_.hull && !options_.keep_uvs && options_.faces != 0 &&
+         dense_.triangles.size() >= kLeastToFit * result.triangles.size();
+}
+
+SurfaceFit SimplifyJob::surface_fit() const {
+  return {dense_positions_, dense_.triangles, [this](const Vec3d& p) { return scale_.snap(p); }};
+}
+
+void SimplifyJob::fit_roughly(SimplifyResult& result) const {
+  if (!is_fitted(result)) return;
+  surface_fit().run(result.points, result.triangles, options_.height_field, /*rough=*/true);
 }
 
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
@@ -193,13 +204,16 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> f
   return results;
 }
 
-Mesh SimplifyJob::run(SimplifyResult mended, bool with_deviation) {
-  if (!fit(mended)) {
-    report_.mended = mend(mended);
-    if (!is_good(mended) && dense_.triangles.size() > kDirectLimit) return run(with_deviation);
-  }
-  if (with_deviation) mended.deviation = measure(mended, kMostSamples);
-  return finish(mended);
+bool SimplifyJob::improve(SimplifyResult& result) {
+  if (fit(result)) return true;
+  report_.mended = mend(result);
+  return is_good(result);
+}
+
+bool SimplifyJob::may_solve() const { return dense_.triangles.size() > kDirectLimit; }
+
+DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
+  return measure(result, kMostSamples);
 }
 
 /// The low poly of what a head start left, or of the high poly itself. \returns whether it is good
@@ -232,8 +246,6 @@ std::vector<Place> SimplifyJob::flawed_places(const Work& work) const {
   return places;
 }
 
-/// The low poly, mended; where a head start left what cannot be mended, from one that leaves the high poly as it is
-/// there; where that does not end, from the high poly itself.
 SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
   std::vector<Place> places;
@@ -315,7 +327,6 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   return mesh;
 }
 
-/// The mesh of what was found, and the report.
 Mesh SimplifyJob::finish(const SimplifyResult& result) {
   warn_of_count(result);
   warn_of_flaws(report_);

@@ -14,6 +14,7 @@
 #include "lowpoly/layout_rule.h"
 #include "lowpoly/simplify_check.h"
 #include "lowpoly/simplify_input.h"
+#include "lowpoly/surface_fit.h"
 #include "mesh/surface_distance.h"
 
 namespace kiln {
@@ -95,8 +96,19 @@ class SimplifyJob {
 
   /// One mesh a number of faces, not yet mended, as long as each has fewer than the one before.
   std::vector<SimplifyResult> levels(std::span<const std::uint32_t> faces) const;
-  /// One of them, as run() would have made it.
-  Mesh run(SimplifyResult mended, bool with_deviation);
+  /// Fits one of them, and mends what that does not. \returns whether it is good
+  bool improve(SimplifyResult& result);
+  /// Fits one roughly, to look at.
+  void fit_roughly(SimplifyResult& result) const;
+  /// Whether solve() may find what improve() does not: levels come from one head start, which it makes anew.
+  bool may_solve() const;
+  /// The low poly, mended; where a head start left what cannot be mended, from one that leaves the high poly as it is
+  /// there; where that does not end, from the high poly itself.
+  SimplifyResult solve();
+  /// How far a low poly strays, by all samples.
+  DistanceReport deviation(const SimplifyResult& result) const;
+  /// The mesh of what was found, and the report.
+  Mesh finish(const SimplifyResult& result);
 
  private:
   DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const {
@@ -108,9 +120,9 @@ class SimplifyJob {
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work) const;
   Work start(std::size_t faces, std::span<const Place> untouched = {}, bool parts = true) const;
-  SimplifyResult solve();
   bool drop_crumbs();
-  Mesh finish(const SimplifyResult& result);
+  bool is_fitted(const SimplifyResult& result) const;
+  SurfaceFit surface_fit() const;
   bool fit(SimplifyResult& result);
   std::size_t mend(SimplifyResult& result);
   bool is_good(const SimplifyResult& result);

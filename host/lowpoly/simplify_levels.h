@@ -20,7 +20,8 @@ enum class LevelRule {
 
 /// The meshes that simplify() passes on its way down. Each is the very mesh that simplify() makes of that
 /// number of faces where the high poly has at most 100,000, or where all have the same head start (none has more than
-/// 5,000 faces); else the smaller ones may differ a little, since finer meshes need a finer head start.
+/// 5,000 faces) and nothing is left to mend; else the smaller ones may differ a little, since finer meshes need a finer
+/// head start.
 class SimplifyLevels {
  public:
   /// \param high   must outlive this
@@ -38,8 +39,17 @@ class SimplifyLevels {
   std::size_t vertices(std::size_t level) const;
 
   /// A level's mesh, mended as simplify() does; without vertex colours, which keep_colors() gives to what is kept.
+  /// Made once. What a head start left and cannot be mended stays, unless solve() was called.
   /// \param report  where to write what was done; may be null (which saves measuring)
   Mesh mesh(std::size_t level, SimplifyReport* report = nullptr) const;
+
+  /// A level to look at, not to keep: fitted roughly, nothing mended.
+  Mesh glance(std::size_t level) const;
+
+  /// Whether mesh() has flaws that simplify() may not have.
+  bool is_flawed(std::size_t level) const;
+  /// Makes a flawed level as simplify() does, from other head starts or the high poly itself, which takes long.
+  void solve(std::size_t level) const;
 
  private:
   struct Impl;

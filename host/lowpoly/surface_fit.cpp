@@ -16,6 +16,9 @@ namespace {
 /// Samples of the high poly for each face, and at least.
 constexpr std::size_t kSamplesOfFace = 10, kLeastSamples = 1 << 14;
 constexpr int kRounds = 4;
+/// The same of what is only looked at.
+constexpr std::size_t kRoughSamplesOfFace = 6, kLeastRoughSamples = 1 << 11;
+constexpr int kRoughRounds = 2;
 /// A sample and the triangle that it is matched with face the same way, at least so nearly (cosine).
 constexpr double kAgreement = 0.3;
 /// Weight of distances across the high poly's normal, and of staying in place.
@@ -143,12 +146,11 @@ class Moving {
 
 /// Evenly spaced in the list of triangles: a triangle stands for those that are left out after it. Where there are
 /// few triangles, four of each: the centroids of the parts that the middles of its sides cut it into.
-std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t faces) const {
+std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted) const {
   constexpr std::array<std::array<double, 3>, 4> kPlaces{{{1.0 / 3, 1.0 / 3, 1.0 / 3},
                                                           {2.0 / 3, 1.0 / 6, 1.0 / 6},
                                                           {1.0 / 6, 2.0 / 3, 1.0 / 6},
                                                           {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
-  const std::size_t wanted = std::max(kLeastSamples, kSamplesOfFace * faces);
   const std::size_t each = triangles_.size() < wanted ? kPlaces.size() : 1;
   const std::size_t count = std::min(triangles_.size(), wanted);
   std::vector<Sample> result(count * each);
@@ -217,11 +219,13 @@ std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
 }
 
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
-                     bool height_field) const {
-  const std::vector<Sample> given = samples(low.size());
+                     bool height_field, bool rough) const {
+  const std::vector<Sample> given =
+      samples(rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * low.size())
+                    : std::max(kLeastSamples, kSamplesOfFace * low.size()));
   std::vector<Sample> found;
   const Moving moving(points, low, height_field);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
     found = matched(given, found, points, low);
     const VertexLists of_triangle(
         low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },

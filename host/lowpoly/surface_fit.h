@@ -31,7 +31,9 @@ class SurfaceFit {
 
   /// Moves vertices of a low poly. Those on open edges, or where more than two triangles meet at an edge, stay.
   /// No triangle turns far, loses its area or, of a height field, faces down. Does not depend on threads.
-  void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low, bool height_field) const;
+  /// \param rough  with a quarter of the samples and half the rounds, for meshes that are only looked at
+  void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low, bool height_field,
+           bool rough = false) const;
 
  private:
   /// A point of the high poly, and where it was matched.
@@ -41,7 +43,7 @@ class SurfaceFit {
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Of the triangle's corners.
   };
-  std::vector<Sample> samples(std::size_t faces) const;
+  std::vector<Sample> samples(std::size_t wanted) const;
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
                         const std::vector<Triangle>& low);
   static double surely_within(const Sample& known, const Vec3d& point,

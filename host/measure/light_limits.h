@@ -13,6 +13,8 @@ inline constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
 inline constexpr std::size_t kMostTrials = 7;
 /// And as long as none reaches the error.
 inline constexpr std::size_t kMostTrialsToReach = 10;
+/// Meshes with flaws that are made anew, at most.
+inline constexpr int kMostMended = 2;
 /// Share of the error that is left as room for scatter after each miss.
 inline constexpr double kCare = 0.01;
 /// Share by which each miss raises the price of maps of its size, until the error is reached.

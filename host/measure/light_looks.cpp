@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -19,6 +21,8 @@ constexpr double kShare = 0.96;
 constexpr std::uint32_t kFewestFaces = 12;
 /// Of pictures: their pixels, without a size on screen.
 constexpr std::uint32_t kPixels = 48;
+/// Of visibility fields, to compare ways to match with.
+constexpr std::uint32_t kLookDirections = 32;
 
 /// Those of height fields are their layout, which matching by UVs reads.
 Mesh with_some_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
@@ -37,6 +41,19 @@ BakeOptions normals_alone(BakeOptions options) {
   options.own_maps.clear();
   options.raw = options.two_component = options.report_errors = options.keep_match = false;
   options.recall = 0;
+  return options;
+}
+
+BakeOptions for_size(const BakeOptions& bake, std::uint32_t size, std::uint32_t samples) {
+  BakeOptions options = bake;
+  options.width = options.height = size;
+  options.samples = samples;
+  if (bake.progress) {
+    options.progress = [progress = bake.progress, size](double, std::string_view) {
+      const std::string side = std::to_string(size);
+      return progress(0.5, "trying " + side + " x " + side);
+    };
+  }
   return options;
 }
 
@@ -76,17 +93,25 @@ DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vec
   return shown;
 }
 
-Mesh LightLooks::laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
-                          UnwrapReport& report) {
-  if (!options.height_field) {
+const LaidOut& LightLooks::laid_out(std::size_t level, const LightPlanOptions& options,
+                                    std::uint32_t size) {
+  const auto found = known_->laid_out.find({level, size});
+  if (found != known_->laid_out.end()) return found->second;
+  const Mesh& simplified = mesh(level);
+  const Stopwatch watch;
+  LaidOut next;
+  if (options.height_field) {
+    next.mesh = simplified;
+    next.report.charts = 1;
+    next.report.coverage = 1;
+  } else {
+    say(0.4, "laying out charts");
     if (options.density == TexelDensity::detail && !detail_) detail_.emplace(high_);
-    return unwrap_for(level, {options.unwrap, size, std::max(2U, size / 256)},
-                      detail_ ? &*detail_ : nullptr, &report);
+    next.mesh = unwrap_for(simplified, {options.unwrap, size, std::max(2U, size / 256)},
+                           detail_ ? &*detail_ : nullptr, &next.report);
   }
-  report = {};
-  report.charts = 1;
-  report.coverage = 1;
-  return level;
+  plan_.seconds_unwrap += watch.total();
+  return known_->laid_out[{level, size}] = std::move(next);
 }
 
 void LightLooks::take_pictures(std::uint32_t screen) {
@@ -143,9 +168,33 @@ const Mesh& LightLooks::mesh(std::size_t level) {
   return known_->meshes[level] = std::move(made);
 }
 
+/// The very mesh where there is one.
+const Mesh& LightLooks::glance(std::size_t level) {
+  const auto whole = known_->meshes.find(level);
+  if (whole != known_->meshes.end()) return whole->second;
+  const auto found = known_->glances.find(level);
+  if (found != known_->glances.end()) return found->second;
+  const Stopwatch watch;
+  Mesh made = levels().glance(level);
+  plan_.seconds_simplify += watch.total();
+  return known_->glances[level] = std::move(made);
+}
+
+void LightLooks::solve(std::size_t level) {
+  say(0.9, "simplifying anew, without flaws");
+  const Stopwatch watch;
+  levels().solve(level);
+  known_->meshes[level] = levels().mesh(level);
+  std::erase_if(known_->laid_out, [&](const auto& item) { return item.first.first == level; });
+  plan_.seconds_simplify += watch.total();
+}
+
 LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
-  const Mesh& low = mesh(level);
+  return look_at(glance(level));
+}
+
+LightModel::Node LightLooks::look_at(const Mesh& low) {
   const Stopwatch watch;
   const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown_);
   const LightModel::Node node = look_with(probe);
@@ -164,7 +213,7 @@ BakeOptions LightLooks::limit_options(MatchMethod method) const {
   options.method = method;
   std::erase(options.fallback, method);
   options.visibility.at = VisibilityAt::vertex;
-  options.visibility.directions = std::min(options.visibility.directions, kLimitDirections);
+  options.visibility.directions = std::min(options.visibility.directions, kLookDirections);
   options.progress = {};
   return options;
 }
@@ -181,12 +230,16 @@ void LightLooks::choose_match(std::size_t level, bool height_field) {
   double least = 0;
   for (const MatchMethod way : ways) {
     say(0.3, "looking at ways to match");
-    const double limit = probe.limit(limit_options(way), field).error.mean_degrees;
-    if (least > 0 && limit >= kGain * least) continue;
-    least = limit;
-    if (way == bake_.method) continue;
-    bake_.method = way;
-    model_->forget();
+    const NormalProbe::Limit limit = probe.limit(limit_options(way), field);
+    const bool nearer = least == 0 || limit.error.mean_degrees < kGain * least;
+    if (nearer) least = limit.error.mean_degrees;
+    if (!nearer) continue;
+    if (way != bake_.method) {
+      bake_.method = way;
+      model_->forget();
+    }
+    // What no way whatever gets below: hard edges seldom leave another room.
+    if (way == MatchMethod::ray && probe.least_share(limit) >= kGain) break;
   }
   std::erase(bake_.fallback, bake_.method);
   plan_.seconds_measure += watch.total();

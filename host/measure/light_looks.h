@@ -25,6 +25,8 @@ Mesh with_any_uvs(Mesh mesh);
 BakeOptions normals_alone(BakeOptions options);
 /// Of each map that is baked.
 std::vector<std::uint32_t> map_channels(const BakeOptions& bake);
+/// A try with a map of one size.
+BakeOptions for_size(const BakeOptions& bake, std::uint32_t size, std::uint32_t samples);
 /// A map as files of so many bits hold it.
 Image rounded(Image map, std::uint32_t bits);
 
@@ -47,10 +49,11 @@ class LightLooks {
 
   /// What a low poly of any layout can do.
   LightModel::Node look_with(const NormalProbe& probe) const;
+  LightModel::Node look_at(const Mesh& low);
 
   /// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
-  Mesh laid_out(Mesh level, const LightPlanOptions& options, std::uint32_t size,
-                UnwrapReport& report);
+  /// Made once.
+  const LaidOut& laid_out(std::size_t level, const LightPlanOptions& options, std::uint32_t size);
 
   const DenseShown& shown() const { return shown_; }
   const SimplifyLevels& levels() const { return *known_->levels; }
@@ -61,10 +64,15 @@ class LightLooks {
   std::size_t finest(std::uint64_t most_faces) const;
   /// A level's mesh, made once.
   const Mesh& mesh(std::size_t level);
+  /// Whether its mesh has flaws that simplify() may not have.
+  bool is_flawed(std::size_t level) const { return levels().is_flawed(level); }
+  /// Makes it again as simplify() does.
+  void solve(std::size_t level);
   LightModel& model() const { return *model_; }
 
  private:
   void say(double done, const char* doing) const;
+  const Mesh& glance(std::size_t level);
   LightModel::Node look(std::size_t level);
   BakeOptions limit_options(MatchMethod method) const;
 

@@ -80,8 +80,21 @@ class LightPlanner {
     return std::move(plan_);
   }
 
-  /// The lightest with maps of the sizes that are left.
+  /// The lightest with maps of the sizes that are left. Meshes to choose among may have flaws that take long to mend:
+  /// what was chosen is mended, and tried again.
   void search() {
+    try_pairs();
+    for (int i = 0; i < kMostMended && looks_.is_flawed(best_->level); ++i) {
+      const std::size_t level = best_->level;
+      const std::uint32_t size = best_->trial.size;
+      looks_.solve(level);
+      best_.reset();
+      size == 0 ? measure_without_map(level) : try_map(level, size);
+      if (!best_reached()) try_pairs();
+    }
+  }
+
+  void try_pairs() {
     while (plan_.trials.size() - earlier_ < (best_reached() ? kMostTrials : kMostTrialsToReach)) {
       std::optional<LightTrial> next = best_expected();
       // What was expected to do and did not: a little more of it.
@@ -266,35 +279,21 @@ class LightPlanner {
     Made made;
     made.level = level;
     made.low = looks_.mesh(level);
+    model().know(level, looks_.look_at(made.low));
     made.trial = trial_of(level, 0);
     made.trial.measured = model().exactly(level).plain;
     keep(std::move(made));
-  }
-
-  BakeOptions bake_options(std::uint32_t size) const {
-    BakeOptions options = bake_;
-    options.width = options.height = size;
-    options.samples = samples_for(size);
-    if (bake_.progress) {
-      options.progress = [this, size](double, std::string_view) {
-        const std::string side = std::to_string(size);
-        return bake_.progress(0.5, "trying " + side + " x " + side);
-      };
-    }
-    return options;
   }
 
   /// \param learn  from the map's mip-maps, too
   void try_map(std::size_t level, std::uint32_t size, bool learn = false) {
     Made made;
     made.level = level;
-    const Mesh& simplified = looks_.mesh(level);
+    const LaidOut& laid_out = looks_.laid_out(level, options_, size);
+    made.low = laid_out.mesh;
+    made.unwrapped = laid_out.report;
     made.trial = trial_of(level, size);
-    const Stopwatch watch;
-    if (!options_.height_field) Heartbeat::at(0.4, "laying out charts");
-    made.low = looks_.laid_out(simplified, options_, size, made.unwrapped);
-    plan_.seconds_unwrap += watch.total();
-    made.bake = bake_options(size);
+    made.bake = for_size(bake_, size, samples_for(size));
     BakeOptions plain = normals_alone(made.bake);
     plain.mips = learn;
     const BakeResult result = bake_drawn(impl_of(source_), made.low, plain, nullptr);

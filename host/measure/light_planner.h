@@ -5,16 +5,25 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "kiln/light_plan.h"
 #include "lowpoly/simplify_levels.h"
 
 namespace kiln {
 
-/// Low polys of all numbers of faces, and the meshes of those that were asked for: fitting one takes longest.
+/// A low poly with UVs.
+struct LaidOut {
+  Mesh mesh;
+  UnwrapReport report;
+};
+
+/// Low polys of all numbers of faces, and those that were made: fitting one takes longest.
 struct KnownLevels {
-  std::shared_ptr<const SimplifyLevels> levels;  ///< Null until they are made
-  std::map<std::size_t, Mesh> meshes;            ///< By level
+  std::shared_ptr<const SimplifyLevels> levels;                       ///< Null until they are made
+  std::map<std::size_t, Mesh> meshes;                                 ///< By level
+  std::map<std::size_t, Mesh> glances;                                ///< The same, fitted roughly
+  std::map<std::pair<std::size_t, std::uint32_t>, LaidOut> laid_out;  ///< By level and size
 };
 
 /// Low polys of one high poly, by the faces of the finest.

@@ -213,6 +213,9 @@ void compare(const Device& device, const Asked& asked) {
   std::printf(",\"faces\":%llu,\"size\":%u,\"bytes\":%llu,\"measured\":%.4f",
               static_cast<unsigned long long>(chosen.faces), chosen.size,
               static_cast<unsigned long long>(chosen.bytes.total()), chosen.measured);
+  std::printf(",\"match\":\"%s\",\"simplify\":%.3f,\"unwrap\":%.3f,\"measure\":%.3f,\"looks\":%zu",
+              std::string(chosen.method.name).c_str(), plan.seconds_simplify, plan.seconds_unwrap,
+              plan.seconds_measure, plan.levels.size());
   const double planned = least_seconds(asked.repeat, [&] {
     const Mesh mesh = load_mesh(asked.path);
     bake_light(Source(device, mesh), mesh, plan_options(asked));
