@@ -20,7 +20,9 @@ class OwnColor : public PointFunction {
     }
   }
 
-  PointNeeds needs() const override { return {false, false, texture_.has_value()}; }
+  PointNeeds needs() const override {
+    return {.position = false, .normal = false, .uv = texture_.has_value(), .distance = false};
+  }
 
   void report(BakeReport& report) const override {
     if (texture_) warn_replaced(*texture_, map_, report);

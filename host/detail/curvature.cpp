@@ -27,7 +27,9 @@ class Curvature : public PointFunction {
     made_of_ = source_version;
   }
 
-  PointNeeds needs() const override { return {false, false, false}; }
+  PointNeeds needs() const override {
+    return {.position = false, .normal = false, .distance = false};
+  }
   void operator()(const DensePoint& point, float* value) const override {
     if (!point.found) return;  // 0
     const Triangle& corners = source_.triangles[point.triangle];

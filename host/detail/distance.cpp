@@ -19,7 +19,7 @@ MapRow distance_map() {
         [](const DensePoint& point, float* value) {
           value[0] = static_cast<float>(length(point.offset));
         },
-        PointNeeds{true, false, false});
+        PointNeeds{.normal = false, .distance = false});
   };
   return row;
 }

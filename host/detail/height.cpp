@@ -19,7 +19,7 @@ MapRow height_map() {
         [](const DensePoint& point, float* value) {
           value[0] = static_cast<float>(point.distance);
         },
-        PointNeeds{false, false, false});
+        PointNeeds{.position = false, .normal = false});
   };
   return row;
 }

@@ -20,11 +20,26 @@ constexpr std::size_t kPicked = std::size_t{1} << 20;
 constexpr std::uint32_t kTileBits = 4, kTile = 1U << kTileBits;
 
 /// Every other bit, from bit 0 on.
-std::uint32_t even_bits(std::uint32_t bits) {
+constexpr std::uint32_t even_bits(std::uint32_t bits) {
   std::uint32_t result = 0;
   for (std::uint32_t b = 0; b < kTileBits; ++b) result |= (bits >> (2 * b) & 1U) << b;
   return result;
 }
+
+/// A texel's place in its square.
+struct InTile {
+  std::uint8_t x = 0, y = 0;
+};
+
+constexpr std::array<InTile, kTile * kTile> in_morton_order() {
+  std::array<InTile, kTile * kTile> order{};
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    order[i] = {static_cast<std::uint8_t>(even_bits(i)),
+                static_cast<std::uint8_t>(even_bits(i >> 1))};
+  }
+  return order;
+}
+constexpr std::array<InTile, kTile* kTile> kMorton = in_morton_order();
 
 }  // namespace
 
@@ -56,9 +71,9 @@ const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band)
       row.samples.reserve(std::size_t{width_} * kTile);
       row.texels.reserve(std::size_t{width_} * kTile);
       for (std::uint32_t left = 0; left < width_; left += kTile) {
-        for (std::uint32_t i = 0; i < kTile * kTile; ++i) {  // in Morton order
-          const std::uint32_t x = left + even_bits(i);
-          const std::uint32_t y = static_cast<std::uint32_t>(r) * kTile + even_bits(i >> 1);
+        for (const InTile place : kMorton) {
+          const std::uint32_t x = left + place.x;
+          const std::uint32_t y = static_cast<std::uint32_t>(r) * kTile + place.y;
           if (x >= width_ || y >= band.row_count) continue;
           const std::uint32_t t = texel[std::size_t{y} * width_ + x];
           if (t == band.texel_count) continue;

@@ -245,11 +245,15 @@ class PointMap : public MapMaker {
     if (point.found) {
       point.u = found.u[s];
       point.v = found.v[s];
-      if (!found.distance.empty()) point.distance = found.distance[s] / source_.frame.scale;
+      if (needs_.distance && !found.distance.empty()) {
+        point.distance = found.distance[s] / source_.frame.scale;
+      }
     }
     if (needs_.position) place(point);
     if (needs_.normal || needs_.uv) turn(point, facet);
-    std::fill_n(value, info_.channels, 0.0F);
+    for (std::uint32_t c = 0; c < kMostChannels; ++c) {  // of a known count: no call
+      if (c < info_.channels) value[c] = 0;
+    }
     (*function_)(point, value);
   }
 
@@ -259,10 +263,12 @@ class PointMap : public MapMaker {
   }
 
   void place(DensePoint& point) const {
-    const auto& [a, b, c] = surface_.triangles[point.low_triangle];
-    const Vec3d low = on_low(point, a.position, b.position, c.position);
+    const auto& of_low = surface_.triangles[point.low_triangle];
+    const auto low = [&] {
+      return on_low(point, of_low[0].position, of_low[1].position, of_low[2].position);
+    };
     if (!point.found) {
-      point.position = to_world(low);
+      point.position = to_world(low());
       point.offset = {};
       return;
     }
@@ -273,8 +279,9 @@ class PointMap : public MapMaker {
       position = position + Vec3d(source_.positions[corners[k]]) * weights[k];
     }
     point.position = to_world(position);
+    if (!needs_.offset) return;
     // Of the small numbers of the frame, since far from the origin the world's hold less.
-    point.offset = (position - low) * (1 / source_.frame.scale);
+    point.offset = (position - low()) * (1 / source_.frame.scale);
   }
 
   /// Its normal and its UVs, as far as they are needed.

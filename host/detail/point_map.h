@@ -35,9 +35,11 @@ struct DensePoint {
 
 /// What of a DensePoint a function reads beside which points they are: what it does not is not worked out.
 struct PointNeeds {
-  bool position = true;  ///< position and offset
+  bool position = true;
   bool normal = true;
-  bool uv = false;  ///< uv and uv_sides
+  bool uv = false;     ///< uv and uv_sides
+  bool offset = true;  ///< With the position alone
+  bool distance = true;
 };
 
 /// What a map holds at a point. \param value  as many as the map has channels

@@ -21,7 +21,7 @@ MapRow position_map() {
           value[1] = static_cast<float>(point.position.y);
           value[2] = static_cast<float>(point.position.z);
         },
-        PointNeeds{true, false, false});
+        PointNeeds{.normal = false, .offset = false, .distance = false});
   };
   return row;
 }

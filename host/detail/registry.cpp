@@ -1,6 +1,7 @@
 #include "detail/registry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -13,6 +14,31 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kTexelsAtOnce = std::size_t{1} << 16;
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+/// Of the texels that are baked. \tparam kStep  from value to value where it is known, or 0 \param step  the same
+template <std::size_t kStep>
+ValueRange range_of(std::span<const std::uint8_t> coverage, const float* value, std::size_t step) {
+  // Four bounds, so that none waits for the one before it; chosen, not branched to.
+  constexpr std::size_t kBounds = 4;
+  std::array<float, kBounds> low{}, high{};
+  low.fill(kFar);
+  high.fill(-kFar);
+  const auto take = [&](std::size_t i, std::size_t bound) {
+    const float at = value[i * (kStep != 0 ? kStep : step)];
+    const bool baked = coverage[i] == kCoverageBaked;
+    const float below = baked ? at : kFar, above = baked ? at : -kFar;
+    low[bound] = below < low[bound] ? below : low[bound];
+    high[bound] = above > high[bound] ? above : high[bound];
+  };
+  std::size_t i = 0;
+  for (; i + kBounds <= coverage.size(); i += kBounds) {
+    for (std::size_t bound = 0; bound < kBounds; ++bound) take(i + bound, bound);
+  }
+  for (; i < coverage.size(); ++i) take(i, 0);
+  return {std::min({low[0], low[1], low[2], low[3]}),
+          std::max({high[0], high[1], high[2], high[3]})};
+}
 
 }  // namespace
 
@@ -74,16 +100,14 @@ ValueRange value_range(const BakedMap& map, std::span<const std::uint8_t> covera
                        std::uint32_t channel) {
   const MapInfo& info = map.info.kind.name.empty() ? find_map(map.kind.name) : map.info;
   if (info.low != 0 || info.high != 0) return {info.low, info.high};
-  constexpr float kFar = std::numeric_limits<float>::infinity();
   ValueRange range{kFar, -kFar};
   std::mutex mutex;
   parallel_for(coverage.size(), kTexelsAtOnce, [&](std::size_t begin, std::size_t end) {
-    ValueRange part{kFar, -kFar};
-    const float* value = &map.image.pixels[begin * map.image.channels + channel];
-    for (std::size_t i = begin; i < end; ++i, value += map.image.channels) {
-      if (coverage[i] != kCoverageBaked) continue;
-      part = {std::min(part.low, *value), std::max(part.high, *value)};
-    }
+    const float* first = &map.image.pixels[begin * map.image.channels + channel];
+    const auto texels = coverage.subspan(begin, end - begin);
+    const ValueRange part = map.image.channels == 1
+                                ? range_of<1>(texels, first, 1)
+                                : range_of<0>(texels, first, map.image.channels);
     const std::lock_guard lock(mutex);
     range = {std::min(range.low, part.low), std::max(range.high, part.high)};
   });

@@ -29,7 +29,9 @@ class Plain : public PointFunction {
   Plain(const Source::Impl& source, const Texture& texture, std::string_view name)
       : texture_(source, texture, name), name_(name) {}
 
-  PointNeeds needs() const override { return {false, false, true}; }
+  PointNeeds needs() const override {
+    return {.position = false, .normal = false, .uv = true, .distance = false};
+  }
   void operator()(const DensePoint& point, float* value) const override {
     if (!point.found) return;
     float read[4];
@@ -53,7 +55,7 @@ class Normals : public PointFunction {
         frames_(request),
         reads_(request.reads()) {}
 
-  PointNeeds needs() const override { return {false, true, true}; }
+  PointNeeds needs() const override { return {.position = false, .uv = true, .distance = false}; }
 
   void prepare(std::uint64_t source_version) override {
     if (made_of_ == source_version) return;
