@@ -31,15 +31,17 @@ struct InTile {
   std::uint8_t x = 0, y = 0;
 };
 
-constexpr std::array<InTile, kTile * kTile> in_morton_order() {
-  std::array<InTile, kTile * kTile> order{};
+constexpr std::size_t kPlaces = std::size_t{kTile} * kTile;
+
+constexpr std::array<InTile, kPlaces> in_morton_order() {
+  std::array<InTile, kPlaces> order{};
   for (std::uint32_t i = 0; i < order.size(); ++i) {
     order[i] = {static_cast<std::uint8_t>(even_bits(i)),
                 static_cast<std::uint8_t>(even_bits(i >> 1))};
   }
   return order;
 }
-constexpr std::array<InTile, kTile* kTile> kMorton = in_morton_order();
+constexpr std::array<InTile, kPlaces> kMorton = in_morton_order();
 
 }  // namespace
 

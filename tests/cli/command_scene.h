@@ -19,7 +19,7 @@ namespace kiln::test {
 
 /// Writes a scene of a bumpy sphere and its low poly; returns the folder.
 inline std::filesystem::path make_scene(std::uint32_t faces = 20000) {
-  const std::filesystem::path folder = scratch_folder();
+  std::filesystem::path folder = scratch_folder();
   save_obj(BumpySphere::dense(faces), folder / "high.obj");
   save_obj(BumpySphere::light(), folder / "low.obj");
   return folder;
