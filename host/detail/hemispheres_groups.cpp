@@ -31,17 +31,17 @@ struct InTile {
   std::uint8_t x = 0, y = 0;
 };
 
-constexpr std::size_t kPlaces = std::size_t{kTile} * kTile;
+constexpr std::size_t kTexelsOfTile = std::size_t{kTile} * kTile;
 
-constexpr std::array<InTile, kPlaces> in_morton_order() {
-  std::array<InTile, kPlaces> order{};
+constexpr std::array<InTile, kTexelsOfTile> in_morton_order() {
+  std::array<InTile, kTexelsOfTile> order{};
   for (std::uint32_t i = 0; i < order.size(); ++i) {
     order[i] = {static_cast<std::uint8_t>(even_bits(i)),
                 static_cast<std::uint8_t>(even_bits(i >> 1))};
   }
   return order;
 }
-constexpr std::array<InTile, kPlaces> kMorton = in_morton_order();
+constexpr std::array<InTile, kTexelsOfTile> kMorton = in_morton_order();
 
 }  // namespace
 

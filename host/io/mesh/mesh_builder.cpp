@@ -147,7 +147,7 @@ void MeshBuilder::split_polygons() {
     input_.warn("fan-split-polygons",
                 std::to_string(fans) +
                     " polygons cross themselves, have no area or are too complex (" +
-                    describe_face(first_fan) + " for one) and were split as fans.",
+                    describe_face(first_fan) + " for one) and were split as if convex.",
                 fans);
   }
 }
