@@ -24,8 +24,8 @@ struct Bvh {
   std::uint64_t duplicates = 0;  ///< With all corners of one of a lower index: in no leaf
   std::uint32_t depth = 0;       ///< Levels of nodes, at most KILN_BVH_MAX_DEPTH
   /// Leaves whose boxes a straight line through the root's box meets on average (MacDonald, Booth 1990,
-  /// "Heuristics for ray tracing using space subdivision", section 2): 5 to 20 for scans, a twentieth of the
-  /// triangles for a fan of needles. Of the tree as it was built.
+  /// "Heuristics for ray tracing using space subdivision", section 2): few for scans, a share of all for a fan of
+  /// needles. Of the tree as it was built.
   double leaves_a_line = 0;
 
   std::span<const kiln_bvh_node> nodes() const { return {node_data.get(), node_count}; }

@@ -292,10 +292,7 @@ std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<T
 void drop_crumbs(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
                  const std::vector<std::uint32_t>& origin, const SideLists& dense_sides) {
   DisjointSets parts(origin.size());
-  for (const Triangle& t : triangles) {
-    parts.join(t[0], t[1]);
-    parts.join(t[1], t[2]);
-  }
+  join_parts(triangles, parts);
   std::vector<std::uint32_t> size(origin.size(), 0);
   for (const Triangle& t : triangles) ++size[parts.find(t[0])];
   std::vector<std::uint8_t> torn(origin.size(), 0);  // Small parts beside a cut.

@@ -232,8 +232,8 @@ void LightLooks::choose_match(std::size_t level, bool height_field) {
     say(0.3, "looking at ways to match");
     const NormalProbe::Limit limit = probe.limit(limit_options(way), field);
     const bool nearer = least == 0 || limit.error.mean_degrees < kGain * least;
-    if (nearer) least = limit.error.mean_degrees;
     if (!nearer) continue;
+    least = limit.error.mean_degrees;
     if (way != bake_.method) {
       bake_.method = way;
       model_->forget();
