@@ -16,10 +16,10 @@ kiln_compile_together(host hot_2
   io/mesh/mesh_stl.cpp io/mesh/mesh_tangents.cpp io/mesh/obj_writer.cpp io/mesh/ply_header.cpp
   io/mesh/polygon.cpp io/mesh/polygon_rules.cpp)
 kiln_compile_together(host hot_3
-  mesh/cage.cpp mesh/charts.cpp mesh/curvature.cpp mesh/fans.cpp mesh/join_meshes.cpp mesh/low_shading.cpp
-  mesh/low_surface.cpp mesh/normals.cpp mesh/open_sheets.cpp mesh/polygon_weights.cpp
-  mesh/surface_distance.cpp mesh/tangent.cpp mesh/usable.cpp mesh/uv_copies.cpp mesh/uv_grid.cpp
-  mesh/uv_squares.cpp mesh/weld.cpp)
+  mesh/bend_tree.cpp mesh/cage.cpp mesh/charts.cpp mesh/curvature.cpp mesh/fans.cpp mesh/join_meshes.cpp
+  mesh/low_shading.cpp mesh/low_surface.cpp mesh/normals.cpp mesh/open_sheets.cpp
+  mesh/polygon_weights.cpp mesh/surface_distance.cpp mesh/tangent.cpp mesh/usable.cpp mesh/uv_copies.cpp
+  mesh/uv_grid.cpp mesh/uv_squares.cpp mesh/weld.cpp)
 kiln_compile_together(host hot_4
   volume/atlas.cpp volume/cell_grid.cpp volume/chart_map.cpp volume/contour.cpp volume/extract.cpp
   volume/fine_contour.cpp volume/fine_mesh.cpp volume/hermite.cpp volume/normal_splat.cpp volume/patches.cpp

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -236,6 +237,58 @@ TEST(Curvature, OfManySmallTrianglesIsNearTheNormalCycle) {
   const std::vector<double> found = mean_curvature(mesh.positions, mesh.triangles, radius);
   for (std::uint32_t v = 0; v < mesh.positions.size(); v += 2000) {
     EXPECT_NEAR(found[v], brute.at(v, radius, 2), 0.01) << v;  // curvatures of about 1
+  }
+}
+
+/// A cone of n needles round a tip, whose rim goes up and down.
+Mesh needles(std::uint32_t n) {
+  Mesh mesh;
+  mesh.positions.push_back({0, 0, 0.5F});
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const double angle = 2 * std::numbers::pi * i / n;
+    mesh.positions.push_back({static_cast<float>(std::cos(angle)),
+                              static_cast<float>(std::sin(angle)), i % 2 == 0 ? 1e-4F : -1e-4F});
+    mesh.triangles.push_back({0, 1 + i, 1 + (i + 1) % n});
+  }
+  return mesh;
+}
+
+/// n sheets of one large triangle each, a hair apart.
+Mesh sheets(std::uint32_t n) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const float z = 1e-6F * static_cast<float>(i);
+    mesh.positions.insert(mesh.positions.end(), {{0, 0, z}, {1, 0, z}, {0, 1, z}});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  return mesh;
+}
+
+TEST(Curvature, OfManyNeedlesIsNearTheNormalCycle) {
+  const Mesh mesh = needles(6000);  // a ball at the rim holds some 1,100 of them
+  const BruteForce brute(mesh);
+  const double radius = 0.6;
+  const std::vector<double> found = mean_curvature(mesh.positions, mesh.triangles, radius);
+  double most = 0;
+  for (std::uint32_t v = 0; v < mesh.positions.size(); v += 1500) {
+    const double exact = brute.at(v, radius, 6);
+    most = std::max(most, std::abs(exact));
+    // The brute force takes pieces of 1/64 of an edge.
+    EXPECT_NEAR(found[v], exact, 0.05 * std::abs(exact)) << v;
+  }
+  EXPECT_GT(most, 0.1);  // not all flat
+}
+
+TEST(Curvature, CostGrowsWithTheMesh) {
+  for (const auto make : {needles, sheets}) {
+    std::array<std::uint64_t, 2> steps{};
+    const std::array<Mesh, 2> meshes{make(6000), make(24000)};
+    for (std::size_t i = 0; i < 2; ++i) {
+      mean_curvature(meshes[i].positions, meshes[i].triangles, 0.05, &steps[i]);
+    }
+    EXPECT_GT(steps[0], meshes[0].positions.size());
+    EXPECT_LE(static_cast<double>(steps[1]) / static_cast<double>(steps[0]), std::pow(4, 1.2));
+    EXPECT_LE(steps[1] / meshes[1].positions.size(), 1500u);
   }
 }
 
