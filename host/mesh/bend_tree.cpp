@@ -87,7 +87,8 @@ void BendTree::begin(const Vec3d& low, const Vec3d& high, double radius, Room& r
       room.boxes.push_back(at);
       leaves += opens ? kLarge : 0;
       if (leaves <= kMostLeaves) continue;
-      room.boxes.assign(1, 0);  // each ball looks for its own: the points lie far apart, or much is long
+      room.boxes.assign(
+          1, 0);  // each ball looks for its own: the points lie far apart, or much is long
       return;
     }
     stack[height++] = 2 * at + 2;
@@ -109,8 +110,10 @@ BendSums BendTree::within(const Vec3d& centre, double radius, Room& room) const 
         sums += clipped(i, centre, radius * radius);
         ++room.steps;
       }
-      leaves += length(Vec3d(nodes_[at].high) - Vec3d(nodes_[at].low)) > radius * kSurelyWider ? kLarge : 1;
- room.crowded = leaves > kMostLeaves;  // and so for the rest of the group
+      leaves += length(Vec3d(nodes_[at].high) - Vec3d(nodes_[at].low)) > radius * kSurelyWider
+                    ? kLarge
+                    : 1;
+      room.crowded = leaves > kMostLeaves;  // and so for the rest of the group
     } else {
       stack[height++] = 2 * at + 2;
       stack[height++] = 2 * at + 1;
@@ -151,8 +154,7 @@ BendSums BendTree::by_levels(const Vec3d& centre, double radius, Room& room) con
 }
 
 /// Adds what is known of a box without opening it. \returns whether that is all of it
-bool BendTree::settled(const Node& node, const Vec3d& centre, double radius,
-                       BendSums& sums) const {
+bool BendTree::settled(const Node& node, const Vec3d& centre, double radius, BendSums& sums) const {
   const double squared = radius * radius;
   const Vec3d low = Vec3d(node.low) - centre, high = Vec3d(node.high) - centre;
   if (nearest(low, high) >= squared) return true;
