@@ -46,7 +46,7 @@ constexpr double kLarge = 0.3;
 constexpr double kGoodEnough = 0.83;
 /// Orders in which the charts of each choice are packed.
 constexpr std::uint32_t kCutEffort = 20;
-/// Only the last, where there are more charts than this; of one chart, only the first.
+/// Above this many charts only the last, or none where vertices weigh already; of one chart, only the first.
 constexpr std::size_t kManyCharts = 150;
 /// No part is smaller than this share of the mesh.
 constexpr double kLeastPart = 0.003;
@@ -130,16 +130,16 @@ std::vector<Charts> cut(const ChartSurface& surface, const UnwrapOptions& option
 
 /// What vertices weigh, as a share of the map's texels.
 double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
-  std::size_t vertices = 0;
-  for (const FlatChart& chart : charts) vertices += chart.points.size();
   const auto positions = static_cast<double>(surface.positions.size());
-  const double added = static_cast<double>(vertices) - positions;
+  double added = -positions;
+  for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
   return kVertexPrice * std::max(0.0, added - kFreeVertices * std::sqrt(positions)) / positions;
 }
 
 /// The choices that are worth a try, for some charts.
 std::vector<CutChoice> choices_for(const ChartSurface& surface,
                                    const std::vector<FlatChart>& charts) {
+  if (charts.size() > kManyCharts && vertex_price(surface, charts) > 0) return {};
   if (charts.size() > kManyCharts) return {kCutChoices.back()};
   if (charts.size() == 1) return {kCutChoices.front()};
   const bool large = std::any_of(charts.begin(), charts.end(), [&](const FlatChart& chart) {
@@ -154,6 +154,7 @@ std::vector<CutChoice> choices_for(const ChartSurface& surface,
 std::optional<PackState> choose_cuts(const ChartSurface& surface, const UnwrapOptions& options,
                                      Charts& made, int threads) {
   const std::vector<CutChoice> choices = choices_for(surface, made.charts);
+  if (choices.empty()) return std::nullopt;
   std::vector<Charts> tried = cut(surface, options, choices, made, threads);
   std::vector<PackState> packed(tried.size());
   std::vector<double> worths(tried.size(), 0);
@@ -317,9 +318,8 @@ bool mark_failures(const FlatChart& chart, std::vector<std::uint8_t>& lone) {
     lone[chart.source[i]] = 1;
     any = true;
   }
-  if (!any) {
-    for (const std::uint32_t t : chart.source) lone[t] = 1;
-  }
+  if (any) return true;
+  for (const std::uint32_t t : chart.source) lone[t] = 1;
   return true;
 }
 

@@ -191,6 +191,21 @@ TEST(Charts, ThreadsChangeNothing) {
   }
 }
 
+TEST(Charts, RoughRocksAreNotCutFurther) {
+  Mesh rock = test::BumpySphere::dense(6000), out;
+  std::uint32_t state = 1;
+  for (Vec3& p : rock.positions) {
+    state = state * 1664525U + 1013904223U;
+    const float r = 0.65F + 0.7F * static_cast<float>(state >> 8U) / 16777216.0F;
+    p = {r * p.x, r * p.y, r * p.z};
+  }
+  const LayoutFacts facts = charted(rock, {.size = 2048, .border_texels = 8}, &out);
+  EXPECT_GT(facts.charts, 150u);
+  // Cut further, it has 2.089 and 0.463.
+  EXPECT_LT(vertices_a_position(out), 2.07);
+  EXPECT_GT(facts.coverage, 0.468);
+}
+
 TEST(Charts, BunnyHasFewSeams) {
   KILN_REQUIRE_DATA("bunny_low.obj");
   Mesh low = load_mesh(*test::shared_data("bunny_low.obj")), out;
