@@ -6,7 +6,8 @@ target_compile_options(kiln_warnings INTERFACE
   $<$<BOOL:${KILN_WERROR}>:-Werror>)
 # GCC 12 finds these in its own std::string where nothing is wrong (GCC bugs 105329, 105651, 105762).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-  target_compile_options(kiln_warnings INTERFACE -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow)
+  target_compile_options(kiln_warnings INTERFACE -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow
+    -Wno-stringop-overread)
 endif()
 
 # KILN_SANITIZE=address;undefined and the like, for all of our own targets.

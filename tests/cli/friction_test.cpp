@@ -69,10 +69,34 @@ TEST(Friction, AnswersFlagsOfOtherBakers) {
            {"--curvature", "a map: --maps curvature"},
            {"--height-map", "a map: --maps height"},
            {"--slope", "a map: --maps slope"},
+           {"--color", "a map: --maps color"},
+           {"--albedo", "--maps color"},
+           {"--vertex-color", "a map: --maps vertex_color"},
+           {"--displacement", "a map: --maps displacement"},
+           {"--roughness", "--transfer mtl:roughness"},
            {"--closest", "a match: --match closest"}}) {
     const ProcessResult result = run_kiln({"bake", "a", "b", "--out", "c", flag});
     expect_refused(result, {"'" + flag.substr(0, flag.find('=')) + "'", remedy});
   }
+}
+
+TEST(Friction, SaysWhereDataOfChartsAre) {
+  const ProcessResult result = run_kiln({"chart", "a", "b", "--out", "c", "--json", "d"});
+  expect_refused(result, {"'--json'", "chart.json"});
+}
+
+/// No answer says that a map is missing which is there, or is about another map.
+TEST(Friction, MapsByTheirNamesAreAnsweredAsMaps) {
+  std::size_t answered = 0;
+  for (const MapInfo& map : maps()) {
+    std::string flag = "--" + std::string(map.kind.name);
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    const ProcessResult result = run_kiln({"bake", "a", "b", "--out", "c", flag});
+    if (result.errors.find("has no option") == std::string::npos) continue;  // a flag of its own
+    expect_refused(result, {"--maps " + std::string(map.kind.name)});
+    ++answered;
+  }
+  EXPECT_GT(answered, maps().size() / 2);
 }
 
 TEST(Friction, SuggestsNoFlagThatIsNothingLikeIt) {

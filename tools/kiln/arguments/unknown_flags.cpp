@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -28,10 +29,17 @@ constexpr std::string_view kExplode =
     "Parts need not be moved apart: --match-by name gives each part of LOW its own part of HIGH.";
 constexpr std::string_view kBevel =
     "Kiln bakes no bevels yet. Bevel the edges of HIGH before the bake.";
-constexpr std::string_view kDenoise = "Kiln does not denoise. Raise --samples for smoother maps.";
+constexpr std::string_view kDenoise =
+    "--ao-error E smooths ambient occlusion where that blurs nothing. For bent_normal and "
+    "thickness "
+    "raise --ao-rays, for other maps --samples.";
 constexpr std::string_view kTile = "Kiln divides the work by itself. Leave the tile size out.";
 constexpr std::string_view kColour =
-    "Kiln bakes no colours or textures of HIGH yet. Bake them in Blender from the same meshes.";
+    "Colour is a map: --maps color takes HIGH's textures and materials, --maps vertex_color its "
+    "vertices' colours.";
+constexpr std::string_view kTexture =
+    "--transfer mtl:roughness bakes a picture that HIGH's materials name, --transfer FILE any "
+    "other, over HIGH's UVs. --pack puts several maps in one file.";
 constexpr std::string_view kCage = "The flag is --cage D: rays start this far outside LOW.";
 constexpr std::string_view kDistance = "The flag is --max-distance D: how far to look each way.";
 constexpr std::string_view kPadding = "The flag is --gutter N: texels of padding around charts.";
@@ -69,11 +77,6 @@ constexpr std::array kBake = {
     Answer{"denoise", kDenoise},
     Answer{"tile-size", kTile},
     Answer{"bucket-size", kTile},
-    Answer{"color", kColour},
-    Answer{"vertex-color", kColour},
-    Answer{"albedo", kColour},
-    Answer{"diffuse", kColour},
-    Answer{"roughness", kColour},
     // By another name.
     Answer{"extrusion", kCage},
     Answer{"cage-extrusion", kCage},
@@ -116,12 +119,36 @@ constexpr std::array kBake = {
     Answer{"bent-normals", kBent},
     Answer{"thickness", kThickness},
     Answer{"height-map", kHeight},
-    Answer{"displacement", kHeight},
     Answer{"material-id", kId},
     Answer{"object-id", kId},
+    Answer{"colour", kColour},
+    Answer{"albedo", kColour},
+    Answer{"diffuse", kColour},
+    Answer{"base-color", kColour},
+    Answer{"basecolor", kColour},
+    Answer{"vertex-colors", kColour},
+    Answer{"texture", kTexture},
+    Answer{"textures", kTexture},
+    Answer{"roughness", kTexture},
+    Answer{"metallic", kTexture},
+    Answer{"metalness", kTexture},
+    Answer{"specular", kTexture},
+    Answer{"emissive", kTexture},
     Answer{"normals", kNormal},
     Answer{"normal-map", kNormal},
 };
+
+constexpr std::array kChart = {
+    Answer{"json", "The data are written to --out DIR: chart.json, and chart.csv."},
+    Answer{"csv", "The data are written to --out DIR: chart.csv, and chart.json."},
+};
+
+std::string answer_of(std::span<const Answer> answers, const std::string& name) {
+  for (const Answer& answer : answers) {
+    if (answer.flag == name) return std::string(answer.sentence);
+  }
+  return {};
+}
 
 /// Letters to change, add or leave out to get from one word to another (Levenshtein 1966).
 std::size_t edits(const std::string& a, const std::string& b) {
@@ -189,10 +216,11 @@ std::string answer_to_unknown(const Command& command, const std::string& word) {
   if (std::string text = answer_to_negated(command, name); !text.empty()) {
     return start + ". " + text;
   }
+  if (command.get_name() == "chart") {
+    if (std::string text = answer_of(kChart, name); !text.empty()) return start + ". " + text;
+  }
   if (command.get_name() == "bake") {
-    for (const Answer& answer : kBake) {
-      if (answer.flag == name) return start + ". " + std::string(answer.sentence);
-    }
+    if (std::string text = answer_of(kBake, name); !text.empty()) return start + ". " + text;
     if (std::string text = answer_to_name(name); !text.empty()) return start + ". " + text;
   }
   const std::string nearest = nearest_flag(command, name);
