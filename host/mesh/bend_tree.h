@@ -25,7 +25,7 @@ struct BendSums {
 };
 
 /// Triangles in a balanced tree of boxes, with the sums of each box. What a ball costs has a bound:
-/// where more than some thousand long triangles cross its border (needles round one tip, sheets that
+/// where more than 800 long triangles, or 3,200 short, cross its border (needles round one tip, sheets that
 /// lie on each other), it takes boxes of them, each by the share of one of its triangles.
 class BendTree {
  public:
