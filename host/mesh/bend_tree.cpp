@@ -70,6 +70,10 @@ std::vector<std::uint32_t> BendTree::places(std::span<const std::uint32_t> place
   return found;
 }
 
+bool BendTree::lies_in_no_ball(const Node& node, double radius) {
+  return length(Vec3d(node.high) - Vec3d(node.low)) > radius * kSurelyWider;
+}
+
 void BendTree::begin(const Vec3d& low, const Vec3d& high, double radius, Room& room) const {
   room.boxes.clear();
   room.crowded = false;
@@ -82,13 +86,13 @@ void BendTree::begin(const Vec3d& low, const Vec3d& high, double radius, Room& r
     ++room.steps;
     // Rounded as within() rounds, so what is left out here is left out there.
     if (nearest(Vec3d(node.low) - high, Vec3d(node.high) - low) >= radius * radius) continue;
-    const bool opens = length(Vec3d(node.high) - Vec3d(node.low)) > radius * kSurelyWider;
+    const bool opens = lies_in_no_ball(node, radius);
     if (!opens || at >= first_of(levels_)) {
       room.boxes.push_back(at);
       leaves += opens ? kLarge : 0;
       if (leaves <= kMostLeaves) continue;
-      room.boxes.assign(
-          1, 0);  // each ball looks for its own: the points lie far apart, or much is long
+      // Each ball looks for its own: the points lie far apart, or much is long.
+      room.boxes.assign(1, 0);
       return;
     }
     stack[height++] = 2 * at + 2;
@@ -110,9 +114,7 @@ BendSums BendTree::within(const Vec3d& centre, double radius, Room& room) const 
         sums += clipped(i, centre, radius * radius);
         ++room.steps;
       }
-      leaves += length(Vec3d(nodes_[at].high) - Vec3d(nodes_[at].low)) > radius * kSurelyWider
-                    ? kLarge
-                    : 1;
+      leaves += lies_in_no_ball(nodes_[at], radius) ? kLarge : 1;
       room.crowded = leaves > kMostLeaves;  // and so for the rest of the group
     } else {
       stack[height++] = 2 * at + 2;

@@ -74,6 +74,7 @@ class BendTree {
   }
   template <typename Body>
   void for_each_of(std::uint32_t level, const Body& body) const;
+  static bool lies_in_no_ball(const Node& node, double radius);
   void split(std::uint32_t level, std::size_t i);
   void fill_leaf(std::size_t leaf);
   void join(std::size_t at);

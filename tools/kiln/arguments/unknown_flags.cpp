@@ -31,8 +31,7 @@ constexpr std::string_view kBevel =
     "Kiln bakes no bevels yet. Bevel the edges of HIGH before the bake.";
 constexpr std::string_view kDenoise =
     "--ao-error E smooths ambient occlusion where that blurs nothing. For bent_normal and "
-    "thickness "
-    "raise --ao-rays, for other maps --samples.";
+    "thickness raise --ao-rays, for other maps --samples.";
 constexpr std::string_view kTile = "Kiln divides the work by itself. Leave the tile size out.";
 constexpr std::string_view kColour =
     "Colour is a map: --maps color takes HIGH's textures and materials, --maps vertex_color its "
