@@ -29,8 +29,8 @@ kiln_compile_together(host hot_5
   io/image/image_io.cpp io/image/match_io.cpp io/image/png_read.cpp io/image/png_write.cpp render/camera.cpp
   render/frames.cpp volume/light_surface.cpp)
 kiln_compile_together(host hot_6
-  accel/bvh.cpp accel/bvh_merge.cpp accel/bvh_nodes.cpp accel/bvh_refit.cpp accel/closest.cpp
-  accel/depth_views.cpp accel/device_bvh.cpp accel/raster_chunks.cpp accel/ray.cpp measure/assess_samples.cpp
+  accel/bvh.cpp accel/bvh_guards.cpp accel/bvh_merge.cpp accel/bvh_nodes.cpp accel/bvh_refit.cpp
+  accel/bvh_split.cpp accel/closest.cpp accel/depth_views.cpp accel/device_bvh.cpp accel/guard_prism.cpp accel/raster_chunks.cpp accel/ray.cpp measure/assess_samples.cpp
   measure/lod.cpp measure/normal_probe.cpp measure/probe_pictures.cpp measure/probe_places.cpp)
 kiln_compile_together(host hot_7
   measure/assess.cpp measure/assess_rays.cpp measure/assess_uniformity.cpp measure/bounds.cpp

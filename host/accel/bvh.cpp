@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "accel/bvh_guards.h"
 #include "accel/bvh_nodes.h"
 #include "accel/bvh_range.h"
 #include "base/parallel.h"
@@ -24,12 +25,18 @@ using namespace bvh;
 // Levels of 8-wide nodes below which ranges are halved by count: 2^31 triangles need 10 more at most
 // (each level divides by 8), so no tree is deeper than 26.
 constexpr std::uint32_t kSahLevels = 15;
+// From so many triangles on sides may overlap by no more than this share of their length together.
+constexpr std::size_t kManyTogether = 64;
+constexpr float kTogether = 0.9F;
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
 
 class Builder {
  public:
   Builder(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool merge)
-      : positions_(positions), triangles_(triangles), merger_(positions, triangles, merge) {}
+      : positions_(positions),
+        triangles_(triangles),
+        merger_(positions, triangles, merge),
+        guard_(merge) {}
 
   Bvh build() {
     Bvh bvh;
@@ -59,8 +66,13 @@ class Builder {
     });
     join(top, tasks, subtrees, bvh);
     double leaf_area = top.leaf_area;
-    for (const Subtree& subtree : subtrees) leaf_area += subtree.leaf_area;
+    bool crowded = false;
+    for (const Subtree& subtree : subtrees) {
+      leaf_area += subtree.leaf_area;
+      crowded = crowded || subtree.crowded;
+    }
     if (const double area{root.box.half_area()}; area > 0) bvh.leaves_a_line = leaf_area / area;
+    if (guard_ && (crowded || bvh.leaves_a_line > kCrowded)) add_guards(bvh);
     bvh.duplicates = duplicates_;
     bvh.triangles -= duplicates_;
     return bvh;
@@ -171,6 +183,14 @@ class Builder {
         fill_bins(range, mapping, bins);
       }
       chosen = best_split(bins, mapping);
+      if (range.size() >= kManyTogether && chosen.axis >= 0 &&
+          overlap(bins, mapping, chosen) > kTogether) {
+        chosen = apart_split(bins, mapping);
+        if (chosen.cost > kTogether) {
+          split_by_shape(range, left, right);
+          return;
+        }
+      }
     }
     if (chosen.axis < 0) {
       left.end = right.begin = range.begin + range.size() / 2;
@@ -197,6 +217,21 @@ class Builder {
       }
     }
     left.end = right.begin = i;
+  }
+
+  /// Where all boxes lie within each other: by the corners' coordinate that differs most, in its middle.
+  /// Triangles of one shape stay together, which a guard can lie close around; those that are the same, too.
+  void split_by_shape(const Range& range, Range& left, Range& right) {
+    Primitive* const first = &primitives_[range.begin];
+    Primitive* const last = first + range.size();
+    const Corner widest = widest_corner({first, last}, positions_, triangles_);
+    const Primitive* const middle = std::partition(first, last, [&](const Primitive& primitive) {
+      return corner_of(positions_, triangles_[primitive.triangle()], widest.corner)[widest.axis] <=
+             widest.middle;
+    });
+    left.end = right.begin = range.begin + static_cast<std::size_t>(middle - first);
+    measure(left);
+    measure(right);
   }
 
   static bool one_centre(const Range& range) { return range.merged || Mapping(range).is_flat(); }
@@ -287,6 +322,7 @@ class Builder {
     std::array<Range, KILN_BVH_WIDTH> children;
     const int count = open(range, level, range.size(), children);
     const std::size_t self = out.nodes.size();
+    const double leaf_area = out.leaf_area;
     out.nodes.push_back(empty_node());
     out.depth = std::max(out.depth, level + 1);
     for (int i = 0; i < count; ++i) {
@@ -300,6 +336,7 @@ class Builder {
         emit(child, level + 1, out);
       }
     }
+    if (out.leaf_area - leaf_area > kCrowded * double{range.box.half_area()}) out.crowded = true;
   }
 
   void emit_top(const Range& root, std::size_t cut, Subtree& top, std::vector<Task>& tasks) {
@@ -334,6 +371,7 @@ class Builder {
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   bvh::Merger merger_;
+  bool guard_;
   std::unique_ptr<Primitive[]> primitives_;
   std::atomic<std::uint64_t> duplicates_{0};
 };

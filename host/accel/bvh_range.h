@@ -128,6 +128,27 @@ inline Split best_split(const Bins& bins, const Mapping& mapping) {
   return best;
 }
 
+/// How much of the two sides' common length along the split's axis both cover: 0 where they lie apart.
+float overlap(const Bins& bins, const Mapping& mapping, const Split& split);
+
+/// The split whose sides overlap least along its axis; of equal ones that nearest to half of the triangles.
+Split apart_split(const Bins& bins, const Mapping& mapping);
+
+/// One coordinate of triangles: which corner's, and along which axis.
+struct Corner {
+  std::size_t corner = 0;
+  int axis = 0;
+  float middle = 0;  ///< Some lie at or below it, and some above
+};
+inline Float4 corner_of(std::span<const Vec3> positions, const Triangle& triangle,
+                        std::size_t corner) {
+  const Vec3& p = positions[triangle[corner]];
+  return Float4{p.x, p.y, p.z, 0};
+}
+/// The one that differs most, of triangles that are not all the same.
+Corner widest_corner(std::span<const Primitive> primitives, std::span<const Vec3> positions,
+                     std::span<const Triangle> triangles);
+
 /// Triangles of one centre: drops those that are the same as one of a lower index, and orders the others by
 /// the size of their boxes. Only such ranges can hold triangles that are the same.
 class Merger {

@@ -3,45 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/symmetric.h"
+
 namespace kiln {
 namespace {
-
-using Matrix = std::array<std::array<double, 3>, 3>;
 
 Vec3d times(const std::array<double, 6>& a, const Vec3d& x) {
   return {a[0] * x.x + a[1] * x.y + a[2] * x.z, a[1] * x.x + a[3] * x.y + a[4] * x.z,
           a[2] * x.x + a[4] * x.y + a[5] * x.z};
-}
-
-/// Eigenvalues on the diagonal of `m`, eigenvectors in the columns of `v`: cyclic Jacobi sweeps.
-void diagonalise(Matrix& m, Matrix& v) {
-  v = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  for (int sweep = 0; sweep < 8; ++sweep) {
-    const double off = m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2];
-    const double trace = m[0][0] + m[1][1] + m[2][2];
-    if (off <= 1e-24 * trace * trace) return;
-    for (std::size_t p = 0; p < 2; ++p) {
-      for (std::size_t q = p + 1; q < 3; ++q) {
-        if (m[p][q] == 0) continue;
-        const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
-        const double t =
-            (theta < 0 ? -1.0 : 1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1));
-        const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-        const std::size_t r = 3 - p - q;
-        m[p][p] -= t * m[p][q];
-        m[q][q] += t * m[p][q];
-        m[p][q] = m[q][p] = 0;
-        const double rp = m[r][p], rq = m[r][q];
-        m[r][p] = m[p][r] = c * rp - s * rq;
-        m[r][q] = m[q][r] = s * rp + c * rq;
-        for (auto& row : v) {
-          const double vp = row[p], vq = row[q];
-          row[p] = c * vp - s * vq;
-          row[q] = s * vp + c * vq;
-        }
-      }
-    }
-  }
 }
 
 }  // namespace
@@ -70,13 +39,13 @@ void Qef::add(const Qef& other) {
 Qef::Minimum Qef::minimum(const Vec3d& low, const Vec3d& high) const {
   const Vec3d middle = mass * (1 / count);
   const Vec3d residual = b - times(a, middle);
-  Matrix m = {{{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}}};
-  Matrix v;
+  Matrix3 m = {{{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}}};
+  Matrix3 v;
   diagonalise(m, v);
   const double largest = std::max({m[0][0], m[1][1], m[2][2]});
   // What the crossings decide: the step from their mean, and the matrix and right side without the rest.
   std::array<double, 3> step{}, right{};
-  Matrix kept{};
+  Matrix3 kept{};
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(m[k][k] > KILN_VOLUME_EIGEN_LIMIT * largest)) continue;
     const double along = v[0][k] * residual.x + v[1][k] * residual.y + v[2][k] * residual.z;

@@ -19,6 +19,9 @@
 /// children are leaves with inverted infinite bounds, which no ray meets.
 #define KILN_BVH_LEAF 0x80000000u
 
+/// A child that is a node behind a guard: this bit and the index of the guard, which lies right before its node.
+#define KILN_BVH_GUARD 0x40000000u
+
 /// Boxes of the children as structure of arrays: planes[axis][0] are lower bounds, [axis][1] upper.
 struct kiln_bvh_node {
   kiln_float planes[3][2][KILN_BVH_WIDTH];
@@ -27,6 +30,35 @@ struct kiln_bvh_node {
 };
 typedef struct kiln_bvh_node kiln_bvh_node;
 KILN_CHECK_SIZE(kiln_bvh_node, 256);
+
+/// A prism around all triangles of a node, where boxes along the axes are much too large: large triangles over
+/// each other, fans. It lies among the nodes. What meets none of the prism's faces meets none of the triangles,
+/// so a walk may pass the node over; a walk that does not ask finds the same.
+///
+/// The prism is larger than the triangles by KILN_BVH_GUARD_MARGIN on every side. Rays from within
+/// KILN_BVH_GUARD_REACH on each axis are sheared as for a triangle. A difference of coordinates is off by at
+/// most 2^-20 then, its product with a shear of at most 1 too, and the sum by 2^-19: 2^-18 for a corner of the
+/// prism or of a triangle, in each of two directions. The margin is larger than both together.
+struct kiln_bvh_guard {
+  kiln_float corner[3][KILN_BVH_WIDTH];  // [axis][corner]: 3 of the base, 3 above them, 2 unused
+  kiln_float plane[4][KILN_BVH_WIDTH];   // normals out of the prism, and distances from 0: sides, floor, roof
+  kiln_float slack, tilt;                // see guard_between in kernels/accel/guard.clh
+  kiln_uint pad[KILN_BVH_WIDTH - 2];
+};
+typedef struct kiln_bvh_guard kiln_bvh_guard;
+KILN_CHECK_SIZE(kiln_bvh_guard, 256);
+
+/// Lanes of `plane`.
+#define KILN_BVH_GUARD_FLOOR 3
+#define KILN_BVH_GUARD_ROOF 4
+
+#define KILN_BVH_GUARD_MARGIN (1.0f / 32768.0f)
+#define KILN_BVH_GUARD_REACH 8.0f
+
+/// The faces of a guard, one a lane: their corners.
+#define KILN_BVH_GUARD_A s03001122
+#define KILN_BVH_GUARD_B s14142503
+#define KILN_BVH_GUARD_C s25435435
 
 /// Up to 4 triangles as structure of arrays. Unused lanes hold a point of the first triangle three
 /// times (no ray hits it) and KILN_NO_TRIANGLE.

@@ -77,8 +77,10 @@ struct Walk {
         leaf(child & ~KILN_BVH_LEAF, node, i);
         continue;
       }
-      ASSERT_GT(child, index);
-      const kiln_bvh_node& below = bvh.nodes()[child];
+      const std::uint32_t next = node_of_child(child);
+      ASSERT_GT(next, index);
+      ASSERT_LT(next, bvh.node_count);
+      const kiln_bvh_node& below = bvh.nodes()[next];
       for (int j = 0; j < KILN_BVH_WIDTH; ++j) {
         if (below.planes[0][0][j] > below.planes[0][1][j]) continue;
         for (int axis = 0; axis < 3; ++axis) {
@@ -86,7 +88,7 @@ struct Walk {
           EXPECT_GE(node.planes[axis][1][i], below.planes[axis][1][j]);
         }
       }
-      this->node(child, level + 1);
+      this->node(next, level + 1);
     }
   }
 };
