@@ -28,6 +28,8 @@ constexpr std::uint32_t kSahLevels = 15;
 // From so many triangles on sides may overlap by no more than this share of their length together.
 constexpr std::size_t kManyTogether = 64;
 constexpr float kTogether = 0.9F;
+constexpr float kHardlyPays =
+    0.75F;  // a split's cost, of that of none: below it no overlap is looked at
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
 
 class Builder {
@@ -183,13 +185,11 @@ class Builder {
         fill_bins(range, mapping, bins);
       }
       chosen = best_split(bins, mapping);
-      if (range.size() >= kManyTogether && chosen.axis >= 0 &&
-          overlap(bins, mapping, chosen) > kTogether) {
-        chosen = apart_split(bins, mapping);
-        if (chosen.cost > kTogether) {
-          split_by_shape(range, left, right);
-          return;
-        }
+      if (chosen.axis >= 0 && range.size() >= kManyTogether &&
+          chosen.cost > kHardlyPays * range.box.half_area() *
+                            blocks_of(static_cast<std::uint32_t>(range.size())) &&
+          split_together(range, mapping, bins, chosen, left, right)) {
+        return;
       }
     }
     if (chosen.axis < 0) {
@@ -219,9 +219,16 @@ class Builder {
     left.end = right.begin = i;
   }
 
-  /// Where all boxes lie within each other: by the corners' coordinate that differs most, in its middle.
-  /// Triangles of one shape stay together, which a guard can lie close around; those that are the same, too.
-  void split_by_shape(const Range& range, Range& left, Range& right) {
+  /// Where the sides of a split overlap much: chooses one whose sides do not. Where there is none, all boxes lie
+  /// within each other, and the range is cut by the corners' coordinate that differs most, in its middle. Triangles
+  /// of one shape stay together, which a guard can lie close around; those that are the same, too.
+  /// \returns whether it is cut
+  [[gnu::noinline]] bool split_together(const Range& range, const Mapping& mapping,
+                                        const Bins& bins, Split& chosen, Range& left,
+                                        Range& right) {
+    if (!(overlap(bins, mapping, chosen) > kTogether)) return false;
+    chosen = apart_split(bins, mapping);
+    if (!(chosen.cost > kTogether)) return false;
     Primitive* const first = &primitives_[range.begin];
     Primitive* const last = first + range.size();
     const Corner widest = widest_corner({first, last}, positions_, triangles_);
@@ -232,6 +239,7 @@ class Builder {
     left.end = right.begin = range.begin + static_cast<std::size_t>(middle - first);
     measure(left);
     measure(right);
+    return true;
   }
 
   static bool one_centre(const Range& range) { return range.merged || Mapping(range).is_flat(); }

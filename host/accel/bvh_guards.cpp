@@ -170,8 +170,7 @@ class Guards {
                               std::abs(axis.y) * candidate.size[1] +
                               std::abs(axis.z) * candidate.size[2];
         const double height = prism.height() + 2 * prism.slack;
-        const bool small =
-            prism.half_area < kPays * std::min(candidate.box, above[i].half_area);
+        const bool small = prism.half_area < kPays * std::min(candidate.box, above[i].half_area);
         const bool thin = prism.half_area < candidate.box && prism.tilt < kLargestTilt &&
                           height < kThinPays * std::min(across, above[i].height);
         if (small || thin) {

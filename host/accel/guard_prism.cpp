@@ -10,17 +10,18 @@
 namespace kiln::bvh {
 namespace {
 
-constexpr std::size_t kSides = 16, kEven = 13;  // directions of sides: so many spread evenly, 3 of an edge
+constexpr std::size_t kSides = 16,
+                      kEven = 13;  // directions of sides: so many spread evenly, 3 of an edge
 constexpr double kMargin = KILN_BVH_GUARD_MARGIN + 1e-6;  // supports are of single precision
 constexpr double kFarthest = 2;
 constexpr double kSharpest = 1e-6;  // sine between two sides
 
 /// What the directions of an axis are chosen by.
 struct Shape {
-  Matrix3 spread{};   ///< Covariance of the corners
-  Matrix3 normals{};  ///< Squares of normals, by area
-  std::size_t largest = 0;  ///< First corner of the largest triangle
-  double longest = 0;       ///< Edge
+  Matrix3 spread{};                                        ///< Covariance of the corners
+  Matrix3 normals{};                                       ///< Squares of normals, by area
+  std::size_t largest = 0;                                 ///< First corner of the largest triangle
+  double longest = 0;                                      ///< Edge
   double least = std::numeric_limits<double>::infinity();  ///< Twice the area
 };
 

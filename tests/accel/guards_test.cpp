@@ -32,8 +32,8 @@ std::vector<Ray> rays_of(const Scene& scene) {
   for (const float spread : {3.0F, 7.9F, 8.1F, 100.0F}) {
     for (Ray ray : random_rays(200, 22, spread)) {
       const Vec3& to = scene.positions[rays.size() * 7 % scene.positions.size()];
-      ray.direction = unit({0.7F * to.x - ray.origin.x, 0.7F * to.y - ray.origin.y,
-                            0.7F * to.z - ray.origin.z});
+      ray.direction = unit(
+          {0.7F * to.x - ray.origin.x, 0.7F * to.y - ray.origin.y, 0.7F * to.z - ray.origin.z});
       rays.push_back(ray);
     }
   }
@@ -43,7 +43,8 @@ std::vector<Ray> rays_of(const Scene& scene) {
     const std::size_t t = (i * 31) % scene.triangles.size();
     const auto corner = [&](std::size_t k) { return scene.positions[scene.triangles[t][k]]; };
     const Vec3 a = corner(0), b = corner(1), c = corner(2);
-    const float w = random.unit(), s = 1 + random.unit(), off = i % 3 == 0 ? 0 : random.within(1e-4F);
+    const float w = random.unit(), s = 1 + random.unit(),
+                off = i % 3 == 0 ? 0 : random.within(1e-4F);
     const Vec3 at{a.x + w * (b.x - a.x), a.y + w * (b.y - a.y), a.z + w * (b.z - a.z)};
     Vec3 from{at.x + s * (at.x - c.x) + off, at.y + s * (at.y - c.y) - off,
               at.z + s * (at.z - c.z) + off};
@@ -54,7 +55,8 @@ std::vector<Ray> rays_of(const Scene& scene) {
 }
 
 std::shared_ptr<const Tree> tree_of(const Scene& scene, bool keep) {
-  return std::make_shared<const Tree>(context_of(*device()), scene.positions, scene.triangles, keep);
+  return std::make_shared<const Tree>(context_of(*device()), scene.positions, scene.triangles,
+                                      keep);
 }
 
 constexpr Traversal kAll[] = {Traversal::cpu, Traversal::cpu_single, Traversal::gpu};
