@@ -28,8 +28,8 @@ constexpr std::uint32_t kSahLevels = 15;
 // From so many triangles on sides may overlap by no more than this share of their length together.
 constexpr std::size_t kManyTogether = 64;
 constexpr float kTogether = 0.9F;
-constexpr float kHardlyPays =
-    0.75F;  // a split's cost, of that of none: below it no overlap is looked at
+// Below this share of the cost of no split, no overlap is looked at.
+constexpr float kHardlyPays = 0.75F;
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
 
 class Builder {

@@ -223,10 +223,11 @@ void set_slack(const Corners& corners, const Shape& shape, Prism& prism) {
   for (std::size_t i = 0; i < corners.x.size(); i += 3) {
     const Vec3d a = corners.at(i);
     const Vec3d normal = cross(corners.at(i + 1) - a, corners.at(i + 2) - a);
-    const double cosine = dot(normal, prism.normals[4]);
-    least = std::min(least, cosine * cosine / dot(normal, normal));
+    const double along = dot(normal, prism.normals[4]);
+    least = std::min(least, along * along / dot(normal, normal));
   }
-  prism.tilt = 2 * std::sqrt(1 - least) + 1e-5;  // single precision there
+  const double cosine = std::sqrt(least), sine = std::sqrt(1 - least);
+  prism.tilt = 2 * (sine + 1 - cosine) + 1e-5;  // single precision there
 }
 
 }  // namespace
