@@ -272,6 +272,26 @@ void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* 
   });
 }
 
+void* Context::map_bytes(const Buffer& buffer, std::size_t bytes) {
+  wait();
+  cl_int status = CL_SUCCESS;
+  void* data = nullptr;
+  check(driver([&] {
+          data = clEnqueueMapBuffer(queue_, buffer.get(), CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION,
+                                    0, bytes, 0, nullptr, nullptr, &status);
+          return status;
+        }),
+        "clEnqueueMapBuffer");
+  return data;
+}
+
+void Context::unmap(const Buffer& buffer, void* data) {
+  check(driver([&] {
+          return clEnqueueUnmapMemObject(queue_, buffer.get(), data, 0, nullptr, nullptr);
+        }),
+        "clEnqueueUnmapMemObject");
+}
+
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
   wait();
   in_pieces(bytes, [&](std::size_t at, std::size_t piece) {

@@ -92,6 +92,10 @@ class Array {
   /// Blocking copies; offset in elements.
   void write(Context& context, std::span<const T> data, std::size_t offset = 0);
   void read(Context& context, std::span<T> data, std::size_t offset = 0) const;
+  /// Elements [0, count) are what `make` writes to a span of them, each of them: where the device has the host's
+  /// memory, in place. What they were is lost, also where it throws.
+  template <typename Make>
+  void write_by(Context& context, std::size_t count, const Make& make);
   std::vector<T> download(Context& context) const {
     std::vector<T> result(size_);
     if (size_ != 0) read(context, result);
@@ -220,6 +224,9 @@ class KILN_HIDDEN Context {
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
   void read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes);
+  /// The first bytes of a buffer on the host, to be written. Content lost. unmap() makes them the device's.
+  void* map_bytes(const Buffer& buffer, std::size_t bytes);
+  void unmap(const Buffer& buffer, void* data);
 
   DeviceInfo info_;
   std::unique_ptr<const BinaryCache> binaries_;
@@ -247,6 +254,20 @@ void Array<T>::read(Context& context, std::span<T> data, std::size_t offset) con
   if (!data.empty()) {
     context.read_bytes(buffer_, offset * sizeof(T), data.data(), data.size_bytes());
   }
+}
+
+template <typename T>
+template <typename Make>
+void Array<T>::write_by(Context& context, std::size_t count, const Make& make) {
+  if (count == 0) return;
+  void* const data = context.map_bytes(buffer_, count * sizeof(T));
+  try {
+    make(std::span<T>(static_cast<T*>(data), count));
+  } catch (...) {
+    context.unmap(buffer_, data);
+    throw;
+  }
+  context.unmap(buffer_, data);
 }
 
 }  // namespace kiln::ocl

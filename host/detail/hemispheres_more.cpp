@@ -6,7 +6,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "base/joined.h"
+#include "base/parallel.h"
 #include "detail/hemisphere_rays.h"
 #include "detail/hemispheres.h"
 
@@ -77,36 +77,49 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band, const Cor
   const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
   const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
   near_order(band);
-  struct Piece {
-    std::vector<std::uint32_t> samples, counts, stands, place, of_low;
+  const auto has_rays = [&](std::uint32_t sample) {
+    return triangle[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
   };
-  std::vector<Piece> pieces((near_texels_.size() + kTexelsOfPiece - 1) / kTexelsOfPiece);
-  parallel_for(near_texels_.size(), kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
-    Piece& piece = pieces[begin / kTexelsOfPiece];
-    for (auto* list : {&piece.samples, &piece.counts, &piece.stands, &piece.place, &piece.of_low}) {
-      list->reserve(end - begin);
-    }
+  // Counted first, so that each piece knows where its own begin.
+  struct Piece {
+    std::size_t samples = 0, texels = 0;
+  };
+  const std::size_t all = near_texels_.size();
+  std::vector<Piece> pieces((all + kTexelsOfPiece - 1) / kTexelsOfPiece + 1);
+  parallel_for(all, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    Piece& piece = pieces[begin / kTexelsOfPiece + 1];
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t t = near_texels_[i];
-      const std::size_t before = piece.samples.size();
-      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-        if (triangle[s] != KILN_NO_TRIANGLE || (keep_ && !second)) piece.samples.push_back(s);
-      }
-      if (piece.samples.size() == before) continue;
-      piece.counts.push_back(static_cast<std::uint32_t>(piece.samples.size() - before));
-      piece.stands.push_back(piece.samples[before]);
-      piece.place.push_back(index[t]);
-      piece.of_low.push_back(low[piece.stands.back()]);
+      std::size_t count = 0;
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) count += has_rays(s) ? 1 : 0;
+      piece.samples += count;
+      piece.texels += count > 0 ? 1 : 0;
     }
   });
+  for (std::size_t p = 1; p < pieces.size(); ++p) {
+    pieces[p].samples += pieces[p - 1].samples;
+    pieces[p].texels += pieces[p - 1].texels;
+  }
   Shared shared;
-  shared.samples = joined(pieces, &Piece::samples);
-  const std::vector<std::uint32_t> stands = joined(pieces, &Piece::stands);
-  const std::vector<std::uint32_t> place = joined(pieces, &Piece::place);
-  const std::vector<std::uint32_t> of_low = joined(pieces, &Piece::of_low);
-  const std::vector<std::uint32_t> counts = joined(pieces, &Piece::counts);
-  shared.first.resize(counts.size() + 1);
-  std::inclusive_scan(counts.begin(), counts.end(), shared.first.begin() + 1);
+  shared.samples.resize(pieces.back().samples);
+  shared.first.resize(pieces.back().texels + 1);
+  std::vector<std::uint32_t> stands(pieces.back().texels), place(stands.size()),
+      of_low(stands.size());
+  parallel_for(all, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    auto [to, at] = pieces[begin / kTexelsOfPiece];
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t t = near_texels_[i];
+      const std::size_t before = to;
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+        if (has_rays(s)) shared.samples[to++] = s;
+      }
+      if (to == before) continue;
+      stands[at] = shared.samples[before];
+      place[at] = index[t];
+      of_low[at] = low[stands[at]];
+      shared.first[++at] = static_cast<std::uint32_t>(to);
+    }
+  });
   if (stands.empty()) return shared;
   if (!filter_) filter_.emplace(context_, surface_, width_, height_);
   upload();

@@ -97,36 +97,36 @@ void ShareFilter::prepare(const Texels& texels) {
   const TexelLinks links = TexelLinks::of(surface_, topology_, {triangle.get(), pixels}, width_,
                                           height_, texels.first_row);
   const std::size_t neighbour_count = std::size_t{KILN_SHARE_NEIGHBOURS} * count_;
-  const auto neighbours = std::make_unique_for_overwrite<std::uint32_t[]>(neighbour_count);
   const auto numbered = [&](std::uint32_t own, std::uint32_t place) {
     const std::uint32_t found = place == KILN_VISIBILITY_NO_LINK ? kNone : number[place];
     return found == kNone ? own : found;
   };
-  parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto own = static_cast<std::uint32_t>(i);
-      const std::uint32_t at = place_[i], w = width_;
-      const bool inner = links.kind[at] == KILN_VISIBILITY_INNER;
-      const std::array<std::uint32_t, KILN_SHARE_NEIGHBOURS> beside{
-          at - 1, at + 1, at - w, at + w, at - w - 1, at - w + 1, at + w - 1, at + w + 1};
-      for (std::size_t k = 0; k < beside.size(); ++k) {
-        neighbours[i + k * count_] = inner ? numbered(own, beside[k]) : own;
-      }
-    }
-  });
-  constexpr std::size_t kLink = KILN_SHARE_NEIGHBOURS + 1;
-  parallel_for(links.links.size() / kLink, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      const std::uint32_t* link = &links.links[b * kLink];
-      const std::uint32_t own = number[link[0]];
-      for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-        neighbours[own + k * count_] = numbered(own, link[k + 1]);
-      }
-    }
-  });
   make_room(context_, neighbours_, neighbour_count);
-  neighbours_.write(context_, {neighbours.get(), neighbour_count});
-  const kiln_share_params params{count_, count_, texels.points_plane};
+  neighbours_.write_by(context_, neighbour_count, [&](std::span<std::uint32_t> neighbours) {
+    parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto own = static_cast<std::uint32_t>(i);
+        const std::uint32_t at = place_[i], w = width_;
+        const bool inner = links.kind[at] == KILN_VISIBILITY_INNER;
+        const std::array<std::uint32_t, KILN_SHARE_NEIGHBOURS> beside{
+            at - 1, at + 1, at - w, at + w, at - w - 1, at - w + 1, at + w - 1, at + w + 1};
+        for (std::size_t k = 0; k < beside.size(); ++k) {
+          neighbours[i * beside.size() + k] = inner ? numbered(own, beside[k]) : own;
+        }
+      }
+    });
+    constexpr std::size_t kLink = KILN_SHARE_NEIGHBOURS + 1;
+    parallel_for(links.links.size() / kLink, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t b = begin; b < end; ++b) {
+        const std::uint32_t* link = &links.links[b * kLink];
+        const std::uint32_t own = number[link[0]];
+        for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
+          neighbours[std::size_t{KILN_SHARE_NEIGHBOURS} * own + k] = numbered(own, link[k + 1]);
+        }
+      }
+    });
+  });
+  const kiln_share_params params{count_, texels.points_plane};
   context_.launch(context_.kernel("share_filter", "kiln_share_weights"), count_, kLocal, params,
                   neighbours_, texels.points);
 }
@@ -138,7 +138,7 @@ ShareFilter::Levels ShareFilter::smoothed(std::span<const float> estimates) {
   make_room(context_, to_, estimates.size());
   from_.write(context_, estimates);
   const cl::Kernel smooth = context_.kernel("share_filter", "kiln_share_smooth");
-  const kiln_share_params params{count_, count_, 0};
+  const kiln_share_params params{count_, 0};
   for (std::size_t k = 1; k < levels.of.size(); ++k) {
     for (std::uint32_t step = kSteps[k - 1]; step < kSteps[k]; ++step) {
       context_.launch(smooth, count_, kLocal, params, neighbours_, from_, to_);

@@ -9,10 +9,12 @@
 // kiln_share_weights  texels  64     reads 56 B + 8 points (gathered), writes 32 B
 // kiln_share_smooth   texels  64     reads 40 B + 8 values (gathered), writes 8 B
 //
+// A texel's neighbours lie one after another, so that all eight are one vector.
+//
 // Strengths: a step costs as much as reading one ray. Limits: what lies between texels is not known: where a
 // shadow's edge crosses a flat face, only the host's choice of how often to smooth protects it.
 
-#include "lib/vector3.clh"
+#include "lib/unroll.clh"
 #include "shared/share_filter.h"
 
 // Normals that are 1 - cos apart by this much have nothing to do with each other (26 degrees).
@@ -20,12 +22,16 @@
 // A neighbour that is this often further away than the nearest one lies beyond a jump.
 #define JUMP 6.0f
 
-static inline float3 share_vector(global const float* points, size_t plane, size_t i) {
-  return (float3)(points[i], points[i + plane], points[i + 2 * plane]);
+/// One plane's values of eight texels.
+static inline float8 share_gather(global const float* plane, const uint which[8]) {
+  float found[KILN_SHARE_NEIGHBOURS];
+  KILN_UNROLL
+  for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) found[k] = plane[which[k]];
+  return vload8(0, found);
 }
 
 /// How much of each neighbour a step takes, in 256ths, above its number. They and the texel's own part sum to 1.
-/// \param neighbours  a plane each: their numbers, below 2^24, the texel's own where there is none
+/// \param neighbours  of each texel, their numbers, below 2^24; the texel's own where there is none
 /// \param points      positions, then unit normals, a plane each axis
 kernel void kiln_share_weights(const kiln_share_params params,
                                global uint* restrict neighbours,
@@ -34,28 +40,30 @@ kernel void kiln_share_weights(const kiln_share_params params,
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   const size_t plane = params.points;
-  const float3 at = share_vector(points, plane, i);
-  const float3 normal = share_vector(points + 3 * plane, plane, i);
-  float away[KILN_SHARE_NEIGHBOURS];
-  float nearest = INFINITY;
-  for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-    const size_t j = neighbours[i + k * (size_t)params.stride];
-    const float3 step = share_vector(points, plane, j) - at;
-    away[k] = dot3(step, step) * (k < 4 ? 1.0f : 0.5f);
-    if (j != i && away[k] > 0.0f) nearest = min(nearest, away[k]);
+  const uint8 beside = vload8(i, neighbours);
+  uint which[KILN_SHARE_NEIGHBOURS];
+  vstore8(beside, 0, which);
+  float8 step[3], along[3];
+  KILN_UNROLL
+  for (int axis = 0; axis < 3; ++axis) {
+    global const float* position = points + axis * plane;
+    global const float* normal = points + (3 + axis) * plane;
+    step[axis] = share_gather(position, which) - position[i];
+    along[axis] = normal[i] * share_gather(normal, which);
   }
-  float sum = 1.0f;
-  for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-    const size_t j = neighbours[i + k * (size_t)params.stride];
-    const float apart = 1.0f - dot3(normal, share_vector(points + 3 * plane, plane, j));
-    const float alike = max(0.0f, 1.0f - apart * (1.0f / NORMAL_REACH));
-    const bool takes = j != i && away[k] <= JUMP * JUMP * nearest;
-    away[k] = takes ? alike * alike : 0.0f;
-    sum += away[k];
-  }
-  for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-    neighbours[i + k * (size_t)params.stride] |= (uint)(away[k] / sum * 256.0f) << 24;
-  }
+  const float8 squares = (step[0] * step[0] + step[1] * step[1]) + step[2] * step[2];
+  const float8 away = squares * (float8)(1.0f, 1.0f, 1.0f, 1.0f, 0.5f, 0.5f, 0.5f, 0.5f);
+  const int8 other = beside != (uint8)((uint)i);
+  const float8 counted = select((float8)(INFINITY), away, other & (away > 0.0f));
+  const float4 fewer = min(counted.lo, counted.hi);
+  const float nearest = min(min(fewer.x, fewer.y), min(fewer.z, fewer.w));
+  const float8 apart = 1.0f - ((along[0] + along[1]) + along[2]);
+  const float8 alike = max(0.0f, 1.0f - apart * (1.0f / NORMAL_REACH));
+  const float8 share =
+      select((float8)(0.0f), alike * alike, other & (away <= (float8)(JUMP * JUMP * nearest)));
+  const float sum = 1.0f + share.s0 + share.s1 + share.s2 + share.s3 + share.s4 + share.s5 +
+                    share.s6 + share.s7;
+  vstore8(beside | convert_uint8(share / sum * 256.0f) << 24u, i, neighbours);
 }
 
 /// One step of both estimates.
@@ -66,13 +74,17 @@ kernel void kiln_share_smooth(const kiln_share_params params,
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
-  float own = 1.0f;
+  const uint8 packed = vload8(i, neighbours);
+  const float8 weight = convert_float8(packed >> 24u) * (1.0f / 256.0f);
+  uint which[KILN_SHARE_NEIGHBOURS];
+  float part[KILN_SHARE_NEIGHBOURS];
+  vstore8(packed & 0xffffffu, 0, which);
+  vstore8(weight, 0, part);
   float2 sum = (float2)(0.0f);
-  for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-    const uint packed = neighbours[i + k * (size_t)params.stride];
-    const float weight = (float)(packed >> 24) * (1.0f / 256.0f);
-    sum += weight * vload2(packed & 0xffffffu, from);
-    own -= weight;
-  }
+  KILN_UNROLL
+  for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) sum += part[k] * vload2(which[k], from);
+  // Weights are 256ths: their sum is exact in any order.
+  const float4 halves = weight.lo + weight.hi;
+  const float own = 1.0f - ((halves.x + halves.y) + (halves.z + halves.w));
   vstore2(sum + own * vload2(i, from), i, to);
 }

@@ -9,10 +9,9 @@
 
 struct kiln_share_params {
   kiln_uint count;   // texels
-  kiln_uint stride;  // elements of one plane of neighbours and weights
-  kiln_uint points;  // ... of the points
+  kiln_uint points;  // elements of one plane of the points
 };
 typedef struct kiln_share_params kiln_share_params;
-KILN_CHECK_SIZE(kiln_share_params, 12);
+KILN_CHECK_SIZE(kiln_share_params, 8);
 
 #endif
