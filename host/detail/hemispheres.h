@@ -188,6 +188,9 @@ class Hemispheres : public SharedWork {
   void cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
                    const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
                    const RayQuery& query, const cl::Array<float>& lean);
+  /// The same of few samples with many rays, as casts_by_sample() says.
+  void cast_own(const TexelBand& band, const Correspondence& match, bool second, const RaySet& set,
+                std::span<const Turned> turned, const RayCaster& caster, const RayQuery& query);
   /// Adds what hits_ says to counts of open rays.
   void add_open(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
 

@@ -124,9 +124,12 @@ void Hemispheres::count_open(const TexelBand& band, const Correspondence& match,
                              const RaySet& set, std::span<const Turned> turned,
                              const RayCaster& caster, const cl::Array<float>& lean) {
   const RayQuery query = query_up_to(occluding_, back_faces_);
-  const bool by_sample = lean.empty() && casts_by_sample(band, set);
-  if (caster.traversal() == Traversal::cpu && !by_sample) {
-    cast_blocks(band, match, second, set, turned, caster, query, lean);
+  if (caster.traversal() == Traversal::cpu) {
+    if (lean.empty() && casts_by_sample(band, set)) {
+      cast_own(band, match, second, set, turned, caster, query);
+    } else {
+      cast_blocks(band, match, second, set, turned, caster, query, lean);
+    }
     return;
   }
   for (const auto& [turns, open] : turned) {
@@ -148,6 +151,24 @@ void Hemispheres::cast_blocks(const TexelBand& band, const Correspondence& match
                               const cl::Array<float>& lean) {
   over_pieces(band, match, second, set, kPiece, [&](const kiln_hemisphere_params& params) {
     cast_piece(params, set, turned, caster, query, points_, lean);
+  });
+}
+
+void Hemispheres::cast_own(const TexelBand& band, const Correspondence& match, bool second,
+                           const RaySet& set, std::span<const Turned> turned,
+                           const RayCaster& caster, const RayQuery& query) {
+  const std::uint32_t together = kMostRays / set.count;
+  const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
+  const cl::Kernel cast = context_.kernel("hemisphere_cast", "kiln_hemisphere_cast_own");
+  over_pieces(band, match, second, set, together, [&](kiln_hemisphere_params params) {
+    params.rays = set.count;
+    make_room(context_, scratch_, std::size_t{params.count} * 6 * KILN_OCCLUSION_BLOCK);
+    make_room(context_, hits_, std::size_t{params.count} * KILN_OCCLUSION_BLOCK);
+    for (const auto& [turns, open] : turned) {
+      context_.launch(cast, params.count, 1, params, query_params, caster.tree().nodes,
+                      caster.tree().blocks, points_, *turns, turn_table_, set.directions, scratch_,
+                      hits_, *open);
+    }
   });
 }
 

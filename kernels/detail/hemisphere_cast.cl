@@ -4,8 +4,12 @@
 // three times. Here a work-item takes the rays of some neighbouring samples, a block of them at a time, whose
 // data stays in a core's cache; and what a sample's rays have in common is worked out once a block.
 //
-// kernel                 global size                  local  per work-item
-// kiln_hemisphere_cast   samples / block_samples, up  1      reads 40 B a sample and the tree, 48 KB of its own
+// kernel                     global size                  local  per work-item
+// kiln_hemisphere_cast       samples / block_samples, up  1      reads 40 B a sample and the tree, 48 KB of its own
+// kiln_hemisphere_cast_own   samples                      1      the same
+//
+// The second is for few samples of many rays: a block holds rays of one sample alone. They leave from one point,
+// and sorted by direction each stream of them is a narrow cone.
 //
 // Results are those of hemisphere.cl and occlusion.cl, bit by bit: the same rays, tests that do not depend on
 // the order, sums in the order of rows. Limits: drivers that turn work-items into lanes, see occlusion.cl.
@@ -101,4 +105,59 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
     hemisphere_sum(samples, rows, rays, hit, open + sums, cast.wants_lean != 0u ? lean + sums : 0,
                    params.out_capacity);
   }
+}
+
+/// Rays [first_row, first_row + rows) of one sample. In no order but their own: rings are for rows of many samples.
+static KILN_STREAM_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
+                                                 global const float* point, uint code,
+                                                 global const float* turn_table,
+                                                 global const float* directions, uint first_row,
+                                                 uint rows, global float* rays) {
+  hemisphere_lanes lanes;
+  hemisphere_load(params, point, true, (uint8)(code), turn_table, &lanes);
+  const uint all = params.all_rays;
+  global const float* of_set = directions + lanes.set.s0 * (3 * all) + first_row;
+  for (uint i = 0; i < rows; i += LANES) {
+    const uint from = min(i, rows - LANES);  // the last ones may be made twice
+    float8 disk[3];
+    KILN_UNROLL
+    for (int axis = 0; axis < 3; ++axis) disk[axis] = vload8(0, of_set + axis * all + from);
+    float8 origin[3], opposite[3];
+    hemisphere_turned(params, &lanes, disk, origin, opposite);
+    KILN_UNROLL
+    for (int axis = 0; axis < 3; ++axis) {
+      vstore8(origin[axis], 0, rays + axis * KILN_OCCLUSION_BLOCK + from);
+      vstore8(opposite[axis], 0, rays + (3 + axis) * KILN_OCCLUSION_BLOCK + from);
+    }
+  }
+}
+
+/// Casts rays [first_ray, first_ray + rays) of samples [first, first + count): 64 rays or more.
+/// \param query, scratch, hits  as of kiln_hemisphere_cast
+kernel void kiln_hemisphere_cast_own(const kiln_hemisphere_params params,
+                                     const kiln_ray_params query,
+                                     global const kiln_bvh_node* restrict nodes,
+                                     global const kiln_bvh_block* restrict blocks,
+                                     global const float* restrict points,
+                                     global const uint* restrict turns,
+                                     global const float* restrict turn_table,
+                                     global const float* restrict directions,
+                                     global float* scratch,
+                                     global uchar* hits,
+                                     global uint* restrict open) {
+  const uint item = (uint)get_global_id(0);
+  if (item >= params.count) return;
+  global float* rays = scratch + (size_t)item * (6 * KILN_OCCLUSION_BLOCK);
+  global uchar* hit = hits + (size_t)item * KILN_OCCLUSION_BLOCK;
+  uint missed = 0;
+  const uint block_count = (params.rays + KILN_OCCLUSION_BLOCK - 1) / KILN_OCCLUSION_BLOCK;
+  const uint block = (params.rays + block_count - 1) / block_count;
+  for (uint row = 0; row < params.rays; row += block) {
+    const uint rows = min(block, params.rays - row);
+    hemisphere_fill_own(params, points + params.first_point + item, turns[params.first + item],
+                        turn_table, directions, params.first_ray + row, rows, rays);
+    occlusion_block(query, nodes, blocks, rays, 0, rows, hit);
+    for (uint i = 0; i < rows; ++i) missed += 1u - hit[i];
+  }
+  open[params.first + item] += missed;
 }

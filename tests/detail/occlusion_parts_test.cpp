@@ -95,20 +95,22 @@ TEST(OcclusionParts, TraversalsAndOtherMapsChangeNoByte) {
   EXPECT_GT(shaded, 100U);
 }
 
-// Many rays of few samples lie one sample after another, but not where bent normals ask for their directions.
+// Many rays of few samples are cast sample by sample, but not where bent normals ask for their directions.
 TEST(OcclusionParts, OrderOfRaysChangesNoByte) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::plane(20, 20, 2, 2);
   add_disc(high, {0.1F, 0, 0.3F}, 0.3F, false);
-  const Source source(*test::device(), high);
-  // 513: the last work-item of a sample has one ray, and a launch does not hold all of a piece.
-  for (const std::uint32_t rays : {512U, 513U, 4095U}) {
-    BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}}, rays == 4095 ? 20 : 50);
+  const Source source(*test::device(), high), scalars(*test::device(), high, RayTraversal::gpu);
+  // 513: not in whole lanes, and a launch does not hold all of a piece. From 2049 on in two blocks.
+  for (const std::uint32_t rays : {512U, 513U, 2049U, 4095U}) {
+    BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}}, rays > 2048 ? 20 : 50);
     options.occlusion.rays = rays;
     const BakeResult both = bake(source, ground(1), options);
     options.maps = {MapKind{"ao"}};
     const BakeResult alone = bake(source, ground(1), options);
     EXPECT_EQ(map_of(alone, "ao").pixels, map_of(both, "ao").pixels) << rays;
+    const BakeResult gpu = bake(scalars, ground(1), options);
+    EXPECT_EQ(map_of(alone, "ao").pixels, map_of(gpu, "ao").pixels) << rays;
     const std::vector<float>& open = map_of(alone, "ao").pixels;
     EXPECT_LT(*std::min_element(open.begin(), open.end()), 0.8F);
   }
