@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "bake/map_units.h"
 #include "bake/report.h"
 #include "image/gutter.h"
+#include "mesh/kernels_shared.h"
 
 namespace kiln {
 namespace {
@@ -20,38 +22,68 @@ bool is_compared(const MapInfo& map) {
   return map.type != MapType::id && map.type != MapType::coverage;
 }
 
+/// Some of a band's samples: copies them, one after another, for what is made of them alone.
+class Picker {
+ public:
+  Picker(cl::Context& context, std::span<const std::uint32_t> samples)
+      : context_(context),
+        samples_(samples),
+        picked_(context, samples),
+        pick_(context.kernel("texel", "kiln_texel_pick")),
+        capacity_((count() + kLanes - 1) / kLanes * kLanes) {}
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(samples_.size()); }
+  std::uint32_t capacity() const { return capacity_; }
+
+  /// Of planes with four bytes a sample. \param capacity  elements of one of them
+  template <typename T>
+  cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
+    static_assert(sizeof(T) == 4);
+    cl::Array<T> to(context_, std::size_t{planes} * capacity_);
+    context_.launch(pick_, capacity_, kLocal, count(), planes, capacity, capacity_, picked_, from,
+                    to);
+    return to;
+  }
+
+  Correspondence of(const Correspondence& from) const {
+    Correspondence to;
+    to.count = count();
+    to.capacity = capacity_;
+    to.triangle = of(from.triangle, from.capacity, 1);
+    to.barycentric = of(from.barycentric, from.capacity, 2);
+    to.distance = of(from.distance, from.capacity, 1);
+    if (!from.seen.empty()) to.seen = of(from.seen, from.capacity, 3);
+    std::vector<std::uint8_t> all(from.count), status(capacity_);
+    from.status.read(context_, all);
+    for (std::size_t i = 0; i < samples_.size(); ++i) status[i] = all[samples_[i]];
+    to.status = cl::Array<std::uint8_t>(context_, std::span<const std::uint8_t>(status));
+    return to;
+  }
+
+ private:
+  cl::Context& context_;
+  std::span<const std::uint32_t> samples_;
+  cl::Array<std::uint32_t> picked_;
+  cl::Kernel pick_;
+  std::uint32_t capacity_;
+};
+
 /// Some texels of a band, with all of their samples.
 TexelBand part_of(cl::Context& context, const TexelBand& band,
-                  std::span<const std::uint32_t> texels, std::span<const std::uint32_t> index,
-                  std::span<const std::uint32_t> first) {
-  std::vector<std::uint32_t> places, firsts{0};
-  for (const std::uint32_t t : texels) {
-    places.push_back(index[t]);
-    firsts.push_back(firsts.back() + first[t + 1] - first[t]);
-  }
+                  std::span<const std::uint32_t> places, std::span<const std::uint32_t> firsts,
+                  const Picker& picker) {
   TexelBand part;
   part.first_row = band.first_row;
   part.row_count = band.row_count;
-  part.texel_count = static_cast<std::uint32_t>(texels.size());
-  part.sample_count = firsts.back();
-  part.capacity = (part.sample_count + kLanes - 1) / kLanes * kLanes;
-  part.texel_index = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(places));
-  part.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(firsts));
-  const auto gather = [&]<typename T>(const cl::Array<T>& from, std::size_t planes) {
-    std::vector<T> values(planes * part.capacity), all(band.sample_count);
-    for (std::size_t plane = 0; plane < planes; ++plane) {
-      from.read(context, all, plane * band.capacity);  // one wait, not one for each texel
-      for (std::size_t i = 0; i < texels.size(); ++i) {
-        std::copy_n(&all[first[texels[i]]], firsts[i + 1] - firsts[i],
-                    &values[plane * part.capacity + firsts[i]]);
-      }
-    }
-    return cl::Array<T>(context, std::span<const T>(values));
-  };
-  part.sample_slot = gather(band.sample_slot, 1);
-  part.triangle = gather(band.triangle, 1);
-  part.barycentric = gather(band.barycentric, 2);
-  part.points = gather(band.points, 7);
+  part.texel_count = static_cast<std::uint32_t>(places.size());
+  part.sample_count = picker.count();
+  part.capacity = picker.capacity();
+  part.texel_index = cl::Array<std::uint32_t>(context, places);
+  part.texel_first = cl::Array<std::uint32_t>(context, firsts);
+  part.sample_slot = picker.of(band.sample_slot, band.capacity, 1);
+  part.triangle = picker.of(band.triangle, band.capacity, 1);
+  part.barycentric = picker.of(band.barycentric, band.capacity, 2);
+  part.points = picker.of(band.points, band.capacity, 7);
   return part;
 }
 
@@ -121,21 +153,31 @@ class Finer {
     const std::vector<std::uint32_t> chosen = choose(index, step);
     if (chosen.empty()) return;
     layers_.next_band();
-    if (scene_.matcher.needs_band()) {
-      // The texels are chosen after the match: all of the band is made.
-      compare(band_, chosen, index);
-      return;
+    std::vector<std::uint32_t> places, firsts{0}, samples;
+    for (const std::uint32_t t : chosen) {
+      places.push_back(index[t]);
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) samples.push_back(s);
+      firsts.push_back(static_cast<std::uint32_t>(samples.size()));
     }
-    const TexelBand part = part_of(context_, band_, chosen, index, first);
-    compare(part, chosen, index);
+    const Picker picker(context_, samples);
+    const TexelBand part = part_of(context_, band_, places, firsts, picker);
+    compare(part, matched(part, picker), places);
   }
 
-  void compare(const TexelBand& texels, std::span<const std::uint32_t> chosen,
-               std::span<const std::uint32_t> index) {
-    Correspondence match(context_, texels.capacity, layers_.need_visibility());
-    match.count = texels.sample_count;
-    scene_.matcher.run(texels, match);
+  /// Where the match reads more of a band than its points, all of the band is matched, and maps are still made of
+  /// the part alone.
+  Correspondence matched(const TexelBand& part, const Picker& picker) {
+    const bool whole = scene_.matcher.needs_band();
+    const TexelBand& band = whole ? band_ : part;
+    Correspondence match(context_, band.capacity, layers_.need_visibility());
+    match.count = band.sample_count;
+    scene_.matcher.run(band, match);
     context_.finish();
+    return whole ? picker.of(match) : std::move(match);
+  }
+
+  void compare(const TexelBand& texels, const Correspondence& match,
+               std::span<const std::uint32_t> places) {
     const std::size_t size = std::size_t{texels.row_count} * options_.width;
     const std::size_t offset = std::size_t{texels.first_row} * options_.width;
     std::vector<std::uint8_t> coverage(size);
@@ -146,11 +188,10 @@ class Finer {
       values.assign(size * channels, 0.0F);
       layer.maker->run(texels, match, {values, coverage});
       const Image& baked = image_of(layer.row->info.kind);
-      for (const std::uint32_t t : chosen) {
-        if (coverage[index[t]] != kCoverageBaked) continue;
-        errors_[l].push_back(map_difference(*layer.row,
-                                            &baked.pixels[(offset + index[t]) * channels],
-                                            &values[index[t] * channels]));
+      for (const std::uint32_t place : places) {
+        if (coverage[place] != kCoverageBaked) continue;
+        errors_[l].push_back(map_difference(*layer.row, &baked.pixels[(offset + place) * channels],
+                                            &values[place * channels]));
       }
     }
   }

@@ -12,6 +12,7 @@
 // | kernel            | one work-item | traffic                                                     |
 // | kiln_texel_cover  | block         | 64 B a listed piece; 4 B a sample, hot in cache              |
 // | kiln_texel_fill   | block         | 176 B a piece in the block; 48 B a covered sample, 8 a texel |
+// | kiln_texel_pick   | sample        | 4 B, and 8 B a plane                                        |
 //
 // Local size 64, any will do. No defines. All integer arithmetic is exact: |a|, |b| < 2^30, samples
 // up to 2^18 a side, |E| < 2^61. Floating point: +, -, *, fma, / and sqrt, correctly rounded.
@@ -279,5 +280,20 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
       for (uint k = 0u; k < 7u; ++k) points[k * plane + sample] = part[16u + 8u * k + lane];
       ++sample;
     }
+  }
+}
+
+/// Copies some samples' values close together; `to` ends with zeros.
+kernel void kiln_texel_pick(const uint count,
+                            const uint planes,
+                            const uint from_capacity,
+                            const uint to_capacity,
+                            global const uint* restrict samples,
+                            global const uint* restrict from,  // any 4 bytes each
+                            global uint* restrict to) {
+  const size_t i = get_global_id(0);
+  if (i >= to_capacity) return;
+  for (size_t plane = 0; plane < planes; ++plane) {
+    to[plane * to_capacity + i] = i < count ? from[plane * from_capacity + samples[i]] : 0u;
   }
 }

@@ -129,6 +129,35 @@ TEST(MapErrors, OcclusionIsMadeToTheErrorAskedFor) {
                   [](const Warning& warning) { return warning.code == "ray-error-not-reached"; }));
 }
 
+// Of 2,000 texels, whatever the map's size, also where the match wants whole bands. (Once all texels of such a map
+// cast 4096 rays: 64 times as long here.)
+TEST(MapErrors, TakeAsLongForLargeMapsAsForSmallOnes) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(1, 1, 4, 4);
+  test::add_disc(high, {0.1F, 0, 0.3F}, 0.3F, false);
+  const Source source(*test::device(), high);
+  const Mesh low = test::ground(1);
+  BakeOptions options = asking({MapKind{"ao"}}, 48);
+  options.report_errors = false;
+  options.method = MatchMethod::visibility;
+  options.visibility.directions = 16;
+  options.visibility.view_size = 64;
+  options.occlusion.rays = 8;
+  options.occlusion.max_error = 0.9;
+  const auto least_seconds = [&](std::uint32_t side) {
+    options.width = options.height = side;
+    double least = 1e9;
+    for (int attempt = 0; attempt < 3; ++attempt) {
+      const BakeResult baked = bake(source, low, options);
+      EXPECT_GT(error_of(baked, "ao", "4096 rays").texels, 1000U);
+      least = std::min(least, baked.report.seconds_errors);
+    }
+    return least;
+  };
+  const double small = least_seconds(48);
+  EXPECT_LT(least_seconds(384), 10 * small);
+}
+
 TEST(MapErrors, ChangeNoTexelAndSayNothingUnasked) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::BumpySphere::dense(2000, true));
