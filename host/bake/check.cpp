@@ -211,6 +211,19 @@ void check_map_options(const BakeOptions& options) {
   if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
 }
 
+void check_two_component(const BakeOptions& options) {
+  if (!options.two_component) return;
+  const bool all_sides = options.space == NormalMapSpace::object ||
+                         std::any_of(options.maps.begin(), options.maps.end(), [&](MapKind map) {
+                           return map_row(map).info.space == NormalMapSpace::object;
+                         });
+  if (!all_sides) return;
+  usage(
+      "The two-component form needs normals on one side of the surface: use tangent or face "
+      "space.",
+      kContradiction);
+}
+
 void check_clusters(const BakeOptions& options) {
   if (options.visibility.clusters <= 1) return;
   if (options.method != MatchMethod::visibility || options.match != nullptr) {
@@ -242,12 +255,7 @@ void validate(const BakeOptions& options) {
     usage("gutter is " + std::to_string(options.gutter) +
           ": it must be 0 to 4096 texels, or -1 for an infinite one.");
   }
-  if (options.two_component && options.space == NormalMapSpace::object) {
-    usage(
-        "The two-component form needs normals on one side of the surface: use tangent or face "
-        "space.",
-        kContradiction);
-  }
+  check_two_component(options);
   if (options.recall > kMostPlaces) {
     usage("recall is " + std::to_string(options.recall) + " places: it must be 0 to " +
           std::to_string(kMostPlaces) + ".");

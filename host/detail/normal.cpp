@@ -1,6 +1,8 @@
 #include "detail/normal.h"
 
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "detail/registry.h"
 #include "mesh/low_shading.h"
@@ -124,9 +126,9 @@ namespace {
 
 class NormalReader : public MapMaker {
  public:
-  explicit NormalReader(const MapRequest& request)
+  NormalReader(const MapRequest& request, const BakeOptions& options)
       : context_(context_of(request.source.device)),
-        detail_(context_, request.surface, request.source.attributes, request.options) {}
+        detail_(context_, request.surface, request.source.attributes, options) {}
 
   void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
     begin(out);
@@ -163,20 +165,33 @@ class NormalReader : public MapMaker {
   cl::Array<std::uint8_t> coverage_;
 };
 
+MapRow normals_of(MapKind kind, std::string_view holds, std::optional<NormalMapSpace> space) {
+  MapRow row;
+  row.info = {kind, 3, MapType::unit_vector, holds, 0, 1};
+  row.info.space = space;
+  row.make = [info = row.info](const MapRequest& request) -> std::unique_ptr<MapMaker> {
+    BakeOptions options = request.options;
+    options.space = space_of(info, options);
+    return std::make_unique<NormalReader>(request, options);
+  };
+  return row;
+}
+
 }  // namespace
 
 MapRow normal_map() {
-  MapRow row;
-  row.info = {MapKind::normal,
-              3,
-              MapType::unit_vector,
-              "normal of the high poly, in the space that is asked for",
-              0,
-              1};
-  row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
-    return std::make_unique<NormalReader>(request);
-  };
-  return row;
+  return normals_of(MapKind::normal, "normal of the high poly, in the space that is asked for", {});
+}
+
+MapRow normal_object_map() {
+  return normals_of(MapKind{"normal_object"}, "normal of the high poly, in object space",
+                    NormalMapSpace::object);
+}
+
+MapRow normal_face_map() {
+  return normals_of(MapKind{"normal_face"},
+                    "normal of the high poly, in a frame of the low poly's face",
+                    NormalMapSpace::face);
 }
 
 }  // namespace kiln

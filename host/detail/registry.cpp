@@ -43,12 +43,18 @@ ValueRange range_of(std::span<const std::uint8_t> coverage, const float* value, 
 }  // namespace
 
 std::span<const MapRow> map_rows() {
-  static const std::vector<MapRow> rows = {
-      normal_map(), ao_map(),        bent_normal_map(),  thickness_map(),    mask_map(),
-      height_map(), curvature_map(), displacement_map(), distance_map(),     provenance_map(),
-      uv_map(),     wireframe_map(), visibility_map(),   deviation_map(),    position_map(),
-      id_map(),     slope_map(),     color_map(),        vertex_color_map(), opacity_map(),
-      shadow_map()};
+  static const std::vector<MapRow> rows = {normal_map(),       ao_map(),
+                                           bent_normal_map(),  thickness_map(),
+                                           mask_map(),         height_map(),
+                                           curvature_map(),    displacement_map(),
+                                           distance_map(),     provenance_map(),
+                                           uv_map(),           wireframe_map(),
+                                           visibility_map(),   deviation_map(),
+                                           position_map(),     id_map(),
+                                           slope_map(),        color_map(),
+                                           vertex_color_map(), opacity_map(),
+                                           shadow_map(),       normal_object_map(),
+                                           normal_face_map()};
   return rows;
 }
 
@@ -73,9 +79,14 @@ std::span<const MapInfo> maps() {
 
 const MapInfo& find_map(std::string_view name) { return map_row(MapKind{name}).info; }
 
+NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options) {
+  return map.space.value_or(options.space);
+}
+
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options) {
   // The direction that lights like the plain surface.
-  const bool up = map.type == MapType::unit_vector && options.space != NormalMapSpace::object;
+  const bool up =
+      map.type == MapType::unit_vector && space_of(map, options) != NormalMapSpace::object;
   return {0, 0, up ? 1.0F : 0.0F, 0};
 }
 

@@ -84,6 +84,9 @@ const MapRow& map_row(MapKind kind);
 /// \throws Error(usage) for a name that cannot be one, or is taken
 std::vector<MapRow> own_rows(const BakeOptions& options);
 
+/// What a map's directions are along.
+NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options);
+
 /// What texels hold that no chart covers and padding does not reach. \returns as many as there are channels
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options);
 
@@ -93,6 +96,8 @@ void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t c
 
 // The rows, each in the file of its map.
 MapRow normal_map();
+MapRow normal_object_map();
+MapRow normal_face_map();
 MapRow color_map();
 MapRow vertex_color_map();
 MapRow opacity_map();

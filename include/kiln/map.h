@@ -179,6 +179,8 @@ struct MapInfo {
   bool fills_misses = false;
   /// Its values are colours in linear light: integer formats hold them sRGB-encoded (to_srgb()).
   bool is_color = false;
+  /// Normals of this space whatever BakeOptions::space says, so that one bake has several. None: of that one.
+  std::optional<NormalMapSpace> space = {};
 };
 
 /// One map of a bake.

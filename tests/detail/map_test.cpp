@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "image/gutter.h"
 #include "kiln/kiln.h"
@@ -261,6 +262,35 @@ TEST(Maps, RangesAreThoseOfTheBakedTexels) {
   BakedMap position{MapKind{"position"}, Image{1, 2, 3, {1, 2, 3, 5, 1, 9}}, {}, 0};
   EXPECT_EQ(value_range(position, std::span(coverage).first(2), 1).low, 1);
   EXPECT_EQ(value_range(position, std::span(coverage).first(2), 1).high, 2);
+}
+
+TEST(Maps, NormalsOfSeveralSpacesAreThoseOfBakesOfEach) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::BumpySphere::dense(2000, true));
+  const Mesh low = test::BumpySphere::light(8, 4);
+  BakeOptions options = asking({MapKind::normal, MapKind{"normal_object"}, MapKind{"normal_face"}});
+  options.miss = MissPolicy::mark;
+  options.mips = true;
+  const BakeResult together = bake(source, low, options);
+  options.maps = {MapKind::normal};
+  for (const auto& [space, name] : {std::pair{NormalMapSpace::tangent, "normal"},
+                                    {NormalMapSpace::object, "normal_object"},
+                                    {NormalMapSpace::face, "normal_face"}}) {
+    options.space = space;
+    const BakeResult alone = bake(source, low, options);
+    const BakedMap& map = map_of(together, name);
+    EXPECT_EQ(map.image.pixels, alone.maps[0].image.pixels) << name;
+    ASSERT_EQ(map.mips.size(), alone.maps[0].mips.size());
+    for (std::size_t level = 0; level < map.mips.size(); ++level) {
+      EXPECT_EQ(map.mips[level].pixels, alone.maps[0].mips[level].pixels) << name << level;
+    }
+  }
+  // Of object space two components say nothing of the third.
+  options.space = NormalMapSpace::tangent;
+  options.two_component = true;
+  EXPECT_NO_THROW(validate(options));
+  options.maps.push_back(MapKind{"normal_object"});
+  EXPECT_THROW(validate(options), Error);
 }
 
 TEST(Maps, AnUnknownOneNamesThoseThereAre) {
