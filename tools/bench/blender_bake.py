@@ -1,10 +1,13 @@
 """Bakes the same tangent-space normal map with Blender's Cycles, to compare times and maps.
 
     blender --background --factory-startup --python tools/bench/blender_bake.py -- HIGH.ply LOW.obj SIZE OUT.exr
+    python tools/bench/blender_bake.py -- HIGH.ply LOW.obj SIZE OUT.exr
+
+The second with PyPI's bpy.
 
 Prints one JSON line: seconds of the bake alone, and of reading both meshes. Selected to active, both meshes
 smooth, cage extrusion 0.02 d and ray distance 0.04 d with d the high poly's largest extent, margin 16: the
-settings of the reference in ../shared/data. Made for Blender 3.4 (Debian 12).
+settings of the reference in ../shared/data. Made for Blender 3.4 (Debian 12) and 5.
 """
 import json
 import sys
@@ -18,14 +21,22 @@ start = time.perf_counter()
 
 for item in list(bpy.data.objects):
     bpy.data.objects.remove(item)
-bpy.ops.import_mesh.ply(filepath=high_path)
+own_importers = bpy.app.version >= (4, 0, 0)
+if own_importers:
+    bpy.ops.wm.ply_import(filepath=high_path)
+else:
+    bpy.ops.import_mesh.ply(filepath=high_path)
 high = bpy.context.selected_objects[0]
 bpy.ops.object.select_all(action="DESELECT")
-bpy.ops.import_scene.obj(filepath=low_path, axis_forward="Y", axis_up="Z")
+if own_importers:
+    bpy.ops.wm.obj_import(filepath=low_path, forward_axis="Y", up_axis="Z")
+else:
+    bpy.ops.import_scene.obj(filepath=low_path, axis_forward="Y", axis_up="Z")
 low = bpy.context.selected_objects[0]
 for item in (high, low):
     item.data.polygons.foreach_set("use_smooth", [True] * len(item.data.polygons))
-low.data.use_auto_smooth = False
+if hasattr(low.data, "use_auto_smooth"):
+    low.data.use_auto_smooth = False
 loaded = time.perf_counter()
 
 image = bpy.data.images.new("normal", size, size, float_buffer=True, is_data=True)
