@@ -54,7 +54,7 @@ std::span<const MapRow> map_rows() {
                                            slope_map(),        color_map(),
                                            vertex_color_map(), opacity_map(),
                                            shadow_map(),       normal_object_map(),
-                                           normal_face_map()};
+                                           normal_face_map(),  convexity_map()};
   return rows;
 }
 

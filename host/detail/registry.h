@@ -111,6 +111,7 @@ MapRow position_map();
 MapRow id_map();
 MapRow slope_map();
 MapRow curvature_map();
+MapRow convexity_map();
 MapRow displacement_map();
 MapRow distance_map();
 MapRow provenance_map();

@@ -1,6 +1,7 @@
 // Maps beside normals: what they hold is what the match says and the closed form says.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -291,6 +292,26 @@ TEST(Maps, NormalsOfSeveralSpacesAreThoseOfBakesOfEach) {
   EXPECT_NO_THROW(validate(options));
   options.maps.push_back(MapKind{"normal_object"});
   EXPECT_THROW(validate(options), Error);
+}
+
+TEST(Maps, ConvexityIsCurvatureInTwoChannels) {
+  KILN_REQUIRE_DEVICE();
+  const BakeOptions options = asking({MapKind{"curvature"}, MapKind{"convexity"}});
+  const BakeResult baked = bake(Source(*test::device(), test::BumpySphere::dense(2000, true)),
+                                test::BumpySphere::light(8, 4), options);
+  const std::vector<float>& bend = map_of(baked, "curvature").image.pixels;
+  const std::vector<float>& apart = map_of(baked, "convexity").image.pixels;
+  std::size_t convex = 0, concave = 0;
+  for (std::size_t i = 0; i < bend.size(); ++i) {
+    if (baked.coverage[i] != kCoverageBaked) continue;
+    EXPECT_EQ(apart[3 * i], std::max(bend[i], 0.0F));
+    EXPECT_EQ(apart[3 * i + 1], std::max(-bend[i], 0.0F));
+    EXPECT_EQ(apart[3 * i + 2], std::abs(bend[i]));
+    convex += bend[i] > 0 ? 1 : 0;
+    concave += bend[i] < 0 ? 1 : 0;
+  }
+  EXPECT_GT(convex, 100U);
+  EXPECT_GT(concave, 10U);
 }
 
 TEST(Maps, AnUnknownOneNamesThoseThereAre) {
