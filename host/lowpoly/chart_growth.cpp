@@ -1,190 +1,101 @@
 #include "lowpoly/chart_growth.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <queue>
-#include <tuple>
+#include <span>
 #include <utility>
 
-#include "base/heartbeat.h"
-#include "lowpoly/pairing.h"
+#include "base/parallel.h"
+#include "lowpoly/chart_guide.h"
+#include "lowpoly/chart_merger.h"
 
 namespace kiln {
 namespace {
 
-/// Patches end where normals vary more than this: 1 - |mean normal|.
-constexpr double kPatchVariance = 0.05;
-/// The pull of small patches to be merged where nothing bends.
-constexpr double kSmallPull = 0.02;
+/// Merges tried at once. They do not depend on each other, nor on the number of threads.
+constexpr std::size_t kTogether = 4;
+/// Pieces of work that patches are laid flat in.
+constexpr std::size_t kPieces = 32;
+/// Rounds that may bring a chart within its limits.
+constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
 
-struct Patch {
-  std::uint32_t open = 0, border = 3;  ///< A half-edge of its border; how many that has.
-  double area = 0;
-  Vec3d normal;  ///< Sum of normals by area.
-  std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
-  std::vector<std::uint32_t> glued;  ///< What joined the parts.
-  bool alive = true;
-};
+/// Relaxes a chart from Tutte's map on, where there is hope. \returns whether it is injective and within
+bool relax_from_circle(FlatChart& chart, const ChartLimits& limits) {
+  if (rigid_energy(chart) > limits.energy + chart.forced) return false;
+  if (!on_circle(chart) || !is_injective(chart)) return false;
+  injective_rounds(chart, kInjectiveRounds, &limits);
+  return within(chart, limits);
+}
 
-double variance(double area, const Vec3d& normal) { return area - length(normal); }
-
-/// Greedy merging; what a merge must fulfil is the caller's.
-class Merger {
- public:
-  Merger(const ChartSurface& surface, ChartBorders& borders)
-      : surface_(surface), borders_(borders), owner_(surface.triangles.size()) {}
-
-  std::uint32_t add(Patch patch) {
-    patches_.push_back(std::move(patch));
-    root_.push_back(static_cast<std::uint32_t>(root_.size()));
-    return root_.back();
-  }
-  void own(std::uint32_t triangle, std::uint32_t patch) { owner_[triangle] = patch; }
-  std::vector<Patch>& patches() { return patches_; }
-
-  /// Merges until no pair is left that may. `fits(area, normal)` is a quick look before a pair queues;
-  /// `accept(patch, a, b)` sees the joined patch and may refuse, and then the joint is opened again.
-  template <typename Fits, typename Accept>
-  void run(const Fits& fits, const Accept& accept) {
-    for (std::uint32_t p = 0; p < patches_.size(); ++p) {
-      if (patches_[p].alive) propose(p, true, fits);
-    }
-    while (!queue_.empty()) {
-      Heartbeat::beat();
-      const Pair pair = queue_.top();
-      queue_.pop();
-      if (!patches_[pair.a].alive || !patches_[pair.b].alive) continue;
-      const Patch &a = patches_[pair.a], &b = patches_[pair.b];
-      Patch joined;
-      joined.open =
-          borders_.glue(borders_.run_through(pair.half_edge), a.border, b.border, joined.glued);
-      if (joined.open == kNoIndex) continue;
-      joined.border = a.border + b.border - 2 * static_cast<std::uint32_t>(joined.glued.size());
-      joined.area = a.area + b.area;
-      joined.normal = a.normal + b.normal;
-      joined.parts = {pair.a, pair.b};
-      if (!accept(joined, pair.a, pair.b)) {
-        borders_.unglue(joined.glued);
-        continue;
-      }
-      patches_[pair.a].alive = patches_[pair.b].alive = false;
-      const std::uint32_t id = add(std::move(joined));
-      root_[pair.a] = root_[pair.b] = id;
-      propose(id, false, fits);
+/// The triangles that a patch was merged of: the first patches are the triangles.
+std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, std::uint32_t p) {
+  std::vector<std::uint32_t> triangles, stack{p};
+  while (!stack.empty()) {
+    const std::uint32_t at = stack.back();
+    stack.pop_back();
+    const auto& parts = patches[at].parts;
+    if (parts[0] == kNoIndex) {
+      triangles.push_back(at);
+    } else {
+      stack.insert(stack.end(), {parts[1], parts[0]});
     }
   }
+  return triangles;
+}
 
- private:
-  struct Pair {
-    double cost = 0;
-    std::uint32_t a = 0, b = 0, half_edge = 0;
-    bool operator<(const Pair& other) const {  // The cheapest on top.
-      return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
-    }
-  };
-
-  std::uint32_t owner(std::uint32_t half_edge) {
-    std::uint32_t p = owner_[half_edge / 3];
-    while (root_[p] != p) p = root_[p] = root_[root_[p]];
-    return p;
-  }
-
-  /// Queues a patch with each of its neighbours, over the longest run they share.
-  template <typename Fits>
-  void propose(std::uint32_t p, bool later_only, const Fits& fits) {
-    std::vector<std::pair<std::uint32_t, ChartBorders::Run>> best;
-    const std::uint32_t open = patches_[p].open;
-    std::uint32_t h = open;
-    const auto look = [&](std::uint32_t half_edge) {
-      const ChartBorders::Run run = borders_.run_through(half_edge);
-      const std::uint32_t other = owner(surface_.mate[half_edge]);
-      for (auto& [neighbour, longest] : best) {
-        if (neighbour != other) continue;
-        if (run.length > longest.length) longest = run;
-        return;
-      }
-      best.push_back({other, run});
-    };
-    bool any = false;
-    std::uint32_t last_shared = kNoIndex;
-    do {
-      const std::uint32_t m = surface_.mate[h];
-      if (m != kNoIndex && owner(m) != p) {
-        last_shared = h;
-        const std::uint32_t before = borders_.previous(h);
-        const bool goes_on =
-            surface_.mate[before] != kNoIndex && borders_.next(m) == surface_.mate[before];
-        if (!goes_on) look(h), any = true;
-      }
-      h = borders_.next(h);
-    } while (h != open);
-    if (!any && last_shared != kNoIndex) look(last_shared);
-    const Patch& patch = patches_[p];
-    for (const auto& [other, run] : best) {
-      if (later_only && other < p) continue;
-      const Patch& neighbour = patches_[other];
-      const double area = patch.area + neighbour.area;
-      const Vec3d normal = patch.normal + neighbour.normal;
-      if (!fits(area, normal)) continue;
-      const double rise = variance(area, normal) - variance(patch.area, patch.normal) -
-                          variance(neighbour.area, neighbour.normal);
-      const double cost =
-          (std::max(rise, 0.0) + kSmallPull * std::min(patch.area, neighbour.area)) / run.length;
-      queue_.push({cost, std::min(p, other), std::max(p, other), run.first});
-    }
-  }
-
-  const ChartSurface& surface_;
-  ChartBorders& borders_;
-  std::vector<std::uint32_t> owner_, root_;
-  std::vector<Patch> patches_;
-  std::priority_queue<Pair> queue_;
-};
-
-/// Patches of triangles whose normals agree; those without an injective flat map are taken apart again.
-std::vector<FlatChart> grow_patches(const ChartSurface& surface, ChartBorders& borders) {
-  Merger merger(surface, borders);
+/// Patches of triangles whose guide normals agree; those that cannot be laid flat within the limits are taken
+/// apart again.
+std::vector<FlatChart> grow_patches(const ChartSurface& surface, std::span<const Vec3d> guide,
+                                    const ChartLimits& limits, double most_variance,
+                                    ChartBorders& borders, int threads) {
+  ChartMerger merger(surface, borders);
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-    Patch patch;
+    ChartPatch patch;
     patch.open = 3 * t;
     patch.area = surface.area[t];
-    patch.normal = surface.normal[t] * surface.area[t];
+    patch.normal = guide[t] * surface.area[t];
     merger.own(t, merger.add(std::move(patch)));
   }
-  merger.run([](double area,
-                const Vec3d& normal) { return variance(area, normal) <= kPatchVariance * area; },
-             [](const Patch&, std::uint32_t, std::uint32_t) { return true; });
+  merger.run(
+      1,
+      [&](double area, const Vec3d& normal) {
+        return variance(area, normal) <= most_variance * area;
+      },
+      [](std::span<const ChartPatch>, std::span<std::uint8_t>) {});
 
-  std::vector<std::uint32_t> waiting, local(surface.triangles.size());
-  const std::vector<Patch>& patches = merger.patches();
+  const std::vector<ChartPatch>& patches = merger.patches();
+  std::vector<std::uint32_t> waiting;
   for (std::uint32_t p = 0; p < patches.size(); ++p) {
     if (patches[p].alive) waiting.push_back(p);
   }
-  std::reverse(waiting.begin(), waiting.end());
   std::vector<FlatChart> charts;
   while (!waiting.empty()) {
-    const std::uint32_t p = waiting.back();
-    waiting.pop_back();
-    std::vector<std::uint32_t> triangles, stack{p};
-    while (!stack.empty()) {
-      const Patch& patch = patches[stack.back()];
-      const std::uint32_t leaf = stack.back();
-      stack.pop_back();
-      if (patch.parts[0] == kNoIndex) {
-        triangles.push_back(leaf);  // The first patches are the triangles.
-      } else {
-        stack.push_back(patch.parts[1]);
-        stack.push_back(patch.parts[0]);
+    std::vector<FlatChart> laid(waiting.size());
+    const auto lay = [&](std::size_t begin, std::size_t end) {
+      std::vector<std::uint32_t> local(surface.triangles.size());
+      for (std::size_t i = begin; i < end; ++i) {
+        FlatChart chart =
+            cut_open(surface, triangles_of(patches, waiting[i]), borders.glued(), local);
+        const bool done = chart.source.size() == 1   ? (lay_flat(chart, surface), true)
+                          : lay_flat(chart, surface) ? within(chart, limits)
+                                                     : relax_from_circle(chart, limits);
+        if (done) laid[i] = std::move(chart);
       }
+    };
+    // Each piece has a scratch of its own.
+    parallel_for(waiting.size(), waiting.size() / kPieces + 1, lay, threads);
+    std::vector<std::uint32_t> failed;
+    for (std::size_t i = 0; i < waiting.size(); ++i) {
+      if (!laid[i].source.empty()) {
+        charts.push_back(std::move(laid[i]));
+        continue;
+      }
+      const ChartPatch& patch = patches[waiting[i]];
+      borders.unglue(patch.glued);
+      failed.insert(failed.end(), patch.parts.begin(), patch.parts.end());
     }
-    FlatChart chart = cut_open(surface, triangles, borders.glued(), local);
-    if (lay_flat(chart, surface) || triangles.size() == 1) {
-      charts.push_back(std::move(chart));
-      continue;
-    }
-    borders.unglue(patches[p].glued);
-    waiting.push_back(patches[p].parts[1]);
-    waiting.push_back(patches[p].parts[0]);
+    waiting = std::move(failed);
   }
   return charts;
 }
@@ -230,12 +141,23 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
   }
 }
 
-}  // namespace
-
-bool within(const FlatChart& chart, const ChartLimits& limits) {
-  const FlatDistortion d = distortion(chart);
-  return d.energy <= limits.energy && d.worst <= limits.worst;
+/// Two charts as one, laid edge to edge. \param borders  where the joint is glued
+FlatChart join(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& a,
+               const FlatChart& b, std::vector<std::uint32_t>& local) {
+  std::vector<std::uint32_t> triangles = a.source;
+  triangles.insert(triangles.end(), b.source.begin(), b.source.end());
+  FlatChart joined = cut_open(surface, triangles, borders.glued(), local);
+  lay_edge_to_edge(joined, a, b);
+  return joined;
 }
+
+/// Relaxes a joined chart. \returns whether it is injective and within
+bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
+  if (!rigid_rounds(chart, kRigidRounds)) return false;
+  return is_injective(chart) ? within(chart, limits) : relax_from_circle(chart, limits);
+}
+
+}  // namespace
 
 bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
   constexpr int kRounds = 4;
@@ -255,15 +177,17 @@ bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
 }
 
 std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& borders,
-                                   const ChartLimits& limits) {
-  std::vector<FlatChart> charts = grow_patches(surface, borders);
-  Merger merger(surface, borders);
+                                   const ChartLimits& limits, const ChartWay& way, int threads) {
+  const std::vector<Vec3d> guide = guide_normals(surface, way.smoothing);
+  std::vector<FlatChart> charts =
+      grow_patches(surface, guide, limits, way.variance, borders, threads);
+  ChartMerger merger(surface, borders);
   for (std::uint32_t c = 0; c < charts.size(); ++c) {
-    Patch patch;
+    ChartPatch patch;
     for (const std::uint32_t t : charts[c].source) {
       merger.own(t, c);
       patch.area += surface.area[t];
-      patch.normal += surface.normal[t] * surface.area[t];
+      patch.normal += guide[t] * surface.area[t];
       for (std::uint32_t k = 0; k < 3; ++k) {
         if (!borders.is_glued(3 * t + k)) patch.open = 3 * t + k;
       }
@@ -271,18 +195,26 @@ std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& bo
     patch.border = borders.trace(patch.open);
     merger.add(std::move(patch));
   }
-  std::vector<std::uint32_t> local(surface.triangles.size());
-  const auto accept = [&](const Patch&, std::uint32_t a, std::uint32_t b) {
-    std::vector<std::uint32_t> triangles = charts[a].source;
-    triangles.insert(triangles.end(), charts[b].source.begin(), charts[b].source.end());
-    FlatChart joined = cut_open(surface, triangles, borders.glued(), local);
-    lay_edge_to_edge(joined, charts[a], charts[b]);
-    if (!rigid_rounds(joined, 5) || !within(joined, limits) || !is_injective(joined)) return false;
-    charts[a] = charts[b] = {};
-    charts.push_back(std::move(joined));
-    return true;
+  std::array<std::vector<std::uint32_t>, kTogether> locals;
+  for (auto& local : locals) local.resize(surface.triangles.size());
+  const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
+    std::array<FlatChart, kTogether> laid;
+    const auto lay = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
+        laid[i] = join(surface, borders, a, b, locals[i]);
+        accepted[i] = lay_joined(laid[i], limits) ? 1 : 0;
+      }
+    };
+    parallel_for(joined.size(), 1, lay, threads);
+    for (std::size_t i = 0; i < joined.size(); ++i) {
+      if (accepted[i] == 0) continue;
+      for (const std::uint32_t part : joined[i].parts) charts[part] = {};
+      charts.push_back(std::move(laid[i]));
+    }
   };
-  merger.run([](double, const Vec3d&) { return true; }, accept);
+  merger.run(
+      kTogether, [](double, const Vec3d&) { return true; }, accept);
   std::erase_if(charts, [](const FlatChart& chart) { return chart.source.empty(); });
   return charts;
 }

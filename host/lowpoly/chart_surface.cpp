@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "lowpoly/pairing.h"
@@ -50,6 +51,29 @@ void measure(ChartSurface& surface) {
   }
 }
 
+/// Angles around inner vertices; a vertex where discs meet in one point counts as it is.
+void find_bends(ChartSurface& surface) {
+  constexpr double kLeastTurn = 0.1;
+  const std::size_t count = surface.positions.size();
+  std::vector<double> turn(count, 0);
+  std::vector<std::uint8_t> open(count, 0);
+  for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
+    const double to = surface.length[h], from = surface.length[h % 3 == 0 ? h + 2 : h - 1],
+                 across = surface.length[next_half_edge(h)];
+    const double cosine = (to * to + from * from - across * across) / (2 * to * from);
+    turn[start_of(surface, h)] += std::acos(std::clamp(cosine, -1.0, 1.0));
+    if (surface.mate[h] == kNoIndex) open[start_of(surface, h)] = open[end_of(surface, h)] = 1;
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    turn[v] = open[v] != 0 ? 0 : std::log(std::max(turn[v] / (2 * std::numbers::pi), kLeastTurn));
+  }
+  for (const Triangle& t : surface.triangles) {
+    const double a = turn[t[0]], b = turn[t[1]], c = turn[t[2]];
+    surface.bend.push_back((a + b + c) / 3);
+    surface.bend_squared.push_back((a * a + b * b + c * c) / 3);
+  }
+}
+
 }  // namespace
 
 ChartSurface chart_surface(const Mesh& mesh) {
@@ -85,6 +109,7 @@ ChartSurface chart_surface(const Mesh& mesh) {
   }
   find_mates(surface);
   measure(surface);
+  find_bends(surface);
   return surface;
 }
 

@@ -19,6 +19,9 @@ struct ChartSurface {
   std::vector<double> length;       ///< Per half-edge.
   std::vector<double> area;         ///< Per triangle.
   std::vector<Vec3d> normal;        ///< Per triangle, unit.
+  /// Per triangle, means over its corners: how far each is from lying flat, the logarithm of the angle around
+  /// it over a full turn, and its square. 0 at borders.
+  std::vector<double> bend, bend_squared;
   double total_area = 0;
 };
 

@@ -247,7 +247,8 @@ void trim_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   if (!trimmer.moved()) return;
   std::vector<FlatChart> trimmed = trimmer.charts(charts.size());
   // Each move keeps charts injective; this holds it to that.
-  if (std::all_of(trimmed.begin(), trimmed.end(), is_injective)) {
+  if (std::all_of(trimmed.begin(), trimmed.end(),
+                  [](const FlatChart& chart) { return is_injective(chart); })) {
     charts = std::move(trimmed);
   } else {
     borders.restore(before);

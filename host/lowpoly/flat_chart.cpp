@@ -16,6 +16,10 @@ namespace {
 
 /// Needles count as at least this high over their longest side.
 constexpr double kLeastHeight = 2e-3;
+/// Energy of the best flat maps of rough balls, over the variance of their bends.
+constexpr double kForced = 3.5;
+/// Sides of a border stay this far apart, over the side of a square with the surface's area: a few UV steps.
+constexpr double kLeastApart = 1e-6;
 
 /// The triangle in its own plane, counter-clockwise, its longest side along x.
 std::array<FlatPoint, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
@@ -103,11 +107,21 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     }
     chart.triangles[c / 3][c % 3] = number[r];
   }
-  for (const std::uint32_t t : triangles) chart.rest.push_back(rest_shape(rest_points(surface, t)));
+  double area = 0, bend = 0, squared = 0;
+  for (const std::uint32_t t : triangles) {
+    chart.rest.push_back(rest_shape(rest_points(surface, t)));
+    area += surface.area[t];
+    bend += surface.area[t] * surface.bend[t];
+    squared += surface.area[t] * surface.bend_squared[t];
+  }
+  bend /= area, squared /= area;
+  // What bends one way alone is shape, not roughness: cuts take it away.
+  chart.forced = kForced * std::max(0.0, squared - bend * bend);
   for (const std::uint32_t h : border_of(surface, glued, open)) {
     chart.boundary.push_back(chart.triangles[local[h / 3]][h % 3]);
   }
   chart.points.resize(chart.vertex.size());
+  chart.apart = kLeastApart * std::sqrt(surface.total_area);
   return chart;
 }
 
@@ -131,14 +145,14 @@ void lay_single(FlatChart& chart, const ChartSurface& surface) {
   for (std::size_t k = 0; k < 3; ++k) chart.points[chart.triangles[0][k]] = points[k];
 }
 
-bool is_injective(const FlatChart& chart) {
+bool is_injective(const FlatChart& chart, double apart) {
   for (const Triangle& t : chart.triangles) {
     if (!surely_left(chart.points[t[0]], chart.points[t[1]], chart.points[t[2]])) return false;
   }
   std::vector<FlatPoint> border;
   border.reserve(chart.boundary.size());
   for (const std::uint32_t v : chart.boundary) border.push_back(chart.points[v]);
-  return is_simple(border);
+  return is_simple(border, apart);
 }
 
 FlatDistortion distortion(const FlatChart& chart) {
@@ -163,6 +177,11 @@ FlatDistortion distortion(const FlatChart& chart) {
   }
   result.energy = sum / area;
   return result;
+}
+
+bool within(const FlatChart& chart, const ChartLimits& limits) {
+  const FlatDistortion d = distortion(chart);
+  return d.energy <= limits.energy + chart.forced && d.worst <= limits.worst;
 }
 
 double flat_area(const FlatChart& chart) {

@@ -38,12 +38,21 @@ struct FlatChart {
   std::vector<std::uint32_t> boundary;  ///< Vertices along the border, counter-clockwise.
   std::vector<FlatPoint> points;        ///< Where each vertex lies.
   std::vector<std::uint32_t> vertex;    ///< The surface's vertex of each.
+  double forced = 0;  ///< About the energy that the surface's roughness leaves to every map.
+  double apart =
+      0;  ///< Rounds keep two sides of the border this far apart: more than UVs are rounded by.
 };
 
 /// How far from an isometry, over a chart's area.
 struct FlatDistortion {
   double energy = 0;  ///< Mean of (a^2 + b^2 + 1/a^2 + 1/b^2) / 4 - 1 over singular values a, b.
   double worst = 1;   ///< Largest of a, b, 1/a, 1/b; infinite where a triangle is flipped.
+};
+
+/// What a chart may be distorted by.
+struct ChartLimits {
+  double energy = 0.05;  ///< Mean beyond what roughness forces, see FlatDistortion.
+  double worst = 5;      ///< At any triangle.
 };
 
 /// Cuts a chart open: corners are one vertex where glued half-edges connect them.
@@ -63,21 +72,33 @@ void lay_single(FlatChart& chart, const ChartSurface& surface);
 /// \returns false where the system has no solution; points are then as they were
 bool conformal(FlatChart& chart);
 
+/// Tutte's map: the border on a circle, all else at positive means of its neighbours. One to one for every
+/// disc (Tutte 1963; Floater 2003), but for rounding.
+/// \returns false where the system has no solution; points are then as they were
+bool on_circle(FlatChart& chart);
+
 /// Local and global rounds, as rigid as possible (Liu, Zhang, Xu, Gotsman, Gortler 2008, section 4).
 /// May flip triangles.
 bool rigid_rounds(FlatChart& chart, int rounds);
 
+/// Mean squared distance of the map's derivatives to rotations: for small distortion about the symmetric
+/// Dirichlet energy, but finite where triangles are flipped.
+double rigid_energy(const FlatChart& chart);
+
 /// Rounds of scalable locally injective mapping (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017):
 /// each lowers the symmetric Dirichlet energy along a line that stops before a triangle flips (Smith,
 /// Schaefer 2015) and before the border meets itself. The chart must be injective, and stays so.
-void injective_rounds(FlatChart& chart, int rounds);
+/// \param until  where given, they end as soon as the chart is within, or cannot become so at their pace
+void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until = nullptr);
 
 /// Whether the map is one to one: no triangle flipped or flat, and a border that does not meet itself.
 /// In double precision with an error bound: what is in doubt counts as overlap. Together the two
 /// suffice, since a disc's map that keeps orientation covers a point as often as its border winds.
-bool is_injective(const FlatChart& chart);
+/// \param apart  sides of the border that are farther along it than the next but one must be this far apart
+bool is_injective(const FlatChart& chart, double apart = 0);
 
 FlatDistortion distortion(const FlatChart& chart);
+bool within(const FlatChart& chart, const ChartLimits& limits);
 
 /// Of the flat triangles, signed.
 double flat_area(const FlatChart& chart);

@@ -9,11 +9,12 @@
 namespace kiln {
 namespace {
 
-/// 1: left, -1: right, 0: too close to tell.
-int side(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
+/// 1: left, -1: right, 0: too close to tell, or nearer than `apart` to the line.
+int side(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, double apart = 0) {
   const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
   const double det = left - right;
-  const double bound = 3.3306690738754716e-16 * (std::abs(left) + std::abs(right));
+  const double bound = 3.3306690738754716e-16 * (std::abs(left) + std::abs(right)) +
+                       (apart > 0 ? apart * std::hypot(b.x - a.x, b.y - a.y) : 0);
   return det > bound ? 1 : det < -bound ? -1 : 0;
 }
 
@@ -23,16 +24,21 @@ bool surely_left(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
   return side(a, b, c) > 0;
 }
 
-bool surely_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d) {
-  const int first = side(a, b, c), second = side(a, b, d);
+bool surely_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d,
+                  double apart) {
+  const int first = side(a, b, c, apart), second = side(a, b, d, apart);
   if (first != 0 && first == second) return true;
-  const int third = side(c, d, a), fourth = side(c, d, b);
+  const int third = side(c, d, a, apart), fourth = side(c, d, b, apart);
   return third != 0 && third == fourth;
 }
 
-bool is_simple(std::span<const FlatPoint> polygon) {
+bool is_simple(std::span<const FlatPoint> polygon, double apart) {
+  return polygon.size() >= 3 && !first_touch(polygon, apart);
+}
+
+std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const FlatPoint> polygon,
+                                                               double apart) {
   const std::size_t count = polygon.size();
-  if (count < 3) return false;
   const auto end = [&](std::size_t i) -> const FlatPoint& { return polygon[(i + 1) % count]; };
   std::vector<std::uint32_t> order(count);
   std::iota(order.begin(), order.end(), 0U);
@@ -41,8 +47,9 @@ bool is_simple(std::span<const FlatPoint> polygon) {
             [&](std::uint32_t a, std::uint32_t b) { return left(a) < left(b); });
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t a = order[i];
-    const double right = std::max(polygon[a].x, end(a).x);
-    const auto [low, high] = std::minmax(polygon[a].y, end(a).y);
+    const double right = std::max(polygon[a].x, end(a).x) + apart;
+    const double low = std::min(polygon[a].y, end(a).y) - apart,
+                 high = std::max(polygon[a].y, end(a).y) + apart;
     for (std::size_t j = i + 1; j < count && left(order[j]) <= right; ++j) {
       const std::uint32_t b = order[j];
       if (std::max(polygon[b].y, end(b).y) < low || std::min(polygon[b].y, end(b).y) > high)
@@ -53,14 +60,18 @@ bool is_simple(std::span<const FlatPoint> polygon) {
         const std::uint32_t first = follows ? a : b, second = follows ? b : a;
         if (side(polygon[first], end(first), end(second)) == 0 &&
             dot(end(first) - polygon[first], end(second) - polygon[second]) <= 0) {
-          return false;
+          return std::pair<std::size_t, std::size_t>{a, b};
         }
         continue;
       }
-      if (!surely_apart(polygon[a], end(a), polygon[b], end(b))) return false;
+      // A short side may stand between two that are next but one.
+      const bool near = (a + 2) % count == b || (b + 2) % count == a;
+      if (!surely_apart(polygon[a], end(a), polygon[b], end(b), near ? 0 : apart)) {
+        return std::pair<std::size_t, std::size_t>{a, b};
+      }
     }
   }
-  return true;
+  return std::nullopt;
 }
 
 }  // namespace kiln

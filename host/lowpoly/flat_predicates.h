@@ -1,7 +1,10 @@
 // Sides and crossings in the plane, in double precision with an error bound.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "lowpoly/flat_chart.h"
 
@@ -12,10 +15,17 @@ namespace kiln {
 bool surely_left(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c);
 
 /// Whether segments ab and cd are apart beyond doubt: one lies on one side of the other's line.
-bool surely_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d);
+/// \param apart  and at least this far from it
+bool surely_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d,
+                  double apart = 0);
 
 /// Whether the closed polygon does not touch itself, beyond doubt, but for neighbours at their corner.
 /// Sorted along x: about n log n for outlines that are no worse than round.
-bool is_simple(std::span<const FlatPoint> polygon);
+/// \param apart  how far from each other sides must be that are not next to each other, nor next but one
+bool is_simple(std::span<const FlatPoint> polygon, double apart = 0);
+
+/// The first two sides found that touch, by the numbers of their first corners.
+std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const FlatPoint> polygon,
+                                                               double apart = 0);
 
 }  // namespace kiln

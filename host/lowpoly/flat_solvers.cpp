@@ -1,8 +1,10 @@
-// The linear systems of flat charts.
+// The rounds of flat charts: each solves a linear system.
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <optional>
 #include <vector>
 
 #include "lowpoly/flat_chart.h"
@@ -84,125 +86,114 @@ double flip_distance(const FlatChart& chart, const std::vector<FlatPoint>& direc
   return best;
 }
 
-/// One step's direction: the minimum of the weighted distance to the nearest rotations.
-bool weighted_step(const FlatChart& chart, std::vector<FlatPoint>& target) {
-  const auto count = static_cast<Eigen::Index>(chart.points.size());
-  // Holds the system up where a chart could turn or move freely, and shortens wild steps.
-  constexpr double kProximal = 1e-4;
-  Entries entries;
-  entries.reserve(chart.triangles.size() * 24 + chart.points.size() * 2);
-  Eigen::VectorXd right(2 * count);
-  for (Eigen::Index v = 0; v < count; ++v) {
-    const FlatPoint& p = chart.points[static_cast<std::size_t>(v)];
-    for (const auto& [row, value] : {std::pair{2 * v, p.x}, std::pair{2 * v + 1, p.y}}) {
-      entries.emplace_back(static_cast<int>(row), static_cast<int>(row), kProximal);
-      right[row] = kProximal * value;
+/// The linear system of one step: the minimum of the weighted distance to the nearest rotations. Its pattern is
+/// looked at once a chart.
+class StepSystem {
+ public:
+  explicit StepSystem(const FlatChart& chart)
+      : count_(static_cast<Eigen::Index>(chart.points.size())), matrix_(2 * count_, 2 * count_) {
+    Entries entries;
+    entries.reserve(chart.triangles.size() * 21 + chart.points.size() * 3);
+    const auto add = [&](int row, int column) {
+      for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2; ++j) {
+          if (row + i >= column + j) entries.emplace_back(row + i, column + j, 0);
+        }
+      }
+    };
+    for (int v = 0; v < count_; ++v) add(2 * v, 2 * v);
+    for (const Triangle& t : chart.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
+        add(2 * static_cast<int>(high), 2 * static_cast<int>(low));
+      }
+    }
+    matrix_.setFromTriplets(entries.begin(), entries.end());
+    solver_.analyzePattern(matrix_);
+    slots_.reserve(chart.triangles.size() * 6);
+    for (const Triangle& t : chart.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        slots_.push_back(slot(t[k], t[k]));
+        const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
+        slots_.push_back(slot(high, low));
+      }
     }
   }
-  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+
+  /// \returns false where it has no solution
+  bool solve(const FlatChart& chart, std::vector<FlatPoint>& target) {
+    // Holds the system up where a chart could turn or move freely, and shortens wild steps.
+    constexpr double kProximal = 1e-4;
+    double* const values = matrix_.valuePtr();
+    std::fill(values, values + matrix_.nonZeros(), 0.0);
+    Eigen::VectorXd right(2 * count_);
+    for (Eigen::Index v = 0; v < count_; ++v) {
+      const FlatPoint& p = chart.points[static_cast<std::size_t>(v)];
+      right[2 * v] = kProximal * p.x;
+      right[2 * v + 1] = kProximal * p.y;
+      for (const Eigen::Index c : {2 * v, 2 * v + 1}) {
+        values[matrix_.outerIndexPtr()[c]] += kProximal;  // The diagonal leads its column.
+      }
+    }
+    for (std::size_t i = 0; i < chart.triangles.size(); ++i) add(chart, i, values, right);
+    solver_.factorize(matrix_);
+    if (solver_.info() != Eigen::Success) return false;
+    const Eigen::VectorXd solution = solver_.solve(right);
+    if (!solution.allFinite()) return false;
+    target.resize(chart.points.size());
+    for (Eigen::Index v = 0; v < count_; ++v) {
+      target[static_cast<std::size_t>(v)] = {solution[2 * v], solution[2 * v + 1]};
+    }
+    return true;
+  }
+
+ private:
+  /// Where the first row of a pair of vertices stands in both of its columns.
+  struct Slot {
+    Eigen::Index first = 0, second = 0;
+  };
+
+  Slot slot(std::uint32_t row, std::uint32_t column) const {
+    const auto at = [&](std::uint32_t r, std::uint32_t c) {
+      const int* const rows = matrix_.innerIndexPtr();
+      const int *const begin = rows + matrix_.outerIndexPtr()[c],
+                       *const end = rows + matrix_.outerIndexPtr()[c + 1];
+      return std::lower_bound(begin, end, static_cast<int>(r)) - rows;
+    };
+    return {at(2 * row, 2 * column), at(row == column ? 2 * row + 1 : 2 * row, 2 * column + 1)};
+  }
+
+  void add(const FlatChart& chart, std::size_t i, double* values, Eigen::VectorXd& right) const {
     const Jacobian j = jacobian(chart, i, chart.points);
     const Symmetric m = dirichlet_weight(j);
     const FlatPoint r = nearest_rotation(j);
     const RestShape& rest = chart.rest[i];
     for (std::size_t k = 0; k < 3; ++k) {
-      const int row = 2 * static_cast<int>(chart.triangles[i][k]);
+      const Eigen::Index row = 2 * Eigen::Index{chart.triangles[i][k]};
       const FlatPoint& g = rest.gradient[k];
       const FlatPoint turned{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
       right[row] += rest.area * (m.xx * turned.x + m.xy * turned.y);
       right[row + 1] += rest.area * (m.xy * turned.x + m.yy * turned.y);
-      for (std::size_t l = 0; l < 3; ++l) {
-        const int column = 2 * static_cast<int>(chart.triangles[i][l]);
-        if (column > row) continue;  // The lower triangle is all that is read.
-        const double w = rest.area * dot(g, rest.gradient[l]);
-        entries.emplace_back(row, column, w * m.xx);
-        entries.emplace_back(row + 1, column, w * m.xy);
-        if (column != row) entries.emplace_back(row, column + 1, w * m.xy);
-        entries.emplace_back(row + 1, column + 1, w * m.yy);
-      }
+      const Slot own = slots_[6 * i + 2 * k], side = slots_[6 * i + 2 * k + 1];
+      const double w = rest.area * dot(g, g);
+      values[own.first] += w * m.xx;
+      values[own.first + 1] += w * m.xy;
+      values[own.second] += w * m.yy;
+      const double v = rest.area * dot(g, rest.gradient[(k + 1) % 3]);
+      values[side.first] += v * m.xx;
+      values[side.first + 1] += v * m.xy;
+      values[side.second] += v * m.xy;
+      values[side.second + 1] += v * m.yy;
     }
   }
-  Matrix matrix(2 * count, 2 * count);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Solver solver(matrix);
-  if (solver.info() != Eigen::Success) return false;
-  const Eigen::VectorXd solution = solver.solve(right);
-  if (!solution.allFinite()) return false;
-  target.resize(chart.points.size());
-  for (Eigen::Index v = 0; v < count; ++v) {
-    target[static_cast<std::size_t>(v)] = {solution[2 * v], solution[2 * v + 1]};
-  }
-  return true;
-}
 
-/// The two border vertices that are farthest apart, or nearly so.
-std::pair<std::uint32_t, std::uint32_t> far_pair(const FlatChart& chart) {
-  const auto farthest = [&](std::uint32_t from) {
-    std::uint32_t best = from;
-    double most = -1;
-    for (const std::uint32_t v : chart.boundary) {
-      const FlatPoint d = chart.points[v] - chart.points[from];
-      if (dot(d, d) > most) most = dot(d, d), best = v;
-    }
-    return best;
-  };
-  const std::uint32_t a = farthest(chart.boundary[0]);
-  return {a, farthest(a)};
-}
+  Eigen::Index count_;
+  Matrix matrix_;
+  Solver solver_;
+  std::vector<Slot> slots_;  ///< Of each triangle: each corner with itself, then with the next one.
+};
 
 }  // namespace
-
-bool conformal(FlatChart& chart) {
-  const auto [first, second] = far_pair(chart);
-  if (first == second) return false;
-  // Unknowns: all coordinates but those of the two vertices held.
-  std::vector<int> unknown(chart.points.size());
-  int count = 0;
-  for (std::uint32_t v = 0; v < unknown.size(); ++v) {
-    unknown[v] = v == first || v == second ? -1 : count++;
-  }
-  if (count == 0) return false;
-  Entries entries;
-  entries.reserve(chart.triangles.size() * 24);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(Eigen::Index{2} * count);
-  // The area spanned by a chart depends on neighbours along the border alone; here it is summed over
-  // triangles, where inner edges cancel.
-  const auto add = [&](int row, int axis, std::uint32_t column, int other, double value) {
-    if (value == 0) return;
-    if (unknown[column] < 0) {
-      right[2 * row + axis] -=
-          value * (other == 0 ? chart.points[column].x : chart.points[column].y);
-    } else if (2 * unknown[column] + other <= 2 * row + axis) {
-      entries.emplace_back(2 * row + axis, 2 * unknown[column] + other, value);
-    }
-  };
-  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    const Triangle& t = chart.triangles[i];
-    const RestShape& rest = chart.rest[i];
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (unknown[t[k]] < 0) continue;
-      for (std::size_t l = 0; l < 3; ++l) {
-        const double stiff = rest.area * dot(rest.gradient[k], rest.gradient[l]);
-        const double turn = k == l ? 0.0 : (l == (k + 1) % 3 ? 0.5 : -0.5);
-        add(unknown[t[k]], 0, t[l], 0, stiff);
-        add(unknown[t[k]], 1, t[l], 1, stiff);
-        add(unknown[t[k]], 0, t[l], 1, -turn);
-        add(unknown[t[k]], 1, t[l], 0, turn);
-      }
-    }
-  }
-  Matrix matrix(right.size(), right.size());
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Solver solver(matrix);
-  if (solver.info() != Eigen::Success) return false;
-  const Eigen::VectorXd solution = solver.solve(right);
-  if (!solution.allFinite()) return false;
-  for (std::uint32_t v = 0; v < unknown.size(); ++v) {
-    const Eigen::Index at = Eigen::Index{2} * unknown[v];
-    if (at >= 0) chart.points[v] = {solution[at], solution[at + 1]};
-  }
-  normalise(chart);
-  return true;
-}
 
 bool rigid_rounds(FlatChart& chart, int rounds) {
   const int count = static_cast<int>(chart.points.size()) - 1;  // Vertex 0 stays where it is.
@@ -246,11 +237,32 @@ bool rigid_rounds(FlatChart& chart, int rounds) {
   return true;
 }
 
-void injective_rounds(FlatChart& chart, int rounds) {
+double rigid_energy(const FlatChart& chart) {
+  double area = 0, sum = 0;
+  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+    const Jacobian j = jacobian(chart, i, chart.points);
+    const FlatPoint r = nearest_rotation(j);
+    const FlatPoint u = j.u - FlatPoint{r.x, -r.y}, v = j.v - FlatPoint{r.y, r.x};
+    area += chart.rest[i].area;
+    sum += chart.rest[i].area * (dot(u, u) + dot(v, v));
+  }
+  return sum / area;
+}
+
+void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until) {
+  constexpr double kDone = 1e-5, kStalled = 0.01;
   double current = energy(chart, chart.points);
+  // The sum that energy() makes of the limit.
+  const double area = std::accumulate(chart.rest.begin(), chart.rest.end(), 0.0,
+                                      [](double sum, const RestShape& r) { return sum + r.area; });
+  const double wanted = until == nullptr ? std::numeric_limits<double>::infinity()
+                                         : 4 * area * (1 + until->energy + chart.forced);
+  std::optional<StepSystem> system;
   for (int round = 0; round < rounds; ++round) {
+    if (until != nullptr && within(chart, *until)) return;
+    if (!system) system.emplace(chart);
     std::vector<FlatPoint> direction;
-    if (!weighted_step(chart, direction)) return;
+    if (!system->solve(chart, direction)) return;
     for (std::size_t v = 0; v < direction.size(); ++v)
       direction[v] = direction[v] - chart.points[v];
     double step = std::min(1.0, 0.8 * flip_distance(chart, direction));
@@ -262,13 +274,14 @@ void injective_rounds(FlatChart& chart, int rounds) {
         chart.points[v] = before[v] + direction[v] * step;
       }
       current = energy(chart, chart.points);
-      moved = current < last && is_injective(chart);
+      moved = current < last && is_injective(chart, chart.apart);
     }
     if (!moved) {
       chart.points = before;
       return;
     }
-    if (last - current < 1e-5 * last) return;
+    // Above the limit, what hardly falls will not come within.
+    if (last - current < (current > wanted ? kStalled : kDone) * last) return;
   }
 }
 

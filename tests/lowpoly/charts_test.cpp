@@ -191,19 +191,20 @@ TEST(Charts, ThreadsChangeNothing) {
   }
 }
 
-TEST(Charts, RoughRocksAreNotCutFurther) {
+TEST(Charts, RoughRocksHaveFewCharts) {
+  // Noise of a few edges' width: no patch of it is nearly flat.
   Mesh rock = test::BumpySphere::dense(6000), out;
-  std::uint32_t state = 1;
   for (Vec3& p : rock.positions) {
-    state = state * 1664525U + 1013904223U;
-    const float r = 0.65F + 0.7F * static_cast<float>(state >> 8U) / 16777216.0F;
+    const double x = p.x, y = p.y, z = p.z;
+    const double bumps = std::sin(11 * x + 3 * y) * std::sin(12 * y - 4 * z) +
+                         std::sin(13 * z + 5 * x) * std::sin(17 * x + 16 * y - 9 * z);
+    const auto r = static_cast<float>(1 + 0.12 * bumps);
     p = {r * p.x, r * p.y, r * p.z};
   }
   const LayoutFacts facts = charted(rock, {.size = 2048, .border_texels = 8}, &out);
-  EXPECT_GT(facts.charts, 150u);
-  // Cut further, it has 2.089 and 0.463.
-  EXPECT_LT(vertices_a_position(out), 2.07);
-  EXPECT_GT(facts.coverage, 0.468);
+  EXPECT_LT(facts.charts, 40u);
+  EXPECT_LT(vertices_a_position(out), 1.2);
+  EXPECT_GT(facts.coverage, 0.7);
 }
 
 TEST(Charts, BunnyHasFewSeams) {

@@ -104,10 +104,10 @@ def overlap(corners, size):
 def by_xatlas(positions, faces, size, padding):
     """Scales until the atlas fits the square, since xatlas takes a scale or a size, not both."""
     chart_seconds, best = None, None
-    low, high = 0.3, 1.0
+    low, high = 0.05, 1.0
     edges = positions[faces]
     area = 0.5 * numpy.linalg.norm(numpy.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0]), axis=1).sum()
-    for _ in range(6):
+    for _ in range(8):
         used = 0.5 * (low + high)
         atlas = xatlas.Atlas()
         atlas.add_mesh(positions.astype(numpy.float32), faces.astype(numpy.uint32))

@@ -1,0 +1,176 @@
+#include "lowpoly/chart_choice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include "base/parallel.h"
+#include "lowpoly/chart_cuts.h"
+#include "lowpoly/chart_growth.h"
+#include "lowpoly/chart_trims.h"
+
+namespace kiln {
+namespace {
+
+/// Ways to grow. The second is tried where the first leaves too much of the map.
+constexpr std::array<ChartWay, 2> kWays{{{3, 0.2}, {20, 0.1}}};
+/// Cuts that are tried. A seam as long as the side of a square with the mesh's area must save `seam` of that
+/// area; a chart with all of the area would waste `size` of it.
+struct CutChoice {
+  double seam = 0, size = 0;
+};
+constexpr std::array<CutChoice, 5> kCutChoices{
+    {{0.005, 0.3}, {0.035, 0.3}, {0.01, 0}, {0.005, 0}, {0.015, 0.5}}};
+/// And where a chart has more than kLarge of the area, so that little fits beside it.
+constexpr CutChoice kLargeChoice{0.02, 1};
+constexpr double kLarge = 0.3;
+/// Where all of the surface is one chart with less energy than this: what is flat stays whole.
+constexpr CutChoice kFlatChoice{0.02, 0};
+constexpr double kFlat = 1e-3;
+/// Of texels used, less what vertices weigh: what is taken whatever others promise.
+constexpr double kGoodEnough = 0.78;
+/// Orders in which the charts of each choice are packed.
+constexpr std::uint32_t kCutEffort = 20;
+/// Above this many charts only the first, or none where vertices weigh already.
+constexpr std::size_t kManyCharts = 150;
+/// Vertices that seams may add before they count: this, times the square root of positions.
+constexpr double kFreeVertices = 9.3;
+
+/// Rounds after growing and after cutting; the energy hardly falls after these.
+constexpr int kRelaxingRounds = 4;
+
+/// Charts, and what they are worth.
+struct Tried {
+  ChosenCharts chosen;
+  double worth = -std::numeric_limits<double>::infinity();
+};
+
+Tried& best_of(std::vector<Tried>& tried) {
+  return *std::max_element(tried.begin(), tried.end(),
+                           [](const Tried& a, const Tried& b) { return a.worth < b.worth; });
+}
+
+CutPrice price_of(const ChartSurface& surface, const UnwrapOptions& options,
+                  const CutChoice& choice) {
+  const double extent = std::sqrt(surface.total_area);
+  const double padding =
+      extent / std::sqrt(kExpectedCoverage) * options.border_texels / options.size;
+  return {0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
+          kLeastPart * surface.total_area};
+}
+
+/// Cuts charts at each of some prices, and straightens the seams. \returns one a choice
+std::vector<Tried> cut(const ChartSurface& surface, const UnwrapOptions& options,
+                       std::span<const CutChoice> choices, const ChosenCharts& grown, int threads) {
+  std::vector<CutPrice> prices;
+  for (const CutChoice& choice : choices) prices.push_back(price_of(surface, options, choice));
+  std::vector<CutCharts> parts = cut_charts(surface, grown.borders, prices, grown.charts, threads);
+  std::vector<Tried> result(choices.size(), Tried{{grown.borders, {}}});
+  const auto trim = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      ChosenCharts& chosen = result[i].chosen;
+      chosen.borders.restore(std::move(parts[i].glued));
+      chosen.charts = std::move(parts[i].charts);
+      trim_charts(surface, chosen.borders, {}, chosen.charts);
+    }
+  };
+  parallel_for(result.size(), 1, trim, threads);
+  return result;
+}
+
+/// What vertices weigh, as a share of the map's texels.
+double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
+  const auto positions = static_cast<double>(surface.positions.size());
+  double added = -positions;
+  for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
+  return kVertexPrice * std::max(0.0, added - kFreeVertices * std::sqrt(positions)) / positions;
+}
+
+/// The choices that are worth a try, for some charts.
+std::vector<CutChoice> choices_for(const ChartSurface& surface,
+                                   const std::vector<FlatChart>& charts) {
+  if (charts.size() > kManyCharts && vertex_price(surface, charts) > 0) return {};
+  if (charts.size() > kManyCharts) return {kCutChoices.front()};
+  if (charts.size() == 1 && distortion(charts[0]).energy < kFlat) return {kFlatChoice};
+  const bool large = std::any_of(charts.begin(), charts.end(), [&](const FlatChart& chart) {
+    return flat_area(chart) > kLarge * surface.total_area;
+  });
+  std::vector<CutChoice> choices(kCutChoices.begin(), kCutChoices.end());
+  if (large) choices.push_back(kLargeChoice);
+  return choices;
+}
+
+/// Grows charts in one way, and cuts them so that they pack well for few vertices.
+Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const ChartWay& way,
+              int threads) {
+  Tried grown{{ChartBorders(surface), {}}};
+  grown.chosen.charts = grow_charts(surface, grown.chosen.borders, {}, way, threads);
+  relax_charts(grown.chosen.charts, threads);
+  trim_charts(surface, grown.chosen.borders, {}, grown.chosen.charts);
+  const std::vector<CutChoice> choices = choices_for(surface, grown.chosen.charts);
+  if (choices.empty()) {
+    grown.worth = -vertex_price(surface, grown.chosen.charts);
+    return grown;
+  }
+  std::vector<Tried> tried = cut(surface, options, choices, grown.chosen, threads);
+  const auto pack_one = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      ChosenCharts& chosen = tried[i].chosen;
+      const bool known = std::any_of(
+          tried.begin(), tried.begin() + static_cast<std::ptrdiff_t>(i), [&](const Tried& other) {
+            return other.chosen.borders.glued() == chosen.borders.glued();
+          });
+      if (known) continue;
+      PackState packed = search_packing(outlines_of(chosen.charts), options.size,
+                                        options.border_texels, kCutEffort, 1);
+      tried[i].worth = packed.share - vertex_price(surface, chosen.charts);
+      if (packed.share > 0) chosen.packed = std::move(packed);
+    }
+  };
+  parallel_for(tried.size(), 1, pack_one, threads);
+  return std::move(best_of(tried));
+}
+
+}  // namespace
+
+ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads) {
+  std::vector<Tried> tried;
+  for (const ChartWay& way : kWays) {
+    tried.push_back(try_way(surface, options, way, threads));
+    if (tried.back().worth >= kGoodEnough) break;
+  }
+  return std::move(best_of(tried).chosen);
+}
+
+void relax_charts(std::vector<FlatChart>& charts, int threads) {
+  const auto relax = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (charts[i].triangles.size() == 1) continue;
+      injective_rounds(charts[i], kRelaxingRounds);
+      normalise(charts[i]);
+    }
+  };
+  parallel_for(charts.size(), 1, relax, threads);
+}
+
+std::vector<FlatPoint> outline_of(const FlatChart& chart) {
+  std::vector<FlatPoint> ring;
+  ring.reserve(chart.boundary.size());
+  for (const std::uint32_t v : chart.boundary) ring.push_back(chart.points[v]);
+  return ring;
+}
+
+std::vector<Outline> outlines_of(const std::vector<FlatChart>& charts) {
+  std::vector<Outline> outlines(charts.size());
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    outlines[i].rings.push_back(outline_of(charts[i]));
+    outlines[i].area = flat_area(charts[i]);
+  }
+  return outlines;
+}
+
+}  // namespace kiln

@@ -1,0 +1,173 @@
+// Greedy merging of patches into discs: the least rise of normals' variance for the longest edge first.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <queue>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "base/heartbeat.h"
+#include "lowpoly/chart_borders.h"
+#include "lowpoly/pairing.h"
+
+namespace kiln {
+
+/// The pull of small patches to be merged where nothing bends.
+inline constexpr double kSmallPull = 0.02;
+
+struct ChartPatch {
+  std::uint32_t open = 0, border = 3;  ///< A half-edge of its border; how many that has.
+  double area = 0;
+  Vec3d normal;  ///< Sum of normals by area.
+  std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
+  std::vector<std::uint32_t> glued;  ///< What joined the parts.
+  bool alive = true;
+};
+
+inline double variance(double area, const Vec3d& normal) { return area - length(normal); }
+
+/// Greedy merging; what a merge must fulfil is the caller's.
+class ChartMerger {
+ public:
+  ChartMerger(const ChartSurface& surface, ChartBorders& borders)
+      : surface_(surface), borders_(borders), owner_(surface.triangles.size()) {}
+
+  std::uint32_t add(ChartPatch patch) {
+    patches_.push_back(std::move(patch));
+    root_.push_back(static_cast<std::uint32_t>(root_.size()));
+    return root_.back();
+  }
+  void own(std::uint32_t triangle, std::uint32_t patch) { owner_[triangle] = patch; }
+  std::vector<ChartPatch>& patches() { return patches_; }
+
+  /// Merges until no pair is left that may. `fits(area, normal)` is a quick look before a pair queues;
+  /// `accept(joined, accepted)` sees up to `width` joined patches at once, no part in two of them, and refuses
+  /// some by 0: their joints are opened again.
+  template <typename Fits, typename Accept>
+  void run(std::size_t width, const Fits& fits, const Accept& accept) {
+    for (std::uint32_t p = 0; p < patches_.size(); ++p) {
+      if (patches_[p].alive) propose(p, true, fits);
+    }
+    std::vector<ChartPatch> joined;
+    std::vector<std::uint8_t> accepted;
+    while (!queue_.empty()) {
+      Heartbeat::beat();
+      take(width, joined);
+      accepted.assign(joined.size(), 1);
+      accept(std::span<const ChartPatch>(joined), accepted);
+      for (std::size_t i = 0; i < joined.size(); ++i) {
+        if (accepted[i] == 0) borders_.unglue(joined[i].glued);
+      }
+      for (std::size_t i = 0; i < joined.size(); ++i) {
+        if (accepted[i] == 0) continue;
+        const auto [a, b] = joined[i].parts;
+        patches_[a].alive = patches_[b].alive = false;
+        const std::uint32_t id = add(std::move(joined[i]));
+        root_[a] = root_[b] = id;
+        propose(id, false, fits);
+      }
+    }
+  }
+
+ private:
+  struct Pair {
+    double cost = 0;
+    std::uint32_t a = 0, b = 0, half_edge = 0;
+    bool operator<(const Pair& other) const {  // The cheapest on top.
+      return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
+    }
+  };
+
+  /// Glues the cheapest pairs that have no part in common.
+  void take(std::size_t width, std::vector<ChartPatch>& joined) {
+    joined.clear();
+    std::vector<Pair> held;
+    while (joined.size() < width && held.size() < width && !queue_.empty()) {
+      const Pair pair = queue_.top();
+      queue_.pop();
+      const ChartPatch &a = patches_[pair.a], &b = patches_[pair.b];
+      if (!a.alive || !b.alive) continue;
+      const bool taken = std::any_of(joined.begin(), joined.end(), [&](const ChartPatch& other) {
+        return std::any_of(other.parts.begin(), other.parts.end(),
+                           [&](std::uint32_t p) { return p == pair.a || p == pair.b; });
+      });
+      if (taken) {
+        held.push_back(pair);
+        continue;
+      }
+      ChartPatch patch;
+      patch.open =
+          borders_.glue(borders_.run_through(pair.half_edge), a.border, b.border, patch.glued);
+      if (patch.open == kNoIndex) continue;
+      patch.border = a.border + b.border - 2 * static_cast<std::uint32_t>(patch.glued.size());
+      patch.area = a.area + b.area;
+      patch.normal = a.normal + b.normal;
+      patch.parts = {pair.a, pair.b};
+      joined.push_back(std::move(patch));
+    }
+    for (const Pair& pair : held) queue_.push(pair);
+  }
+
+  std::uint32_t owner(std::uint32_t half_edge) {
+    std::uint32_t p = owner_[half_edge / 3];
+    while (root_[p] != p) p = root_[p] = root_[root_[p]];
+    return p;
+  }
+
+  /// Queues a patch with each of its neighbours, over the longest run they share.
+  template <typename Fits>
+  void propose(std::uint32_t p, bool later_only, const Fits& fits) {
+    std::vector<std::pair<std::uint32_t, ChartBorders::Run>> best;
+    const std::uint32_t open = patches_[p].open;
+    std::uint32_t h = open;
+    const auto look = [&](std::uint32_t half_edge) {
+      const ChartBorders::Run run = borders_.run_through(half_edge);
+      const std::uint32_t other = owner(surface_.mate[half_edge]);
+      for (auto& [neighbour, longest] : best) {
+        if (neighbour != other) continue;
+        if (run.length > longest.length) longest = run;
+        return;
+      }
+      best.push_back({other, run});
+    };
+    bool any = false;
+    std::uint32_t last_shared = kNoIndex;
+    do {
+      const std::uint32_t m = surface_.mate[h];
+      if (m != kNoIndex && owner(m) != p) {
+        last_shared = h;
+        const std::uint32_t before = borders_.previous(h);
+        const bool goes_on =
+            surface_.mate[before] != kNoIndex && borders_.next(m) == surface_.mate[before];
+        if (!goes_on) look(h), any = true;
+      }
+      h = borders_.next(h);
+    } while (h != open);
+    if (!any && last_shared != kNoIndex) look(last_shared);
+    const ChartPatch& patch = patches_[p];
+    for (const auto& [other, run] : best) {
+      if (later_only && other < p) continue;
+      const ChartPatch& neighbour = patches_[other];
+      const double area = patch.area + neighbour.area;
+      const Vec3d normal = patch.normal + neighbour.normal;
+      if (!fits(area, normal)) continue;
+      const double rise = variance(area, normal) - variance(patch.area, patch.normal) -
+                          variance(neighbour.area, neighbour.normal);
+      const double cost =
+          (std::max(rise, 0.0) + kSmallPull * std::min(patch.area, neighbour.area)) / run.length;
+      queue_.push({cost, std::min(p, other), std::max(p, other), run.first});
+    }
+  }
+
+  const ChartSurface& surface_;
+  ChartBorders& borders_;
+  std::vector<std::uint32_t> owner_, root_;
+  std::vector<ChartPatch> patches_;
+  std::priority_queue<Pair> queue_;
+};
+
+}  // namespace kiln
