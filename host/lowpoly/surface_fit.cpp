@@ -145,29 +145,31 @@ class Moving {
 }  // namespace
 
 /// Evenly spaced in the list of triangles: a triangle stands for those that are left out after it. Where there are
-/// few triangles, up to four of each: the centroids of the parts that the middles of its sides cut it into.
+/// few triangles, three of each, each of which stands for a third.
 std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted) const {
-  constexpr std::array<std::array<double, 3>, 4> kPlaces{{{1.0 / 3, 1.0 / 3, 1.0 / 3},
-                                                          {2.0 / 3, 1.0 / 6, 1.0 / 6},
-                                                          {1.0 / 6, 2.0 / 3, 1.0 / 6},
-                                                          {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
-  const std::size_t each = triangles_.size() < wanted ? kPlaces.size() : 1;
-  const std::size_t available = triangles_.size() * each, count = std::min(available, wanted);
-  std::vector<Sample> result(count);
-  const double spacing = static_cast<double>(available) / static_cast<double>(count);
+  using Shares = std::array<double, 3>;
+  constexpr std::array<Shares, 3> kThree{
+      {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
+  constexpr std::array<Shares, 1> kOne{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
+  const std::span<const Shares> places =
+      triangles_.size() < wanted ? std::span<const Shares>(kThree) : std::span<const Shares>(kOne);
+  const std::size_t each = places.size();
+  const std::size_t count = std::min(triangles_.size(), wanted);
+  std::vector<Sample> result(count * each);
+  const double spacing = static_cast<double>(triangles_.size()) / static_cast<double>(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(static_cast<double>(i) * spacing);
-    const std::size_t index = std::min(at, available - 1);
-    const Triangle& t = triangles_[index / each];
+    const auto index = static_cast<std::size_t>(static_cast<double>(i) * spacing);
+    const Triangle& t = triangles_[std::min(index, triangles_.size() - 1)];
     const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
     const Vec3d normal = normal_of(a, b, c);
     const double size = length(normal);
     if (!(size > 0)) continue;
-    const std::array<double, 3>& place = kPlaces[index % each];
-    Sample& sample = result[i];
-    sample.point = a * place[0] + b * place[1] + c * place[2];
-    sample.normal = normal * (1 / size);
-    sample.weight = size;
+    for (std::size_t k = 0; k < each; ++k) {
+      Sample& sample = result[i * each + k];
+      sample.point = a * places[k][0] + b * places[k][1] + c * places[k][2];
+      sample.normal = normal * (1 / size);
+      sample.weight = size;
+    }
   }
   return result;
 }
