@@ -25,8 +25,8 @@ struct SimplifyResult {
   std::vector<Triangle> triangles;
   Layout layout;  ///< Empty where none is kept.
   DistanceReport deviation;
-  std::vector<Place>
-      flawed;  ///< Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
+  /// Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
+  std::vector<Place> flawed;
 };
 
 /// A mesh under simplification, with what must be kept of it.
