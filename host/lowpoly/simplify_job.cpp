@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -43,17 +44,21 @@ std::size_t goal_of_start(std::size_t faces) {
   return std::max(small, kLargeStartShare * faces);
 }
 
-void warn_of_flaws(SimplifyReport& report) {
-  const auto warn = [&](const char* code, std::uint64_t count, const char* what) {
+/// \param place_of  of a triangle without area (false), or of one that is folded (true)
+void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)>& place_of) {
+  const auto warn = [&](const char* code, std::uint64_t count, const std::string& what) {
     if (count == 0) return;
     report.warnings.push_back(
         {code, std::to_string(count) + what + "; ask for more faces, or repair the high poly there",
          count});
   };
-  warn("folded-triangles", report.folded,
-       " triangles of the low poly face away from the high poly and could not be mended");
-  warn("flat-triangles", report.without_area,
-       " triangles of the low poly have no area and could not be mended");
+  if (report.folded > 0)
+    warn("folded-triangles", report.folded,
+         " triangles of the low poly face away from the high poly and could not be mended, one " +
+             place_of(true));
+  if (report.without_area > 0)
+    warn("flat-triangles", report.without_area,
+         " triangles of the low poly have no area and could not be mended, one " + place_of(false));
   warn("new-holes", report.holes, " holes of the low poly are not in the high poly");
 }
 
@@ -132,20 +137,20 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
 }
 
 /// Counts what is left: folds, triangles without area, and holes that the high poly does not have.
-bool SimplifyJob::is_good(const SimplifyResult& result) {
+bool SimplifyJob::is_good(SimplifyResult& result) {
   const Flaws flaws = check_.find(result.points, result.triangles);
   report_.folded = flaws.folded.size() + flaws.facing_down.size();
   report_.without_area = flaws.flat.size();
   const std::uint64_t rims = count_rims(result.triangles, result.points.size());
   const std::uint64_t before = rims == 0 ? 0 : count_rims(dense_.triangles, dense_.points.size());
   report_.holes = rims > before ? rims - before : 0;
-  flawed_.clear();
+  result.flawed.clear();
   for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
     for (const std::uint32_t t : *list) {
       const Triangle& v = result.triangles[t];
       const Vec3d &a = result.points[v[0]], &b = result.points[v[1]], &c = result.points[v[2]];
       const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-      flawed_.push_back({(a + b + c) * (1.0 / 3), longest + kAroundFlaws});
+      result.flawed.push_back({(a + b + c) * (1.0 / 3), longest + kAroundFlaws});
     }
   }
   return flaws.none() && report_.holes == 0;
@@ -238,8 +243,9 @@ bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) 
 }
 
 /// Where the next head start should leave the high poly as it is.
-std::vector<Place> SimplifyJob::flawed_places(const Work& work) const {
-  std::vector<Place> places = flawed_;
+std::vector<Place> SimplifyJob::flawed_places(const SimplifyResult& result,
+                                              const Work& work) const {
+  std::vector<Place> places = result.flawed;
   if (report_.holes > 0) {
     for (const Vec3d& p : work.torn) places.push_back({p, kAroundFlaws});
   }
@@ -254,7 +260,7 @@ SimplifyResult SimplifyJob::solve() {
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (try_from(work, false, result)) return result;
     if (result.triangles.empty()) break;
-    const std::vector<Place> flawed = flawed_places(work);
+    const std::vector<Place> flawed = flawed_places(result, work);
     places.insert(places.end(), flawed.begin(), flawed.end());
     if (flawed.empty() || places.size() > kMostPlaces) break;
   }
@@ -329,7 +335,14 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
 
 Mesh SimplifyJob::finish(const SimplifyResult& result) {
   warn_of_count(result);
-  warn_of_flaws(report_);
+  warn_of_flaws(report_, [&](bool folded) {
+    const Place& place = result.flawed.at(folded ? report_.without_area : 0);
+    const Vec3 p = scale_.to_mesh(place.center);
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), "at (%.5g, %.5g, %.5g)", high_.origin[0] + p.x,
+                  high_.origin[1] + p.y, high_.origin[2] + p.z);
+    return std::string(text.data());
+  });
   report_.faces = result.triangles.size();
   report_.error = result.deviation.largest;
   report_.mean_error = result.deviation.mean;

@@ -25,6 +25,8 @@ struct SimplifyResult {
   std::vector<Triangle> triangles;
   Layout layout;  ///< Empty where none is kept.
   DistanceReport deviation;
+  /// Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
+  std::vector<Place> flawed;
 };
 
 /// A mesh under simplification, with what must be kept of it.
@@ -116,7 +118,7 @@ class SimplifyJob {
     return one_sided_distance(dense_positions_, dense_.triangles, light, samples);
   }
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
-  SimplifyResult unchanged() const { return {dense_.points, dense_.triangles, layout_, {}}; }
+  SimplifyResult unchanged() const { return {dense_.points, dense_.triangles, layout_, {}, {}}; }
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work) const;
   Work start(std::size_t faces, std::span<const Place> untouched = {}, bool parts = true) const;
@@ -125,9 +127,9 @@ class SimplifyJob {
   SurfaceFit surface_fit() const;
   bool fit(SimplifyResult& result);
   std::size_t mend(SimplifyResult& result);
-  bool is_good(const SimplifyResult& result);
+  bool is_good(SimplifyResult& result);
   bool try_from(const Work& work, bool last, SimplifyResult& result);
-  std::vector<Place> flawed_places(const Work& work) const;
+  std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
   Mesh assemble(const SimplifyResult& result) const;
 
@@ -141,7 +143,6 @@ class SimplifyJob {
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
-  std::vector<Place> flawed_;  ///< Triangles of the last result looked at that are no good.
 };
 
 }  // namespace kiln

@@ -145,13 +145,15 @@ class Moving {
 }  // namespace
 
 /// Evenly spaced in the list of triangles: a triangle stands for those that are left out after it. Where there are
-/// few triangles, four of each: the centroids of the parts that the middles of its sides cut it into.
+/// few triangles, three of each, each of which stands for a third.
 std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted) const {
-  constexpr std::array<std::array<double, 3>, 4> kPlaces{{{1.0 / 3, 1.0 / 3, 1.0 / 3},
-                                                          {2.0 / 3, 1.0 / 6, 1.0 / 6},
-                                                          {1.0 / 6, 2.0 / 3, 1.0 / 6},
-                                                          {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
-  const std::size_t each = triangles_.size() < wanted ? kPlaces.size() : 1;
+  using Shares = std::array<double, 3>;
+  constexpr std::array<Shares, 3> kThree{
+      {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
+  constexpr std::array<Shares, 1> kOne{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
+  const std::span<const Shares> places =
+      triangles_.size() < wanted ? std::span<const Shares>(kThree) : std::span<const Shares>(kOne);
+  const std::size_t each = places.size();
   const std::size_t count = std::min(triangles_.size(), wanted);
   std::vector<Sample> result(count * each);
   const double spacing = static_cast<double>(triangles_.size()) / static_cast<double>(count);
@@ -164,7 +166,7 @@ std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted) const {
     if (!(size > 0)) continue;
     for (std::size_t k = 0; k < each; ++k) {
       Sample& sample = result[i * each + k];
-      sample.point = a * kPlaces[k][0] + b * kPlaces[k][1] + c * kPlaces[k][2];
+      sample.point = a * places[k][0] + b * places[k][1] + c * places[k][2];
       sample.normal = normal * (1 / size);
       sample.weight = size;
     }

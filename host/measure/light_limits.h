@@ -10,6 +10,8 @@ namespace kiln::light_limits {
 inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 /// Faces of the finest level, to begin with, and at most, where the error asks for more.
 inline constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
+/// To begin with, at most this share of the high poly's: with more, a low poly saves little.
+inline constexpr double kMostShare = 0.5;
 inline constexpr std::size_t kMostTrials = 7;
 /// And as long as none reaches the error.
 inline constexpr std::size_t kMostTrialsToReach = 10;

@@ -25,6 +25,8 @@ Mesh with_any_uvs(Mesh mesh);
 BakeOptions normals_alone(BakeOptions options);
 /// Of each map that is baked.
 std::vector<std::uint32_t> map_channels(const BakeOptions& bake);
+/// What visibility is found from where maps are only tried: drawing all directions takes longer than a small map.
+void few_directions(BakeOptions& options);
 /// A try with a map of one size.
 BakeOptions for_size(const BakeOptions& bake, std::uint32_t size, std::uint32_t samples);
 /// A map as files of so many bits hold it.
@@ -41,9 +43,10 @@ class LightLooks {
       : source_(source), high_(high), bake_(bake), plan_(plan), cache_(cache) {}
 
   void take_pictures(std::uint32_t screen);
-  /// \param most  faces of the finest level
+  /// Makes levels: up to the high poly itself, unless it has very many faces, where coarser ones do not do.
   /// \param height_field  the high poly is one
-  void make_levels(std::uint32_t most, bool height_field);
+  /// \returns the coarsest whose error with an endless map is at most `limit`
+  std::optional<std::size_t> fewest_within(double limit, bool height_field);
   /// The first of the ways that gets nearest, on one mesh.
   void choose_match(std::size_t level, bool height_field);
 
@@ -71,6 +74,9 @@ class LightLooks {
   LightModel& model() const { return *model_; }
 
  private:
+  /// \param most   faces of the finest level
+  /// \param share  of the high poly's faces, which it has at most, too
+  void make_levels(std::uint32_t most, double share, bool height_field);
   void say(double done, const char* doing) const;
   const Mesh& glance(std::size_t level);
   LightModel::Node look(std::size_t level);

@@ -57,10 +57,8 @@ class LightPlanner {
 
   LightBake planned() {
     looks_.take_pictures(options_.screen);
-    looks_.make_levels(kMostFaces, options_.height_field);
     first_map();
-    search();
-    bake_all_maps();
+    search_and_bake();
     while (!all_reached(plan_.bounds) && plan_.chosen.size < largest_) {
       // A map of this size does not do for another map, whatever the mesh is.
       std::erase_if(sizes_, [&](std::uint32_t size) { return size <= plan_.chosen.size; });
@@ -68,8 +66,7 @@ class LightPlanner {
       earlier_ = plan_.trials.size();
       const LightTrial next = *best_expected();
       try_map(next_level_, next.size);
-      search();
-      bake_all_maps();
+      search_and_bake();
     }
     // Its deviation takes long to measure, so only that of what was chosen is.
     const Stopwatch watch;
@@ -92,6 +89,17 @@ class LightPlanner {
       size == 0 ? measure_without_map(level) : try_map(level, size);
       if (!best_reached()) try_pairs();
     }
+  }
+
+  /// Tries look from few directions. Where that told too little, from all of them.
+  void search_and_bake() {
+    search();
+    bake_all_maps();
+    if (plan_.chosen.measured <= options_.max_error || !best_reached() || all_directions_) return;
+    all_directions_ = true;
+    correct(plan_.trials, best_->trial = plan_.chosen);
+    search();
+    bake_all_maps();
   }
 
   void try_pairs() {
@@ -132,16 +140,14 @@ class LightPlanner {
   /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
   /// as many bytes of texels as of vertices.
   void first_map() {
-    const auto leaves_room = [&](std::size_t i) {
-      return model().at(i).limit / (kFirstLimit * options_.max_error);
-    };
-    std::optional<std::size_t> found = model().fewest(leaves_room);
-    if (!found && high_.triangles.size() > std::size_t{2} * kMostFaces) {
-      looks_.make_levels(kManyFaces, options_.height_field);
-      found = model().fewest(leaves_room);
-    }
-    const std::size_t level = std::max(found.value_or(0), finest());
+    const auto coarse =
+        looks_.fewest_within(kFirstLimit * options_.max_error, options_.height_field);
+    const std::size_t level = std::max(coarse.value_or(0), finest());
     if (options_.choose_match) looks_.choose_match(level, options_.height_field);
+    if (may_leave_map_out_ && model().at(level).plain <= options_.max_error) {
+      measure_without_map(level);  // A map would spare few faces.
+      if (best_reached()) return;
+    }
     std::uint32_t size = sizes_.front();
     while (2 * size <= largest_ && bytes(level, 2 * size).texels < bytes(level, 0).total()) {
       size *= 2;
@@ -295,6 +301,7 @@ class LightPlanner {
     made.trial = trial_of(level, size);
     made.bake = for_size(bake_, size, samples_for(size));
     BakeOptions plain = normals_alone(made.bake);
+    if (!all_directions_) few_directions(plain);
     plain.mips = learn;
     const BakeResult result = bake_drawn(impl_of(source_), made.low, plain, nullptr);
     const Stopwatch measuring;
@@ -321,15 +328,9 @@ class LightPlanner {
     keep(std::move(made));
   }
 
-  /// The lightest that reaches the error; of none, the nearest.
   void keep(Made made) {
     plan_.trials.push_back(made.trial);
-    const bool reaches = made.trial.measured <= options_.max_error;
-    const bool better =
-        !best_ ||
-        (reaches ? !best_reached() || made.trial.bytes.total() < best_->trial.bytes.total()
-                 : !best_reached() && made.trial.measured < best_->trial.measured);
-    if (better) best_ = std::move(made);
+    if (!best_ || is_better(made.trial, best_->trial, options_.max_error)) best_ = std::move(made);
   }
 
   /// Nothing is looked at for this: what is not known is guessed.
@@ -351,12 +352,12 @@ class LightPlanner {
 
   /// Bakes all maps, as asked for.
   void bake_all_maps() {
-    plan_.low = std::move(best_->low);
+    plan_.low = best_->low;
     keep_colors(high_, plan_.low);
     plan_.chosen = best_->trial;
     if (plan_.chosen.size == 0) return;
-    plan_.unwrapped = std::move(best_->unwrapped);
-    plan_.bake = std::move(best_->bake);
+    plan_.unwrapped = best_->unwrapped;
+    plan_.bake = best_->bake;
     plan_.bake.progress = bake_.progress;
     plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
     plan_.drawn = rounded(std::move(plan_.drawn), bits_);
@@ -375,7 +376,7 @@ class LightPlanner {
   std::uint32_t bits_ = 8, largest_ = 0;
   std::vector<std::uint32_t> channels_, sizes_;
   double seams_ = 10;  // vertices that seams add, over the square root of positions
-  bool may_leave_map_out_ = true, tried_another_ = false;
+  bool may_leave_map_out_ = true, tried_another_ = false, all_directions_ = false;
   // `earlier_`: trials with maps that turned out too small for another map
   std::size_t next_level_ = 0, earlier_ = 0;
   std::optional<Made> best_;

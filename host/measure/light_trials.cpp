@@ -33,6 +33,18 @@ double LightMisses::price() const { return 1 + kMissPrice * static_cast<double>(
 
 bool LightMisses::nearly(double wanted) const { return count > 0 && nearest <= kNearly * wanted; }
 
+bool is_better(const LightTrial& next, const LightTrial& best, double wanted) {
+  const bool best_reaches = best.measured <= wanted;
+  if (next.measured <= wanted) return !best_reaches || next.bytes.total() < best.bytes.total();
+  return !best_reaches && next.measured < best.measured;
+}
+
+void correct(std::span<LightTrial> trials, const LightTrial& measured) {
+  for (LightTrial& trial : trials) {
+    if (trial.faces == measured.faces && trial.size == measured.size) trial = measured;
+  }
+}
+
 bool was_tried(std::span<const LightTrial> trials, std::uint64_t faces, std::uint32_t size) {
   return std::any_of(trials.begin(), trials.end(), [&](const LightTrial& trial) {
     return trial.faces == faces && trial.size == size;

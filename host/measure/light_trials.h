@@ -30,6 +30,12 @@ struct LightMisses {
   bool nearly(double wanted) const;
 };
 
+/// Whether one reaches the error and the other does not, or is heavier; of two that do not, whether it is nearer.
+bool is_better(const LightTrial& next, const LightTrial& best, double wanted);
+
+/// Puts what was measured later in place of what was tried with the same mesh and size.
+void correct(std::span<LightTrial> trials, const LightTrial& measured);
+
 /// Whether this very mesh was tried with maps of a size, or one of about as many faces.
 bool was_tried(std::span<const LightTrial> trials, std::uint64_t faces, std::uint32_t size);
 bool tried_about(std::span<const LightTrial> trials, std::uint64_t faces, std::uint32_t size);

@@ -15,6 +15,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kProbeGrain = 1 << 12;
+constexpr double kLargestAngle = 180;
 
 /// Three channels at a place of a map: bilinear between the centres of texels, clamped to its edges.
 Vec3d texel_at(const Image& map, double u, double v) {
@@ -48,6 +49,7 @@ NormalError NormalProbe::compare(const Image& shown) const {
   NormalError error = compare_normals(
       reference_, points_a_pixel_ > 1 ? pixel_means(shown, points_a_pixel_) : shown);
   error.one_sided += one_sided_;
+  if (worst_where_unseen_ && places_.empty()) error.mean_degrees = kLargestAngle;
   return error;
 }
 
@@ -192,7 +194,10 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
 NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
                                       std::shared_ptr<const VisibilityField>& field) const {
   Limit result;
-  if (places() == 0) return result;
+  if (places() == 0) {
+    result.error = with_normals({});
+    return result;
+  }
   cl::Context& context = context_of(source_.device);
   BakeOptions in_space = options;
   in_space.space = NormalMapSpace::object;

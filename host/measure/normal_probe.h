@@ -40,7 +40,8 @@ class NormalProbe {
               const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster);
 
   /// In pictures of which the high poly's side is known. Where a pixel has several points, normals are
-  /// compared by their means over each pixel that both meshes cover whole.
+  /// compared by their means over each pixel that both meshes cover whole. Where there is none, as of parts smaller
+  /// than a pixel, nothing can be said: errors are 180 degrees, as large as any.
   NormalProbe(const Source::Impl& source, const Mesh& low, const DenseShown& dense);
 
   /// Of the low poly's own normals.
@@ -100,7 +101,8 @@ class NormalProbe {
   std::vector<kiln_low_shading> shading_;
   std::vector<Place> places_;
   std::uint32_t points_a_pixel_ = 1;
-  Image reference_;  ///< The high poly's normals, one row
+  bool worst_where_unseen_ = false;  ///< Errors without any place
+  Image reference_;                  ///< The high poly's normals, one row
   std::uint64_t one_sided_ = 0;
   TexelBand band_;  ///< The places as samples of a map of one row
 };

@@ -61,6 +61,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
 
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const DenseShown& dense)
     : NormalProbe(source, low, nullptr) {
+  worst_where_unseen_ = true;
   take_places(dense.pictures,
               hits_by_rays(context_of(source.device), light_, dense.pictures, start_), dense.hits);
 }

@@ -19,6 +19,8 @@ constexpr std::size_t kParts = 32, kLeastPart = 4096;
 /// A triangle is farther than the best for sure where its plane is, by more than rounding; and so thin that its plane
 /// may be wrong where the squared sine of an angle is below this.
 constexpr double kSurelyFarther = 1.0001, kSliver = 1e-12;
+/// What bounds a squared distance is larger by so much than rounding may take off.
+constexpr double kMoreThanRounding = 1.0001, kTiny = 1e-14;
 
 /// Boxes of a tree over so many triangles, level by level: each has parts of at most two sizes, `size` and one
 /// more.
@@ -187,9 +189,9 @@ void SurfaceDistance::fit_box(std::size_t index) {
   }
 }
 
-double SurfaceDistance::squared(const Vec3& point) const {
+double SurfaceDistance::squared(const Vec3& point, double within) const {
   std::uint32_t place = 0;
-  return search(point, place, std::numeric_limits<double>::infinity());
+  return search(point, place, within);
 }
 
 std::uint32_t SurfaceDistance::nearest(const Vec3& point, double within) const {
@@ -270,6 +272,7 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
 
   std::vector<double> squared(report.samples);
   parallel_for(report.samples, 1024, [&](std::size_t begin, std::size_t end) {
+    Vec3d before;
     for (std::size_t i = begin; i < end; ++i) {
       // Evenly spaced in the list of four samples a triangle: its corners, then its centroid.
       const auto sample = static_cast<std::uint64_t>(
@@ -281,7 +284,15 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
       const Vec3& c = dense_positions[t[2]];
       const std::array<Vec3, 4> points{
           a, b, c, Vec3{(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3}};
-      squared[i] = light.squared(points[sample % 4]);
+      const Vec3& point = points[sample % 4];
+      // No farther than the sample before, and than the way from there.
+      double within = std::numeric_limits<double>::infinity();
+      if (i > begin) {
+        const double farthest = std::sqrt(squared[i - 1]) + length(Vec3d(point) - before);
+        within = kMoreThanRounding * farthest * farthest + kTiny;
+      }
+      squared[i] = light.squared(point, within);
+      before = Vec3d(point);
     }
   });
   double sum = 0, sum_of_squares = 0, largest = 0;

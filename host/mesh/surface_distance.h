@@ -23,7 +23,8 @@ class SurfaceDistance {
   SurfaceDistance(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
   /// Squared distance, in the units of the positions, squared. Infinite where there is no triangle.
-  double squared(const Vec3& point) const;
+  /// \param within  as nearest()
+  double squared(const Vec3& point, double within = std::numeric_limits<double>::infinity()) const;
   /// The triangle that is nearest, as numbered when it was given; 0 where there is none. Of several it is
   /// always the same one.
   /// \param within  a squared distance that one surely is nearer than; what is known of it spares most of the search

@@ -352,5 +352,41 @@ TEST(LightModel, LearnsFromMaps) {
   EXPECT_GT(two.expected(finest, 64), 1.05 * one.expected(finest, 64));
 }
 
+/// Cubes on a grid, far from each other.
+Mesh far_cubes(int a_side, float apart) {
+  Mesh cube = test::cube();
+  Mesh mesh;
+  mesh.name = "cubes";
+  for (int i = 0; i < a_side * a_side; ++i) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    const float x = apart * static_cast<float>(i % a_side);
+    const float y = apart * static_cast<float>(i / a_side);
+    for (const Vec3& p : cube.positions) mesh.positions.push_back({p.x + x, p.y + y, p.z});
+    for (const Triangle& t : cube.triangles) {
+      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  }
+  return mesh;
+}
+
+TEST(LightPlan, UsesMoreThanHalfOfTheFacesWhereNothingElseDoes) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = far_cubes(6, 2);
+  const LightBake light = bake_light(Source(*test::device(), high), high, light_options(0.5, 64));
+  EXPECT_TRUE(light.reached);
+  EXPECT_EQ(light.chosen.size, 0U);
+  EXPECT_EQ(light.low.triangles.size(), high.triangles.size());
+}
+
+TEST(LightPlan, WhatIsSmallerThanAPixelIsNotSaidToBeReached) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = far_cubes(4, 200);
+  LightPlanOptions options = light_options(5, 64);
+  options.screen = 32;
+  const LightBake light = bake_light(Source(*test::device(), high), high, options);
+  EXPECT_FALSE(light.reached);
+  EXPECT_EQ(light.chosen.measured, 180);
+}
+
 }  // namespace
 }  // namespace kiln
