@@ -33,6 +33,7 @@
 
 #include "detail/detail.clh"
 #include "detail/hemisphere_ray.clh"
+#include "detail/hemisphere_turn.clh"
 #include "lib/hash.clh"
 
 /// Which rays each sample has: how far they are turned, and below that the number of the set. It depends on
@@ -77,27 +78,6 @@ kernel void kiln_hemisphere_keys(const kiln_turn_params params,
     }
     keys[s] = (key >> params.slot_bits) | slot;
   }
-}
-
-/// A nested uniform scramble: each bit is flipped by what the bits below it say (Laine, Karras, "Stratified
-/// Sampling for Stochastic Transparency", 2011, with Vegdahl's constants).
-static inline uint hemisphere_shuffle(uint bits, uint seed) {
-  bits ^= bits * 0x3d20adeau;
-  bits += seed;
-  bits *= (seed >> 16) | 1u;
-  bits ^= bits * 0x05526c56u;
-  return bits ^ (bits * 0x53a22864u);
-}
-
-/// How far rays are turned and the number of their set, as kiln_hemisphere_turns has it. Of each square of the map
-/// with 2^n texels a side, 4^n rays are spread evenly; squares and rounds have nothing to do with each other
-/// (Ahmed, Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
-/// Pixels", 2020). So smoothing takes more noise away, and two rounds are independent estimates.
-static inline uint hemisphere_turn(uint key, uint round) {
-  const uint angle = hemisphere_shuffle(key, hash_of(2 * round));
-  const uint set = hemisphere_shuffle(key, hash_of(2 * round + 1));
-  return angle >> (32 - KILN_HEMISPHERE_TURN_BITS) << KILN_HEMISPHERE_SET_BITS |
-         set >> (32 - KILN_HEMISPHERE_SET_BITS);
 }
 
 /// Copies some of a band's samples: all that their rays start from.
@@ -156,8 +136,8 @@ static inline void hemisphere_store(float3 value, size_t i, size_t plane, global
   to[i + 2 * plane] = value.z;
 }
 
-/// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and those that
-/// pad the last lanes, get normals of 0.
+/// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and
+/// those that pad the last lanes, get normals of 0.
 kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
                                    global const uint* restrict low_triangle,
                                    global const float* restrict low_barycentric,
@@ -211,8 +191,8 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
 }
 
 /// Rays [first_ray, first_ray + rays) of samples [first, first + stride), a row a ray: position and
-/// direction. With by_sample the rays of a sample instead. The direction stored is the ray's opposite, so that faces that look at the point are those
-/// that look along it.
+/// direction. With by_sample the rays of a sample instead. The direction stored is the ray's opposite, so that faces
+/// that look at the point are those that look along it.
 /// \param turn_table  cosines, then sines
 /// \param directions  of each set: on the disk and over it, x, y and z, a plane each
 /// \param rings       of each ray: the ring's first ray, then its number of rays, a plane each

@@ -74,6 +74,8 @@ TEST(Friction, AnswersFlagsOfOtherBakers) {
            {"--vertex-color", "a map: --maps vertex_color"},
            {"--displacement", "a map: --maps displacement"},
            {"--roughness", "--transfer mtl:roughness"},
+           {"--ao-samples", "--ao-rays N"},
+           {"--max-occluder-distance", "--ao-distance D"},
            {"--closest", "a match: --match closest"}}) {
     const ProcessResult result = run_kiln({"bake", "a", "b", "--out", "c", flag});
     expect_refused(result, {"'" + flag.substr(0, flag.find('=')) + "'", remedy});

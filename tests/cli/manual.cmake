@@ -12,7 +12,14 @@ file(MAKE_DIRECTORY "${WORK}/bin" "${WORK}/examples")
 file(CREATE_LINK "${kiln}" "${WORK}/bin/kiln" SYMBOLIC)
 file(CREATE_LINK "${sample}" "${WORK}/bin/kiln_sample" SYMBOLIC)
 file(REAL_PATH "${WORK}/bin" programs)
-set(ENV{PATH} "${programs}:$ENV{PATH}")
+find_program(sh sh REQUIRED)
+find_program(linker ld)
+if(linker)
+  file(CREATE_LINK "${linker}" "${WORK}/bin/ld" SYMBOLIC)  # PoCL links kernels by it
+endif()
+# No python3 among them: pictures of data, a second each, are drawn where ChartCommand, MeasureCommand and cli/plot look
+# at them.
+set(ENV{PATH} "${programs}")
 
 execute_process(COMMAND "${kiln}" devices RESULT_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
 if(status EQUAL 4 AND NOT DEFINED ENV{CI})
@@ -50,7 +57,7 @@ while(NOT rest STREQUAL "")
   if(line MATCHES "\\\\$")
     continue()  # goes on in the next line
   endif()
-  execute_process(COMMAND sh -e -c "${command}" WORKING_DIRECTORY "${WORK}/examples"
+  execute_process(COMMAND ${sh} -e -c "${command}" WORKING_DIRECTORY "${WORK}/examples"
     RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
     message(FATAL_ERROR "${README}:${number}: this example fails (${status}):\n${command}${output}")

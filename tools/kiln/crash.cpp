@@ -23,13 +23,15 @@ namespace {
 constexpr const char* kCache = "POCL_CACHE_DIR";
 // In the environment of a run that was begun anew: "1" as it was, "2" with an empty cache.
 constexpr const char* kRetry = "KILN_RETRY";
+constexpr const char* kKeep = "KILN_KEEP_BINARIES";
 
 // All that a handler needs, made before: nothing can be allocated in one.
 constexpr std::size_t kMostVariables = 4096;
-std::array<char*, kMostVariables + 3> environment;
+std::array<char*, kMostVariables + 4> environment;
 std::array<char, 256> folder;
 std::array<char, folder.size() + 32> cache_variable;
 char retry_variable[] = "KILN_RETRY=0";
+char keep_variable[] = "KILN_KEEP_BINARIES=0";  // what is thrown away is not worth compiling twice
 char** arguments = nullptr;
 int tries_before = 0;
 bool may_retry = false;
@@ -59,12 +61,16 @@ void prepare_retry(char** argv) {
   std::size_t count = 0;
   for (char** entry = environ; *entry != nullptr && count < kMostVariables; ++entry) {
     const bool replaced =
-        is_variable(*entry, kRetry) || (tries_before == 1 && is_variable(*entry, kCache));
+        is_variable(*entry, kRetry) ||
+        (tries_before == 1 && (is_variable(*entry, kCache) || is_variable(*entry, kKeep)));
     if (!replaced) environment[count++] = *entry;
   }
   retry_variable[std::strlen(kRetry) + 1] = static_cast<char>('1' + tries_before);
   environment[count++] = retry_variable;
-  if (tries_before == 1) environment[count++] = cache_variable.data();
+  if (tries_before == 1) {
+    environment[count++] = cache_variable.data();
+    environment[count++] = keep_variable;
+  }
   environment[count] = nullptr;
   arguments = argv;
   may_retry = tries_before < 2 && size > 0 &&

@@ -43,6 +43,10 @@ constexpr std::string_view kCage = "The flag is --cage D: rays start this far ou
 constexpr std::string_view kDistance = "The flag is --max-distance D: how far to look each way.";
 constexpr std::string_view kPadding = "The flag is --gutter N: texels of padding around charts.";
 constexpr std::string_view kSamples = "The flag is --samples N: N x N samples a texel.";
+constexpr std::string_view kRays =
+    "The flag is --ao-rays N: rays a sample, of ao, bent_normal and thickness.";
+constexpr std::string_view kAoDistance =
+    "The flag is --ao-distance D: how far away something still darkens a point.";
 constexpr std::string_view kSize = "The flag is --size N, or --size WxH.";
 constexpr std::string_view kGreen = "The flag is --flip-y: green points down, as in DirectX.";
 constexpr std::string_view kGreenUp = "Green points up by default, as in OpenGL. Leave it out.";
@@ -93,6 +97,10 @@ constexpr std::array kBake = {
     Answer{"aa", kSamples},
     Answer{"supersampling", kSamples},
     Answer{"subsampling", kSamples},
+    Answer{"ao-samples", kRays},
+    Answer{"rays", kRays},
+    Answer{"secondary-rays", kRays},
+    Answer{"max-occluder-distance", kAoDistance},
     Answer{"resolution", kSize},
     Answer{"res", kSize},
     Answer{"width", kSize},
