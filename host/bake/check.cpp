@@ -44,6 +44,7 @@ void check_enums(const BakeOptions& options) {
   check_enum("space", options.space, NormalMapSpace::face);
   check_enum("miss", options.miss, MissPolicy::mark);
   check_enum("occlusion.by", options.occlusion.by, OcclusionBy::automatic);
+  check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
 
 /// What the library's other rooms check of numbers.
@@ -159,7 +160,8 @@ void check_map(MapKind map, const BakeOptions& options) {
 /// What a depth view cannot tell: it shows the first face alone, from outside.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
-  const char* what = occlusion.distance        ? "a distance"
+  const char* what = occlusion.distance                            ? "a distance"
+                     : occlusion.falloff != OcclusionFalloff::none ? "a falloff"
                      : !occlusion.back_faces   ? "back faces that do not occlude"
                      : occlusion.max_error > 0 ? "an error to be reached"
                                                : nullptr;

@@ -13,7 +13,7 @@ MapRow ao_map() {
       0,
       1};
   row.info.takes_max_error = row.info.takes_rays = row.info.takes_back_faces =
-      row.info.takes_views = true;
+      row.info.takes_views = row.info.takes_falloff = true;
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::open);

@@ -70,7 +70,8 @@ MapRow bent_normal_map() {
               "bent normal: the mean direction that is open, in the space that is asked for",
               0,
               1};
-  row.info.takes_rays = row.info.takes_back_faces = row.info.takes_views = true;
+  row.info.takes_rays = row.info.takes_back_faces = row.info.takes_views = row.info.takes_falloff =
+      true;
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<BentNormal>(request);

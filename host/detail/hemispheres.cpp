@@ -143,6 +143,9 @@ Hemispheres::Hemispheres(const MapRequest& request)
   beyond_ = beyond_everything(request.surface, others_);
   occluding_ = beyond_;
   if (distance) occluding_ = std::min(occluding_, ray_length(*distance, frame));
+  falloff_ = request.options.occlusion.falloff;
+  falloff_reach_ = ray_length(distance ? *distance : Length::share(1), frame);
+  if (falloff_ != OcclusionFalloff::none) occluding_ = std::min(occluding_, falloff_reach_);
   thick_ = ray_length(distance ? *distance : Length::share(0.1), frame);
   const std::uint32_t rays = request.options.occlusion.rays;
   upload_rays(rays_out_, rays, 1);
@@ -246,11 +249,7 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
   make_turns(band);
   over_rays(band, match, second, rays_in_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-              if (first_hits_.capacity < ray_capacity_) {
-                first_hits_ = Correspondence();
-                first_hits_ = Correspondence(context_, ray_capacity_);
-              }
-              caster.intersect(rays_, count, ray_capacity_, query, first_hits_);
+              find_first_hits(caster, query, count);
               context_.launch(depth, params.stride / kLanes, kLocalLanes, params,
                               first_hits_.triangle, first_hits_.distance, sums.depth);
             });
@@ -262,7 +261,7 @@ std::vector<float> Hemispheres::open(const TexelBand& band, const Correspondence
   if (view_directions_ > 0) return open_by_views(band, match, second);
   if (max_error_ > 0) return open_within(band, match, second);
   cast(band, match, second);
-  return shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
+  return shares(band, sums_[second ? 1 : 0].open, rays_out_.count * whole());
 }
 
 std::vector<float> Hemispheres::shares(const TexelBand& band,

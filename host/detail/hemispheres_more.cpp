@@ -179,7 +179,7 @@ ShareFilter::Result Hemispheres::filtered(const Estimates& of) {
   parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const double all =
-          static_cast<double>(of.rays[t]) * (of.shared.first[t + 1] - of.shared.first[t]);
+          static_cast<double>(of.rays[t]) * whole() * (of.shared.first[t + 1] - of.shared.first[t]);
       pairs[2 * t] = static_cast<float>(of.a[t] / all);
       pairs[2 * t + 1] = static_cast<float>(of.b[t] / all);
     }
@@ -241,7 +241,9 @@ std::vector<float> Hemispheres::open_within(const TexelBand& band, const Corresp
   of.a.resize(texels);
   of.b.resize(texels);
   of.rays.assign(texels, rays_at_first(rays_out_.count));
-  if (of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu) {
+  const bool any_hit = falloff_ == OcclusionFalloff::none;  // what casts and counts at one go
+  if (any_hit && of.shared.single() && parts_ == nullptr &&
+      occluders().traversal() == Traversal::cpu) {
     cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
   } else {
     std::vector<std::uint32_t> all(texels);

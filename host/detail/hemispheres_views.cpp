@@ -34,7 +34,8 @@ std::uint32_t views_for(const MapRequest& request) {
   const OcclusionOptions& asked = request.options.occlusion;
   if (asked.by == OcclusionBy::rays) return 0;
   if (asked.by == OcclusionBy::views) return asked.views;
-  if (asked.distance || !asked.back_faces || asked.max_error > 0 || asked.rays > kMostRaysAsViews)
+  if (asked.distance || asked.falloff != OcclusionFalloff::none || !asked.back_faces ||
+      asked.max_error > 0 || asked.rays > kMostRaysAsViews)
     return 0;
   const double samples = samples_of(request.options, request.surface);
   double triangles = 0;

@@ -41,9 +41,17 @@ enum class Bitangent {
 enum class OcclusionBy {
   rays,   ///< Rays over the hemisphere of each sample
   views,  ///< Depth views of all that occludes, from all around; each sample looks into every one. For the maps
-          ///< ao and bent_normal, without a distance, and with faces that occlude from both sides
+  ///< ao and bent_normal, without a distance or falloff, and with faces that occlude from both sides
   automatic,  ///< Two views a ray, where views serve and are expected to take less time; else rays. Beyond 64 rays
               ///< views come less near than rays do
+};
+
+/// How much a ray's first hit darkens, by its distance d from the point and OcclusionOptions::distance D, with
+/// x = d / D. A hit at D or beyond darkens nothing.
+enum class OcclusionFalloff {
+  none,    ///< 1: all alike
+  linear,  ///< 1 - x
+  smooth,  ///< 1 - x^2 (3 - 2 x): without a crease at the contact and at D
 };
 
 /// Light over the hemisphere of the high poly's points, for the maps ao, bent_normal and thickness.
@@ -55,6 +63,9 @@ struct OcclusionOptions {
   /// How far something occludes; for thickness what is as thick as white. Above 0. None given: for ao and
   /// bent_normal all that is there, for thickness a tenth of the diagonal.
   std::optional<Length> distance = {};
+  /// For ao and bent_normal: what is near darkens more. Without a distance, D is the high poly's diagonal. It
+  /// takes nearest hits, by rays alone: OcclusionBy::views is refused, OcclusionBy::automatic takes rays.
+  OcclusionFalloff falloff = OcclusionFalloff::none;
   bool back_faces = true;  ///< Faces that look away from the point occlude, too
   // What occludes, for ao, bent_normal and shadow; at least one of them.
   bool by_high = true;  ///< The high poly
@@ -172,6 +183,7 @@ struct MapInfo {
       false;  ///< It obeys OcclusionOptions::back_faces, by_high, by_low and by_others
   bool takes_views =
       false;  ///< It obeys OcclusionOptions::by and views; others of rays are of rays always
+  bool takes_falloff = false;           ///< It obeys OcclusionOptions::falloff
   bool takes_curvature_radius = false;  ///< It obeys BakeOptions::curvature_radius
   bool takes_light = false;             ///< It obeys BakeOptions::light
   bool takes_id_by = false;             ///< It obeys BakeOptions::id_by

@@ -66,6 +66,7 @@ TEST(Friction, AnswersFlagsOfOtherBakers) {
            {"--resolution", "--size"},
            {"--antialiasing", "--samples"},
            {"--ao", "a map: --maps ao"},
+           {"--attenuation", "--ao-falloff"},
            {"--curvature", "a map: --maps curvature"},
            {"--height-map", "a map: --maps height"},
            {"--slope", "a map: --maps slope"},

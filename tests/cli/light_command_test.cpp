@@ -268,6 +268,7 @@ TEST(LightCommand, GathersLightByViews) {
   };
   refuses({"--ao-views", "32"}, "--ao-by views");
   refuses({"--ao-by", "views", "--ao-distance", "1%"}, "--ao-distance");
+  refuses({"--ao-by", "views", "--ao-falloff", "linear"}, "--ao-falloff");
   refuses({"--ao-by", "views", "--ao-error", "0.01"}, "--ao-error");
   refuses({"--ao-by", "views", "--ao-ignore-back-faces"}, "--ao-ignore-back-faces");
   refuses({"--ao-by", "views", "--ao-rays", "8"}, "--ao-rays");
@@ -276,6 +277,30 @@ TEST(LightCommand, GathersLightByViews) {
       dense.bake("bad", {"--faces", "200", "--maps", "height", "--ao-by", "views"});
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_NE(other.errors.find("ao or bent_normal"), std::string::npos) << other.errors;
+}
+
+TEST(LightCommand, DarkensLessWithDistance) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const auto with = [&](const char* name, std::vector<std::string> more) {
+    more.insert(more.begin(), {"--faces", "200", "--ao-rays", "16", "--maps"});
+    return dense.bake(name, more);
+  };
+  ASSERT_EQ(with("far", {"ao"}).exit_code, 0);
+  EXPECT_EQ(dense.report("far")["options"]["ao_falloff"], "none");
+  const ProcessResult done = with("near", {"ao", "--ao-falloff", "smooth", "--ao-distance", "20%",
+                                           "--report-error", "--ao-error", "0.02"});
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  EXPECT_EQ(dense.report("near")["options"]["ao_falloff"], "smooth");
+  EXPECT_LT(dense.report("near")["errors"][0]["rms"].get<double>(), 0.02 * 255);
+  ASSERT_EQ(with("none", {"height"}).exit_code, 0);
+  EXPECT_TRUE(dense.report("none")["options"]["ao_falloff"].is_null());
+  const ProcessResult other = with("bad", {"thickness,shadow", "--ao-falloff", "linear"});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.errors.find("ao or bent_normal"), std::string::npos) << other.errors;
+  const ProcessResult word = with("bad", {"ao", "--ao-falloff", "cubic"});
+  EXPECT_EQ(word.exit_code, 2);
+  EXPECT_NE(word.errors.find("linear"), std::string::npos) << word.errors;
 }
 
 TEST(LightCommand, ExitsWith1WhereTheErrorIsOutOfReach) {

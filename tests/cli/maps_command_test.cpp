@@ -1,4 +1,8 @@
 // Textures, names, layers, packed channels and own maps from the command line.
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +13,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/kiln.h"
@@ -113,6 +118,33 @@ TEST(MapsCommand, WritesLayersAndErrors) {
   EXPECT_NE(result.output.find("error of height"), std::string::npos) << result.output;
 }
 
+/// Whatever sizes the pictures have, maps have the size of the bake.
+TEST(MapsCommand, LayersOfPicturesOfDifferentSizes) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  save_image({5, 3, 1, std::vector<float>(15, 0.25F)}, scene / "small.exr",
+             {ImageFormat::exr_float});
+  save_image({64, 40, 3, std::vector<float>(7680, 0.5F)}, scene / "large.exr",
+             {ImageFormat::exr_float});
+  const ProcessResult result = bake(
+      scene, {"--maps", "mask", "--layers", "--format", "exr32", "--transfer", scene / "small.exr",
+              "--transfer", scene / "large.exr", "--transfer", "mtl:roughness"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  Imf::InputFile file((scene / "out" / "low_layers.exr").string().c_str());
+  EXPECT_EQ(file.header().dataWindow(), Imath::Box2i({0, 0}, {15, 15}));
+  const std::vector<std::pair<const char*, float>> channels = {
+      {"mask.Y", 1}, {"small.Y", 0.25F}, {"large.B", 0.5F}, {"roughness.Y", 0.75F}};
+  for (const auto& [name, expected] : channels) {
+    EXPECT_NE(file.header().channels().findChannel(name), nullptr) << name;
+    std::vector<float> read(256, -1);
+    Imf::FrameBuffer buffer;
+    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, read.data(), Imath::V2i(0, 0), 16, 16));
+    file.setFrameBuffer(buffer);
+    file.readPixels(0, 15);
+    EXPECT_NEAR(read[8 * 16 + 2], expected, 1e-6) << name;
+  }
+}
+
 TEST(MapsCommand, TakesMapsOfYourOwn) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
@@ -164,6 +196,9 @@ TEST(MapsCommand, RefusesWhatIsNotThere) {
   expect_refused(bake(scene, {"--layers"}), 2, "--format exr");
   expect_refused(bake(scene, {"--transfer", "nowhere.png"}), 3, "nowhere.png");
   expect_refused(bake(scene, {"--transfer", "mtl:shine"}), 2, "mtl:color");
+  for (const char* words : {"mtl:roughness:rough", "mtl:roughness:srbg", "mtl:color:x:linear"}) {
+    expect_refused(bake(scene, {"--transfer", words}), 2, "is no colour space");
+  }
   expect_refused(bake(scene, {"--transfer", brick + ":wall:srbg"}), 2, "'srbg' is no colour space");
   expect_refused(bake(scene, {"--transfer", brick + ":wall:"}), 2, "linear");
   expect_refused(bake(scene, {"--transfer", brick + ":ao:srgb"}), 2, "'ao'");

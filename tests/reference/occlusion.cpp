@@ -41,9 +41,10 @@ HemisphereView view_hemisphere(std::span<const Vec3> positions, std::span<const 
     }
     const RayHit hit = cast_ray(positions, triangles, point, direction, ray);
     view.way += (hit.found ? hit.t : search.distance) / search.rays;
-    if (hit.found) continue;
-    view.open += 1.0 / search.rays;
-    for (std::size_t c = 0; c < 3; ++c) view.lean[c] += direction[c] / search.rays;
+    const double dark = search.darkens ? search.darkens(hit.t / search.distance) : 1;
+    const double open = hit.found ? 1 - dark : 1;
+    view.open += open / search.rays;
+    for (std::size_t c = 0; c < 3; ++c) view.lean[c] += open * direction[c] / search.rays;
   }
   return view;
 }

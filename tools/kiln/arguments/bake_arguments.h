@@ -69,6 +69,7 @@ struct BakeArguments {
   std::uint32_t ao_views = OcclusionOptions{}.views;
   std::uint32_t ao_rays = 64;
   std::string ao_distance;
+  std::string ao_falloff = "none";
   bool ao_ignore_back_faces = false;
   std::vector<std::string> ao_occluders = {"high"};
   double ao_error = 0;

@@ -260,7 +260,8 @@ void check_occlusion(const BakeArguments& a) {
     fail_usage("--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
   }
   if (a.ao_by != "views") return;
-  for (const char* flag : {"--ao-distance", "--ao-ignore-back-faces", "--ao-error"}) {
+  for (const char* flag :
+       {"--ao-distance", "--ao-falloff", "--ao-ignore-back-faces", "--ao-error"}) {
     if (!given(flag)) continue;
     fail_usage(
         std::string(flag) +

@@ -32,6 +32,15 @@ void add_detail_flags(Command& command, BakeArguments& a) {
           "units, or P% of HIGH's diagonal")
       ->group(group_occlusion);
   command
+      .add_option(
+          "--ao-falloff", a.ao_falloff,
+          "How much something darkens ao and bends bent_normal, by its share x of --ao-distance "
+          "(default: HIGH's diagonal): all alike (none), 1 - x (linear), or 1 - x^2 (3 - 2x) "
+          "(smooth)")
+      ->check(one_of(occlusion_falloff_values()))
+      ->capture_default_str()
+      ->group(group_occlusion);
+  command
       .add_flag("--ao-ignore-back-faces", a.ao_ignore_back_faces,
                 "Only faces that look at a point darken it: for open meshes, whose insides show. "
                 "thickness always takes both sides")

@@ -11,6 +11,11 @@ bool asks_occlusion(const BakeArguments& a) {
                      [](const std::string& map) { return find_map(map).takes_rays; });
 }
 
+bool takes_falloff(const BakeArguments& a) {
+  return std::any_of(a.maps.begin(), a.maps.end(),
+                     [](const std::string& map) { return find_map(map).takes_falloff; });
+}
+
 }  // namespace
 
 Json describe(const BakeArguments& a, const BakeReport& report) {
@@ -77,6 +82,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
        report.occlusion && report.occlusion->views > 0 ? Json(report.occlusion->views) : Json()},
       {"ao_rays", asks_occlusion(a) ? Json(a.ao_rays) : Json()},
       {"ao_distance", or_null(a.ao_distance)},
+      {"ao_falloff", takes_falloff(a) ? Json(a.ao_falloff) : Json()},
       {"ao_occluders", asks_occlusion(a) ? Json(a.ao_occluders) : Json()},
       {"ao_back_faces", asks_occlusion(a) ? Json(!a.ao_ignore_back_faces) : Json()},
       {"curvature_radius", or_null(a.curvature_radius)},

@@ -74,6 +74,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.occlusion.by_low = named("low");
   options.occlusion.own_part = a.part_occlusion == "own";
   options.occlusion.distance = optional_length("--ao-distance", a.ao_distance);
+  options.occlusion.falloff = occlusion_falloff_values().at(a.ao_falloff);
   options.curvature_radius = optional_length("--curvature-radius", a.curvature_radius);
   options.occlusion.max_error = a.ao_error;
   options.own_maps = load_own_maps(a);

@@ -49,6 +49,13 @@ Words<OcclusionBy> occlusion_by_values() {
   return kRows;
 }
 
+Words<OcclusionFalloff> occlusion_falloff_values() {
+  static constexpr Words<OcclusionFalloff>::Row kRows[] = {{"linear", OcclusionFalloff::linear},
+                                                           {"none", OcclusionFalloff::none},
+                                                           {"smooth", OcclusionFalloff::smooth}};
+  return kRows;
+}
+
 Words<RayDirection> ray_direction_values() {
   static constexpr Words<RayDirection>::Row kRows[] = {{"auto", RayDirection::automatic},
                                                        {"averaged", RayDirection::averaged},

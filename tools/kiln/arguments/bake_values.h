@@ -18,6 +18,7 @@ Words<MissPolicy> miss_values();
 Words<RayTraversal> traversal_values();
 Words<RayRule> ray_rule_values();
 Words<OcclusionBy> occlusion_by_values();
+Words<OcclusionFalloff> occlusion_falloff_values();
 Words<RayDirection> ray_direction_values();
 Words<VisibilityAt> visibility_at_values();
 Words<VisibilityTest> visibility_test_values();

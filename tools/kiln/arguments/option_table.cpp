@@ -33,6 +33,7 @@ bool has_mips(const MapInfo& map) { return has_padding(map) && map.type != MapTy
 bool takes_rays(const MapInfo& map) { return map.takes_rays; }
 bool takes_back_faces(const MapInfo& map) { return map.takes_back_faces; }
 bool takes_views(const MapInfo& map) { return map.takes_views; }
+bool takes_falloff(const MapInfo& map) { return map.takes_falloff; }
 bool takes_max_error(const MapInfo& map) { return map.takes_max_error; }
 bool takes_light(const MapInfo& map) { return map.takes_light; }
 bool takes_id_by(const MapInfo& map) { return map.takes_id_by; }
@@ -89,6 +90,7 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--ao-views", .map = takes_views},
     OptionRow{.flag = "--ao-rays", .map = takes_rays},
     OptionRow{.flag = "--ao-distance", .map = takes_rays},
+    OptionRow{.flag = "--ao-falloff", .map = takes_falloff},
     OptionRow{.flag = "--ao-ignore-back-faces", .map = takes_back_faces},
     OptionRow{.flag = "--ao-occluders", .map = takes_back_faces},
     OptionRow{.flag = "--part-occlusion", .map = takes_back_faces},

@@ -54,6 +54,13 @@ bool is_there(const std::string& file) {
 /// Where no such file is there, but one before a colon is: the words after it are wrong. \throws Error(usage)
 void check_words(const std::string& text, const std::string& file) {
   if (is_there(file)) return;
+  if (file.starts_with("mtl:")) {
+    throw Error(ErrorCode::usage, "--transfer '" + text + "': '" +
+                                      text.substr(text.rfind(':') + 1) +
+                                      "' is no colour space, and pictures of materials keep their "
+                                      "names. Give mtl:SLOT or mtl:SLOT:SPACE, where SPACE is "
+                                      "srgb, linear or normal.");
+  }
   for (std::string rest = file; last_part(rest);) {
     if (!is_there(rest)) continue;
     throw Error(ErrorCode::usage, "--transfer '" + text + "': '" +

@@ -57,6 +57,8 @@ constexpr std::string_view kName = "Maps are named after LOW. Rename LOW, or cho
 constexpr std::string_view kThreads = "The environment variable KILN_THREADS sets the threads.";
 constexpr std::string_view kDevice = "The flag is --device NAME: see kiln devices.";
 constexpr std::string_view kAo = "Ambient occlusion is a map: --maps ao.";
+constexpr std::string_view kFalloff =
+    "The flag is --ao-falloff linear or smooth: what is further away darkens less.";
 constexpr std::string_view kCurvature = "Curvature is a map: --maps curvature.";
 constexpr std::string_view kBent = "Bent normals are a map: --maps bent_normal.";
 constexpr std::string_view kThickness = "Thickness is a map: --maps thickness.";
@@ -119,6 +121,8 @@ constexpr std::array kBake = {
     Answer{"ao", kAo},
     Answer{"ambient-occlusion", kAo},
     Answer{"occlusion", kAo},
+    Answer{"falloff", kFalloff},
+    Answer{"attenuation", kFalloff},
     Answer{"curvature", kCurvature},
     Answer{"cavity", kCurvature},
     Answer{"convexity", kCurvature},
