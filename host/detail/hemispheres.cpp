@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <span>
 
@@ -18,6 +19,8 @@ namespace {
 constexpr std::size_t kLocalLanes = 8;
 // Beyond any point that a ray may start from (KILN_RAY_FARTHEST), and all of the high poly.
 constexpr double kFarthest = 2097152;
+// Of a ray with a falloff, as a share of the longest: what is nearer darkens as if it touched.
+constexpr double kShortest = 0x1p-12;
 
 float ray_length(const Length& length, const Frame& frame) {
   // Where it is as good as nothing, ranges of rays still need a length.
@@ -54,12 +57,13 @@ double fraction(double value) { return value - std::floor(value); }
 /// Two arms of Vogel's spiral, opposite each other: even on the disk at any number, and balanced, so that the
 /// mean of all rays is the normal. A ray of an odd number is left over, and lies next to the middle.
 ///
-/// \param disk  its radius: 1 is the whole hemisphere
+/// \param disk       its radius: 1 is the whole hemisphere
+/// \param length_of  how long rays are, of numbers that are even on 0 to 1
 /// A ray's place along the radius is one of its share of the disk, another one in each set. Rings are
 /// about as wide as the way between two of their rays.
-RaySets spirals(std::uint32_t count, double disk) {
-  const double turn = std::numbers::phi - 1,
-               step = 0.7548776662466927;  // both as irrational as can be
+RaySets spirals(std::uint32_t count, double disk, const std::function<double(double)>& length_of) {
+  const double turn = std::numbers::phi - 1, step = 0.7548776662466927,
+               step_of_length = std::numbers::sqrt3 - 1;  // as irrational as can be
   const std::uint32_t odd = count % 2;
   std::vector<double> angle(count);
   std::vector<std::uint32_t> order(count), arm(count);
@@ -92,12 +96,29 @@ RaySets spirals(std::uint32_t count, double disk) {
       const double squared =
           (single ? within : odd + 2 * (arm[ray] - odd + within)) / count * disk * disk;
       const double radians = 2 * std::numbers::pi * angle[ray], radius = std::sqrt(squared);
-      to[i] = static_cast<float>(radius * std::cos(radians));
-      to[i + std::size_t{count}] = static_cast<float>(radius * std::sin(radians));
-      to[i + std::size_t{2} * count] = static_cast<float>(std::sqrt(1 - squared));
+      // Opposite rays are half of all lengths apart.
+      const double length = length_of(fraction(arm[ray] * step_of_length + (ray + odd) % 2 * 0.5 +
+                                               (3 * set + 0.5) / KILN_HEMISPHERE_SETS));
+      to[i] = static_cast<float>(length * radius * std::cos(radians));
+      to[i + std::size_t{count}] = static_cast<float>(length * radius * std::sin(radians));
+      to[i + std::size_t{2} * count] = static_cast<float>(length * std::sqrt(1 - squared));
     }
   }
   return sets;
+}
+
+/// How long a ray is, as a share of the falloff's distance, by a number that is even on 0 to 1. Of these lengths
+/// a hit at d is within as many as it is to darken by. So any hit serves, where d itself asks for the nearest one.
+double inverse(OcclusionFalloff falloff, double even) {
+  switch (falloff) {
+    case OcclusionFalloff::linear:
+      return even;
+    case OcclusionFalloff::smooth:
+      return 0.5 - std::sin(std::asin(1 - 2 * even) / 3);
+    case OcclusionFalloff::none:
+      break;
+  }
+  return 1;
 }
 
 /// Cosines, then sines, of all angles that a sample's rays may be turned by.
@@ -144,10 +165,14 @@ Hemispheres::Hemispheres(const MapRequest& request)
   occluding_ = beyond_;
   if (distance) occluding_ = std::min(occluding_, ray_length(*distance, frame));
   falloff_ = request.options.occlusion.falloff;
-  falloff_reach_ = ray_length(distance ? *distance : Length::share(1), frame);
-  if (falloff_ != OcclusionFalloff::none) occluding_ = std::min(occluding_, falloff_reach_);
+  if (falloff_ != OcclusionFalloff::none) {
+    const float reach = ray_length(distance ? *distance : Length::share(1), frame);
+    occluding_ = std::min(beyond_, reach);
+    lengths_ = double{reach} / occluding_;
+  }
   thick_ = ray_length(distance ? *distance : Length::share(0.1), frame);
   const std::uint32_t rays = request.options.occlusion.rays;
+  rays_out_.falls_off = true;
   upload_rays(rays_out_, rays, 1);
   upload_rays(rays_in_, rays, 1);
   rays_in_.side = -1;
@@ -161,7 +186,10 @@ Hemispheres::Hemispheres(const MapRequest& request)
 }
 
 void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
-  const RaySets sets = spirals(count, radius);
+  const RaySets sets = spirals(count, radius, [&](double even) {
+    if (!set.falls_off || falloff_ == OcclusionFalloff::none) return 1.0;
+    return std::clamp(inverse(falloff_, even) * lengths_, kShortest, 1.0);
+  });
   set.count = count;
   set.directions = cl::Array<float>(context_, std::span<const float>(sets.directions));
   set.rings = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(sets.rings));
@@ -249,7 +277,11 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
   make_turns(band);
   over_rays(band, match, second, rays_in_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-              find_first_hits(caster, query, count);
+              if (first_hits_.capacity < ray_capacity_) {
+                first_hits_ = Correspondence();
+                first_hits_ = Correspondence(context_, ray_capacity_);
+              }
+              caster.intersect(rays_, count, ray_capacity_, query, first_hits_);
               context_.launch(depth, params.stride / kLanes, kLocalLanes, params,
                               first_hits_.triangle, first_hits_.distance, sums.depth);
             });
@@ -261,7 +293,7 @@ std::vector<float> Hemispheres::open(const TexelBand& band, const Correspondence
   if (view_directions_ > 0) return open_by_views(band, match, second);
   if (max_error_ > 0) return open_within(band, match, second);
   cast(band, match, second);
-  return shares(band, sums_[second ? 1 : 0].open, rays_out_.count * whole());
+  return shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
 }
 
 std::vector<float> Hemispheres::shares(const TexelBand& band,

@@ -35,8 +35,7 @@ class Hemispheres : public SharedWork {
   /// Before any band: lean() will be asked for.
   void want_lean() { wants_lean_ = true; }
 
-  /// [samples] the share of a sample's rays that hit nothing, or with OcclusionOptions::falloff the mean of how
-  /// open they are. \param second  see above
+  /// [samples] the share of a sample's rays that hit nothing. \param second  see above
   std::vector<float> open(const TexelBand& band, const Correspondence& match, bool second);
 
   /// Sums of the directions of those rays, 3 planes of plane_of(band).
@@ -67,6 +66,7 @@ class Hemispheres : public SharedWork {
     std::uint32_t count = 0;  // a sample
     float side = 1;           // 1: about the axis; -1: about its opposite
     bool lit = false;         // the axis is the light, else the normal
+    bool falls_off = false;   // OcclusionOptions::falloff says how long rays are
     cl::Array<float> directions;
     cl::Array<std::uint32_t> rings;
   };
@@ -192,14 +192,6 @@ class Hemispheres : public SharedWork {
   /// The same of few samples with many rays, as casts_by_sample() says.
   void cast_own(const TexelBand& band, const Correspondence& match, bool second, const RaySet& set,
                 std::span<const Turned> turned, const RayCaster& caster, const RayQuery& query);
-  /// What a ray that hits nothing adds to counts of open rays.
-  std::uint32_t whole() const;
-  /// count_open() with a falloff, which goes by the nearest hit.
-  void add_falloff(const TexelBand& band, const Correspondence& match, bool second,
-                   const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
-                   const cl::Array<float>& lean);
-  /// The first hits of rays_, in first_hits_.
-  void find_first_hits(const RayCaster& caster, const RayQuery& query, std::uint32_t count);
   /// Adds what hits_ says to counts of open rays.
   void add_open(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
 
@@ -211,8 +203,8 @@ class Hemispheres : public SharedWork {
   bool keep_, two_sided_, back_faces_, by_high_, by_low_;
   const Parts* parts_;                // whose own triangles alone occlude; null: all do
   float beyond_, occluding_, thick_;  // frame units
-  OcclusionFalloff falloff_;
-  float falloff_reach_;  // frame units
+  OcclusionFalloff falloff_ = OcclusionFalloff::none;
+  double lengths_ = 1;  // of the falloff's distance, of occluding_
   bool wants_lean_ = false;
   std::uint32_t view_directions_ = 0;  // 0: by rays
 

@@ -41,6 +41,7 @@ kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band, const Corr
   params.light_y = light_.y;
   params.light_z = light_.z;
   params.aligned = set.side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
+  params.unequal = set.falls_off && falloff_ != OcclusionFalloff::none ? 1 : 0;
   params.push = kPush;
   params.reach = thick_;
   return params;
@@ -123,10 +124,6 @@ void Hemispheres::add_open(const kiln_hemisphere_params& params,
 void Hemispheres::count_open(const TexelBand& band, const Correspondence& match, bool second,
                              const RaySet& set, std::span<const Turned> turned,
                              const RayCaster& caster, const cl::Array<float>& lean) {
-  if (falloff_ != OcclusionFalloff::none) {
-    add_falloff(band, match, second, set, turned, caster, lean);
-    return;
-  }
   const RayQuery query = query_up_to(occluding_, back_faces_);
   if (caster.traversal() == Traversal::cpu) {
     if (lean.empty() && casts_by_sample(band, set)) {
@@ -145,36 +142,6 @@ void Hemispheres::count_open(const TexelBand& band, const Correspondence& match,
                 if (lean.empty()) return;
                 context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_lean"),
                                 params.stride / kLanes, kLocalLanes, params, hits_, rays_, lean);
-              });
-  }
-}
-
-std::uint32_t Hemispheres::whole() const {
-  return falloff_ == OcclusionFalloff::none ? 1 : KILN_FALLOFF_WHOLE;
-}
-
-void Hemispheres::find_first_hits(const RayCaster& caster, const RayQuery& query,
-                                  std::uint32_t count) {
-  if (first_hits_.capacity < ray_capacity_) {
-    first_hits_ = Correspondence();
-    first_hits_ = Correspondence(context_, ray_capacity_);
-  }
-  caster.intersect(rays_, count, ray_capacity_, query, first_hits_);
-}
-
-void Hemispheres::add_falloff(const TexelBand& band, const Correspondence& match, bool second,
-                              const RaySet& set, std::span<const Turned> turned,
-                              const RayCaster& caster, const cl::Array<float>& lean) {
-  const RayQuery query = query_up_to(occluding_, back_faces_);
-  const cl::Kernel add = context_.kernel("hemisphere", "kiln_hemisphere_falloff");
-  const kiln_falloff_params falloff{
-      1 / falloff_reach_, falloff_ == OcclusionFalloff::smooth ? 1U : 0U, lean.empty() ? 0U : 1U};
-  for (const auto& [turns, open] : turned) {
-    over_rays(band, match, second, set, *turns, lean.empty(),
-              [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
-                find_first_hits(caster, query, count);
-                context_.launch(add, params.count, kLocal, params, falloff, first_hits_.triangle,
-                                first_hits_.distance, rays_, *to, lean.empty() ? rays_ : lean);
               });
   }
 }

@@ -34,6 +34,7 @@ std::uint32_t rays_at_first(std::uint32_t rays) {
 
 const Hemispheres::RaySet& Hemispheres::outward_rays(std::uint32_t count) {
   RaySet& set = more_rays_[count];
+  set.falls_off = true;
   if (set.count == 0) upload_rays(set, count, 1);
   return set;
 }
@@ -179,7 +180,7 @@ ShareFilter::Result Hemispheres::filtered(const Estimates& of) {
   parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const double all =
-          static_cast<double>(of.rays[t]) * whole() * (of.shared.first[t + 1] - of.shared.first[t]);
+          static_cast<double>(of.rays[t]) * (of.shared.first[t + 1] - of.shared.first[t]);
       pairs[2 * t] = static_cast<float>(of.a[t] / all);
       pairs[2 * t + 1] = static_cast<float>(of.b[t] / all);
     }
@@ -241,9 +242,7 @@ std::vector<float> Hemispheres::open_within(const TexelBand& band, const Corresp
   of.a.resize(texels);
   of.b.resize(texels);
   of.rays.assign(texels, rays_at_first(rays_out_.count));
-  const bool any_hit = falloff_ == OcclusionFalloff::none;  // what casts and counts at one go
-  if (any_hit && of.shared.single() && parts_ == nullptr &&
-      occluders().traversal() == Traversal::cpu) {
+  if (of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu) {
     cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
   } else {
     std::vector<std::uint32_t> all(texels);

@@ -27,7 +27,6 @@
 // kiln_hemisphere_own      samples              64     reads 4 B + 1 B a ray, writes 4 B
 // kiln_hemisphere_lean     samples / 8          8      reads 104 B a row of rays, writes 96 B
 // kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
-// kiln_hemisphere_falloff  samples              64     reads 8 B a ray (20 B with directions), writes 4 B or 16 B
 // kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
 // Strengths: sums are made in one order, so that they depend on nothing but the sample. Limits: contacts nearer
 // than the push are not seen.
@@ -318,10 +317,13 @@ kernel void kiln_hemisphere_lean(const kiln_hemisphere_params params,
 #pragma OPENCL FP_CONTRACT OFF
   global const float* along = rays + 3 * (size_t)params.ray_capacity;
   HEMISPHERE_ADD_ROWS(float8, 3, lean, {
-    const float8 open = 1.0f - convert_float8(vload8(0, hit + from));
+    float8 open = 1.0f - convert_float8(vload8(0, hit + from));
+    float8 direction[3];
     for (int axis = 0; axis < 3; ++axis) {
-      sum[axis] -= open * vload8(0, along + axis * (size_t)params.ray_capacity + from);
+      direction[axis] = vload8(0, along + axis * (size_t)params.ray_capacity + from);
     }
+    if (params.unequal != 0u) open *= hemisphere_per_length(direction);
+    for (int axis = 0; axis < 3; ++axis) sum[axis] -= open * direction[axis];
   })
 }
 
@@ -337,49 +339,6 @@ kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
     const float8 way = min(fabs(vload8(0, distance + from)), reach) / reach;
     sum[0] += select((float8)(1.0f), way, found);
   })
-}
-
-/// How open rays are that first meet something at some share of the reach, of KILN_FALLOFF_WHOLE.
-static inline uint hemisphere_open_at(const kiln_falloff_params falloff, float distance) {
-#pragma OPENCL FP_CONTRACT OFF
-  const float x = min(fabs(distance) * falloff.per_reach, 1.0f);
-  const float open = falloff.smooth != 0u ? x * x * (3.0f - 2.0f * x) : x;
-  return convert_uint_rte(min(open, 1.0f) * (float)(KILN_FALLOFF_WHOLE));
-}
-
-/// Adds to each sample how open its rays are, and where asked for their directions by as much.
-/// \param lean  not read or written unless wants_lean is 1
-kernel void kiln_hemisphere_falloff(const kiln_hemisphere_params params,
-                                    const kiln_falloff_params falloff,
-                                    global const uint* restrict triangle,
-                                    global const float* restrict distance,
-                                    global const float* restrict rays,
-                                    global uint* restrict open,
-                                    global float* restrict lean) {
-#pragma OPENCL FP_CONTRACT OFF
-  const size_t i = get_global_id(0);
-  if (i >= params.count) return;
-  const bool own = params.by_sample != 0u;
-  const size_t first = own ? i * params.rays : i;
-  const size_t step = own ? 1 : params.stride;
-  const size_t plane = params.ray_capacity;
-  uint count = 0;
-  float3 sum = (float3)(0.0f);
-  for (uint ray = 0; ray < params.rays; ++ray) {
-    const size_t at = first + ray * step;
-    const uint of_ray = triangle[at] == KILN_NO_TRIANGLE ? (uint)(KILN_FALLOFF_WHOLE)
-                                                         : hemisphere_open_at(falloff, distance[at]);
-    count += of_ray;
-    if (falloff.wants_lean == 0u) continue;
-    sum -= (float)(of_ray) *
-           (float3)(rays[at + 3 * plane], rays[at + 4 * plane], rays[at + 5 * plane]);
-  }
-  const size_t to = params.first + i;
-  open[to] += count;
-  if (falloff.wants_lean == 0u) return;
-  lean[to] += sum.x;
-  lean[to + params.out_capacity] += sum.y;
-  lean[to + 2 * (size_t)params.out_capacity] += sum.z;
 }
 
 /// The direction that a point is open to: its normal where it is open to nothing.

@@ -44,7 +44,8 @@ static KILN_STREAM_CALL void hemisphere_fill(const kiln_hemisphere_params params
 }
 
 /// Adds to each sample how many of its rays hit nothing; \param lean  0, or to the sums of their directions
-static inline void hemisphere_sum(uint samples, uint rows, global const float* rays,
+/// \param unequal  of kiln_hemisphere_params
+static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global const float* rays,
                                   global const uchar* hit, global uint* open, global float* lean,
                                   size_t lean_plane) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -59,10 +60,12 @@ static inline void hemisphere_sum(uint samples, uint rows, global const float* r
       const uint8 missed = 1u - convert_uint8(vload8(0, hit + at));
       count += missed;
       if (lean == 0) continue;
-      const float8 share = convert_float8(missed);
+      float8 share = convert_float8(missed), along[3];
       for (int axis = 0; axis < 3; ++axis) {
-        sum[axis] -= share * vload8(0, rays + at + (3 + axis) * KILN_OCCLUSION_BLOCK);
+        along[axis] = vload8(0, rays + at + (3 + axis) * KILN_OCCLUSION_BLOCK);
       }
+      if (unequal != 0u) share *= hemisphere_per_length(along);
+      for (int axis = 0; axis < 3; ++axis) sum[axis] -= share * along[axis];
     }
     vstore8(count, 0, open + i);
     for (int axis = 0; axis < 3 && lean != 0; ++axis) {
@@ -102,7 +105,7 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
     hemisphere_fill(params, points, turns, turn_table, directions, rings, lane, samples,
                     params.first_ray + row, rows, rays);
     occlusion_block(query, nodes, blocks, rays, 0, rows * samples, hit);
-    hemisphere_sum(samples, rows, rays, hit, open + sums, cast.wants_lean != 0u ? lean + sums : 0,
+    hemisphere_sum(params.unequal, samples, rows, rays, hit, open + sums, cast.wants_lean != 0u ? lean + sums : 0,
                    params.out_capacity);
   }
 }

@@ -43,9 +43,10 @@ struct kiln_hemisphere_params {
   kiln_uint first_point;  // of the first sample, in the points
   kiln_uint plane;        // elements of one plane of the points
   kiln_uint by_list;      // 1: points of samples that are listed; 0: of those from `first` on
+  kiln_uint unequal;      // 1: rays differ in length, and sums take their unit directions
 };
 typedef struct kiln_hemisphere_params kiln_hemisphere_params;
-KILN_CHECK_SIZE(kiln_hemisphere_params, 96);
+KILN_CHECK_SIZE(kiln_hemisphere_params, 100);
 
 struct kiln_pick_params {
   kiln_uint count;         // samples picked
@@ -57,19 +58,6 @@ struct kiln_pick_params {
 };
 typedef struct kiln_pick_params kiln_pick_params;
 KILN_CHECK_SIZE(kiln_pick_params, 24);
-
-/// What a ray that meets nothing counts where hits count by their distance: rays of a texel, 4096 of each of 256
-/// samples, stay below 2^32.
-#define KILN_FALLOFF_WHOLE 4095
-
-/// How much the first hit darkens.
-struct kiln_falloff_params {
-  kiln_float per_reach;  // 1 / the distance from which on nothing darkens, frame units
-  kiln_uint smooth;      // 1: without a crease at both ends; 0: linear
-  kiln_uint wants_lean;  // 1: directions are added up too
-};
-typedef struct kiln_falloff_params kiln_falloff_params;
-KILN_CHECK_SIZE(kiln_falloff_params, 12);
 
 /// How kiln_hemisphere_cast goes about it.
 struct kiln_cast_params {
