@@ -113,7 +113,6 @@ constexpr std::array kBake = {
     Answer{"occlusion", kAo},
     Answer{"curvature", kCurvature},
     Answer{"cavity", kCurvature},
-    Answer{"convexity", kCurvature},
     Answer{"bent-normal", kBent},
     Answer{"bent-normals", kBent},
     Answer{"thickness", kThickness},
