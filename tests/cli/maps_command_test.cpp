@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -285,6 +286,57 @@ TEST(MapsCommand, DrawsMapsOverTheMesh) {
   EXPECT_GT(red[0], 0.3F);
   EXPECT_LT(red[1], 0.05F) << "brick is red";
   expect_refused(render({"--show", color, "--normal", color}), 2, "--show");
+}
+
+TEST(MapsCommand, LightensEdgesAndDarkensCavities) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto draw = [&](const Words& more) {
+    Words words = {"render", scene / "low.obj", "--view", "0,0",   "--size",
+                   "64",     "--ambient-rays",  "0",      "--out", scene / "picture.png"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(words);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return load_image(scene / "picture.png");
+  };
+  // Quarters of the square: the strongest edge, half of it, flat, and the strongest cavity.
+  Image map{64, 1, 1, {}};
+  for (const float value : {0.75F, 0.625F, 0.5F, 0.25F}) {
+    map.pixels.insert(map.pixels.end(), 16, value);
+  }
+  save_image(map, scene / "bend.png", {ImageFormat::png16});
+  const Image plain = draw({}), bent = draw({"--curvature", scene / "bend.png"});
+  const auto light = [](float value) { return std::pow((value + 0.055) / 1.055, 2.4); };
+  const auto at = [](const Image& image, std::size_t quarter) {
+    return image.at(image.width * (2 * quarter + 1) / 8, image.height / 2);
+  };
+  const std::array<double, 4> factors = {1.5, 1.25, 1, 0.75};
+  for (std::size_t quarter = 0; quarter < factors.size(); ++quarter) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double before = light(at(plain, quarter)[c]), after = light(at(bent, quarter)[c]);
+      ASSERT_LT(before * 1.5, 1) << "nothing is clamped";
+      EXPECT_NEAR(after / before, factors[quarter], 0.025) << quarter << " " << c;
+    }
+  }
+  // Neither units nor what lies beyond the strongest 5% matter; numbers that are NaN are flat.
+  for (float& value : map.pixels) value = 40 * value - 20;
+  map.pixels[40] = std::numeric_limits<float>::quiet_NaN();
+  map.pixels[0] = 1000;
+  save_image(map, scene / "bend.exr", {ImageFormat::exr_float});
+  const Image of_exr = draw({"--curvature", scene / "bend.exr"});
+  for (std::size_t i = 0; i < of_exr.pixels.size(); ++i) {
+    ASSERT_NEAR(of_exr.pixels[i], bent.pixels[i], 1.01 / 255) << i;
+  }
+  const auto refused = [&](const Words& more, int code, const std::string& word) {
+    Words words = {"render", scene / "low.obj", "--out", scene / "picture.png"};
+    words.insert(words.end(), more.begin(), more.end());
+    expect_refused(run_kiln(words), code, word);
+  };
+  refused({"--curvature", scene / "bend.png", "--flat"}, 2, "--curvature");
+  refused({"--curvature", scene / "bend.png", "--show", scene / "bend.png"}, 2, "--curvature");
+  refused({"--curvature", scene / "none.png"}, 3, "none.png");
+  refused({"--curvature", scene / "brick.png"}, 3, "grey");
+  refused({"--curvature", scene / "picture.png"}, 2, "picture.png");
 }
 
 }  // namespace

@@ -9,27 +9,52 @@
 
 namespace kiln::cli {
 
-std::set<std::string> add_matching_flags(Command& command, BakeArguments& arguments,
-                                         const std::set<std::string>& without) {
+namespace {
+
+using AddFlags = void (*)(Command&, BakeArguments&);
+
+/// Adds parts of the bake's flags, and keeps those wanted, below one heading. \returns their names
+template <typename Wanted>
+std::set<std::string> add_some(Command& command, BakeArguments& arguments,
+                               std::initializer_list<AddFlags> parts, const char* heading,
+                               const Wanted& wanted) {
   const std::vector<Option*> before = command.get_options();
-  add_file_list_flags(command, arguments);
-  add_match_flags(command, arguments);
-  add_view_flags(command, arguments);
+  for (const AddFlags add : parts) add(command, arguments);
   std::set<std::string> added;
   for (Option* option : command.get_options()) {
     if (std::find(before.begin(), before.end(), option) != before.end()) continue;
     const std::string name = option->get_name();
-    // What a match has no say in, or what is of maps alone.
-    static const std::set<std::string> never = {
-        "--max-angle",           "--save-match",           "--reasons",  "--recall",
-        "--visibility-clusters", "--visibility-deviation", "--save-cage"};
-    if (without.contains(name) || never.contains(name)) {
+    if (!wanted(name)) {
       command.remove_option(option);
     } else {
-      option->group("The match, as of kiln bake");
+      option->group(heading);
       added.insert(name);
     }
   }
+  return added;
+}
+
+}  // namespace
+
+std::set<std::string> add_matching_flags(Command& command, BakeArguments& arguments,
+                                         const std::set<std::string>& without) {
+  // What a match has no say in, or what is of maps alone.
+  static const std::set<std::string> never = {
+      "--max-angle",           "--save-match",           "--reasons",  "--recall",
+      "--visibility-clusters", "--visibility-deviation", "--save-cage"};
+  return add_some(command, arguments, {add_file_list_flags, add_match_flags, add_view_flags},
+                  "The match, as of kiln bake", [&](const std::string& name) {
+                    return !without.contains(name) && !never.contains(name);
+                  });
+}
+
+std::set<std::string> add_measured_map_flags(Command& command, BakeArguments& arguments) {
+  constexpr const char* kHeading = "Maps whose errors are told, as of kiln bake";
+  std::set<std::string> added =
+      add_some(command, arguments, {add_map_flags, add_file_flags}, kHeading,
+               [](const std::string& name) { return name == "--maps" || name == "--transfer"; });
+  added.merge(add_some(command, arguments, {add_detail_flags}, kHeading,
+                       [](const std::string&) { return true; }));
   return added;
 }
 
@@ -64,6 +89,9 @@ void MatchInputs::read(const BakeArguments& arguments, const Mesh& high, const M
     warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
   }
   if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
+  for (const std::string& file : occluder_files(arguments)) {
+    occluders_.push_back(load_mesh(file, &warnings));
+  }
 }
 
 void MatchInputs::make_cage(const BakeArguments& arguments, const Device& device, const Mesh& high,
@@ -81,6 +109,7 @@ void MatchInputs::apply(BakeOptions& options) const {
   if (cage_mesh_) options.cage_mesh = &*cage_mesh_;
   if (found_cage_) options.max_distance.reset();  // that was for finding it
   if (parts_) options.parts = &*parts_;
+  for (const Mesh& mesh : occluders_) options.occlusion.by_others.push_back(&mesh);
   if (!match_) return;
   options.match = &*match_;
   options.width = match_->width / match_->samples;

@@ -18,6 +18,10 @@ namespace kiln::cli {
 std::set<std::string> add_matching_flags(Command& command, BakeArguments& arguments,
                                          const std::set<std::string>& without);
 
+/// Adds the flags of the bake that say which maps are made and what they hold: --maps, --transfer, those of
+/// occlusion, shadow and curvature. \returns their names
+std::set<std::string> add_measured_map_flags(Command& command, BakeArguments& arguments);
+
 /// Refuses --direction and --edge-width beside a cage of LOW's own triangles, which says itself where rays leave
 /// to. \throws Error(usage)
 void check_cage_directions(const BakeArguments& arguments, const Mesh& low, const Mesh& cage);
@@ -25,7 +29,7 @@ void check_cage_directions(const BakeArguments& arguments, const Mesh& low, cons
 /// What they read of files, beside the meshes.
 class MatchInputs {
  public:
-  /// Parts, the cage's mesh, the saved match. \throws Error(input) as their readers
+  /// Parts, the cage's mesh, the saved match, what darkens beside HIGH and LOW. \throws Error(input) as their readers
   void read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
             std::vector<Warning>& warnings);
 
@@ -44,6 +48,7 @@ class MatchInputs {
   bool found_cage_ = false;
   std::optional<Parts> parts_;
   std::optional<Match> match_;
+  std::vector<Mesh> occluders_;
 };
 
 /// The files of LOW, cut as asked, with the tangents asked for. \throws Error(input) also where --tangents file

@@ -144,4 +144,10 @@ std::vector<std::string> maps_asked(const BakeArguments& arguments) {
   return maps;
 }
 
+std::vector<std::string> all_maps(const BakeArguments& arguments) {
+  std::vector<std::string> maps = maps_asked(arguments);
+  for (std::string& name : own_map_names(arguments)) maps.push_back(std::move(name));
+  return maps;
+}
+
 }  // namespace kiln::cli

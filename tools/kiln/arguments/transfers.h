@@ -33,6 +33,9 @@ std::vector<std::string> own_map_names(const BakeArguments& arguments);
 /// --maps, and color and opacity where --transfer gives their textures.
 std::vector<std::string> maps_asked(const BakeArguments& arguments);
 
+/// Every map's name: maps_asked() and own_map_names().
+std::vector<std::string> all_maps(const BakeArguments& arguments);
+
 /// Moves NAME=FILE.cl from --maps to the user's own. \throws Error(usage) for a name that no map has
 void part_maps(BakeArguments& arguments);
 

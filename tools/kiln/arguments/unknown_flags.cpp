@@ -125,7 +125,6 @@ constexpr std::array kBake = {
     Answer{"attenuation", kFalloff},
     Answer{"curvature", kCurvature},
     Answer{"cavity", kCurvature},
-    Answer{"convexity", kCurvature},
     Answer{"bent-normal", kBent},
     Answer{"bent-normals", kBent},
     Answer{"thickness", kThickness},

@@ -25,13 +25,6 @@ std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
 }
 
-/// Every map's name, of --maps and beside them.
-std::vector<std::string> all_maps(const BakeArguments& arguments) {
-  std::vector<std::string> maps = maps_asked(arguments);
-  for (std::string& name : own_map_names(arguments)) maps.push_back(std::move(name));
-  return maps;
-}
-
 bool writes_low(const BakeArguments& arguments) {
   return arguments.low.empty() || arguments.unwrap || arguments.split_at_seams;
 }

@@ -83,21 +83,6 @@ Json ids_json(const std::vector<IdEntry>& ids) {
   return json;
 }
 
-Json errors_json(const std::vector<MapError>& errors) {
-  Json json = Json::array();
-  for (const MapError& error : errors) {
-    json.push_back({{"map", map_name(error.kind)},
-                    {"unit", error.unit},
-                    {"rms", error.rms},
-                    {"mean", error.mean},
-                    {"p95", error.p95},
-                    {"max", error.max},
-                    {"texels", error.texels},
-                    {"against", error.against}});
-  }
-  return json;
-}
-
 /// What only some bakes have.
 void add_parts(const BakeRun& run, Json& json) {
   const BakeReport& report = run.result.report;
@@ -113,7 +98,7 @@ void add_parts(const BakeRun& run, Json& json) {
   if (run.lods) json["lods"] = run.lod_levels;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
   if (!report.errors.empty()) {
-    json["errors"] = errors_json(report.errors);
+    json["errors"] = describe(report.errors);
     json["seconds"]["errors"] = report.seconds_errors;
   }
   if (report.uv) json["uv"] = describe(*report.uv);

@@ -11,6 +11,7 @@
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "arguments/transfers.h"
 #include "command/measure_run.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -46,9 +47,21 @@ std::vector<std::string> rated_methods(const MeasureArguments& a) {
   return match_names();
 }
 
+/// Maps whose errors are asked for.
+std::vector<std::string> measured_maps(const MeasureArguments& a) {
+  const bool asked = a.bake.given.contains("--maps") || a.bake.given.contains("--transfer");
+  std::vector<std::string> maps = asked ? all_maps(a.bake) : std::vector<std::string>();
+  for (auto map = maps.begin(); map != maps.end();) {
+    map = std::find(maps.begin(), map, *map) == map ? map + 1 : maps.erase(map);
+  }
+  return maps;
+}
+
 /// Bakes as the flags say; methods that a flag does not serve are left out, or refused where they were named.
+/// \param textures  of HIGH, that maps hold; it and the inputs outlive the rating
 void take_match_flags(const MeasureArguments& a, const DenseInput& dense, const MatchInputs& inputs,
-                      RatingOptions& options, std::vector<LeftOut>& unserved) {
+                      const BakeOptions& textures, RatingOptions& options,
+                      std::vector<LeftOut>& unserved) {
   std::erase_if(options.methods, [&](const std::string& method) {
     try {
       check(baking(a, method));
@@ -64,6 +77,9 @@ void take_match_flags(const MeasureArguments& a, const DenseInput& dense, const 
     const BakeArguments bake = baking(a, method);
     BakeOptions result = bake_options(bake);
     result.width = result.height = options.size;
+    result.color = textures.color;
+    result.opacity = textures.opacity;
+    result.transfers = textures.transfers;
     const bool cage = !bake.cage.empty() || !bake.cage_mesh.empty();
     if (!cage || a.distance_given) result.max_distance = own;
     result.uv = uv_options(dense, result.uv);
@@ -96,6 +112,7 @@ int run_rating(const MeasureArguments& a) {
     fail("--visibility-at is for --match visibility and hybrid: add one of them, or leave it out.");
   }
   options.strict = !a.matches.empty();
+  options.maps = measured_maps(a);
   options.size = a.size.value_or(options.size);
   options.directions = a.directions.value_or(options.directions);
   options.pixels = a.pixels.value_or(options.pixels);
@@ -116,6 +133,10 @@ int run_rating(const MeasureArguments& a) {
   std::vector<std::string> inputs_read = high_files(baking(a, "ray"));
   for (const std::string& file : low_files(baking(a, "ray"))) inputs_read.push_back(file);
   inputs_read.insert(inputs_read.end(), {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list});
+  for (const std::string& file : occluder_files(a.bake)) inputs_read.push_back(file);
+  for (const TransferArgument& transfer : parse_transfers(a.bake)) {
+    inputs_read.push_back(transfer.file);
+  }
   check_paths({inputs_read.begin(), inputs_read.end()}, files);
   if (options.pictures) prepare_output_folder(folder);
   if (!a.json.empty() && a.json != "-") prepare_parent(a.json);
@@ -134,8 +155,11 @@ int run_rating(const MeasureArguments& a) {
   inputs.read(a.bake, high, low, warnings);
   inputs.make_cage(baking(a, "ray"), device, high, low, warnings);
   std::vector<LeftOut> unserved;
+  BakeOptions textures;
   if (!a.bake.given.empty() || a.views || a.view_size) {
-    take_match_flags(a, dense, inputs, options, unserved);
+    textures = bake_options(baking(a, "ray"));
+    load_textures(a.bake, high, textures, warnings);
+    take_match_flags(a, dense, inputs, textures, options, unserved);
   }
   const double seconds_load = watch.lap();
   std::optional<Ratings> ratings =
@@ -189,6 +213,7 @@ int run_rating(const MeasureArguments& a) {
           {"view", {options.view.azimuth_degrees, options.view.elevation_degrees}},
           {"zoom", options.view.zoom},
           {"z_up", options.view.z_up}}}};
+    if (!options.maps.empty()) json["options"]["maps"] = options.maps;
     json.update(cli::describe(*ratings));
     add_ending(json, {{"load", seconds_load}, {"rate", seconds_rate}}, watch, outputs, warnings);
     save_report(a.json, json);
@@ -220,6 +245,7 @@ Run add_measure(Command& app) {
   const std::set<std::string> own = {"--match",         "--max-distance", "--views", "--view-size",
                                      "--visibility-at", "--directions",   "--view"};
   a->matching_flags = add_matching_flags(*command, a->bake, own);
+  a->matching_flags.merge(add_measured_map_flags(*command, a->bake));
   std::vector<std::string> names;
   for (const auto& [name, kind] : study_kinds()) names.push_back(name);
   command->add_option("HIGH", a->high, std::string("The high poly (") + kDenseKinds + ")")
@@ -296,6 +322,7 @@ Run add_measure(Command& app) {
       throw Error(ErrorCode::usage,
                   flag + " is for rating ways to match: leave out --study, or it.");
     }
+    part_maps(a->bake);
     return a->study.empty() ? run_rating(*a) : run_one_study(*a);
   };
 }

@@ -67,17 +67,17 @@ void check(const RenderArguments& arguments) {
                 "--views shows MESH alone, from all around: leave out --reference, --view, --zoom "
                 "and --at.");
   }
-  const bool dressed = !arguments.color.empty() || !arguments.occlusion.empty();
+  const bool dressed = arguments.dress.any();
   if (dressed && (arguments.flat || arguments.show_normals || arguments.views != 0)) {
     throw Error(ErrorCode::usage,
-                "--color and --occlusion are for lit pictures: leave out --flat, --normals and "
-                "--views.");
+                "--color, --occlusion and --curvature are for lit pictures: leave out --flat, "
+                "--normals and --views.");
   }
   if (!arguments.show.empty() && (dressed || !arguments.normal.empty() || arguments.views != 0 ||
                                   !arguments.reference.empty())) {
     throw Error(ErrorCode::usage,
                 "--show draws maps without light, a picture each: leave out --normal, --color, "
-                "--occlusion, --reference and --views.");
+                "--occlusion, --curvature, --reference and --views.");
   }
   if (arguments.draw_cage && (arguments.views != 0 || !arguments.show.empty() ||
                               arguments.show_normals || arguments.error)) {
@@ -120,7 +120,7 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
     add(low, low.draw(flat), "low poly");
   }
   Image last = low.draw(options);
-  dress(mesh, arguments.color, arguments.occlusion, options, last);
+  dress(mesh, arguments.dress, options, last);
   add(low, std::move(last), has_map ? "with the map" : "low poly");
   if (!arguments.error) {
     std::vector<Image> images;
@@ -184,8 +184,9 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"normals", arguments.show_normals},
                {"error", arguments.error},
                {"normal_map", arguments.normal},
-               {"color", arguments.color},
-               {"occlusion", arguments.occlusion},
+               {"color", arguments.dress.color},
+               {"occlusion", arguments.dress.occlusion},
+               {"curvature", arguments.dress.curvature},
                {"show", arguments.show},
                {"draw_cage", arguments.draw_cage},
                {"cage", arguments.bake.cage},
@@ -205,8 +206,10 @@ int run_render(const RenderArguments& arguments) {
   Stopwatch watch;
   check(arguments);
   check_bake(arguments);
-  std::vector<std::filesystem::path> files = {arguments.mesh, arguments.normal, arguments.color,
-                                              arguments.occlusion, arguments.reference};
+  const DressMaps& dress = arguments.dress;
+  std::vector<std::filesystem::path> files = {arguments.mesh,  arguments.normal,
+                                              dress.color,     dress.occlusion,
+                                              dress.curvature, arguments.reference};
   const BakeArguments& bake_as = arguments.bake;
   for (const auto* more : {&arguments.show, &bake_as.more_high, &bake_as.more_low}) {
     files.insert(files.end(), more->begin(), more->end());
@@ -319,8 +322,13 @@ Run add_render(Command& app) {
       "--normal", a->normal,
       "Normal map to apply through the mesh's UVs; Kiln's raw and two-component maps "
       "are recognised");
-  command->add_option("--color", a->color, "Map of colours (sRGB) that the mesh is painted with");
-  command->add_option("--occlusion", a->occlusion, "Map of ambient occlusion that darkens it");
+  command->add_option("--color", a->dress.color,
+                      "Map of colours (sRGB) that the mesh is painted with");
+  command->add_option("--occlusion", a->dress.occlusion,
+                      "Map of ambient occlusion that darkens it");
+  command->add_option("--curvature", a->dress.curvature,
+                      "Map of curvature: edges are lighter by up to half, cavities darker by up to "
+                      "a quarter, as worn surfaces are");
   command
       ->add_option("--show", a->show,
                    "MESH with this map over it, without light, and its name below; may be given "

@@ -19,7 +19,7 @@ struct MeasureArguments {
   std::string high, low, study, out, json, device;
   std::string max_distance = "2%";
   bool distance_given = false;
-  BakeArguments bake;                    // flags of the match, all but those below
+  BakeArguments bake;                    // flags of the match and of maps, all but those below
   std::set<std::string> matching_flags;  // their names
   std::vector<std::string> matches, visibility_at;
   std::optional<std::uint32_t> views, view_size, size, faces, directions, pixels;

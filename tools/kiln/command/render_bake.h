@@ -8,12 +8,14 @@
 
 #include "arguments/bake_arguments.h"
 #include "arguments/dense_input.h"
+#include "picture/dressed.h"
 #include "picture/view_arguments.h"
 
 namespace kiln::cli {
 
 struct RenderArguments {
-  std::string mesh, normal, color, occlusion, reference, out, space = "tangent", device, json;
+  std::string mesh, normal, reference, out, space = "tangent", device, json;
+  DressMaps dress;
   std::vector<std::string> show;
   HeightArguments heights;
   ViewArguments view;

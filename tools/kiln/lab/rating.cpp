@@ -108,6 +108,11 @@ void compile_kernels(const Device& device, const BakeOptions& like) {
   bake_with.parts = nullptr;
   bake_with.cage_mesh = nullptr;
   bake_with.match = nullptr;
+  bake_with.maps = {MapKind::normal};
+  bake_with.transfers = {};
+  bake_with.own_maps = {};
+  bake_with.occlusion = {};
+  bake_with.report_errors = false;
   bake(Source(device, square), square, bake_with);
 }
 
@@ -142,6 +147,10 @@ BakeOptions bake_options(const Candidate& candidate, const RatingOptions& option
   if (candidate.visibility_at) bake_with.visibility.at = *candidate.visibility_at;
   bake_with.keep_match = true;
   bake_with.recall_vertices = options.pictures;
+  // First of all, for rendered normals, also where its error is not asked for.
+  std::erase(bake_with.maps, MapKind::normal);
+  bake_with.maps.insert(bake_with.maps.begin(), MapKind::normal);
+  bake_with.report_errors = !options.maps.empty();
   return bake_with;
 }
 
@@ -151,6 +160,7 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
                             const RatingOptions& options, const Progress& progress) {
   Ratings ratings;
   ratings.views = kHeldOutViews;
+  ratings.maps = options.maps;
   if (!progress(0, "preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   ratings.diagonal = source.stats().diagonal;
@@ -195,6 +205,10 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     }
     check_result(baked.report, high, low);
     row.bake = baked.report;
+    std::erase_if(row.bake.errors, [&](const MapError& error) {
+      return std::find(options.maps.begin(), options.maps.end(), error.kind.name) ==
+             options.maps.end();
+    });
     AssessOptions assess_with;
     assess_with.directions = options.directions;
     if (baked.report.views) assess_with.avoid = baked.report.views->directions;

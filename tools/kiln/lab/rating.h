@@ -27,6 +27,7 @@ struct RatingOptions {
   std::uint32_t pixels = 512;      ///< A side of the pictures whose normals are measured
   Length max_distance = Length::share(0.02);
   bool pictures = false;
+  std::vector<std::string> maps;  ///< Whose errors are told, as bake_of has them; may be none
   RenderOptions view;  ///< Of the pictures. Size 0: by how much of a picture the mesh fills
 };
 
@@ -51,6 +52,7 @@ struct Rating {
 
 struct Ratings {
   std::vector<Rating> rows;
+  std::vector<std::string> maps;  ///< Whose errors BakeReport::errors has, where they state one
   std::vector<LeftOut> left_out;  ///< By methods' names
   NormalError without_map;
   std::uint32_t views = 0;  ///< Of the normals

@@ -1,7 +1,9 @@
 // Ratings as a report and as a table.
+#include <algorithm>
 #include <cstdio>
 
 #include "arguments/bake_values.h"
+#include "arguments/parse.h"
 #include "lab/assessment_json.h"
 #include "lab/rating.h"
 
@@ -20,7 +22,40 @@ std::string lost(const Rating& row) {
   return text;
 }
 
-Json json_of(const Rating& row) {
+/// Of the maps asked for, those without an error: names and coverage, and of a saved match all but those of rays.
+std::vector<std::string> without_error(const Rating& row, const std::vector<std::string>& maps) {
+  std::vector<std::string> names;
+  for (const std::string& map : maps) {
+    const bool told = std::any_of(row.bake.errors.begin(), row.bake.errors.end(),
+                                  [&](const MapError& error) { return error.kind.name == map; });
+    if (!told) names.push_back(map);
+  }
+  return names;
+}
+
+/// A table of the errors of maps.
+void add_errors(const Ratings& ratings, std::vector<std::string>& lines) {
+  char text[256];
+  lines.emplace_back(
+      "match             error of             rms       mean        95%       most  unit, against "
+      "what (texels)");
+  for (const Rating& row : ratings.rows) {
+    for (const MapError& error : row.bake.errors) {
+      std::snprintf(text, sizeof text, "%-17s %-13s %10.4g %10.4g %10.4g %10.4g  %s, %s (%s)",
+                    row.name.c_str(), std::string(error.kind.name).c_str(), error.rms, error.mean,
+                    error.p95, error.max, std::string(error.unit).c_str(),
+                    std::string(error.against).c_str(), with_commas(error.texels).c_str());
+      lines.emplace_back(text);
+    }
+    for (const std::string& map : without_error(row, ratings.maps)) {
+      std::snprintf(text, sizeof text, "%-17s %-13s states no error", row.name.c_str(),
+                    map.c_str());
+      lines.emplace_back(text);
+    }
+  }
+}
+
+Json json_of(const Rating& row, const std::vector<std::string>& maps) {
   const MatchAssessment& a = row.match;
   Json json = {{"name", row.name},
                {"method", row.method},
@@ -35,6 +70,11 @@ Json json_of(const Rating& row) {
   json["seconds"] = {
       {"build", row.bake.seconds_build}, {"match", row.bake.seconds_match}, {"assess", a.seconds}};
   json["warnings"] = describe(row.bake.warnings);
+  if (!maps.empty()) {
+    json["errors"] = describe(row.bake.errors);
+    json["without_error"] = without_error(row, maps);
+    json["seconds"]["errors"] = row.bake.seconds_errors;
+  }
   return json;
 }
 
@@ -42,7 +82,7 @@ Json json_of(const Rating& row) {
 
 Json describe(const Ratings& ratings) {
   Json rows = Json::array();
-  for (const Rating& row : ratings.rows) rows.push_back(json_of(row));
+  for (const Rating& row : ratings.rows) rows.push_back(json_of(row, ratings.maps));
   Json left_out = Json::array();
   for (const LeftOut& left : ratings.left_out) {
     left_out.push_back({{"method", left.name}, {"reason", left.reason}});
@@ -79,6 +119,7 @@ std::vector<std::string> ratings_table(const Ratings& ratings) {
                 ratings.without_map.mean_degrees, ratings.without_map.rms_degrees,
                 ratings.without_map.p95_degrees);
   lines.emplace_back(text);
+  if (!ratings.maps.empty()) add_errors(ratings, lines);
   return lines;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "picture/sheet.h"
+#include "report/map_file.h"
 
 namespace kiln::cli {
 namespace {
@@ -43,6 +44,11 @@ Image mask(const Dressed& dressed, const RenderOptions& options) {
   return over_mesh(dressed, Image{1, 1, 3, {1, 1, 1}}, options);
 }
 
+/// \param bend  -1 (the strongest cavities) to 1 (the strongest edges)
+float light_of_bend(float bend) {
+  return 1 + (bend > 0 ? kEdgeLight - 1 : 1 - kCavityLight) * bend;
+}
+
 /// What a map's file is called, without the mesh's name before it.
 std::string caption(const std::string& file, const Mesh& mesh) {
   std::string stem = std::filesystem::path(file).stem().string();
@@ -53,22 +59,26 @@ std::string caption(const std::string& file, const Mesh& mesh) {
 
 }  // namespace
 
-void dress(const Dressed& dressed, const std::string& color, const std::string& occlusion,
-           const RenderOptions& options, Image& picture) {
-  if (color.empty() && occlusion.empty()) return;
+void dress(const Dressed& dressed, const DressMaps& maps, const RenderOptions& options,
+           Image& picture) {
+  if (!maps.any()) return;
   const Image shown = mask(dressed, options);
-  Image colors, open;
-  if (!color.empty()) {
-    colors = over_mesh(dressed, three_channels(load_image(color)), options);
+  Image colors, open, bend;
+  if (!maps.color.empty()) {
+    colors = over_mesh(dressed, three_channels(load_image(maps.color)), options);
   }
-  if (!occlusion.empty()) {
-    open = over_mesh(dressed, three_channels(load_image(occlusion)), options);
+  if (!maps.occlusion.empty()) {
+    open = over_mesh(dressed, three_channels(load_image(maps.occlusion)), options);
+  }
+  if (!maps.curvature.empty()) {
+    bend = over_mesh(dressed, three_channels(load_bend(maps.curvature)), options);
   }
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
     if (shown.pixels[i] == 0) continue;
     double light = linear(picture.pixels[i]);
-    if (!color.empty()) light *= linear(colors.pixels[i]) / kClay[i % 3];
-    if (!occlusion.empty()) light *= open.pixels[i];
+    if (!maps.color.empty()) light *= linear(colors.pixels[i]) / kClay[i % 3];
+    if (!maps.occlusion.empty()) light *= open.pixels[i];
+    if (!maps.curvature.empty()) light *= light_of_bend(2 * bend.pixels[i] - 1);
     picture.pixels[i] = static_cast<float>(light);
   }
   // What is beside the mesh stays as it was: there the picture is encoded already.

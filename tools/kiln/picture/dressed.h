@@ -14,11 +14,19 @@ struct Dressed {
   const Mesh& mesh;
 };
 
-/// Gives a lit picture of the mesh (by Scene::draw) the colours of one map, and darkens it by another.
-/// \param color, occlusion  files; empty: none
-/// \throws Error(input)
-void dress(const Dressed& dressed, const std::string& color, const std::string& occlusion,
-           const RenderOptions& options, Image& picture);
+/// Files of maps that a lit picture is made with; empty: none.
+struct DressMaps {
+  std::string color, occlusion, curvature;
+  bool any() const { return !color.empty() || !occlusion.empty() || !curvature.empty(); }
+};
+
+/// What the strongest edges' light is multiplied with, and that of the strongest cavities.
+constexpr float kEdgeLight = 1.5F, kCavityLight = 0.75F;
+
+/// Gives a lit picture of the mesh (by Scene::draw) the colours of a map, darkens it by occlusion, lightens
+/// edges and darkens cavities. \throws Error(input)
+void dress(const Dressed& dressed, const DressMaps& maps, const RenderOptions& options,
+           Image& picture);
 
 /// The mesh with each map over it, without light, and the map's name below. \throws Error(input)
 Image map_sheet(const Dressed& dressed, const std::vector<std::string>& files,

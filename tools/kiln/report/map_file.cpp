@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 #include "kiln/bake.h"
 
@@ -46,6 +48,37 @@ Image load_normal_map(const std::filesystem::path& path) {
     }
   }
   return image;
+}
+
+Image load_bend(const std::filesystem::path& path) {
+  const Image map = load_image(path);
+  const bool exr = path.extension() == ".exr";
+  Image bend{map.width, map.height, 1, {}};
+  float most = exr ? 0.0F : 1.0F;
+  for (std::size_t i = 0; i < map.pixels.size(); i += map.channels) {
+    const float* p = &map.pixels[i];
+    if (map.channels >= 3 && (p[0] != p[1] || p[0] != p[2])) {
+      throw Error(ErrorCode::input, "'" + path.string() +
+                                        "' has colours, but a map of curvature is grey: give that "
+                                        "of --maps curvature.");
+    }
+    const float value = !std::isfinite(*p) ? 0 : exr ? *p : 2 * *p - 1;
+    bend.pixels.push_back(value);
+    most = std::max(most, std::abs(value));
+  }
+  std::vector<float> bent;
+  for (const float value : bend.pixels) {
+    if (std::abs(value) > 1.01F / 255 * most) bent.push_back(std::abs(value));
+  }
+  float strong = 1;
+  if (!bent.empty()) {
+    const auto place =
+        bent.begin() + static_cast<std::ptrdiff_t>((bent.size() * 95 + 99) / 100 - 1);
+    std::nth_element(bent.begin(), place, bent.end());
+    strong = *place;
+  }
+  for (float& value : bend.pixels) value = std::clamp(value / strong, -1.0F, 1.0F) / 2 + 0.5F;
+  return bend;
 }
 
 Image load_mask(const std::filesystem::path& path) {

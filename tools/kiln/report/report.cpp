@@ -130,6 +130,21 @@ Json describe(const UvReport& uv) {
           {"distance", {{"mean", uv.mean_distance}, {"p95", uv.p95_distance}}}};
 }
 
+Json describe(const std::vector<MapError>& errors) {
+  Json json = Json::array();
+  for (const MapError& error : errors) {
+    json.push_back({{"map", error.kind.name},
+                    {"unit", error.unit},
+                    {"rms", error.rms},
+                    {"mean", error.mean},
+                    {"p95", error.p95},
+                    {"max", error.max},
+                    {"texels", error.texels},
+                    {"against", error.against}});
+  }
+  return json;
+}
+
 Json describe_flaws(const SimplifyReport& report) {
   return {{"mended", report.mended},
           {"folded", report.folded},

@@ -22,6 +22,7 @@ Json describe(const EdgeReport& edges);
 Json describe(const RecallReport& recall);
 Json describe(const SwitchReport& switches);
 Json describe(const UvReport& uv);
+Json describe(const std::vector<MapError>& errors);
 /// What a low poly was mended of, and what stayed.
 Json describe_flaws(const SimplifyReport& report);
 /// Texels and samples by status.
