@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -80,6 +82,59 @@ double squared_to_box(const Vec3d& p, const Vec3& low, const Vec3& high) {
   const double z = outside(double{low.z} - p.z, p.z - double{high.z});
   return x * x + y * y + z * z;
 }
+
+/// Triangles by their corners, wherever these begin.
+class KeptTriangles {
+ public:
+  /// \param corners  three a triangle; must outlive this
+  explicit KeptTriangles(std::span<const Vec3> corners)
+      : corners_(corners), slots_(std::bit_ceil(corners.size() / 3 * 2 + 1), kNone) {
+    for (std::size_t t = 0; 3 * t < corners.size(); ++t) {
+      const Key key = key_of(&corners[3 * t]);
+      std::size_t i = slot_of(key);
+      while (slots_[i] != kNone && key_at(slots_[i]) != key) i = (i + 1) & (slots_.size() - 1);
+      if (slots_[i] == kNone) slots_[i] = static_cast<std::uint32_t>(t);
+    }
+  }
+
+  /// The corners of one that has these corners, else nothing.
+  const Vec3* find(const std::array<Vec3, 3>& triangle) const {
+    const Key key = key_of(triangle.data());
+    for (std::size_t i = slot_of(key); slots_[i] != kNone; i = (i + 1) & (slots_.size() - 1)) {
+      if (key_at(slots_[i]) == key) return &corners_[std::size_t{3} * slots_[i]];
+    }
+    return nullptr;
+  }
+
+ private:
+  using Point = std::array<std::uint32_t, 3>;
+  using Key = std::array<Point, 3>;
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+  static Key key_of(const Vec3* c) {
+    Key key;
+    for (std::size_t k = 0; k < 3; ++k) {
+      key[k] = {std::bit_cast<std::uint32_t>(c[k].x), std::bit_cast<std::uint32_t>(c[k].y),
+                std::bit_cast<std::uint32_t>(c[k].z)};
+    }
+    std::rotate(key.begin(), std::min_element(key.begin(), key.end()), key.end());
+    return key;
+  }
+  Key key_at(std::uint32_t t) const { return key_of(&corners_[std::size_t{3} * t]); }
+  std::size_t slot_of(const Key& key) const {
+    std::uint64_t hash = 0;
+    for (const Point& point : key) {
+      for (const std::uint32_t bits : point) {
+        hash = (hash ^ bits) * 0x9E3779B97F4A7C15U;
+        hash ^= hash >> 32;
+      }
+    }
+    return hash & (slots_.size() - 1);
+  }
+
+  std::span<const Vec3> corners_;
+  std::vector<std::uint32_t> slots_;
+};
 
 float component(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
@@ -270,9 +325,12 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
   report.samples = std::min(available, max_samples);
   if (report.samples == 0) return report;
 
+  const KeptTriangles kept(light.corners());
   std::vector<double> squared(report.samples);
+  std::atomic<std::uint64_t> searched = 0;
   parallel_for(report.samples, 1024, [&](std::size_t begin, std::size_t end) {
     Vec3d before;
+    std::uint64_t searches = 0;
     for (std::size_t i = begin; i < end; ++i) {
       // Evenly spaced in the list of four samples a triangle: its corners, then its centroid.
       const auto sample = static_cast<std::uint64_t>(
@@ -285,16 +343,24 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
       const std::array<Vec3, 4> points{
           a, b, c, Vec3{(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3}};
       const Vec3& point = points[sample % 4];
-      // No farther than the sample before, and than the way from there.
-      double within = std::numeric_limits<double>::infinity();
-      if (i > begin) {
-        const double farthest = std::sqrt(squared[i - 1]) + length(Vec3d(point) - before);
-        within = kMoreThanRounding * farthest * farthest + kTiny;
+      if (const Vec3* same = kept.find({a, b, c}); same != nullptr) {
+        squared[i] =
+            squared_to_triangle(Vec3d(point), same, std::numeric_limits<double>::infinity());
+      } else {
+        // No farther than the sample before, and than the way from there.
+        double within = std::numeric_limits<double>::infinity();
+        if (i > begin) {
+          const double farthest = std::sqrt(squared[i - 1]) + length(Vec3d(point) - before);
+          within = kMoreThanRounding * farthest * farthest + kTiny;
+        }
+        squared[i] = light.squared(point, within);
+        ++searches;
       }
-      squared[i] = light.squared(point, within);
       before = Vec3d(point);
     }
+    searched += searches;
   });
+  report.searched = searched;
   double sum = 0, sum_of_squares = 0, largest = 0;
   for (const double value : squared) {
     sum += std::sqrt(value);

@@ -36,6 +36,9 @@ class SurfaceDistance {
   void each_within(const Vec3& center, double squared_radius,
                    const std::function<void(const Vec3*)>& body) const;
 
+  /// Corners of all triangles, three a triangle, in an order of its own.
+  std::span<const Vec3> corners() const { return corners_; }
+
  private:
   struct Box {
     Vec3 low, high;
@@ -69,11 +72,14 @@ struct DistanceReport {
   double mean = 0;
   double root_mean_square = 0;
   std::uint64_t samples = 0;
+  std::uint64_t searched = 0;  ///< Of these, the ones that no kept triangle answers.
 };
 
 /// Distances from the high poly to the low poly, sampled at the high poly's triangles' centroids and
 /// corners: all of them up to `max_samples`, else evenly spaced ones. Degenerate dense triangles are
 /// sampled like the others; all corners must be finite. Does not depend on threads.
+/// A triangle that the low poly keeps answers for its own samples: in soups, which keep all, boxes overlap so much
+/// that a search would meet a share of them all.
 DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
                                   std::span<const Triangle> dense_triangles,
                                   const SurfaceDistance& light, std::uint64_t max_samples);

@@ -1,12 +1,16 @@
 // simplify()'s cost, by the triangles and edges that it looks at: near linear, whatever the shape.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "lowpoly/collapse.h"
+#include "mesh/surface_distance.h"
+#include "support/crowded.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -144,6 +148,51 @@ INSTANTIATE_TEST_SUITE_P(Families, SimplifyGrowth,
                                          Family{"needles", needles, false},
                                          Family{"grid", grid, true}, Family{"parts", parts, false}),
                          [](const auto& info) { return info.param.name; });
+
+struct Soup {
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  void add(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto first = static_cast<std::uint32_t>(positions.size());
+    positions.insert(positions.end(), {a, b, c});
+    triangles.push_back({first, first + 1, first + 2});
+  }
+};
+
+TEST(SimplifyGrowth, TrianglesThatAreKeptAreMeasuredWithoutASearch) {
+  for (const Soup& high :
+       {test::shifted<Soup>(2000), test::turned<Soup>(2000), test::slivers<Soup>(2000)}) {
+    // Every other triangle is kept, from its second corner on.
+    std::vector<Triangle> kept;
+    for (std::size_t t = 0; t < high.triangles.size(); t += 2) {
+      const Triangle& c = high.triangles[t];
+      kept.push_back({c[1], c[2], c[0]});
+    }
+    const SurfaceDistance all(high.positions, high.triangles), half(high.positions, kept);
+    const DistanceReport whole = one_sided_distance(high.positions, high.triangles, all, 1 << 20);
+    EXPECT_EQ(whole.samples, 8000U);
+    EXPECT_EQ(whole.searched, 0U);
+    EXPECT_LT(whole.largest, 1e-7);
+    const DistanceReport some = one_sided_distance(high.positions, high.triangles, half, 1 << 20);
+    EXPECT_EQ(some.searched, 4000U);
+    double largest = 0;
+    for (const Triangle& t : high.triangles) {
+      for (const std::uint32_t v : t)
+        largest = std::max(largest, std::sqrt(half.squared(high.positions[v])));
+    }
+    EXPECT_GT(largest, 0);
+    EXPECT_NEAR(some.largest, largest, 1e-7);
+  }
+}
+
+TEST(SurfaceDistanceGrowth, ATriangleTurnedRoundIsNotTheSame) {
+  const std::vector<Vec3> corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const std::vector<Triangle> one{{0, 1, 2}}, turned{{0, 2, 1}};
+  const SurfaceDistance light(corners, turned);
+  const DistanceReport report = one_sided_distance(corners, one, light, 4);
+  EXPECT_EQ(report.searched, 4U);
+  EXPECT_EQ(report.largest, 0);
+}
 
 }  // namespace
 }  // namespace kiln
