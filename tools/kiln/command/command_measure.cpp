@@ -158,7 +158,7 @@ int run_rating(const MeasureArguments& a) {
   BakeOptions textures;
   if (!a.bake.given.empty() || a.views || a.view_size) {
     textures = bake_options(baking(a, "ray"));
-    load_textures(a.bake, high, textures, warnings);
+    if (!options.maps.empty()) load_textures(a.bake, high, textures, warnings);
     take_match_flags(a, dense, inputs, textures, options, unserved);
   }
   const double seconds_load = watch.lap();
