@@ -190,6 +190,8 @@ struct MapInfo {
   bool takes_id_by = false;             ///< It obeys BakeOptions::id_by
   /// The low poly has no such value: where nothing was found, MissPolicy::keep fills from neighbouring texels.
   bool fills_misses = false;
+  /// Renderers shade the low poly by it: unit normals in BakeOptions::space. Plans measure what it shows.
+  bool shades = false;
   /// Its values are colours in linear light: integer formats hold them sRGB-encoded (to_srgb()).
   bool is_color = false;
   /// Normals of this space whatever BakeOptions::space says, so that one bake has several. None: of that one.

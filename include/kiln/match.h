@@ -204,8 +204,11 @@ struct MatchInfo {
   bool along_low = false;         ///< It looks along the low poly's directions: BakeOptions::ray
   bool takes_parts = false;       ///< It obeys BakeOptions::parts
   bool tells_recall = false;      ///< It obeys BakeOptions::recall
+  bool tells_reasons = false;     ///< explain() says why it missed a sample
+  bool takes_views = false;       ///< It draws depth views of the high poly: BakeOptions::views
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
+  bool takes_clusters = false;    ///< It obeys VisibilityOptions::clusters
 };
 
 /// All of them, in the order that they are listed to people. Constant, and as long-lived as the program: any
