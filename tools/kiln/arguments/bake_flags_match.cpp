@@ -24,7 +24,7 @@ std::vector<std::string> fallback_names() {
   for (const MatchInfo& match : matches()) {
     if (match.may_follow) names.emplace_back(match.method.name);
   }
-  for (const auto& [name, value] : fallback_miss_values()) names.push_back(name);
+  for (const auto& [name, value] : miss_values()) names.push_back(name);
   return names;
 }
 
@@ -50,15 +50,16 @@ void add_match_flags(Command& command, BakeArguments& a) {
       .add_option(
           "--fallback", a.fallback,
           "What decides samples that the match misses: a chain such as ray,closest. Its end "
-          "is low (LOW's normal), fill (from around) or mark (in magenta; the older name is none)")
+          "is low (LOW's normal), fill (from around) or mark (in magenta)")
       ->delimiter(',')
       ->check(one_of(fallback_names()))
       ->capture_default_str()
       ->group(group_match);
   command
-      .add_option("--fallback-blend", a.fallback_blend,
-                  "TEXELS: this near to what the fallback decided, the match's normals blend into "
-                  "the fallback's, so that the map has no step")
+      .add_option(
+          "--fallback-blend", a.fallback_blend,
+          "TEXELS: over this way the match's normals blend into the fallback's, so that the "
+          "map has no step")
       ->check(range(0U, 256U))
       ->capture_default_str()
       ->group(group_match);
@@ -87,8 +88,8 @@ void add_match_flags(Command& command, BakeArguments& a) {
       ->group(group_match);
   command
       .add_option("--save-cage", a.save_cage,
-                  "--cage auto: also write the cage: an OBJ of two shells, or an EXR of distances "
-                  "and directions, to correct a vertex of it and bake with --cage-mesh")
+                  "--cage auto: also write the cage, an OBJ of two shells or an EXR of distances "
+                  "and directions. Correct a vertex of it, and bake with --cage-mesh")
       ->group(group_match);
   command
       .add_option(
@@ -182,14 +183,6 @@ void add_match_flags(Command& command, BakeArguments& a) {
       ->group(group_match);
   command
       .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")
-      ->group(group_match);
-  command
-      .add_option(
-          "--miss", a.miss,
-          "The older name of the end of --fallback, for saved scripts: keep is low, fill is "
-          "fill, mark is mark")
-      ->check(one_of(miss_values()))
-      ->capture_default_str()
       ->group(group_match);
   command.add_option("--traversal", a.traversal, "Ray kernels: the same answer to the bit")
       ->check(one_of(traversal_values()))

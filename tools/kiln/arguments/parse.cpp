@@ -98,6 +98,32 @@ double parse_degrees(const char* flag, const std::string& text) {
   return value;
 }
 
+std::optional<double> fraction(std::string_view text) {
+  const std::size_t stroke = text.find('/');
+  double above = 0, below = 1;
+  if (!parse_whole(text.substr(0, stroke), above) || !std::isfinite(above) || !(above >= 0)) {
+    return std::nullopt;
+  }
+  if (stroke == std::string_view::npos) return above;
+  if (!parse_whole(text.substr(stroke + 1), below) || !std::isfinite(below) || !(below > 0)) {
+    return std::nullopt;
+  }
+  return above / below;
+}
+
+Check share_of_1() {
+  return {[](std::string& text) -> std::string {
+            const std::optional<double> share = fraction(text);
+            if (!share || *share > 1) {
+              return "'" + text + "' is no share of 1: give 0 to 1, such as 0.01 or 2/255";
+            }
+            char digits[32];
+            text.assign(digits, std::to_chars(digits, digits + sizeof digits, *share).ptr);
+            return {};
+          },
+          "FLOAT or N/255"};
+}
+
 std::uint32_t parse_pixels(const char* flag, const std::string& text) {
   const std::string digits = text.ends_with("px") ? text.substr(0, text.size() - 2) : text;
   std::int32_t value = 0;

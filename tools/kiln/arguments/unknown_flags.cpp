@@ -64,6 +64,9 @@ constexpr std::string_view kBent = "Bent normals are a map: --maps bent_normal."
 constexpr std::string_view kThickness = "Thickness is a map: --maps thickness.";
 constexpr std::string_view kHeight = "Height is a map: --maps height.";
 constexpr std::string_view kId = "An id for each part is a map: --maps id.";
+constexpr std::string_view kMiss =
+    "The flag is --fallback: end its chain with low (was keep), fill or mark, such as "
+    "--fallback closest,fill.";
 constexpr std::string_view kNormal = "The normal is a map: --maps normal.";
 
 constexpr std::array kBake = {
@@ -83,6 +86,7 @@ constexpr std::array kBake = {
     Answer{"tile-size", kTile},
     Answer{"bucket-size", kTile},
     // By another name.
+    Answer{"miss", kMiss},
     Answer{"extrusion", kCage},
     Answer{"cage-extrusion", kCage},
     Answer{"cage-offset", kCage},

@@ -113,7 +113,8 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     options.keep_parts = arguments.keep_parts;
     options.height_field = dense.heights.has_value();
     // Points at the same UV: the low poly needs the layout of the high poly.
-    options.keep_uvs = arguments.match == "uv" && !dense.heights && !high.uv_triangles.empty();
+    options.keep_uvs =
+        match_has(arguments, &MatchInfo::needs_uvs) && !dense.heights && !high.uv_triangles.empty();
     if (const std::string bound = deviation_bound(arguments); !bound.empty()) {
       options.max_error = parse_error_bound(bound);
     }

@@ -224,9 +224,11 @@ Run add_chart(Command& app) {
   command->add_flag("--ao", a->ao,
                     "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 "
                     "views, against 4096 rays; takes minutes at 1024 texels a side");
-  command->add_option("--ao-error", a->ao_error,
-                      "Of ambient occlusion: say what reaches this root mean square error in the "
-                      "fewest seconds; a share of 1, or a fraction such as 2/255");
+  command
+      ->add_option("--ao-error", a->ao_error,
+                   "Of ambient occlusion: say what reaches this root mean square error in the "
+                   "fewest seconds; a share of 1, such as 2/255 or 0.01")
+      ->check(share_of_1());
   command
       ->add_option("--ao-budget", a->ao_budget,
                    "Of ambient occlusion: say what comes nearest to the truth in so many seconds")
