@@ -36,15 +36,15 @@ struct BakeOptions {
   /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
   /// twice, and all with MatchInfo::may_follow. None given: such samples are misses.
   std::vector<MatchMethod> fallback = {};
-  /// 0 to 256 texels: this near to what the fallback decided, over the surface, the method's normals give
-  /// way to the fallback's, so that the map has no step there; but where the fallback finds nothing. Takes
-  /// up to twice the match's time.
+  /// 0 to 256 texels: the way over the surface on which the method's normals
+  /// give way to the fallback's. The map then has no step there, but where
+  /// the fallback finds nothing. Takes up to twice the match's time.
   std::uint32_t fallback_blend = 0;
 
-  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look); with a
-  /// cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal; with a cage,
-  /// twice its distance (twice the longest one of a cage mesh). Without either, rays that miss on an open
-  /// sheet of the low poly, such as a leaf card, look again as far as half the sheet's diagonal.
+  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look);
+  /// with a cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal;
+  /// with a cage, twice its distance (twice the longest one of a cage mesh). Without either, rays
+  /// that miss on an open sheet of the low poly (a leaf card) look again: half the sheet's diagonal.
   std::optional<Length> max_distance = {};
   std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
   /// ... or from this mesh: see CageKind for the three forms it may have. find_cage() (kiln/cage.h) makes one.

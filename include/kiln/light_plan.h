@@ -129,7 +129,7 @@ std::uint64_t split_vertices(const Mesh& mesh);
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options);
 
 /// Pictures of a high poly at a size on screen, compared with low polys as LightPlanOptions::screen does: mean
-/// normals of pixels. They come from other directions than those that plans look from.
+/// normals of pixels. They come from directions that plans do not look from.
 /// Thread safety: one thread at a time.
 class ScreenPictures {
  public:

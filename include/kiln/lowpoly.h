@@ -69,10 +69,10 @@ struct SimplifyReport {
 /// warnings); deviations are then of the parts that stay. The largest part stays in any case. Nothing is left out with
 /// a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
 ///
-/// What was made is compared with the high poly: triangles that face away from the surface near them, lie
-/// back to back with a neighbour where the high poly has no such edge, have no area, or (of a height field)
-/// face down are mended, and holes that the high poly does not have are looked for. The report counts them;
-/// what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
+/// What was made is compared with the high poly: faults are mended. Faults are triangles that face
+/// away from the surface near them, have no area, or lie back to back with a neighbour where the high
+/// poly has no such edge; of a height field, triangles that face down. New holes are counted. The
+/// report counts them; what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
 /// The result has smooth angle-weighted normals and the input's name, place and units (same origin); UVs
 /// with `keep_uvs`, else none. Its groups, objects and materials are those of most of the high poly under each

@@ -138,7 +138,7 @@ struct MapError {
   double mean = 0;                 ///< Of the magnitudes
   double p95 = 0;                  ///< 95% of the texels are not above
   double max = 0;                  ///< The greatest
-  std::uint32_t texels = 0;        ///< Compared, spread evenly over those that are baked
+  std::uint32_t texels = 0;        ///< Compared, spread evenly over the baked texels
   std::string_view against;        ///< What they were compared with, in words
 };
 

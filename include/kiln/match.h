@@ -91,9 +91,9 @@ enum class ViewLikelihood {
   list,     ///< As `VisibilityOptions::likelihoods` says
 };
 
-/// For MatchMethod::visibility and hybrid. The direction of a place is the mean of all directions, out of
-/// many spread evenly, that see it past the low poly itself, each weighted by the cosine at which it
-/// sees the face (what counting pixels in pictures comes to) and by how likely a view from there is.
+/// For MatchMethod::visibility and hybrid. Of many directions, spread evenly, some see a place
+/// past the low poly itself. Their mean is the place's direction. Weights are the cosine at
+/// which each sees the face (as pixels of pictures count) and how likely a view from there is.
 struct VisibilityOptions {
   VisibilityAt at = VisibilityAt::texel;            ///< Where directions are gathered
   VisibilityTest test = VisibilityTest::automatic;  ///< How it is found out what sees a place

@@ -233,6 +233,10 @@ TEST(Command, ASavedMatchBelongsToItsMeshes) {
       run_kiln(bake(scene / "low.obj", {"--save-match", match, "--max-distance", "10%"})).exit_code,
       0);
   EXPECT_EQ(run_kiln(bake(scene / "low.obj", {"--load-match", match})).exit_code, 0);
+  // What misses get is no question of the match.
+  EXPECT_EQ(
+      run_kiln(bake(scene / "low.obj", {"--load-match", match, "--fallback", "mark"})).exit_code,
+      0);
   Mesh other = test::BumpySphere::light();
   other.positions[5].x += 0.001F;
   save_obj(other, scene / "other.obj");

@@ -121,7 +121,7 @@ Check share_of_1() {
             text.assign(digits, std::to_chars(digits, digits + sizeof digits, *share).ptr);
             return {};
           },
-          "FLOAT or N/255"};
+          "0 to 1 or N/255"};
 }
 
 std::uint32_t parse_pixels(const char* flag, const std::string& text) {

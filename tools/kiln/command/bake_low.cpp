@@ -89,6 +89,12 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     low.mesh = std::move(files.mesh);
     low.polygons = count_polygons(low.mesh);
     if (low.mesh.triangles.size() > high.triangles.size()) {
+      if (low.mesh.uvs.empty() && !high.uvs.empty() && !arguments.unwrap) {
+        throw Error(ErrorCode::input, "LOW " + in_words(low_files(arguments)) +
+                                          " has no UVs and more triangles than HIGH " +
+                                          in_words(high_files(arguments)) +
+                                          ": give HIGH first, LOW second.");
+      }
       warnings.push_back({"low-denser",
                           "LOW " + in_words(low_files(arguments)) +
                               " has more triangles than HIGH " + in_words(high_files(arguments)) +

@@ -48,7 +48,7 @@ BakeResult bake_from(const DenseInput& dense, const Source& source, const Mesh& 
     }
     throw Error(ErrorCode::input, std::string(error.what()) +
                                       " HIGH is a height field: --height and --extent must be "
-                                      "those that LOW was made for.");
+                                      "the values that LOW was made with.");
   }
 }
 

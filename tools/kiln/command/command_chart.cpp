@@ -179,7 +179,7 @@ int run_chart(const ChartArguments& a) {
 Run add_chart(Command& app) {
   Command* command = app.add_command(
       "chart",
-      "Speed against accuracy for every way to match, or to make a map of a volume: a plot, "
+      "Speed against accuracy of every match, or of every way to map a volume: a plot, "
       "a table and the figures");
   auto a = std::make_shared<ChartArguments>();
   command
@@ -241,7 +241,7 @@ Run add_chart(Command& app) {
   }
   command
       ->add_option("--settings", a->settings,
-                   "Some of the ways to match, by their names in chart.csv, separated by commas; "
+                   "Some of the settings, by their names in chart.csv, separated by commas; "
                    "for meshes the "
                    "reference, " +
                        std::string(kChartReference) +
@@ -249,7 +249,7 @@ Run add_chart(Command& app) {
                        "(default: all but those)")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(exactly_one_of(names));
+      ->check(one_of(names));
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_flag("--quiet", a->quiet,
                     "Leave out progress and the summary; warnings and errors stay");
