@@ -82,7 +82,7 @@ struct BakeOptions {
   bool report_errors = false;
   MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
   std::int32_t gutter = 16;            ///< Texels; -1: infinite (push-pull)
-  /// Also make mip-maps, filtered within charts: nothing of one chart, nor of the gutter, gets into
+  /// Also make mip-maps, filtered within charts: no texel of one chart, nor of the gutter, gets into
   /// another (Wang et al., section 6), as it does where mip-maps are made from the image alone.
   bool mips = false;
 
@@ -165,17 +165,17 @@ struct BakeResult {
 
 /// Bakes maps of the high poly for the low poly.
 ///
-/// The same input gives the same bytes on every run, number of threads and conforming device, and however
-/// many threads bake from one source at the same time; each needs its own result alone. Memory is
-/// bounded by the map and the meshes: work is cut into bands of rows.
+/// The same input gives the same bytes on every run, number of threads and conforming device.
+/// Any number of threads may bake from one source at the same time; each needs its own result
+/// alone. Memory is bounded by the map and the meshes: work is cut into bands of rows.
 ///
-/// Lifetimes: `low`, `options` and what they point to are read during the call, and none is kept; nobody may
-/// change them meanwhile. The result is the caller's own.
-/// Threads: see Source. Work on the host takes thread_limit() threads; the callback comes on the caller's.
-/// A callback that says stop sets BakeResult::cancelled; what it throws leaves bake().
-/// Tangents: those of `low` (Mesh::tangents), else MikkTSpace's. Render with the same.
-/// Welding: vertices of `low` with exactly equal positions count as one for averaged normals, ray directions
-/// and charts, so a mesh that is split at seams needs none.
+/// Lifetimes: `low`, `options` and what they point to are read during the call, and none
+/// is kept; nobody may change them meanwhile. The result is the caller's own. Threads:
+/// see Source. Work on the host takes thread_limit() threads; the callback comes on the
+/// caller's. A callback that says stop sets BakeResult::cancelled; what it throws leaves
+/// bake(). Tangents: those of `low` (Mesh::tangents), else MikkTSpace's. Render with the
+/// same. Welding: vertices of `low` with exactly equal positions count as one for
+/// averaged normals, ray directions and charts. A mesh that is split at seams needs none.
 /// \param low  needs UVs
 /// \throws Error(usage) for a parameter out of range, Error(input) for a mesh without UVs,
 ///         Error(device). Nothing is left behind.

@@ -40,11 +40,11 @@ struct ContourOptions {
   /// of free voxels, joined by six neighbours, with at least a twentieth of the border
   /// voxels of the largest one. Hollows that a cut through a body opens have fewer.
   bool outer_only = false;
-  /// With outer_only: a cube of 2 outer_gap + 1 voxels a side moves through the outside.
-  /// Its centre stays in the volume, and it touches no voxel of the solid; it reaches
-  /// the voxels that it covers anywhere. 0, a voxel, goes through any hole; 2, say,
-  /// closes nostrils, ears and pores up to four voxels wide. Where a gap is closed the
-  /// surface is a cap half a cell from its last voxel, with normals along axes. 0 to 64.
+  /// With outer_only: a cube of 2 outer_gap + 1 voxels a side moves through the
+  /// outside. Its centre stays in the volume, and it touches no voxel of the solid;
+  /// it reaches the voxels that it covers anywhere. 0, a voxel, goes through any
+  /// hole; 2, say, closes nostrils, ears and pores up to four voxels wide. A closed
+  /// gap has a cap half a cell from its last voxel, with normals along axes. 0 to 64.
   std::uint32_t outer_gap = 0;
 
   bool operator==(const ContourOptions&) const = default;
@@ -183,15 +183,15 @@ inline constexpr double kMapTooFine = 4;
 /// of the same topology (Schaefer, Ju, Warren 2007, "Manifold Dual Contouring", section 3: it allows
 /// more than the criterion of Ju et al. 2002, section 4.1, which permits only one sheet a cell).
 ///
-/// Each polygon of the low poly is a chart, unless ExtractOptions::unwrap says charts. The fine vertices of the clusters that it spans are
-/// projected onto it and their normals splatted into the map; other texels are filled smoothly within
-/// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
-/// blends neighbours. Along an edge its charts hold the same normals, but across creases of 30 degrees and
-/// more; what that changes fades out within a cell. Large charts are laid out by unwrap(), and read the
-/// polygons' texels, twice as fine: both sides of their seams hold the same.
-/// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
-/// of them, which is no better and may be worse than the low poly's own normals ("map-too-fine").
-/// Threads, lifetimes and callbacks as contour().
+/// Each polygon of the low poly is a chart, unless ExtractOptions::unwrap says charts. The fine
+/// vertices of the clusters that it spans are projected onto it and their normals splatted into the
+/// map; other texels are filled smoothly within the chart by push-pull. Charts have borders from
+/// the same fine vertices, so that bilinear filtering blends neighbours. Along an edge its charts
+/// hold the same normals, but across creases of 30 degrees and more; what that changes fades out
+/// within a cell. Large charts are laid out by unwrap(), and read the polygons' texels, twice as
+/// fine: both sides of their seams hold the same. Where the map has kMapTooFine texels a cell or
+/// more, push-pull fills it between fine vertices. That is no better, and may be worse, than the
+/// low poly's own normals ("map-too-fine"). Threads, lifetimes and callbacks as contour().
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
 ///         for; Error(input) where it is too small for the charts that the topology keeps
 ExtractResult extract(const Device& device, const Volume& volume,

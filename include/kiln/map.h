@@ -63,9 +63,9 @@ struct OcclusionOptions {
   /// How far something occludes; for thickness what is as thick as white. Above 0. None given: for ao and
   /// bent_normal all that is there, for thickness a tenth of the diagonal.
   std::optional<Length> distance = {};
-  /// For ao and bent_normal: what is near darkens more. Without a distance, D is the high poly's diagonal. A
-  /// sample's rays differ in length, so that a hit at d is within reach of as many as it is to darken by. By rays
-  /// alone: OcclusionBy::views is refused, OcclusionBy::automatic takes rays.
+  /// For ao and bent_normal: what is near darkens more. Without a distance, D is the high poly's
+  /// diagonal. A sample's rays differ in length: a hit at d is within reach of the share of rays that
+  /// it darkens by. By rays alone: OcclusionBy::views is refused, OcclusionBy::automatic takes rays.
   OcclusionFalloff falloff = OcclusionFalloff::none;
   bool back_faces = true;  ///< Faces that look away from the point occlude, too
   // What occludes, for ao, bent_normal and shadow; at least one of them.
@@ -119,8 +119,8 @@ struct MapBound {
   double max_error = 0;
 };
 
-/// What a map that a plan bakes has reached: at some 2,000 points spread over the UVs, between what a renderer
-/// reads there (bilinear) and the high poly's own value, of 4096 rays and the finest footprint.
+/// What a map that a plan bakes has reached: at some 2,000 points spread over the UVs. There a renderer
+/// reads the map (bilinear); the high poly's own value has 4096 rays and the finest footprint.
 struct MapReached {
   MapKind kind = {};                                ///< The map
   std::string_view unit;                            ///< Of both errors: "degrees", "ΔE"...

@@ -15,8 +15,8 @@ struct PlanOptions {
   /// The mean angle, degrees, between rendered normals of the low poly with its map and those of the
   /// high poly that is to be reached. 0: what larger maps would not improve by more than 5%.
   double max_error = 0;
-  /// Of other maps that are baked, each once. Where the map that reaches `max_error` is too small for one of
-  /// them, all maps are made larger, until each is within its bound.
+  /// Of other maps that are baked, each once. Where the map that reaches `max_error`
+  /// is too small for one of them, all maps grow until each is within its bound.
   std::vector<MapBound> bounds = {};
   /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
   bool choose_rays = true;
@@ -78,14 +78,14 @@ struct PlannedBake {
 /// the next map tells more. The next that is baked is the smallest that is expected to
 /// reach the error. `reached` is measured on the very map that is returned.
 ///
-/// Matches are looked at in the order of their cost, and only where no earlier one is expected to reach the error.
-/// Where the high poly has UVs that are fit for it (BakeOptions::uv), matching by UVs comes before all others,
-/// since it searches nothing; else it is left out. Then views first for meshes of more than two million triangles,
-/// for which building a hierarchy takes longest; else rays first, and views last, where rays miss points or
-/// another way gets nearer than they do. None but these is looked at where the error is below what any map could
-/// show. Without an error to reach, UVs do unless the first way that searches gets nearer. Where none is expected
-/// to reach it, the match that gets nearest is baked. Its size is one that larger maps would not improve on by 5%;
-/// what gains less than 3% on those before it does not count as nearer. With a cage, rays alone.
+/// Matches are looked at in the order of their cost, and only where no earlier one is expected to reach the
+/// error. Where the high poly has UVs that are fit for it (BakeOptions::uv), matching by UVs comes before all
+/// others, since it searches nothing; else it is left out. Then views first for meshes of more than two million
+/// triangles, for which building the BVH takes longest; else rays first, and views last, where rays miss points
+/// or another way gets nearer than they do. None but these is looked at where the error is below what any map
+/// could show. Without an error to reach, UVs do unless the first way that searches gets nearer. Where none is
+/// expected to reach it, the match that gets nearest is baked. Its size is one that larger maps would not improve
+/// on by 5%; what gains less than 3% on those before it does not count as nearer. With a cage, rays alone.
 ///
 /// A trial that loses parts of the high poly is worth less than its error says: the surface below
 /// them may look smoother. The lost share counts as without a map, so the error is raised by lost

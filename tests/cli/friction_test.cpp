@@ -123,6 +123,8 @@ TEST(Friction, NamesTheValueThatWasMeant) {
            {{"--maps", "world_normal"}, {"did you mean normal_object?"}},
            {{"--format", "png"}, {"did you mean png16?", "png8"}},
            {{"--fallback", "none"}, {"did you mean mark?"}},
+           {{"--maps", "shadow", "--light", "sun"}, {"--light 'sun'", "X,Y,Z"}},
+           {{"--maps", ""}, {"--maps", "was given nothing", "curvature"}},
            {{"--match", "clsest"}, {"did you mean closest?"}},
            {{"--ao-rays", "many"}, {"--ao-rays is 'many'", "1 to 4096"}},
            {{"--ao-rays"}, {"--ao-rays was given nothing"}},
@@ -133,6 +135,20 @@ TEST(Friction, NamesTheValueThatWasMeant) {
     expect_exit(run_kiln(all), 2, words);
   }
   expect_refused(run_kiln({"bake", "a", "b", "c"}), {"'c' is one word too many", "--out"});
+}
+
+TEST(Friction, KnowsFlagsOfEveryCommandByOtherNames) {
+  for (const auto& [given, ours] : std::vector<std::pair<Words, std::string>>{
+           {{"render", "a", "--normal-map", "b"}, "--normal"},
+           {{"render", "a", "--resolution", "512"}, "--size"},
+           {{"render", "a", "--camera", "0,0"}, "--view"},
+           {{"simplify", "a", "-o", "b.obj"}, "--out"},
+           {{"simplify", "a", "--preserve-uvs", "--quiet"}, "--keep-uvs"},
+           {{"volume", "a", "--threshold", "4"}, "--iso"},
+           {{"diff", "a", "b", "--tolerance", "1"}, "--max-error"},
+           {{"bake", "a", "b", "--output-dir", "c"}, "--out"}}) {
+    expect_exit(run_kiln(given), 2, {"has no option '" + given[given.size() - 2], ours + "?"});
+  }
 }
 
 TEST(Friction, TakesNamesInCapitalsAndWithBlanks) {

@@ -43,6 +43,30 @@ constexpr std::array kOtherNames = {
     OtherName{"png", "png16"},
     OtherName{"openexr", "exr"},
     OtherName{"hdr", "exr"},
+    // Flags, of whatever command has ours.
+    OtherName{"o", "out"},
+    OtherName{"output", "out"},
+    OtherName{"output_dir", "out"},
+    OtherName{"out_dir", "out"},
+    OtherName{"outdir", "out"},
+    OtherName{"j", "json"},
+    OtherName{"report", "json"},
+    OtherName{"q", "quiet"},
+    OtherName{"silent", "quiet"},
+    OtherName{"gpu", "device"},
+    OtherName{"resolution", "size"},
+    OtherName{"res", "size"},
+    OtherName{"normal_map", "normal"},
+    OtherName{"ao_map", "occlusion"},
+    OtherName{"camera", "view"},
+    OtherName{"threshold", "iso"},
+    OtherName{"isovalue", "iso"},
+    OtherName{"iso_value", "iso"},
+    OtherName{"preserve_uvs", "keep-uvs"},
+    OtherName{"tolerance", "max-error"},
+    OtherName{"flip_green", "flip-y"},
+    OtherName{"margin", "gutter"},
+    OtherName{"memory", "memory-limit"},
 };
 
 }  // namespace
@@ -86,7 +110,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 
 std::string not_one_of(const std::string& word, const std::vector<std::string>& words) {
   const std::string nearest = nearest_word(word, words);
-  std::string text = "'" + word + "' is none of its values";
+  std::string text = word.empty() ? "it was given nothing" : "'" + word + "' is none of its values";
   if (!nearest.empty()) text += "; did you mean " + nearest + "?";
   text += nearest.empty() ? ": give " : " Give ";
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -156,7 +156,7 @@ std::pair<double, double> parse_view(const std::string& text) {
   return {azimuth, elevation};
 }
 
-Vec3 parse_direction(const std::string& text) {
+Vec3 parse_direction(const char* flag, const std::string& text) {
   std::array<float, 3> values{};
   std::string_view rest = text;
   bool good = true;
@@ -167,7 +167,7 @@ Vec3 parse_direction(const std::string& text) {
     if (good && i < 2) rest.remove_prefix(comma + 1);
   }
   if (!good || (values[0] == 0 && values[1] == 0 && values[2] == 0)) {
-    bad("--view", text, "a direction from the mesh to the viewer, X,Y,Z, such as 0,0.5,1");
+    bad(flag, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
   }
   return {values[0], values[1], values[2]};
 }

@@ -47,7 +47,7 @@ std::pair<double, double> parse_view(const std::string& text);
 std::pair<double, double> parse_extent(const std::string& text);
 
 /// "X,Y,Z", not all 0. \throws Error(usage)
-Vec3 parse_direction(const std::string& text);
+Vec3 parse_direction(const char* flag, const std::string& text);
 
 /// A number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);
