@@ -22,7 +22,8 @@ namespace kiln::test {
 template <typename T>
 T as_voxel(double value) {
   if constexpr (std::is_integral_v<T>) {
-    value = std::clamp(value, double(std::numeric_limits<T>::lowest()), double(std::numeric_limits<T>::max()));
+    value = std::clamp(value, double(std::numeric_limits<T>::lowest()),
+                       double(std::numeric_limits<T>::max()));
   }
   return static_cast<T>(value);
 }
