@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "detail/registry.h"
+#include "match/registry.h"
 #include "measure/bounds.h"
 
 namespace kiln {

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "arguments/bake_values.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
