@@ -39,7 +39,7 @@ Mesh with_any_uvs(Mesh mesh) {
 }
 
 BakeOptions normals_alone(BakeOptions options) {
-  options.maps = {MapKind::normal};
+  options.maps = {shading_map(options).value()};
   options.transfers.clear();
   options.own_maps.clear();
   options.raw = options.two_component = options.report_errors = options.keep_match = false;
@@ -245,10 +245,12 @@ void LightLooks::choose_match(std::size_t level, bool height_field) {
   const DenseShown& shown = shown_.pictures.front().subpixels > 1 ? coarse_ : shown_;
   const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown);
   std::shared_ptr<const VisibilityField> field;
-  std::vector<MatchMethod> ways = {height_field ? MatchMethod::uv : MatchMethod::ray};
-  const bool cage = bake_.cage.has_value();
-  if (height_field) ways.push_back(MatchMethod::ray);
-  if (!cage) ways.insert(ways.end(), {MatchMethod::hybrid, MatchMethod::closest});
+  std::vector<MatchMethod> ways = planned_matches(&MatchRow::light_turn);
+  if (bake_.cage) {
+    std::erase_if(ways, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
+  }
+  const MatchMethod first = ways.front();
+  if (height_field) ways.insert(ways.begin(), match_at_uvs());
   double least = 0;
   for (const MatchMethod way : ways) {
     say(0.3, "looking at ways to match");
@@ -261,7 +263,7 @@ void LightLooks::choose_match(std::size_t level, bool height_field) {
       model_->forget();
     }
     // What no way whatever gets below: hard edges seldom leave another room.
-    if (way == MatchMethod::ray && probe.least_share(limit) >= kGain) break;
+    if (way == first && probe.least_share(limit) >= kGain) break;
   }
   std::erase(bake_.fallback, bake_.method);
   plan_.seconds_measure += watch.total();
