@@ -119,7 +119,7 @@ std::uint64_t split_vertices(const Mesh& mesh);
 /// size. A map of s texels a side then has the error e = f + 1 / (1 / (p - f) + h(s)). One bake with its mip-maps
 /// tells h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
 /// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,
-/// at most seven times, or ten as long as none does. What is returned is always measured on the very map.
+/// at most four times, or ten as long as none does. What is returned is always measured on the very map.
 /// Lifetimes, threads, tangents and welding as bake() and simplify(): nothing is kept, and several threads may
 /// plan from one Source. BakeOptions::progress comes on the caller's thread, ten times a second. Where it says
 /// stop, LightBake::cancelled is set.
