@@ -39,7 +39,7 @@ struct Bvh {
 ///
 /// The tree is the same for any number of threads. Its depth is bounded for any input: from a fixed
 /// level on ranges are halved at the median of the widest axis. Triangles whose boxes have one centre are
-/// halved by the size of their boxes; those that are the same are merged first, since no query can tell
+/// halved by the size of their boxes; equal ones are merged first, since no query can tell
 /// them apart: ties go to the lowest index.
 ///
 /// \param positions  in the working frame: about unit size

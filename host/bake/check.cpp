@@ -106,8 +106,8 @@ void check_fallback(const BakeOptions& options) {
     if (!match_row(next).info.may_follow) {
       usage(quoted(next.name) +
                 " cannot be a fallback, since it searches nothing: choose one that searches, such "
-                "as "
-                "ray.",
+                "as " +
+                match_names([](const MatchRow& row) { return row.finds_the_rest; }) + ".",
             kContradiction);
     }
     if (std::find(asked.begin(), asked.end(), next) != asked.end()) {
@@ -142,7 +142,8 @@ void check_distances(const BakeOptions& options) {
   if (cage && options.match == nullptr &&
       !any_in_chain(options, [](const MatchRow& row) { return row.info.takes_cage; })) {
     usage("A cage was given, but " + quoted(options.method.name) +
-              " casts no rays from one: leave the cage out, or match by ray.",
+              " casts no rays from one: leave the cage out, or match by " +
+              match_names([](const MatchRow& row) { return row.info.takes_cage; }) + ".",
           kContradiction);
   }
 }
@@ -151,7 +152,8 @@ void check_map(MapKind map, const BakeOptions& options) {
   if (!map_row(map).info.needs_visibility) return;
   if (options.match == nullptr && match_row(options.method).info.takes_visibility) return;
   usage("The map " + std::string(map.name) +
-            " holds what a match by visibility goes by: choose the match visibility or hybrid" +
+            " holds what a match by visibility goes by: choose the match " +
+            match_names([](const MatchRow& row) { return row.info.takes_visibility; }) +
             (options.match != nullptr ? " instead of a saved match" : "") +
             ", or leave the map out.",
         kContradiction);
@@ -228,7 +230,7 @@ void check_two_component(const BakeOptions& options) {
 
 void check_clusters(const BakeOptions& options) {
   if (options.visibility.clusters <= 1) return;
-  if (options.method != MatchMethod::visibility || options.match != nullptr) {
+  if (!match_row(options.method).info.takes_clusters || options.match != nullptr) {
     usage("Clusters of directions are for matching by visibility: choose that, or one cluster.",
           kContradiction);
   }

@@ -257,7 +257,7 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
     const std::vector<std::size_t> numbers = pad_with(context, options, first, images, own, count);
     for (const std::size_t l : numbers) {
       const MapInfo& map = layers_[l].row->info;
-      if (drawn != nullptr && map.kind == MapKind::normal) {
+      if (drawn != nullptr && map.shades) {
         *drawn = as_drawn(map, options, own, images[l]);
       }
       encode(map, options, own, images[l]);

@@ -107,10 +107,8 @@ bool turns_by_source(const BakeOptions& options) {
 
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
   const bool told = options.max_distance || options.cage || options.cage_mesh != nullptr;
-  const bool by_rays = options.method == MatchMethod::ray ||
-                       std::find(options.fallback.begin(), options.fallback.end(),
-                                 MatchMethod::ray) != options.fallback.end();
-  if (told || options.match != nullptr || !by_rays) return {};
+  const bool far = any_in_chain(options, [](const MatchRow& row) { return row.far_on_sheets; });
+  if (told || options.match != nullptr || !far) return {};
   return SheetReach(surface);
 }
 
@@ -146,8 +144,9 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   request.field = &clusters.field;
   request.sheet_reach = double{sheet_reach(options, surface).farthest()};
   if (progress) {
-    request.prepares = [preparing = progress.part(0, kPreparingShare)](double done) {
-      return preparing.tell(done, "visibility");
+    request.prepares = [preparing = progress.part(0, kPreparingShare)](double done,
+                                                                       std::string_view doing) {
+      return preparing.tell(done, doing);
     };
   }
   report.max_distance = options.match == nullptr ? request.distance * unit : 0;

@@ -66,7 +66,7 @@ class Pipeline {
   void finish_match(bool first_time);
   /// Mip chain, padding and encoding of all maps.
   void finish_maps(Image* drawn = nullptr);
-  /// What is said of the whole at the end.
+  /// Reports on the whole at the end.
   void finish_report();
   /// Seconds of the report start from 0.
   void start_watch();

@@ -184,10 +184,12 @@ std::array<ReasonInfo, 8> reason_infos() {
 
 Reasons explain(const Match& match, const Source& source, const Mesh& low,
                 const BakeOptions& options) {
-  if (options.method != MatchMethod::ray || !options.fallback.empty() || options.match != nullptr) {
+  if (!match_row(options.method).info.tells_reasons || !options.fallback.empty() ||
+      options.match != nullptr) {
     throw Error(ErrorCode::usage,
-                "Reasons are those of rays: choose the match 'ray', without a fallback and without "
-                "a saved match.");
+                "Reasons are those of rays: choose the match '" +
+                    match_names([](const MatchRow& row) { return row.info.tells_reasons; }) +
+                    "', without a fallback and without a saved match.");
   }
   const Source::Impl& high = impl_of(source);
   check_match(match, options, high.triangles.size());

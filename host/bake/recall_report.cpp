@@ -44,7 +44,10 @@ std::string in_words(const std::array<double, 3>& p) {
 }
 
 std::string advice(const BakeOptions& options) {
-  if (options.method != MatchMethod::ray) return "other matches may find it: try MatchMethod::ray.";
+  const auto takes_cage = [](const MatchRow& row) { return row.info.takes_cage; };
+  if (!takes_cage(match_row(options.method))) {
+    return "other matches may find it: try MatchMethod::" + match_names(takes_cage) + ".";
+  }
   if (options.cage || options.cage_mesh != nullptr) {
     return "raise BakeOptions::cage, so that rays start above it, or leave the cage out.";
   }

@@ -8,23 +8,29 @@
 
 #include "base/parallel.h"
 #include "image/gutter.h"
+#include "match/registry.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
 namespace {
 
+std::string finders() {
+  return match_names([](const MatchRow& row) { return row.finds_the_rest; });
+}
+
 /// What helps where samples are missed.
 std::string miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
-           "nearest points decide the rest (BakeOptions::fallback ray or closest).";
+           "nearest points decide the rest (BakeOptions::fallback " +
+           finders() + ").";
   }
   if (!report.views) {
-    return "raise max_distance, check that both meshes lie in the same place, or add two_sided "
-           "where the high poly's faces are turned inside out.";
+    return "check that both meshes lie in the same place, raise max_distance, or add two_sided "
+           "where the high poly's faces look inward.";
   }
   std::string advice =
-      "let rays or nearest points decide them (BakeOptions::fallback ray or closest), ";
+      "let rays or nearest points decide them (BakeOptions::fallback " + finders() + "), ";
   advice += report.views->undersampled > 0.5 ? "raise views.size, since most triangles are smaller "
                                                "than a pixel of the views, "
                                              : "look from more sides (views.count), ";

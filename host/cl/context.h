@@ -27,7 +27,7 @@ namespace kiln {
 namespace ocl {}
 /// What the library's own code calls it; public headers say `ocl`, since `cl` is OpenCL's own in C++.
 namespace cl = ocl;
-/// Work items of a group, of all kernels but those that say otherwise: a wave of every GPU fits in it.
+/// Work items of a group, of all kernels that do not say otherwise: a wave of every GPU fits in it.
 inline constexpr std::size_t kLocal = 64;
 }  // namespace kiln
 

@@ -180,7 +180,10 @@ MapRow normals_of(MapKind kind, std::string_view holds, std::optional<NormalMapS
 }  // namespace
 
 MapRow normal_map() {
-  return normals_of(MapKind::normal, "normal of the high poly, in the space that is asked for", {});
+  MapRow row =
+      normals_of(MapKind::normal, "normal of the high poly, in the space that is asked for", {});
+  row.info.shades = true;
+  return row;
 }
 
 MapRow normal_object_map() {

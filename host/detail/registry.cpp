@@ -79,6 +79,13 @@ std::span<const MapInfo> maps() {
 
 const MapInfo& find_map(std::string_view name) { return map_row(MapKind{name}).info; }
 
+std::optional<MapKind> shading_map(const BakeOptions& options) {
+  for (const MapKind map : options.maps) {
+    if (map_row(map).info.shades) return map;
+  }
+  return std::nullopt;
+}
+
 NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options) {
   return map.space.value_or(options.space);
 }

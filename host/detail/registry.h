@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -83,6 +84,9 @@ const MapRow& map_row(MapKind kind);
 /// The rows of maps that a bake brings along, in their order. Their names stay for as long as the program runs.
 /// \throws Error(usage) for a name that cannot be one, or is taken
 std::vector<MapRow> own_rows(const BakeOptions& options);
+
+/// The first of a bake's maps that shades (MapInfo::shades); none: it has none.
+std::optional<MapKind> shading_map(const BakeOptions& options);
 
 /// What a map's directions are along.
 NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options);

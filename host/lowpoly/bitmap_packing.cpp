@@ -3,22 +3,38 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <tuple>
 #include <utility>
 
 #include "base/parallel.h"
+#include "lowpoly/packing_press.h"
 
 namespace kiln {
 namespace {
 
-/// Cells a side: to look for an order, and for the last step.
-constexpr std::uint32_t kSearchCells = 256, kFinalCells = 1024;
+/// Cells a side: to look for an order, to press, and for the last step.
+constexpr std::uint32_t kSearchCells = 256, kPressCells = 512, kFinalCells = 1024;
 /// Orders tried after the first ones: at most this, over the squared number of outlines, since each takes
 /// longer, too; but some. Of few outlines at most this, times the squared number.
 constexpr std::uint32_t kMostEffort = 120000, kLeastTries = 4, kFewEffort = 8;
 /// Searches side by side, and what each tries.
 constexpr std::uint32_t kSearches = 4, kSearchTries = 120;
+/// They go on by other numbers until they cover this share: so many times at most.
+constexpr double kWanted = 0.785;
+constexpr std::uint32_t kSearchRounds = 2;
+/// Presses side by side, and the moves of each; of more outlines than this, none.
+constexpr std::uint32_t kPresses = 2, kPressMoves = 1000;
+constexpr std::size_t kMostPressed = 200;
+/// Random places that a move looks at.
+constexpr std::uint32_t kSamples = 24;
+/// A press enlarges outlines by this; by less and less where they do not fit after so many moves.
+constexpr double kPressStep = 1.01, kLeastPress = 1.001, kSmallerStep = 0.6;
+constexpr std::uint32_t kPressPatience = 250;
+/// The same of the last step, where outlines stay near by.
+constexpr double kLastStep = 1.006;
+constexpr std::uint32_t kLastMoves = 100, kLastPatience = 50;
 /// Share of the square that outlines are drawn for at first.
 constexpr double kFirstShare = 0.72;
 /// A scale is tried this often before a smaller one is; less often, where there are few tries.
@@ -217,28 +233,68 @@ class Search {
   Packed current_;
 };
 
+/// A packing on cells of some size.
+struct Pressed {
+  Packed packed;
+  double share = 0;
+  std::uint32_t cells = 0;
+};
+
+/// What a press may do.
+struct PressRule {
+  std::uint32_t cells = 0, moves = 0, patience = 0, samples = 0;
+  double step = 1;
+};
+
+/// Draws outlines larger again and again, as long as they can be pressed in.
+Pressed pressed(const ChartSheets& sheets, const Pressed& start, const PressRule& rule,
+                std::uint32_t seed) {
+  Pressed best = start;
+  std::mt19937 random(seed);
+  const double unit = std::sqrt(1 / sheets.area());
+  Sheet from = sheets.draw(best.cells, std::sqrt(best.share) * unit * best.cells, best.packed.turn);
+  double step = rule.step;
+  for (std::uint32_t left = rule.moves; left > 0 && step > kLeastPress;) {
+    const double share = best.share * step * step;
+    Sheet sheet = sheets.draw(rule.cells, std::sqrt(share) * unit * rule.cells,
+                              rule.samples > 0 ? std::span<const std::int8_t>()
+                                               : std::span<const std::int8_t>(best.packed.turn));
+    PackingPress press(sheets, sheet, rule.samples, random);
+    const std::uint32_t moves = std::min(left, rule.patience);
+    left -= moves;
+    if (press.begin(from, best.packed) && press.run(moves)) {
+      best = {press.packed(), share, rule.cells};
+      from = std::move(sheet);
+    } else {
+      step = 1 + kSmallerStep * (step - 1);
+    }
+  }
+  return best;
+}
+
 /// From the bottom up, each close to where it was.
-PackOrder near(const PackState& state, std::uint32_t cells, double reach) {
-  PackOrder plan = state.order;
+PackOrder near(const Packed& packed, std::uint32_t cells, double reach) {
+  PackOrder plan;
+  plan.order.resize(packed.turn.size());
+  std::iota(plan.order.begin(), plan.order.end(), 0U);
   plan.reach = reach;
-  plan.turn = state.packed.turn;
-  for (const std::uint32_t x : state.packed.x) plan.left.push_back(static_cast<double>(x) / cells);
-  std::stable_sort(plan.order.begin(), plan.order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return state.packed.y[a] < state.packed.y[b];
-  });
+  plan.turn = packed.turn;
+  for (const std::uint32_t x : packed.x) plan.left.push_back(static_cast<double>(x) / cells);
+  std::stable_sort(plan.order.begin(), plan.order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return packed.y[a] < packed.y[b]; });
   return plan;
 }
 
 /// Outlines go to nearly the same places with finer cells, as large as it fits the square.
-OutlinePacking finish(const ChartSheets& sheets, const PackState& state, std::uint32_t size,
+OutlinePacking finish(const ChartSheets& sheets, const Pressed& state, std::uint32_t size,
                       int threads) {
   constexpr double kFirstFactor = 1.03, kStep = 0.0025;
-  const std::uint32_t coarse = std::min(size, kSearchCells), cells = std::min(size, kFinalCells);
+  const std::uint32_t coarse = state.cells, cells = std::min(size, kFinalCells);
   const double base = std::sqrt(state.share / sheets.area());
   OutlinePacking packing{base * size, state.packed.places};
   if (cells == coarse) return packing;
   std::array<PackOrder, kReaches.size()> plans;
-  for (std::size_t i = 0; i < plans.size(); ++i) plans[i] = near(state, coarse, kReaches[i]);
+  for (std::size_t i = 0; i < plans.size(); ++i) plans[i] = near(state.packed, coarse, kReaches[i]);
   for (double factor = kFirstFactor; factor > 1;) {
     std::array<Packed, 4> results;
     std::array<double, 4> scales{};
@@ -280,17 +336,38 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
   best = search_packing(outlines, size, padding, 0, 1, from != nullptr ? &best : nullptr);
   if (best.share == 0) return {};
   std::array<PackState, kSearches> searches;
+  const PackState start = best;
+  for (std::uint32_t round = 0; round < kSearchRounds && (round == 0 || best.share < kWanted);
+       ++round) {
+    const auto body = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto seed = static_cast<std::uint32_t>(round * kSearches + i + 1);
+        searches[i] = search_packing(outlines, size, padding, kSearchTries, seed, &start);
+      }
+    };
+    parallel_for(searches.size(), 1, body, threads);
+    for (PackState& state : searches) {
+      if (state.share > best.share) best = std::move(state);
+    }
+  }
+  const ChartSheets sheets(outlines, size, padding, best.angles);
+  const Pressed coarse{std::move(best.packed), best.share, std::min(size, kSearchCells)};
+  if (size <= kSearchCells || outlines.size() > kMostPressed) {
+    return finish(sheets, coarse, size, threads);
+  }
+  const PressRule rule{std::min(size, kPressCells), kPressMoves, kPressPatience, kSamples,
+                       kPressStep};
+  std::array<Pressed, kPresses> presses;
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const auto seed = static_cast<std::uint32_t>(i + 1);
-      searches[i] = search_packing(outlines, size, padding, kSearchTries, seed, &best);
+      presses[i] = pressed(sheets, coarse, rule, static_cast<std::uint32_t>(i + 1));
     }
   };
-  parallel_for(searches.size(), 1, body, threads);
-  for (PackState& state : searches) {
-    if (state.share > best.share) best = std::move(state);
-  }
-  return finish(ChartSheets(outlines, size, padding, best.angles), best, size, threads);
+  parallel_for(presses.size(), 1, body, threads);
+  Pressed last = std::move(presses[presses[0].share >= presses[1].share ? 0 : 1]);
+  if (last.cells < rule.cells || size < kFinalCells) return finish(sheets, last, size, threads);
+  last = pressed(sheets, last, {kFinalCells, kLastMoves, kLastPatience, 0, kLastStep}, 1);
+  return {std::sqrt(last.share / sheets.area()) * size, std::move(last.packed.places)};
 }
 
 }  // namespace kiln

@@ -38,8 +38,9 @@ PackState search_packing(std::span<const Outline> outlines, std::uint32_t size, 
 /// largest scale that the search finds. They are never mirrored.
 ///
 /// Each outline goes, in some order, to the lowest place that is free at any of up to 16 turns. A few
-/// searches with other seeds run side by side. At the end the outlines go to nearly the same places
-/// on finer cells, at the largest scale that fits.
+/// searches with other seeds run side by side, more where little is covered. Then outlines are drawn
+/// larger on finer cells, and pressed in (PackingPress), again and again. Many outlines go to nearly the
+/// same places on finer cells instead, at the largest scale that fits.
 /// Deterministic on any number of threads.
 /// \param outlines  each of positive area
 /// \param padding   texels, above 0

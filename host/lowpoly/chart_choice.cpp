@@ -23,22 +23,33 @@ constexpr std::array<ChartWay, 2> kWays{{{3, 0.2}, {20, 0.1}}};
 struct CutChoice {
   double seam = 0, size = 0;
 };
-constexpr std::array<CutChoice, 5> kCutChoices{
-    {{0.005, 0.3}, {0.035, 0.3}, {0.01, 0}, {0.005, 0}, {0.015, 0.5}}};
+constexpr std::array<CutChoice, 10> kCutChoices{{{0.005, 0.3},
+                                                 {0.035, 0.3},
+                                                 {0.01, 0},
+                                                 {0.005, 0},
+                                                 {0.015, 0.5},
+                                                 {0.01, 0.2},
+                                                 {0.01, 0.4},
+                                                 {0.02, 0.4},
+                                                 {0.003, 0.5},
+                                                 {0.002, 0.1}}};
 /// And where a chart has more than kLarge of the area, so that little fits beside it.
 constexpr CutChoice kLargeChoice{0.02, 1};
 constexpr double kLarge = 0.3;
 /// Where all of the surface is one chart with less energy than this: what is flat stays whole.
 constexpr CutChoice kFlatChoice{0.02, 0};
 constexpr double kFlat = 1e-3;
-/// Of texels used, less what vertices weigh: what is taken whatever others promise.
-constexpr double kGoodEnough = 0.78;
-/// Orders in which the charts of each choice are packed.
+/// Share of texels used from which on no other way is tried. What is missing of it weighs twice.
+constexpr double kGoodEnough = 0.77;
+/// Of the choices, so many that pack best at once are packed in more orders.
+constexpr std::size_t kPromising = 5;
 constexpr std::uint32_t kCutEffort = 20;
 /// Above this many charts only the first, or none where vertices weigh already.
 constexpr std::size_t kManyCharts = 150;
-/// Vertices that seams may add before they count: this, times the square root of positions.
+/// Vertices that seams may add before they weigh all of kVertexPrice: this, times the square root of positions.
 constexpr double kFreeVertices = 9.3;
+/// What those before weigh, of kVertexPrice.
+constexpr double kFreePrice = 0.1;
 
 /// Rounds after growing and after cutting; the energy hardly falls after these.
 constexpr int kRelaxingRounds = 4;
@@ -87,7 +98,8 @@ double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& c
   const auto positions = static_cast<double>(surface.positions.size());
   double added = -positions;
   for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
-  return kVertexPrice * std::max(0.0, added - kFreeVertices * std::sqrt(positions)) / positions;
+  const double dear = std::max(0.0, added - kFreeVertices * std::sqrt(positions));
+  return kVertexPrice * (dear + kFreePrice * (added - dear)) / positions;
 }
 
 /// The choices that are worth a try, for some charts.
@@ -104,6 +116,18 @@ std::vector<CutChoice> choices_for(const ChartSurface& surface,
   return choices;
 }
 
+/// Those with other seams than all before.
+std::vector<std::size_t> different(const std::vector<Tried>& tried) {
+  std::vector<std::size_t> result;
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    const bool known = std::any_of(result.begin(), result.end(), [&](std::size_t other) {
+      return tried[other].chosen.borders.glued() == tried[i].chosen.borders.glued();
+    });
+    if (!known) result.push_back(i);
+  }
+  return result;
+}
+
 /// Grows charts in one way, and cuts them so that they pack well for few vertices.
 Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const ChartWay& way,
               int threads) {
@@ -117,21 +141,26 @@ Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const C
     return grown;
   }
   std::vector<Tried> tried = cut(surface, options, choices, grown.chosen, threads);
-  const auto pack_one = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      ChosenCharts& chosen = tried[i].chosen;
-      const bool known = std::any_of(
-          tried.begin(), tried.begin() + static_cast<std::ptrdiff_t>(i), [&](const Tried& other) {
-            return other.chosen.borders.glued() == chosen.borders.glued();
-          });
-      if (known) continue;
-      PackState packed = search_packing(outlines_of(chosen.charts), options.size,
-                                        options.border_texels, kCutEffort, 1);
-      tried[i].worth = packed.share - vertex_price(surface, chosen.charts);
-      if (packed.share > 0) chosen.packed = std::move(packed);
-    }
+  const auto pack_some = [&](std::span<const std::size_t> which, std::uint32_t effort) {
+    const auto pack_one = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        Tried& one = tried[which[n]];
+        PackState packed =
+            search_packing(outlines_of(one.chosen.charts), options.size, options.border_texels,
+                           effort, 1, one.chosen.packed ? &*one.chosen.packed : nullptr);
+        one.worth = packed.share - std::max(0.0, kGoodEnough - packed.share) -
+                    vertex_price(surface, one.chosen.charts);
+        if (packed.share > 0) one.chosen.packed = std::move(packed);
+      }
+    };
+    parallel_for(which.size(), 1, pack_one, threads);
   };
-  parallel_for(tried.size(), 1, pack_one, threads);
+  std::vector<std::size_t> order = different(tried);
+  pack_some(order, 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return tried[a].worth > tried[b].worth; });
+  order.resize(std::min(order.size(), kPromising));
+  pack_some(order, kCutEffort);
   return std::move(best_of(tried));
 }
 
@@ -141,7 +170,8 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
   std::vector<Tried> tried;
   for (const ChartWay& way : kWays) {
     tried.push_back(try_way(surface, options, way, threads));
-    if (tried.back().worth >= kGoodEnough) break;
+    const auto& packed = tried.back().chosen.packed;
+    if (packed && packed->share >= kGoodEnough) break;
   }
   return std::move(best_of(tried).chosen);
 }

@@ -40,6 +40,9 @@ void look(const CellRows& taken, const Sheet& sheet, const PackOrder& order, std
     const ChartMask& mask = sheet.masks[std::size_t{i} * ChartSheets::kTurns + turn];
     if (mask.runs.empty()) continue;
     if (order.turn[i] >= 0 && order.turn[i] != static_cast<std::int8_t>(turn)) continue;
+    if (packed.turn[i] >= 0) {  // What is higher is worse.
+      window.top = order.rule == 1 ? (best + mask.height) / 2 : best / 2;
+    }
     const auto at = taken.find(mask, window);
     if (!at) continue;
     const std::uint32_t value = score(mask, at->first, at->second, order.rule);
@@ -48,7 +51,6 @@ void look(const CellRows& taken, const Sheet& sheet, const PackOrder& order, std
     best = value;
     packed.x[i] = at->first, packed.y[i] = at->second;
     packed.turn[i] = static_cast<std::int8_t>(turn);
-    if (order.rule != 1) window.top = std::min(window.top, best / 2);
   }
 }
 
@@ -104,6 +106,20 @@ void ChartSheets::put(const ChartMask& mask, std::uint32_t outline, double cell,
   packed.places[outline] = {mask.turn, {(x + mask.shift.x) * cell, (y + mask.shift.y) * cell}};
   packed.weight += outlines_[outline].area * (y + mask.height);
   packed.height = std::max(packed.height, y + mask.height);
+}
+
+void ChartSheets::place(const Sheet& sheet, Packed& packed) const {
+  packed.places.assign(outlines_.size(), {});
+  const double cell = static_cast<double>(size_) / sheet.cells;
+  for (std::uint32_t i = 0; i < outlines_.size(); ++i) {
+    if (packed.turn[i] < 0) {
+      packed.left_out += outlines_[i].area;
+      packed.refused.push_back(i);
+      continue;
+    }
+    put(sheet.masks[std::size_t{i} * kTurns + static_cast<std::size_t>(packed.turn[i])], i, cell,
+        packed);
+  }
 }
 
 Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most,

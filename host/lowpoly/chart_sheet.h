@@ -73,6 +73,9 @@ class ChartSheets {
               double most = std::numeric_limits<double>::infinity(), const Packed* done = nullptr,
               std::size_t same = 0) const;
 
+  /// Writes down what follows from places: turn, x and y are known.
+  void place(const Sheet& sheet, Packed& packed) const;
+
  private:
   void put(const ChartMask& mask, std::uint32_t outline, double cell, Packed& packed) const;
 

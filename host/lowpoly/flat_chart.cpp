@@ -18,6 +18,8 @@ namespace {
 constexpr double kLeastHeight = 2e-3;
 /// Energy of the best flat maps of rough balls, over the variance of their bends.
 constexpr double kForced = 3.5;
+/// What roughness adds to the limit of a single triangle, over the limit and that energy.
+constexpr double kForcedWorst = 6;
 /// Sides of a border stay this far apart, over the side of a square with the surface's area: a few UV steps.
 constexpr double kLeastApart = 1e-6;
 
@@ -181,7 +183,8 @@ FlatDistortion distortion(const FlatChart& chart) {
 
 bool within(const FlatChart& chart, const ChartLimits& limits) {
   const FlatDistortion d = distortion(chart);
-  return d.energy <= limits.energy + chart.forced && d.worst <= limits.worst;
+  return d.energy <= limits.energy + chart.forced &&
+         d.worst <= limits.worst * (1 + kForcedWorst * chart.forced);
 }
 
 double flat_area(const FlatChart& chart) {

@@ -5,6 +5,12 @@
 namespace kiln {
 namespace {
 
+/// Names the work.
+KeepOn keep_on(const Progress& prepares) {
+  if (!prepares) return {};
+  return [prepares](double done) { return prepares(done, "visibility"); };
+}
+
 /// Rays along directions of visibility, or between these and the samples' own.
 class VisibilityMatcher : public Matcher {
  public:
@@ -20,7 +26,7 @@ class VisibilityMatcher : public Matcher {
     if (field == nullptr) {
       field = std::make_shared<const VisibilityField>(
           context_, request.surface, request.width, request.height, request.visibility,
-          request.source.traversal, report, request.prepares);
+          request.source.traversal, report, keep_on(request.prepares));
     }
     field_ = field;
   }
@@ -70,12 +76,15 @@ MatchRow row_of(MatchMethod method, std::string_view searches) {
 MatchRow visibility_match() {
   MatchRow row =
       row_of(MatchMethod::visibility, "along the mean direction that a place is seen from");
+  row.info.takes_clusters = true;
+  row.plan_turn = 3;
   row.make = make<false>;
   return row;
 }
 
 MatchRow hybrid_match() {
   MatchRow row = row_of(MatchMethod::hybrid, "between the direction of visibility and the normal");
+  row.plan_turn = row.light_turn = 2;
   row.make = make<true>;
   return row;
 }

@@ -42,7 +42,7 @@ class AxisMatcher : public Matcher {
 
 MatchRow axis_match() {
   MatchRow row;
-  row.info.method = MatchMethod::axis;
+  row.info.method = MatchMethod{"axis"};
   row.info.searches = "along one axis, both ways";
   row.info.takes_directions = row.info.takes_parts = row.info.tells_recall = row.follows_bvh = true;
   row.info.needs_direction = true;

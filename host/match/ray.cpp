@@ -74,7 +74,8 @@ MatchRow ray_match() {
   row.info.method = MatchMethod::ray;
   row.info.searches = "along the low poly's normal, outward first; from a cage inward";
   row.info.takes_cage = row.info.along_low = row.info.takes_parts = row.info.tells_recall =
-      row.follows_bvh = true;
+      row.info.tells_reasons = row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
+  row.plan_turn = row.light_turn = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
     std::unique_ptr<Matcher> rays =

@@ -1,5 +1,6 @@
 #include "match/registry.h"
 
+#include <algorithm>
 #include <string>
 
 namespace kiln {
@@ -19,6 +20,38 @@ const MatchRow& match_row(MatchMethod method) {
   }
   throw Error(ErrorCode::usage,
               "method is '" + std::string(method.name) + "': it must be one of " + known + ".");
+}
+
+std::string match_names(bool (*has)(const MatchRow& row)) {
+  std::vector<std::string_view> names;
+  for (const MatchRow& row : match_rows()) {
+    if (has(row)) names.push_back(row.info.method.name);
+  }
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == names.size() ? " or " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+MatchMethod match_at_uvs() {
+  const std::span<const MatchRow> rows = match_rows();
+  return std::find_if(rows.begin(), rows.end(),
+                      [](const MatchRow& row) { return row.at_uvs != nullptr; })
+      ->info.method;
+}
+
+std::vector<MatchMethod> planned_matches(std::uint8_t MatchRow::*turn) {
+  std::vector<const MatchRow*> rows;
+  for (const MatchRow& row : match_rows()) {
+    if (row.*turn != 0) rows.push_back(&row);
+  }
+  std::stable_sort(rows.begin(), rows.end(),
+                   [&](const MatchRow* a, const MatchRow* b) { return a->*turn < b->*turn; });
+  std::vector<MatchMethod> methods;
+  for (const MatchRow* row : rows) methods.push_back(row->info.method);
+  return methods;
 }
 
 std::span<const MatchInfo> matches() {

@@ -6,11 +6,13 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "kiln/match.h"
 #include "match/matcher.h"
+#include "match/uv_points.h"
 #include "match/visibility.h"
 #include "mesh/low_surface.h"
 #include "source/dense_mesh.h"
@@ -56,8 +58,8 @@ struct MatchRequest {
   std::uint32_t cluster = 0;  ///< Of several clusters of directions of visibility, which one
   /// Their field: made where it is null, for the clusters after this one.
   std::shared_ptr<const VisibilityField>* field = nullptr;
-  /// Told the share done, [0, 1], by matches that prepare for long. \returns false to cancel
-  std::function<bool(double)> prepares = {};
+  /// Told the share done, [0, 1], and the work, by matches that prepare for long. \returns false to cancel
+  Progress prepares = {};
 };
 
 /// One way to match.
@@ -65,6 +67,14 @@ struct MatchRow {
   MatchInfo info;
   /// It holds nothing of the high poly but what follows the BVH as the mesh moves.
   bool follows_bvh = false;
+  /// Where nobody says how far to look, it obeys MatchRequest::sheet_reach.
+  bool far_on_sheets = false;
+  /// It finds nearly all that a match without a search, or by views, misses: messages advise it as a fallback.
+  bool finds_the_rest = false;
+  /// Its turn among the matches that bake_planned() tries, and that bake_light() does; 0: not tried.
+  std::uint8_t plan_turn = 0, light_turn = 0;
+  /// Of matches that go by UVs alone: the points at any UVs, as a map of endless size would find them.
+  UvPoints (*at_uvs)(const Source::Impl& source, std::span<const Vec2> uvs) = nullptr;
   std::unique_ptr<Matcher> (*make)(const MatchRequest& request, MatchNotes& notes) = nullptr;
 };
 
@@ -73,6 +83,16 @@ std::span<const MatchRow> match_rows();
 
 /// \throws Error(usage) for a name that no row has; the message lists those there are
 const MatchRow& match_row(MatchMethod method);
+
+/// Names of the rows that have a property, for messages: "ray, closest or views".
+std::string match_names(bool (*has)(const MatchRow& row));
+
+/// The first that goes by UVs alone (MatchRow::at_uvs).
+MatchMethod match_at_uvs();
+
+/// Matches that have a turn of plans, in its order.
+/// \param turn  MatchRow::plan_turn or light_turn
+std::vector<MatchMethod> planned_matches(std::uint8_t MatchRow::*turn);
 
 /// Whether a method of the chain has a property: the method, or one of its fallbacks.
 /// \param has  takes a row

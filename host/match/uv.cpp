@@ -229,9 +229,9 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
                              percent(apart) + " or more";
     if (apart > options.max_distance) {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
-                                        ": the UVs do not lie over each other. Check that both "
-                                        "meshes were unwrapped together, use another match, such "
-                                        "as ray, or raise uv.max_distance to bake all the same.");
+                                        ": the UVs do not lie over each other. Unwrap both "
+                                        "meshes together, or use another match, such as ray. To "
+                                        "bake all the same, raise uv.max_distance.");
     }
     warn("uv-disagreement", text + ".", 1);
   }
@@ -300,6 +300,7 @@ MatchRow uv_match() {
   row.info.method = MatchMethod::uv;
   row.info.searches = "nothing: the point at the same UV";
   row.info.needs_uvs = true;
+  row.at_uvs = find_uv_points;
   row.info.looks_far = row.info.may_follow = false;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     return std::make_unique<UvMatcher>(request);

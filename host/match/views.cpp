@@ -177,7 +177,8 @@ MatchRow views_match() {
   MatchRow row;
   row.info.method = MatchMethod::views;
   row.info.searches = "depth views from all around";
-  row.info.takes_directions = true;
+  row.info.takes_views = row.info.takes_directions = true;
+  row.plan_turn = 5;
   row.make = [](const MatchRequest& request, MatchNotes& notes) -> std::unique_ptr<Matcher> {
     notes.views.emplace();
     return std::make_unique<ViewMatcher>(request, *notes.views);

@@ -114,8 +114,11 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
   const Rows rows(bake);
   for (const MapBound& bound : bounds) {
     const std::string name(bound.kind.name);
-    if (bound.kind == MapKind::normal) {
-      fail("bounds has the map normal, whose error max_error bounds: leave one of them out.");
+    const bool shades = std::any_of(map_rows().begin(), map_rows().end(), [&](const MapRow& row) {
+      return row.info.kind == bound.kind && row.info.shades;
+    });
+    if (shades) {
+      fail("bounds has the map " + name + ", whose error max_error bounds: leave one of them out.");
     }
     const MapRow* row = rows.find(bound.kind);
     if (row == nullptr)

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "detail/registry.h"
+#include "match/registry.h"
 #include "measure/bounds.h"
 
 namespace kiln {
@@ -31,14 +33,14 @@ void check_light_plan(const LightPlanOptions& options) {
     fail("bake_light: the largest map is " + std::to_string(bake.width) + " x " +
          std::to_string(bake.height) + "; it must be 16 x 16 at least");
   }
-  if (std::find(bake.maps.begin(), bake.maps.end(), MapKind::normal) == bake.maps.end()) {
+  if (!shading_map(bake)) {
     fail("bake_light: it measures normal maps, but none is among the maps: add it");
   }
   if (bake.cage_mesh != nullptr || bake.parts != nullptr || bake.match != nullptr) {
     fail("bake_light: a cage mesh, parts and a saved match belong to a given low poly");
   }
-  const bool by_uvs = bake.method == MatchMethod::uv && !options.height_field;
-  if (by_uvs || bake.method == MatchMethod::axis) {
+  const MatchInfo& match = match_row(bake.method).info;
+  if ((match.needs_uvs && !options.height_field) || match.needs_direction) {
     fail("bake_light: matching by " + std::string(bake.method.name) +
          " is for a low poly of your own");
   }

@@ -10,24 +10,26 @@ namespace kiln::light_limits {
 inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 /// Faces of the finest level, to begin with, and at most, where the error asks for more.
 inline constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
-/// To begin with, at most this share of the high poly's: with more, a low poly saves little.
+/// To begin with, at most this share of the faces of a high poly with many: with more, a low poly saves little.
 inline constexpr double kMostShare = 0.5;
-inline constexpr std::size_t kMostTrials = 7;
+inline constexpr std::size_t kMostTrials = 4;
 /// And as long as none reaches the error.
 inline constexpr std::size_t kMostTrialsToReach = 10;
+/// Looks at meshes without a map, before one is made well and measured.
+inline constexpr int kMostLooks = 4;
 /// Meshes with flaws that are made anew, at most.
 inline constexpr int kMostMended = 2;
-/// Share of the error that is left as room for scatter after each miss.
-inline constexpr double kCare = 0.01;
-/// Share by which each miss raises the price of maps of its size, until the error is reached.
+/// Share of the error that is left as room for scatter: at first, and more of it after each miss.
+inline constexpr double kFirstCare = 0.02, kCare = 0.03;
+/// Share by which each miss raises the price of maps of its size.
 inline constexpr double kMissPrice = 0.25;
 /// After a miss, the next mesh for that size of maps has at least this share more bytes; after two, twice that, and
 /// so on up to so many misses.
-inline constexpr double kFiner = 0.03;
+inline constexpr double kFiner = 0.05;
 inline constexpr std::size_t kFinerMisses = 3;
 /// Times the error: a size whose maps came so near is tried with somewhat finer meshes, though much finer ones are
 /// expected to be needed: with so many times the bytes, or none at all.
-inline constexpr double kNearly = 1.12, kLeap = 1.25;
+inline constexpr double kNearly = 1.12, kLeap = 1.1;
 /// The limit of such a mesh, as a share of the error.
 inline constexpr double kNearlyLimit = 0.8;
 /// Times the lightest: what weighs more is not looked at.
@@ -38,11 +40,16 @@ inline constexpr double kSurely = 1.3;
 inline constexpr std::uint64_t kShown = 4;
 /// Another size is tried once with this share of the lightest's bytes, unless a map of it was made with faces within
 /// this factor, or so many times the error is expected of it: that is known from other meshes alone.
-inline constexpr double kLighter = 0.95, kOtherFaces = 1.5, kPerhaps = 1.5;
+inline constexpr double kLighter = 0.93, kOtherFaces = 1.5, kPerhaps = 1.2;
+/// Texels a face that a map has at least: with fewer it shows no more than vertices do.
+inline constexpr double kTexelsOfFace = 2;
 /// Fewer bytes than this share must be expected for another trial.
-inline constexpr double kWorthwhile = 0.95;
+inline constexpr double kWorthwhile = 0.93;
 /// The error that the first map of all is looked for with, as a share of the one wanted.
-inline constexpr double kFirstLimit = 0.75;
+inline constexpr double kFirstLimit = 0.5;
+/// The first map is twice as large as its bytes ask for, up to this size: that takes little time, and its mip-maps
+/// tell of smaller maps.
+inline constexpr std::uint32_t kSmallFirst = 128;
 /// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) costs too much of it.
 inline constexpr double kEightBits = 0.5;
 /// Samples a texel side by side: fewer for larger maps, whose texels show less.

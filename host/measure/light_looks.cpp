@@ -20,8 +20,8 @@ namespace {
 /// Each level has this share of the faces of the one before, down to so few.
 constexpr double kShare = 0.96;
 constexpr std::uint32_t kFewestFaces = 12;
-/// Of pictures: their pixels, without a size on screen.
-constexpr std::uint32_t kPixels = 48;
+/// Of pictures: their pixels, without a size on screen; and of coarse ones, with and without.
+constexpr std::uint32_t kPixels = 48, kCoarsePixels = 32, kCoarseScreenPixels = 16;
 /// Of visibility fields, to compare ways to match with.
 constexpr std::uint32_t kLookDirections = 32;
 /// And of those that maps are tried with: 64 and 512 give errors within a thousandth of each other.
@@ -39,7 +39,7 @@ Mesh with_any_uvs(Mesh mesh) {
 }
 
 BakeOptions normals_alone(BakeOptions options) {
-  options.maps = {MapKind::normal};
+  options.maps = {shading_map(options).value()};
   options.transfers.clear();
   options.own_maps.clear();
   options.raw = options.two_component = options.report_errors = options.keep_match = false;
@@ -84,15 +84,18 @@ Image rounded(Image map, std::uint32_t bits) {
 
 void LightLooks::say(double done, const char* doing) const { Heartbeat::at(done, doing); }
 
-DenseShown shown_to_plans(const Source& source, std::uint32_t screen) {
-  return shown_from(source, screen, held_out_views(kPlanViews, spread_views(12)));
+DenseShown shown_to_plans(const Source& source, std::uint32_t screen, bool coarse) {
+  return shown_from(source, screen, held_out_views(kPlanViews, spread_views(12)), coarse);
 }
 
-DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward) {
+DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward,
+                      bool coarse) {
   std::vector<ViewAngles> views;
   views.reserve(toward.size());
   for (const Vec3& direction : toward) views.push_back(view_angles(direction));
-  const PictureGrid grid{screen == 0 ? kPixels : kScreenPixels, screen};
+  const std::uint32_t fine = screen == 0 ? kPixels : kScreenPixels;
+  const std::uint32_t few = screen == 0 ? kCoarsePixels : kCoarseScreenPixels;
+  const PictureGrid grid{coarse ? few : fine, screen};
   DenseShown shown;
   shown.pictures = pictures_of(impl_of(source), views, grid);
   shown.hits = hits_by_rays(context_of(impl_of(source).device), impl_of(source).rays(),
@@ -125,6 +128,7 @@ void LightLooks::take_pictures(std::uint32_t screen) {
   say(0, "looking at the high poly");
   const Stopwatch watch;
   shown_ = shown_to_plans(source_, screen);
+  coarse_ = shown_to_plans(source_, screen, /*coarse=*/true);
   plan_.seconds_measure += watch.total();
 }
 
@@ -152,9 +156,10 @@ void LightLooks::make_levels(std::uint32_t most, double share, bool height_field
 
 std::optional<std::size_t> LightLooks::fewest_within(double limit, bool height_field) {
   const auto share = [&](std::size_t level) { return model().at(level).limit / limit; };
-  make_levels(light_limits::kMostFaces, light_limits::kMostShare, height_field);
+  const bool few = high_.triangles.size() <= light_limits::kMostFaces;
+  make_levels(light_limits::kMostFaces, few ? 1 : light_limits::kMostShare, height_field);
   const std::optional<std::size_t> found = model().fewest(share);
-  if (found) return found;
+  if (found || few) return found;
   make_levels(light_limits::kManyFaces, 1, height_field);
   return model().fewest(share);
 }
@@ -207,12 +212,12 @@ void LightLooks::solve(std::size_t level) {
 
 LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
-  return look_at(glance(level));
+  return look_at(glance(level), coarse_);
 }
 
-LightModel::Node LightLooks::look_at(const Mesh& low) {
+LightModel::Node LightLooks::look_at(const Mesh& low, const DenseShown& shown) {
   const Stopwatch watch;
-  const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown_);
+  const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown);
   const LightModel::Node node = look_with(probe);
   plan_.seconds_measure += watch.total();
   return node;
@@ -237,12 +242,15 @@ BakeOptions LightLooks::limit_options(MatchMethod method) const {
 void LightLooks::choose_match(std::size_t level, bool height_field) {
   const Mesh& low = mesh(level);
   const Stopwatch watch;
-  const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown_);
+  const DenseShown& shown = shown_.pictures.front().subpixels > 1 ? coarse_ : shown_;
+  const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown);
   std::shared_ptr<const VisibilityField> field;
-  std::vector<MatchMethod> ways = {height_field ? MatchMethod::uv : MatchMethod::ray};
-  const bool cage = bake_.cage.has_value();
-  if (height_field) ways.push_back(MatchMethod::ray);
-  if (!cage) ways.insert(ways.end(), {MatchMethod::hybrid, MatchMethod::closest});
+  std::vector<MatchMethod> ways = planned_matches(&MatchRow::light_turn);
+  if (bake_.cage) {
+    std::erase_if(ways, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
+  }
+  const MatchMethod first = ways.front();
+  if (height_field) ways.insert(ways.begin(), match_at_uvs());
   double least = 0;
   for (const MatchMethod way : ways) {
     say(0.3, "looking at ways to match");
@@ -255,7 +263,7 @@ void LightLooks::choose_match(std::size_t level, bool height_field) {
       model_->forget();
     }
     // What no way whatever gets below: hard edges seldom leave another room.
-    if (way == MatchMethod::ray && probe.least_share(limit) >= kGain) break;
+    if (way == first && probe.least_share(limit) >= kGain) break;
   }
   std::erase(bake_.fallback, bake_.method);
   plan_.seconds_measure += watch.total();

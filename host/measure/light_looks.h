@@ -16,9 +16,11 @@ namespace kiln {
 
 /// What plans see of the high poly.
 /// \param screen  pixels that pictures are wide; 0: endlessly many
-DenseShown shown_to_plans(const Source& source, std::uint32_t screen);
+/// \param coarse  fewer places: enough to compare low polys, not to say what one reaches
+DenseShown shown_to_plans(const Source& source, std::uint32_t screen, bool coarse = false);
 /// The same from given directions, unit vectors towards the eye.
-DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward);
+DenseShown shown_from(const Source& source, std::uint32_t screen, const std::vector<Vec3>& toward,
+                      bool coarse = false);
 /// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
 Mesh with_any_uvs(Mesh mesh);
 /// The same bake, of the normal map and nothing else.
@@ -52,7 +54,7 @@ class LightLooks {
 
   /// What a low poly of any layout can do.
   LightModel::Node look_with(const NormalProbe& probe) const;
-  LightModel::Node look_at(const Mesh& low);
+  LightModel::Node look_at(const Mesh& low) { return look_at(low, shown_); }
 
   /// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
   /// Made once.
@@ -80,6 +82,7 @@ class LightLooks {
   void say(double done, const char* doing) const;
   const Mesh& glance(std::size_t level);
   LightModel::Node look(std::size_t level);
+  LightModel::Node look_at(const Mesh& low, const DenseShown& shown);
   BakeOptions limit_options(MatchMethod method) const;
 
   const Source& source_;
@@ -87,7 +90,7 @@ class LightLooks {
   BakeOptions& bake_;
   LightBake& plan_;
   LevelCache& cache_;
-  DenseShown shown_;
+  DenseShown shown_, coarse_;     ///< To measure by, to look by
   KnownLevels* known_ = nullptr;  ///< In `cache_`
   std::unique_ptr<LightModel> model_;
   std::optional<TexelDetail> detail_;  ///< Of the high poly, where it was asked for

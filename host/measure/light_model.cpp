@@ -21,6 +21,10 @@ constexpr double kFirst = 1000;
 /// An error is at least this share of the limit above it.
 constexpr double kLeastAbove = 0.01;
 constexpr double kTiny = 1e-9;
+/// What a map of a mip-map's size has of its sharpness: its charts are farther apart.
+constexpr double kOfMip = 0.8;
+/// Sharpness grows with a power of a map's texels a side: this one, at least: smaller maps told less than they seem to, since mip-maps are better than maps of their size.
+constexpr double kLeastGain = 1.2;
 /// Of sharpness against faces, both as logarithms: bounds, and the spread of faces that halves a slope.
 constexpr double kLeastSlope = -1, kMostSlope = 1, kScatter = 0.08;
 
@@ -82,7 +86,8 @@ void LightModel::measured(std::size_t level, std::uint32_t size, double error, b
   if (known.mip) known.maps.clear();
   known.mip = mip;
   // A map that is no better than none still tells that larger ones are needed.
-  known.maps.push_back({level, std::max(1 / above - 1 / range, 0.01 / range)});
+  const double share = mip ? kOfMip : 1;
+  known.maps.push_back({level, std::max(share / above - 1 / range, 0.01 / range)});
 }
 
 /// From the map whose level is nearest, along the slope of all. Errors scatter, so maps of about as many faces
@@ -117,7 +122,18 @@ double LightModel::sharpness(std::size_t level, std::uint32_t size) const {
     const double ratio = static_cast<double>(size) / known->first;
     return at_level(known->second, level) * ratio * ratio;
   };
-  if (after == sharpness_.end()) return scaled(std::prev(after));
+  if (after == sharpness_.end()) {
+    const auto largest = std::prev(after);
+    if (largest == sharpness_.begin()) return scaled(largest);
+    // Beyond what is known: along the slope of the largest two. Edges are blurred by a texel's width, so that what
+    // texels add falls with their number at half the pace of what smooth detail adds.
+    const auto smaller = std::prev(largest);
+    const double value = at_level(largest->second, level);
+    const double slope = std::log(value / at_level(smaller->second, level)) /
+                         std::log(1.0 * largest->first / smaller->first);
+    const double ratio = static_cast<double>(size) / largest->first;
+    return value * std::pow(ratio, std::clamp(slope, kLeastGain, 2.0));
+  }
   if (after->first == size || after == sharpness_.begin()) return scaled(after);
   const auto before = std::prev(after);
   const double share =

@@ -32,6 +32,7 @@ class LightModel {
   /// What was found of a level in another way.
   void know(std::size_t level, const Node& node) { nodes_[level] = node; }
   const std::map<std::size_t, Node>& known() const { return nodes_; }
+  bool knows(std::size_t level) const { return nodes_.contains(level); }
 
   /// Another way to match: limits are no longer known.
   void forget();

@@ -34,8 +34,8 @@ class LightPlanner {
     plan_.wanted = options.max_error;
     may_leave_map_out_ = options.may_leave_map_out && options.bounds.empty();
     if (options.choose_rays) leave_to_rays(options.bounds, bake_);
-    bits_ = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
-    channels_ = map_channels(bake_);
+    cost_.bits = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
+    cost_.channels = map_channels(bake_);
     largest_ = std::min(bake_.width, bake_.height);
     for (std::uint32_t size = kSmallestMap; size <= largest_; size *= 2) sizes_.push_back(size);
   }
@@ -73,7 +73,10 @@ class LightPlanner {
     levels().mesh(best_->level, &plan_.simplified);
     plan_.seconds_simplify += watch.total();
     plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds);
-    fill_trade();
+    fill_trade(
+        plan_, model(), all_sizes(),
+        [this](std::size_t level, std::uint32_t size) { return guess_of(level, size); },
+        [this](std::uint32_t size) { return misses_at(size).aim(options_.max_error); });
     return std::move(plan_);
   }
 
@@ -86,7 +89,7 @@ class LightPlanner {
       const std::uint32_t size = best_->trial.size;
       looks_.solve(level);
       best_.reset();
-      size == 0 ? measure_without_map(level) : try_map(level, size);
+      try_pair(level, size);
       if (!best_reached()) try_pairs();
     }
   }
@@ -105,13 +108,18 @@ class LightPlanner {
   void try_pairs() {
     while (plan_.trials.size() - earlier_ < (best_reached() ? kMostTrials : kMostTrialsToReach)) {
       std::optional<LightTrial> next = best_expected();
+      for (int i = 0; i < kMostLooks && next && next->size == 0 && !model().knows(next_level_);
+           ++i) {
+        model().exactly(next_level_);
+        next = best_expected();
+      }
       // What was expected to do and did not: a little more of it.
       while (next && !best_reached() && was_tried(plan_.trials, next->faces, next->size) &&
              next_level_ > finest()) {
         next = trial_of(--next_level_, next->size);
       }
       if (next && worth_trying(*next)) {
-        next->size == 0 ? measure_without_map(next_level_) : try_map(next_level_, next->size);
+        try_pair(next_level_, next->size);
       } else if (!best_reached() || !try_another_size()) {
         break;
       }
@@ -124,9 +132,10 @@ class LightPlanner {
     for (std::size_t i = sizes_.size(); i-- > 0;) {
       const std::uint32_t size = sizes_[i];
       if (size == best_->trial.size) continue;
+      const double most = kLighter * best_bytes();
       std::size_t level = finest();
-      while (level + 1 < levels().count() && weight(level, size) > kLighter * best_bytes()) ++level;
-      if (weight(level, size) > kLighter * best_bytes() ||
+      while (level + 1 < levels().count() && weight(level, size) > most) ++level;
+      if (weight(level, size) > most || !has_texels(looks_.faces(level), size) ||
           model().guessed(level, size) > kPerhaps * options_.max_error ||
           tried_about(plan_.trials, looks_.faces(level), size)) {
         continue;
@@ -152,7 +161,8 @@ class LightPlanner {
     while (2 * size <= largest_ && bytes(level, 2 * size).texels < bytes(level, 0).total()) {
       size *= 2;
     }
-    try_map(level, std::min(2 * size, sizes_.back()), /*learn=*/true);
+    size *= 4 * size <= kSmallFirst ? 4 : 2;
+    try_map(level, std::min(size, sizes_.back()), /*learn=*/true);
   }
 
   std::uint32_t samples_for(std::uint32_t size) const {
@@ -160,14 +170,8 @@ class LightPlanner {
     return std::clamp(kSampleBudget / size, 1U, kMostSamples);
   }
 
-  /// Seams split vertices along lines, so about as many as the square root.
-  std::uint64_t expected_vertices(std::size_t level, std::uint32_t size) const {
-    const auto positions = static_cast<double>(looks_.vertices(level));
-    return static_cast<std::uint64_t>(positions + (size == 0 ? 0 : seams_ * std::sqrt(positions)));
-  }
-
   LightBytes bytes(std::size_t level, std::uint32_t size) const {
-    return light_bytes(expected_vertices(level, size), looks_.faces(level), size, channels_, bits_);
+    return cost_.bytes(looks_.vertices(level), looks_.faces(level), size);
   }
 
   LightTrial trial_of(std::size_t level, std::uint32_t size) {
@@ -180,10 +184,10 @@ class LightPlanner {
     LightTrial trial;
     trial.faces = looks_.faces(level);
     trial.positions = looks_.vertices(level);
-    trial.vertices = expected_vertices(level, size);
+    trial.vertices = cost_.vertices(trial.positions, size);
     trial.size = size;
     trial.samples = samples_for(size == 0 ? 1 : size);
-    trial.bits = bits_;
+    trial.bits = cost_.bits;
     trial.method = bake_.method;
     trial.bytes = bytes(level, size);
     trial.expected = model().guessed(level, size);
@@ -202,7 +206,7 @@ class LightPlanner {
   }
 
   double price(std::size_t level, std::uint32_t size) const {
-    return weight(level, size) * (best_reached() ? 1 : misses_at(size).price());
+    return weight(level, size) * misses_at(size).price();
   }
 
   /// Not below this level: with maps of this size, hardly finer meshes missed the error.
@@ -236,14 +240,19 @@ class LightPlanner {
     double least = kEndless;
     for (const std::uint32_t size : sizes) {
       std::size_t from = finest();
-      while (from + 1 < levels().count() && weight(from, size) > kFarMore * least) ++from;
+      while (from + 1 < levels().count() &&
+             (weight(from, size) > kFarMore * least || !has_texels(looks_.faces(from), size))) {
+        ++from;
+      }
       const double aim = misses_at(size).aim(options_.max_error);
       if (weight(from, size) > kFarMore * least) continue;
       if (from > finest() && model().guessed(from, size) > kSurely * aim) continue;
       const auto level = finer_than_misses(
           model().fewest([&](std::size_t i) { return model().expected(i, size) / aim; }, from),
           size);
-      if (level) result.emplace_back(*level, size), least = std::min(least, price(*level, size));
+      if (!level || !has_texels(looks_.faces(*level), size)) continue;
+      result.emplace_back(*level, size);
+      least = std::min(least, price(*level, size));
     }
     std::sort(result.begin(), result.end(),
               [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -278,7 +287,7 @@ class LightPlanner {
             static_cast<double>(next.bytes.total()) < kWorthwhile * best_bytes());
   }
 
-  bool best_reached() const { return best_->trial.measured <= options_.max_error; }
+  bool best_reached() const { return best_ && best_->trial.measured <= options_.max_error; }
   double best_bytes() const { return static_cast<double>(best_->trial.bytes.total()); }
 
   void measure_without_map(std::size_t level) {
@@ -307,9 +316,9 @@ class LightPlanner {
     const Stopwatch measuring;
     const NormalProbe probe(impl_of(source_), made.low, looks_.shown());
     const auto error = [&](const Image& map) {
-      return probe.with_map(rounded(map, bits_), plain).mean_degrees;
+      return probe.with_map(rounded(map, cost_.bits), plain).mean_degrees;
     };
-    if (!model().known().contains(level)) model().know(level, looks_.look_with(probe));
+    if (!model().knows(level)) model().know(level, looks_.look_with(probe));
     if (learn) {
       for (const Image& map : result.maps.front().mips) {
         if (map.width < kSmallestMap) break;
@@ -321,33 +330,18 @@ class LightPlanner {
     model().measured(level, size, made.trial.measured);
     made.trial.vertices = split_vertices(made.low);
     made.trial.charts = made.unwrapped.charts;
-    seams_ = static_cast<double>(made.trial.vertices - made.trial.positions) /
-             std::sqrt(static_cast<double>(made.trial.positions));
-    made.trial.bytes = light_bytes(made.trial.vertices, made.trial.faces, size, channels_, bits_);
+    made.trial.bytes = cost_.measured(made.trial);
     plan_.seconds_measure += measuring.total();
     keep(std::move(made));
+  }
+
+  void try_pair(std::size_t level, std::uint32_t size) {
+    size == 0 ? measure_without_map(level) : try_map(level, size);
   }
 
   void keep(Made made) {
     plan_.trials.push_back(made.trial);
     if (!best_ || is_better(made.trial, best_->trial, options_.max_error)) best_ = std::move(made);
-  }
-
-  /// Nothing is looked at for this: what is not known is guessed.
-  void fill_trade() {
-    for (const std::uint32_t size : all_sizes()) {
-      std::size_t level = model().count();
-      const double aim = misses_at(size).aim(options_.max_error);
-      while (level > 0 && model().guessed(level - 1, size) > aim) --level;
-      if (level == 0 || bytes(level - 1, size).total() > kShown * plan_.chosen.bytes.total())
-        continue;
-      plan_.trade.push_back(guess_of(level - 1, size));
-    }
-    for (const auto& [level, node] : model().known()) {
-      for (const auto size : all_sizes()) plan_.outlook.push_back(guess_of(level, size));
-      plan_.levels.push_back({looks_.faces(level), looks_.vertices(level), node.plain, node.limit});
-    }
-    std::reverse(plan_.levels.begin(), plan_.levels.end());
   }
 
   /// Bakes all maps, as asked for.
@@ -360,7 +354,7 @@ class LightPlanner {
     plan_.bake = best_->bake;
     plan_.bake.progress = bake_.progress;
     plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
-    plan_.drawn = rounded(std::move(plan_.drawn), bits_);
+    plan_.drawn = rounded(std::move(plan_.drawn), cost_.bits);
     const NormalProbe probe(impl_of(source_), plan_.low, looks_.shown());
     plan_.chosen.measured = probe.with_map(plan_.drawn, plan_.bake).mean_degrees;
     plan_.bounds =
@@ -373,9 +367,9 @@ class LightPlanner {
   std::uint64_t most_faces_;
   BakeOptions bake_;
   ProgressScope alive_;
-  std::uint32_t bits_ = 8, largest_ = 0;
-  std::vector<std::uint32_t> channels_, sizes_;
-  double seams_ = 10;  // vertices that seams add, over the square root of positions
+  LightCost cost_;
+  std::uint32_t largest_ = 0;
+  std::vector<std::uint32_t> sizes_;
   bool may_leave_map_out_ = true, tried_another_ = false, all_directions_ = false;
   // `earlier_`: trials with maps that turned out too small for another map
   std::size_t next_level_ = 0, earlier_ = 0;

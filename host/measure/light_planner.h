@@ -1,4 +1,40 @@
 // Plans of low polys that share what they simplify.
+//
+// bake_light() finds the fewest bytes of vertices and texels that reach an error e of rendered normals.
+//
+// 1. One run of collapses gives meshes of all numbers of faces F, 4% apart (SimplifyLevels): from a high
+//    poly of up to 25,000 faces on, else from half of its faces. Where that is too coarse, another begins at the
+//    high poly itself, or at 200,000 faces.
+// 2. Pictures from 30 directions compare a few of them with the high poly: p(F) without a map, f(F) with an
+//    endless one. Both are nearly straight lines of log F. With a size on screen, a pixel has 3 x 3 rays, and
+//    mean normals are compared.
+// 3. One map with its mip-maps tells the sharpness h(s): e(F, s) = f + 1 / (1 / (p - f) + h(s)). Texels blur
+//    what the low poly lacks, and no more. Mip-maps count for 0.8 of their h: charts of small maps are farther
+//    apart. Beyond the sizes that are known, h follows the slope of the largest two: edges are blurred by a
+//    texel's width, smooth detail by its square. The first mesh leaves half of the error to texels.
+// 4. For each size, the fewest faces with e(F, s) in bounds; of all sizes, the fewest bytes. A fine mesh is
+//    looked at only where the lines of 2 leave room for it: its guessed error is at most 1.3 times the one
+//    asked for, its bytes at most 1.5 times the least. A map has two texels a face at least.
+// 5. That pair is made and measured, which corrects h. Steps 4 and 5 repeat until nothing 7% lighter is
+//    expected: at most 4 maps, up to 10 as long as none is in bounds. Errors scatter with the charts. So maps
+//    are aimed 2% below the error, and each miss at a size leaves 3% more room and makes that size dearer. The
+//    next mesh for it weighs at least 5% more, after two misses 10%, then 15%. A size that missed by at most 12% is tried so, even if the model expects finer meshes.
+// 6. One size whose h is known from other faces alone is tried: with 93% of the bytes, where at most 1.2 times
+//    the error is expected.
+//
+// Tries of visibility and hybrid matches look from 64 directions, not 512: errors differ by less than a
+// thousandth. What is chosen is baked from all. Should it miss the error, the search goes on with all. Where a
+// mesh without a map is already within the error, no map is tried first. Where no pixel shows both meshes, as of
+// parts smaller than a pixel, the error counts as 180 degrees.
+//
+// Vertices are fitted to the high poly, which takes longest. So each mesh is made and laid out once, for maps
+// and all levels of `--lod`. Meshes that are only looked at are fitted roughly, and compared at fewer places. What a head start left folded is
+// mended for the chosen mesh alone, which is then tried again. Searches skip levels while errors are far below
+// what is asked for. Between levels up to 8 times apart in faces, p and f are read off their lines.
+//
+// bake_lods() repeats this for half the size on screen, a quarter and so on. With shared UVs, further levels are
+// the fewest faces that the first level's map still fits: simplified with its layout kept, found by bisection,
+// each measured. tools/bench/README.md has what a brute-force grid finds.
 #pragma once
 
 #include <cstddef>

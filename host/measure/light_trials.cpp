@@ -1,6 +1,7 @@
 #include "measure/light_trials.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "measure/light_limits.h"
 
@@ -8,8 +9,28 @@ namespace kiln {
 
 using namespace light_limits;
 
+std::uint64_t LightCost::vertices(std::uint64_t positions, std::uint32_t size) const {
+  const auto count = static_cast<double>(positions);
+  return static_cast<std::uint64_t>(count + (size == 0 ? 0 : seams * std::sqrt(count)));
+}
+
+LightBytes LightCost::bytes(std::uint64_t positions, std::uint64_t faces,
+                            std::uint32_t size) const {
+  return light_bytes(vertices(positions, size), faces, size, channels, bits);
+}
+
+LightBytes LightCost::measured(const LightTrial& trial) {
+  seams = static_cast<double>(trial.vertices - trial.positions) /
+          std::sqrt(static_cast<double>(trial.positions));
+  return light_bytes(trial.vertices, trial.faces, trial.size, channels, bits);
+}
+
+bool has_texels(std::uint64_t faces, std::uint32_t size) {
+  return size == 0 || 1.0 * size * size >= kTexelsOfFace * static_cast<double>(faces);
+}
+
 LightMisses LightMisses::of(std::span<const LightTrial> trials, std::uint32_t size, double wanted) {
-  LightMisses misses;
+  LightMisses misses{size};
   for (const LightTrial& trial : trials) {
     if (trial.size != size || trial.measured <= wanted) continue;
     const auto bytes = static_cast<double>(trial.bytes.total());
@@ -21,7 +42,8 @@ LightMisses LightMisses::of(std::span<const LightTrial> trials, std::uint32_t si
 }
 
 double LightMisses::aim(double wanted) const {
-  return wanted * (1 - kCare * static_cast<double>(count));
+  if (size == 0) return wanted;
+  return wanted * (1 - kFirstCare - kCare * static_cast<double>(count));
 }
 
 double LightMisses::next_bytes(double best) const {
@@ -32,6 +54,24 @@ double LightMisses::next_bytes(double best) const {
 double LightMisses::price() const { return 1 + kMissPrice * static_cast<double>(count); }
 
 bool LightMisses::nearly(double wanted) const { return count > 0 && nearest <= kNearly * wanted; }
+
+void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::uint32_t> sizes,
+                const std::function<LightTrial(std::size_t, std::uint32_t)>& guess,
+                const std::function<double(std::uint32_t)>& aim) {
+  for (const std::uint32_t size : sizes) {
+    std::size_t level = model.count();
+    while (level > 0 && model.guessed(level - 1, size) > aim(size)) --level;
+    if (level == 0) continue;
+    const LightTrial fewest = guess(level - 1, size);
+    if (fewest.bytes.total() <= kShown * plan.chosen.bytes.total()) plan.trade.push_back(fewest);
+  }
+  for (const auto& [level, node] : model.known()) {
+    for (const std::uint32_t size : sizes) plan.outlook.push_back(guess(level, size));
+    const LightTrial plain = guess(level, 0);
+    plan.levels.push_back({plain.faces, plain.positions, node.plain, node.limit});
+  }
+  std::reverse(plan.levels.begin(), plan.levels.end());
+}
 
 bool is_better(const LightTrial& next, const LightTrial& best, double wanted) {
   const bool best_reaches = best.measured <= wanted;

@@ -3,14 +3,34 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <vector>
 
 #include "kiln/light_plan.h"
+#include "measure/light_model.h"
 
 namespace kiln {
 
+/// What low polys will weigh, before seams are known.
+struct LightCost {
+  std::uint32_t bits = 8;
+  std::vector<std::uint32_t> channels;  ///< Of each map
+  double seams = 10;  ///< Vertices that seams add, over the square root of positions
+
+  /// Seams split vertices along lines, so about as many as the square root.
+  std::uint64_t vertices(std::uint64_t positions, std::uint32_t size) const;
+  LightBytes bytes(std::uint64_t positions, std::uint64_t faces, std::uint32_t size) const;
+  /// Of a mesh whose vertices were counted. Its seams tell those of others.
+  LightBytes measured(const LightTrial& trial);
+};
+
+/// Whether a map of this size can show more of so many faces than their vertices do; size = 0: always.
+bool has_texels(std::uint64_t faces, std::uint32_t size);
+
 /// Tries with maps of one size that did not reach the error.
 struct LightMisses {
+  std::uint32_t size = 0;  ///< 0: without a map
   std::size_t count = 0;
   double heaviest = 0;  ///< Bytes of the heaviest
   double nearest = 0;   ///< The least error, degrees
@@ -18,17 +38,26 @@ struct LightMisses {
   /// \param wanted  the error to reach, degrees
   static LightMisses of(std::span<const LightTrial> trials, std::uint32_t size, double wanted);
 
-  /// The error to aim at: each miss makes the next try a little more careful.
+  /// The error to aim at: each miss makes the next try a little more careful. Meshes without a map need no care,
+  /// since no charts make their errors scatter.
   double aim(double wanted) const;
   /// Bytes of the next try, at least. Errors scatter by charts, so a mesh that is hardly finer tells little.
   /// But no more than halfway to the lightest that reaches the error.
   /// \param best  its bytes; endless where there is none
   double next_bytes(double best) const;
-  /// While nothing reaches the error, each miss makes maps of its size dearer by this factor: another may do at once.
+  /// Each miss makes maps of its size dearer by this factor: another may do at once.
   double price() const;
   /// Whether somewhat finer meshes may do, whatever the model says.
   bool nearly(double wanted) const;
 };
+
+/// LightBake::trade, outlook and levels. Nothing is looked at for this: what is not known is guessed.
+/// \param sizes  of maps; 0: none
+/// \param guess  a level with a map of a size
+/// \param aim    the error to reach with a size
+void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::uint32_t> sizes,
+                const std::function<LightTrial(std::size_t, std::uint32_t)>& guess,
+                const std::function<double(std::uint32_t)>& aim);
 
 /// Whether one reaches the error and the other does not, or is heavier; of two that do not, whether it is nearer.
 bool is_better(const LightTrial& next, const LightTrial& best, double wanted);

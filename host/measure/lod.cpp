@@ -76,8 +76,8 @@ class LodMaker {
     level.light = plan_light(source_, high_, plan, cache_);
     if (k == 0 || level.light.cancelled || level.light.chosen.faces <= faces_before()) return level;
     // More faces and a smaller map: lighter, but no level of detail that an engine's user expects.
-    LightBake fewer = plan_light(source_, high_, plan, cache_, faces_before());
-    if (fewer.cancelled || fewer.reached) level.light = std::move(fewer);
+    // Where nothing does with as few, the level before serves this size, too.
+    level.light = plan_light(source_, high_, plan, cache_, faces_before());
     return level;
   }
 
@@ -162,11 +162,13 @@ class LodMaker {
       return;
     }
     const std::string faces = std::to_string(chain_.levels.back().light.chosen.faces);
-    chain_.warnings.push_back(
-        {"lod-left-out",
-         "At " + std::to_string(level.screen) + " pixels the mesh of " + faces +
-             " faces serves, too: what is within the error there has over 90% of its bytes",
-         1});
+    chain_.warnings.push_back({"lod-left-out",
+                               "At " + std::to_string(level.screen) + " pixels the mesh of " +
+                                   faces +
+                                   " faces serves, too: what is within the error there has more "
+                                   "faces, or over 90% of its "
+                                   "bytes",
+                               1});
   }
 
   std::uint64_t faces_before() const { return chain_.levels.back().light.chosen.faces; }

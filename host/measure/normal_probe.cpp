@@ -159,7 +159,7 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
                 static_cast<float>(a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v)};
     }
   });
-  UvPoints found = find_uv_points(source_, uvs);
+  UvPoints found = match_row(options.method).at_uvs(source_, uvs);
   std::vector<std::uint8_t> status(count, KILN_STATUS_UV);
   bool missed = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -205,7 +205,7 @@ NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
   in_space.miss = MissPolicy::keep;
   Correspondence match(context, band_.capacity);
   match.count = band_.sample_count;
-  if (options.method == MatchMethod::uv) {
+  if (match_row(options.method).at_uvs != nullptr) {
     match_by_uv(in_space, field, match);
   } else {
     match_places(in_space, field, match);

@@ -18,6 +18,9 @@
 namespace kiln {
 namespace {
 
+/// Its preparation is no BVH, but depth views.
+bool by_views(MatchMethod method) { return match_row(method).info.takes_views; }
+
 class Planner {
  public:
   Planner(const Source& source, const Mesh& low, const PlanOptions& options)
@@ -56,34 +59,34 @@ class Planner {
     const std::uint32_t size = std::min(kFirstSize, largest());
     // Whether the layouts agree is known once they were baked with.
     std::optional<Baked> by_uv;
-    if (try_uv_) by_uv = baked(MatchMethod::uv, size);
-    take_pictures(first == MatchMethod::views || (by_uv && wanted > 0));
+    if (try_uv_) by_uv = baked(by_uv_, size);
+    take_pictures(by_views(first) || (by_uv && wanted > 0));
     const double plain = planned_.without_map.mean_degrees;
     std::optional<Outlook> uv;
     if (by_uv) {
-      uv.emplace(limit(MatchMethod::uv), plain);
+      uv.emplace(limit(by_uv_), plain);
       if (measured(std::move(*by_uv), *uv) <= wanted) return finished(wanted);
       // Where not even an endless map is expected to reach it, another way may do at less cost.
       const bool within = wanted > 0 && uv->limit() <= wanted;
-      if (within && climb(MatchMethod::uv, *uv, wanted)) return finished(wanted);
+      if (within && climb(by_uv_, *uv, wanted)) return finished(wanted);
     }
     const double first_limit = limit(first);
     Outlook outlook = uv ? uv->with_limit(first_limit) : Outlook(first_limit, plain);
-    const bool stay = uv && !gains(first, first_limit, MatchMethod::uv, uv->limit());
+    const bool stay = uv && !gains(first, first_limit, by_uv_, uv->limit());
     if (wanted == 0) {
       if (!stay && trial(first, size, outlook) <= wanted) return finished(wanted);
-      stay ? level(MatchMethod::uv, *uv) : level(first, outlook);
+      stay ? level(by_uv_, *uv) : level(first, outlook);
       find_something(size, outlook);
       return finished(best_error_);
     }
     if (!uv && trial(first, size, outlook) <= wanted) return finished(wanted);
     // The first way that is expected to reach it; and where none is, the one that gets nearest.
-    MatchMethod nearest = uv ? MatchMethod::uv : first;
+    MatchMethod nearest = uv ? by_uv_ : first;
     Outlook nearest_outlook = uv ? *uv : outlook;
     for (std::size_t i = 0; i < methods_.size(); ++i) {
       const MatchMethod method = methods_[i];
       if (i == 1 && best_finds_ && hopeless(nearest_outlook, wanted)) break;
-      if (method == MatchMethod::views && !may_help(method)) continue;
+      if (by_views(method) && !may_help(method)) continue;
       Outlook own = method == first ? outlook : outlook.with_limit(limit(method));
       if (uv && limit_of(method).missed == 1) continue;
       if (climb(method, own, wanted)) return finished(wanted);
@@ -131,7 +134,7 @@ class Planner {
   /// low poly may look worse than none; what then finds less than UVs do is no better for it.
   bool gains(MatchMethod method, double limit, MatchMethod other, double other_limit) const {
     const bool finds_less =
-        other == MatchMethod::uv && limit_of(method).missed > limit_of(other).missed + kFewMissed;
+        other == by_uv_ && limit_of(method).missed > limit_of(other).missed + kFewMissed;
     return !finds_less && limit < kGain * other_limit;
   }
 
@@ -147,7 +150,7 @@ class Planner {
 
   /// Whether no match is good enough, so that there is no need to look at others.
   bool hopeless(const Outlook& outlook, double wanted) {
-    if (methods_.front() == MatchMethod::views) return false;  // it takes a hierarchy to tell
+    if (by_views(methods_.front())) return false;  // it takes a hierarchy to tell
     const Stopwatch watch;
     planned_.least = outlook.limit() * probe_->least_share(*nearest_limit_);
     planned_.seconds_measure += watch.total();
@@ -211,13 +214,13 @@ class Planner {
   }
 
   std::vector<MatchMethod> methods() const {
-    if (options_.bake.cage || options_.bake.cage_mesh != nullptr) return {MatchMethod::ray};
-    if (impl_of(source_).triangles.size() > kMany) {
-      return {MatchMethod::views, MatchMethod::ray, MatchMethod::hybrid, MatchMethod::visibility,
-              MatchMethod::closest};
+    std::vector<MatchMethod> ways = planned_matches(&MatchRow::plan_turn);
+    if (options_.bake.cage || options_.bake.cage_mesh != nullptr) {
+      std::erase_if(ways, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
+    } else if (impl_of(source_).triangles.size() > kMany) {
+      std::stable_partition(ways.begin(), ways.end(), by_views);
     }
-    return {MatchMethod::ray, MatchMethod::hybrid, MatchMethod::visibility, MatchMethod::closest,
-            MatchMethod::views};
+    return ways;
   }
 
   BakeOptions bake_options(MatchMethod method, std::uint32_t size, const std::string& doing) const {
@@ -229,7 +232,7 @@ class Planner {
     bake.visibility.at = VisibilityAt::vertex;
     std::erase(bake.fallback, method);
     if (!options_.bounds.empty() && !all_maps_) {
-      bake.maps = {MapKind::normal};
+      bake.maps = {shading_map(bake).value()};
       bake.transfers.clear();
       bake.own_maps.clear();
     } else if (options_.choose_rays) {
@@ -256,7 +259,7 @@ class Planner {
     NormalProbe::Limit limit = probe_->limit(options, field_);
     planned_.limits.push_back({method, limit.error, limit.missed, watch.total()});
     const double mean = limit.error.mean_degrees;
-    const bool candidate = method == MatchMethod::uv || method == methods_.front();
+    const bool candidate = method == by_uv_ || method == methods_.front();
     if (candidate && (!nearest_limit_ || mean < kGain * nearest_limit_->error.mean_degrees)) {
       nearest_limit_ = std::move(limit);
     }
@@ -280,10 +283,10 @@ class Planner {
       const bool plain = !options.raw && !options.two_component;
       baked.result = bake_drawn(impl_of(source_), low_, options, plain ? nullptr : &baked.drawn);
     } catch (const Error& error) {
-      if (method == MatchMethod::uv && error.code() == ErrorCode::input) throw Unfit();
+      if (method == by_uv_ && error.code() == ErrorCode::input) throw Unfit();
       throw;
     }
-    if (method == MatchMethod::uv && found_nothing(baked.result.report)) throw Unfit();
+    if (method == by_uv_ && found_nothing(baked.result.report)) throw Unfit();
     trial.seconds = watch.total();
     return baked;
   }
@@ -351,8 +354,9 @@ class Planner {
   }
 
   NormalError with_map(const Baked& baked) const {
-    const Image& drawn =
-        baked.drawn.pixels.empty() ? baked.result.map(MapKind::normal).image : baked.drawn;
+    const Image& drawn = baked.drawn.pixels.empty()
+                             ? baked.result.map(*shading_map(baked.options)).image
+                             : baked.drawn;
     return probe_->with_map(drawn, baked.options);
   }
 
@@ -360,7 +364,8 @@ class Planner {
   const Mesh& low_;
   const PlanOptions& options_;
   const std::vector<MatchMethod> methods_;  // that search
-  bool try_uv_ = false;                     // before them
+  const MatchMethod by_uv_ = match_at_uvs();
+  bool try_uv_ = false;  // before them
   std::optional<NormalProbe> probe_;
   std::shared_ptr<const VisibilityField> field_;
   std::optional<NormalProbe::Limit> nearest_limit_;  // of UVs and the first way
@@ -380,8 +385,7 @@ PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOption
   if (options.bake.match != nullptr) {
     throw Error(ErrorCode::usage, "A plan chooses how to match, but a saved match was given.");
   }
-  const auto& maps = options.bake.maps;
-  if (std::find(maps.begin(), maps.end(), MapKind::normal) == maps.end()) {
+  if (!shading_map(options.bake)) {
     throw Error(ErrorCode::usage,
                 "A plan measures normal maps, but none is among the maps: add it.");
   }

@@ -70,17 +70,39 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   return std::min(std::min(e0, e1), e2);
 }
 
-/// How far outside of a range, of which one of both differences is positive at most.
-double outside(double below, double above) {
-  const double farther = below < above ? above : below;
-  return farther < 0 ? 0 : farther;
+using Two = double __attribute__((vector_size(16)));
+
+Two larger(Two a, Two b) { return a < b ? b : a; }
+
+/// Squared distances of two boxes, without branches: which side of a box a point is on cannot be foretold.
+template <typename Box>
+Two squared_to_boxes(const Vec3d& p, const Box& one, const Box& other) {
+  const auto outside = [](double at, float low, float other_low, float high, float other_high) {
+    const Two below = Two{low, other_low} - Two{at, at};
+    const Two above = Two{at, at} - Two{high, other_high};
+    return larger(larger(below, above), Two{0, 0});
+  };
+  const Two x = outside(p.x, one.low.x, other.low.x, one.high.x, other.high.x);
+  const Two y = outside(p.y, one.low.y, other.low.y, one.high.y, other.high.y);
+  const Two z = outside(p.z, one.low.z, other.low.z, one.high.z, other.high.z);
+  return x * x + y * y + z * z;
 }
 
-double squared_to_box(const Vec3d& p, const Vec3& low, const Vec3& high) {
-  const double x = outside(double{low.x} - p.x, p.x - double{high.x});
-  const double y = outside(double{low.y} - p.y, p.y - double{high.y});
-  const double z = outside(double{low.z} - p.z, p.z - double{high.z});
-  return x * x + y * y + z * z;
+/// Whether both of two triangles are farther than the best for sure, by their planes.
+bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double best) {
+  const Two ax{one[0].x, other[0].x}, ay{one[0].y, other[0].y}, az{one[0].z, other[0].z};
+  const Two bx = Two{one[1].x, other[1].x} - ax, by = Two{one[1].y, other[1].y} - ay,
+            bz = Two{one[1].z, other[1].z} - az;
+  const Two cx = Two{one[2].x, other[2].x} - ax, cy = Two{one[2].y, other[2].y} - ay,
+            cz = Two{one[2].z, other[2].z} - az;
+  const Two nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
+  const Two n2 = nx * nx + ny * ny + nz * nz;
+  const Two along =
+      (Two{p.x, p.x} - ax) * nx + (Two{p.y, p.y} - ay) * ny + (Two{p.z, p.z} - az) * nz;
+  const Two bound = kSurelyFarther * best * n2;
+  const Two b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
+  const auto farther = (along * along > bound) & (n2 > kSliver * b2 * c2);
+  return farther[0] != 0 && farther[1] != 0;
 }
 
 /// Triangles by their corners, wherever these begin.
@@ -264,33 +286,44 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
   };
   std::array<Entry, 64> stack;  // The depth is at most 32, and each level leaves one entry behind.
   std::size_t top = 0;
-  stack[top++] = {0, squared_to_box(at, boxes_[0].low, boxes_[0].high)};
-  while (top != 0) {
-    const Entry entry = stack[--top];
-    if (entry.distance >= best) continue;
+  Entry entry{0, squared_to_boxes(at, boxes_[0], boxes_[0])[0]};
+  for (;;) {
+    while (!(entry.distance < best)) {
+      if (top == 0) return best;
+      entry = stack[--top];
+    }
     const Box& box = boxes_[entry.box];
     if (box.count != 0) {
-      for (std::uint32_t i = box.first; i < box.first + box.count; ++i) {
-        const double distance = squared_to_triangle(at, &corners_[std::size_t{3} * i], best);
-        if (!(distance < best)) continue;
-        best = distance;
-        place = i;
-      }
+      look_at(at, box, place, best);
+      entry.distance = std::numeric_limits<double>::infinity();
       continue;
     }
-    const std::uint32_t left = entry.box + 1;
-    const std::uint32_t right = box.first;
-    const double to_left = squared_to_box(at, boxes_[left].low, boxes_[left].high);
-    const double to_right = squared_to_box(at, boxes_[right].low, boxes_[right].high);
-    if (to_left <= to_right) {
-      stack[top++] = {right, to_right};
-      stack[top++] = {left, to_left};
-    } else {
-      stack[top++] = {left, to_left};
-      stack[top++] = {right, to_right};
+    const std::uint32_t left = entry.box + 1, right = box.first;
+    const Two to = squared_to_boxes(at, boxes_[left], boxes_[right]);
+    const bool right_first = to[1] < to[0];
+    const Entry later = right_first ? Entry{left, to[0]} : Entry{right, to[1]};
+    entry = right_first ? Entry{right, to[1]} : Entry{left, to[0]};
+    stack[top] = later;
+    if (later.distance < best) ++top;
+  }
+}
+
+/// At the triangles of a leaf.
+void SurfaceDistance::look_at(const Vec3d& at, const Box& leaf, std::uint32_t& place,
+                              double& best) const {
+  const std::uint32_t end = leaf.first + leaf.count;
+  for (std::uint32_t i = leaf.first; i < end; i += 2) {
+    const std::uint32_t next = std::min(i + 1, end - 1);
+    if (both_farther(at, &corners_[std::size_t{3} * i], &corners_[std::size_t{3} * next], best)) {
+      continue;
+    }
+    for (std::uint32_t t = i; t <= next; ++t) {
+      const double distance = squared_to_triangle(at, &corners_[std::size_t{3} * t], best);
+      if (distance >= best) continue;
+      best = distance;
+      place = t;
     }
   }
-  return best;
 }
 
 void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
@@ -302,7 +335,7 @@ void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
   while (top != 0) {
     const std::uint32_t index = stack[--top];
     const Box& box = boxes_[index];
-    if (squared_to_box(at, box.low, box.high) > squared_radius) continue;
+    if (squared_to_boxes(at, box, box)[0] > squared_radius) continue;
     if (box.count == 0) {
       stack[top++] = box.first;
       stack[top++] = index + 1;

@@ -13,6 +13,8 @@
 
 namespace kiln {
 
+struct Vec3d;
+
 /// A box tree over triangles that answers "how far is the nearest surface point". Immutable after
 /// construction; queries may run on several threads. Degenerate triangles count as the segment or
 /// point that they are. Meant for coordinates of about unit size.
@@ -61,6 +63,7 @@ class SurfaceDistance {
   /// \returns the squared distance. \param place  out: in the order of the leaves
   /// \param best  no triangle from so far on counts
   double search(const Vec3& point, std::uint32_t& place, double best) const;
+  void look_at(const Vec3d& at, const Box& leaf, std::uint32_t& place, double& best) const;
 
   std::vector<Vec3> corners_;         ///< Three a triangle, in the order of the leaves.
   std::vector<std::uint32_t> order_;  ///< Of the leaves' triangles, their numbers.

@@ -41,7 +41,7 @@ struct Planes {
   std::uint32_t first = 0, last = 0;
 };
 
-/// Vertices that an update left as they were: those below `before`, and from new_after on those that were
+/// Vertices that an update left as they were: vertices below `before`, and from new_after on vertices that were
 /// from old_after on.
 struct KeptVertices {
   std::uint32_t before = 0;

@@ -16,7 +16,7 @@ struct DeviceVoxels {
   VoxelType type = VoxelType::f32;
   float iso = 0;  ///< The least float that is not below the iso value; 0 where converted
   float outside =
-      0;  ///< The finite voxel farthest from the solid: stands for those that are not finite
+      0;  ///< The finite voxel farthest from the solid: stands for voxels that are not finite
   std::uint64_t not_finite = 0;
   std::uint64_t beyond_float = 0;  ///< Whose difference to the iso value a float cannot hold
 

@@ -62,18 +62,18 @@ struct AssessOptions {
 /// Tarini, Cignoni, Scopigno, "Visibility based methods and assessment for detail-recovery" (2003),
 /// section 4. Positions are compared as numbers, never as colours.
 ///
-/// A viewing ray comes from a test direction d and shows a point p of the low poly where it meets a
-/// front face first; back faces hide what is behind them and are not looked at. Rays lie as evenly as the
-/// pixels of an orthogonal picture, without a size of pixels: each texel stands for its area times the
-/// cosine at which d sees it. Texels without a match have no ray.
+/// A viewing ray comes from a test direction d. It shows the point p of the low poly where it
+/// meets a front face first; back faces hide what is behind them and are not looked at. Rays
+/// lie as evenly as the pixels of an orthogonal picture, without a size of pixels: each texel
+/// stands for its area times the cosine at which d sees it. Texels without a match have no ray.
 struct MatchAssessment {
   bool cancelled = false;     ///< The progress callback said stop: the figures are empty
   std::uint64_t samples = 0;  ///< Of the match that the low poly covers
   std::uint64_t missed = 0;   ///< Of these, without a point
   double diagonal = 0;        ///< Of the high poly's bounding box, world units
 
-  /// Section 4.1: the distance between F(p) and the point that the same ray meets first on the high
-  /// poly, where that is a front face. World units.
+  /// Section 4.1: the distance between F(p) and the first point of the
+  /// same ray on the high poly, where that is a front face. World units.
   RayMeasure object_space;
   /// Section 4.2: the distance from F(p) to the ray, world units.
   RayMeasure image_space;

@@ -17,7 +17,7 @@ struct PaddingOptions {
   std::int32_t texels =
       16;  ///< How far, 0 to 16384; -1: everywhere, by push-pull (Gortler et al. 1996)
   bool fill_missed = false;   ///< Also fill TexelState::missed, from baked texels around
-  bool unit_vectors = false;  ///< Values are vectors: those that are averaged are made unit again
+  bool unit_vectors = false;  ///< Values are vectors: averaged ones are made unit again
 };
 
 /// Fills empty texels near baked ones, as a bake does at its end: each takes the value of the nearest baked

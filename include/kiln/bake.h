@@ -36,15 +36,15 @@ struct BakeOptions {
   /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
   /// twice, and all with MatchInfo::may_follow. None given: such samples are misses.
   std::vector<MatchMethod> fallback = {};
-  /// 0 to 256 texels: this near to what the fallback decided, over the surface, the method's normals give
-  /// way to the fallback's, so that the map has no step there; but where the fallback finds nothing. Takes
-  /// up to twice the match's time.
+  /// 0 to 256 texels: the way over the surface on which the method's normals
+  /// give way to the fallback's. The map then has no step there, but where
+  /// the fallback finds nothing. Takes up to twice the match's time.
   std::uint32_t fallback_blend = 0;
 
-  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look); with a
-  /// cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal; with a cage,
-  /// twice its distance (twice the longest one of a cage mesh). Without either, rays that miss on an open
-  /// sheet of the low poly, such as a leaf card, look again as far as half the sheet's diagonal.
+  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look);
+  /// with a cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal;
+  /// with a cage, twice its distance (twice the longest one of a cage mesh). Without either, rays
+  /// that miss on an open sheet of the low poly (a leaf card) look again: half the sheet's diagonal.
   std::optional<Length> max_distance = {};
   std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
   /// ... or from this mesh: see CageKind for the three forms it may have. find_cage() (kiln/cage.h) makes one.
@@ -82,7 +82,7 @@ struct BakeOptions {
   bool report_errors = false;
   MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
   std::int32_t gutter = 16;            ///< Texels; -1: infinite (push-pull)
-  /// Also make mip-maps, filtered within charts: nothing of one chart, nor of the gutter, gets into
+  /// Also make mip-maps, filtered within charts: no texel of one chart, nor of the gutter, gets into
   /// another (Wang et al., section 6), as it does where mip-maps are made from the image alone.
   bool mips = false;
 
@@ -165,17 +165,17 @@ struct BakeResult {
 
 /// Bakes maps of the high poly for the low poly.
 ///
-/// The same input gives the same bytes on every run, number of threads and conforming device, and however
-/// many threads bake from one source at the same time; each needs its own result alone. Memory is
-/// bounded by the map and the meshes: work is cut into bands of rows.
+/// The same input gives the same bytes on every run, number of threads and conforming device.
+/// Any number of threads may bake from one source at the same time; each needs its own result
+/// alone. Memory is bounded by the map and the meshes: work is cut into bands of rows.
 ///
-/// Lifetimes: `low`, `options` and what they point to are read during the call, and none is kept; nobody may
-/// change them meanwhile. The result is the caller's own.
-/// Threads: see Source. Work on the host takes thread_limit() threads; the callback comes on the caller's.
-/// A callback that says stop sets BakeResult::cancelled; what it throws leaves bake().
-/// Tangents: those of `low` (Mesh::tangents), else MikkTSpace's. Render with the same.
-/// Welding: vertices of `low` with exactly equal positions count as one for averaged normals, ray directions
-/// and charts, so a mesh that is split at seams needs none.
+/// Lifetimes: `low`, `options` and what they point to are read during the call, and none
+/// is kept; nobody may change them meanwhile. The result is the caller's own. Threads:
+/// see Source. Work on the host takes thread_limit() threads; the callback comes on the
+/// caller's. A callback that says stop sets BakeResult::cancelled; what it throws leaves
+/// bake(). Tangents: those of `low` (Mesh::tangents), else MikkTSpace's. Render with the
+/// same. Welding: vertices of `low` with exactly equal positions count as one for
+/// averaged normals, ray directions and charts. A mesh that is split at seams needs none.
 /// \param low  needs UVs
 /// \throws Error(usage) for a parameter out of range, Error(input) for a mesh without UVs,
 ///         Error(device). Nothing is left behind.

@@ -27,11 +27,11 @@ struct FoundCage {
 
 /// Finds a cage: per vertex, how far out rays start and how far in they end.
 ///
-/// Places all over the low poly, about 2^18, look along the bake's own directions (`ray.direction`) for the
-/// outermost face that fits them, as RayRule::outermost has it, up to `max_distance` both ways (none given: 4%
-/// of the high poly's diagonal). The outer shell takes in what the faces around a vertex need anywhere, not at
-/// the vertex alone, and a quarter more. It stays below the next face above, of the high poly or of another
-/// part of the low poly. The inner shell ends above the next face below: a thin wall's other sheet, or another
+/// Places all over the low poly, about 2^18, look along the bake's own directions (`ray.direction`) for
+/// the outermost face that fits them, as RayRule::outermost has it, up to `max_distance` both ways (none
+/// given: 4% of the high poly's diagonal). The outer shell takes in what the faces around a vertex need
+/// anywhere, and a quarter more. It stays below the next face above, of the high poly or of another part
+/// of the low poly. The inner shell ends above the next face below: a thin wall's other sheet, or another
 /// part. Both change gradually from vertex to vertex, and neither asks more of one than its faces do.
 ///
 /// `max_distance` says how far above the low poly a solid may begin; it is taken in as a whole, however high

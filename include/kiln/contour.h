@@ -35,16 +35,16 @@ struct ContourOptions {
   double iso = 0;                              ///< Value of the surface, in the voxels' own unit
   Inside inside = Inside::above;               ///< The solid side
   VolumeBorder border = VolumeBorder::closed;  ///< What ends the solid at the volume's border
-  /// The outer surface alone: voxels outside the solid that cannot be reached from the volume's border
-  /// count as inside, so that cavities and what floats in them vanish. Starts are the regions of free
-  /// voxels, joined by their six neighbours, that hold at least a twentieth of what the one with most
-  /// of them holds of the volume's border voxels: the hollows that a cut through a body opens do not.
+  /// The outer surface alone: outer voxels that cannot be reached from the volume's
+  /// border count as inside. So cavities and their content vanish. Starts are regions
+  /// of free voxels, joined by six neighbours, with at least a twentieth of the border
+  /// voxels of the largest one. Hollows that a cut through a body opens have fewer.
   bool outer_only = false;
-  /// With outer_only: what is moved to reach the outside is a cube of 2 outer_gap + 1 voxels a side,
-  /// whose centre stays in the volume and which touches no voxel of the solid; reached are the voxels
-  /// that it covers anywhere. 0, a voxel, goes through any hole; 2, say, closes nostrils, ears and pores
-  /// up to four voxels wide. Where a gap is closed the surface is a cap half a cell from its last voxel,
-  /// with normals along axes. 0 to 64.
+  /// With outer_only: a cube of 2 outer_gap + 1 voxels a side moves through the
+  /// outside. Its centre stays in the volume, and it touches no voxel of the solid;
+  /// it reaches the voxels that it covers anywhere. 0, a voxel, goes through any
+  /// hole; 2, say, closes nostrils, ears and pores up to four voxels wide. A closed
+  /// gap has a cap half a cell from its last voxel, with normals along axes. 0 to 64.
   std::uint32_t outer_gap = 0;
 
   bool operator==(const ContourOptions&) const = default;
@@ -69,16 +69,16 @@ struct ContourReport {
 /// The full-resolution contour of a volume: dual contouring (Ju, Losasso, Schaefer, Warren 2002, "Dual
 /// Contouring of Hermite Data") on the grid of voxels.
 ///
-/// A cell is a cube between eight voxels. An edge between a voxel inside and one outside is crossed
-/// where linear interpolation meets the iso value, with the normal that the field's gradient (central
-/// differences, interpolated along the edge) has there. Where second differences show that the field has
-/// a crease between two voxels, as at the sharp edges of CSG solids, differences are taken on the
-/// straight side, and a crossing between two planes lies in the one that holds it. Each sheet of surface in a cell gets a vertex of
-/// its own (Nielson 2004, "Dual Marching Cubes"), where the quadric error function of its crossings is
+/// A cell is a cube between eight voxels. An edge between a voxel inside and one outside is crossed where
+/// linear interpolation meets the iso value, with the normal that the field's gradient (central differences,
+/// interpolated along the edge) has there. Second differences may show that the field has a crease between
+/// two voxels, as at the sharp edges of CSG solids. Then differences are taken on the straight side, and a
+/// crossing between two planes lies in the one that holds it. Each sheet of surface in a cell gets a vertex
+/// of its own (Nielson 2004, "Dual Marching Cubes"), where the quadric error function of its crossings is
 /// least, clamped to the cell; directions that the crossings do not decide (eigenvalues below 1/20 of the
-/// largest) keep the crossings' mean. Each crossed edge gives a quad of two triangles. Sheets are told
-/// apart so that the mesh is a closed, consistently oriented 2-manifold (Wenger 2013, "Isosurfaces",
-/// section 3.3: ambiguous faces between two cells that both join what the face separates are joined).
+/// largest) keep the crossings' mean. Each crossed edge gives a quad of two triangles. Sheets are told apart
+/// so that the mesh is a closed, consistently oriented 2-manifold (Wenger 2013, "Isosurfaces", section 3.3:
+/// ambiguous faces between two cells that both join what the face separates are joined).
 ///
 /// Voxels that are not finite count as outside ("non-finite-voxels"). Vertices have positions relative
 /// to the volume's origin and smooth unit normals. Deterministic: the same on every run, number of
@@ -176,24 +176,24 @@ inline constexpr double kMapTooFine = 4;
 /// A low poly with a normal map straight from a volume (Barry and Wood, "Direct Extraction of Normal
 /// Mapped Meshes from Volume Data").
 ///
-/// The vertices of the full-resolution contour are gathered bottom-up through an octree: those that
-/// touch within a node become one, whose quadric error function is their sum and which is kept in the
-/// node's box. A node's vertex may stand for its children where the surface that it replaces is a disk and
-/// meets the node's edges and faces as one sheet does, so that the low poly is a manifold of the same
-/// topology (Schaefer, Ju, Warren 2007, "Manifold Dual Contouring", section 3: it allows more than the
-/// criterion of Ju et al. 2002, section 4.1, which permits only one sheet a cell).
+/// The vertices of the full-resolution contour are gathered bottom-up through an octree: vertices
+/// that touch within a node become one. Its quadric error function is their sum, and it stays in the
+/// node's box. A node's vertex may stand for its children where the surface that it replaces is a
+/// disk. The disk meets the node's edges and faces as one sheet does, so the low poly is a manifold
+/// of the same topology (Schaefer, Ju, Warren 2007, "Manifold Dual Contouring", section 3: it allows
+/// more than the criterion of Ju et al. 2002, section 4.1, which permits only one sheet a cell).
 ///
-/// Each polygon of the low poly is a chart, unless ExtractOptions::unwrap says charts. The fine vertices of the clusters that it spans are
-/// projected onto it and their normals splatted into the map; other texels are filled smoothly within
-/// the chart by push-pull. Charts have borders from the same fine vertices, so that bilinear filtering
-/// blends neighbours. Along an edge its charts hold the same normals, but across creases of 30 degrees and
-/// more; what that changes fades out within a cell. Large charts are laid out by unwrap(), and read the
-/// polygons' texels, twice as fine: both sides of their seams hold the same.
-/// Where the map has kMapTooFine texels a cell or more, between fine vertices it holds what push-pull makes
-/// of them, which is no better and may be worse than the low poly's own normals ("map-too-fine").
-/// Threads, lifetimes and callbacks as contour().
+/// Each polygon of the low poly is a chart, unless ExtractOptions::unwrap says charts. The fine
+/// vertices of the clusters that it spans are projected onto it and their normals splatted into the
+/// map; other texels are filled smoothly within the chart by push-pull. Charts have borders from
+/// the same fine vertices, so that bilinear filtering blends neighbours. Along an edge its charts
+/// hold the same normals, but across creases of 30 degrees and more; what that changes fades out
+/// within a cell. Large charts are laid out by unwrap(), and read the polygons' texels, twice as
+/// fine: both sides of their seams hold the same. Where the map has kMapTooFine texels a cell or
+/// more, push-pull fills it between fine vertices. That is no better, and may be worse, than the
+/// low poly's own normals ("map-too-fine"). Threads, lifetimes and callbacks as contour().
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
-///         for; Error(input) where it is too small for those that the topology keeps
+///         for; Error(input) where it is too small for the charts that the topology keeps
 ExtractResult extract(const Device& device, const Volume& volume,
                       const ExtractOptions& options = {});
 

@@ -10,10 +10,10 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// How far a mesh's depth in pictures is from a reference's, over the pixels that both cover: the distance
-/// error of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified Meshes", section 5,
-/// figure 3b). Normalised screen units: 1 is the diagonal of the reference's bounding box, what a depth
-/// buffer of [0, 1] spans whose planes hold that box however it is turned.
+/// How far a mesh's depth in pictures is from a reference's, over the pixels that both cover: the
+/// distance error of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
+/// Meshes", section 5, figure 3b). Normalised screen units: 1 is the diagonal of the reference's
+/// bounding box. A depth buffer of [0, 1] spans it whose planes hold that box however it is turned.
 struct DepthError {
   std::uint64_t pixels = 0;     ///< Compared
   std::uint64_t one_sided = 0;  ///< Covered by one of the two only: left out

@@ -49,13 +49,13 @@ bool in_driver() noexcept;
 
 /// An open OpenCL device: context, queue and the programs built so far. Cheap to copy (shared).
 ///
-/// Thread safety: any number of threads may use one Device, or copies of it, at the same time. They share
-/// its one queue, so what they ask of the device is done one after the other, in the order of asking; work
-/// on the host goes on beside it. Devices that are opened apart share nothing of Kiln's; on PoCL they
-/// share its worker threads and its compiler, of which a process has one each.
-/// Lifetimes: what is made of a Device (Source, Scene, sessions) holds it, so it may go before them.
-/// The last copy waits, when it goes, for kernels that are being compiled for work that was cancelled: drivers
-/// cannot be stopped there (PoCL: up to about a second a program).
+/// Thread safety: any number of threads may use one Device, or copies of it, at the same time.
+/// They share its one queue, so the device does their work one after the other, in the order of
+/// asking; work on the host goes on beside it. Devices that are opened apart share nothing of
+/// Kiln's; on PoCL they share its worker threads and its compiler, of which a process has one
+/// each. Lifetimes: what is made of a Device (Source, Scene, sessions) holds it, so it may go
+/// before them. The last copy waits, when it goes, for kernels that are being compiled for work
+/// that was cancelled: drivers cannot be stopped there (PoCL: up to about a second a program).
 class Device {
  public:
   /// Opens a device.

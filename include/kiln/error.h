@@ -20,9 +20,9 @@ enum class ErrorCode {
 
 /// The one exception type that leaves the library (beside std::bad_alloc).
 ///
-/// id() is for programs: it stays the same from version to version, where messages get better. The
-/// message is one or two sentences that name the file or parameter, the problem and the remedy,
-/// ready to show to a person.
+/// id() is for programs: it stays the same from version to version, where
+/// messages get better. The message is one or two sentences, ready to show
+/// to a person. They name the file or parameter, the problem and the remedy.
 class Error : public std::runtime_error {
  public:
   /// \param message  for a person: the file or parameter, the problem, the remedy

@@ -13,13 +13,13 @@ void save_text(const std::filesystem::path& path, std::string_view text);
 
 /// Files of one run that appear together, or none of them.
 ///
-/// While a set is open, what any thread saves with Kiln is written out of sight, and commit() puts it in
-/// place. Without commit() nothing appears. Pipes and devices are written to at once.
+/// While a set is open, what any thread saves with Kiln is written out of sight; commit() puts
+/// it in place. Without commit() nothing appears. Pipes and devices are written to at once.
 ///
-/// While a set is open, files that Kiln reads are inputs, and so are the material files that a mesh names:
-/// saving over one throws Error(usage), by whatever name (the device and inode count), and before a byte of it
-/// changes. So does saving two files that links make one. A process has one set at a time; its
-/// functions may be called from any thread, commit() when all saves have returned.
+/// While a set is open, files that Kiln reads are inputs. So are the material files that a mesh
+/// names: saving over one throws Error(usage), by whatever name (the device and inode count), and
+/// before a byte of it changes. So does saving two files that links make one. A process has one set
+/// at a time; its functions may be called from any thread, commit() when all saves have returned.
 class OutputSet {
  public:
   OutputSet();   ///< \throws Error(usage) while another is open

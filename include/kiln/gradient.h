@@ -41,14 +41,14 @@ struct GradientOptions {
 /// What a normal map of a volume's surface should hold: at each texel of a low poly the normal of the
 /// volume's own field.
 ///
-/// A texel counts where its centre lies in a UV triangle (of several, the first), and stands for the point
-/// of that triangle there. From that point the surface is looked for along a line, both ways at once, in
-/// steps of a quarter of a cell: the nearest place where one comes out of the solid when going outwards.
-/// It is the zero of the field, which is the voxels' trilinear interpolation, by regula falsi (Illinois
-/// variant; Dowell and Jarratt 1971) in double precision. The normal there is the field's gradient by
-/// central differences at the voxels (one-sided at the volume's border), interpolated like the field. This
-/// shares no code with contour(); along edges between voxels away from creases it is what contour() takes,
-/// and on sharp creases of the data it is rounder than what contour() finds.
+/// A texel counts where its centre lies in a UV triangle (of several, the first), and stands for the
+/// point of that triangle there. From that point a line is followed both ways at once, in steps of a
+/// quarter of a cell, until it meets the surface: the nearest place where one comes out of the solid when
+/// going outwards. It is the zero of the field, which is the voxels' trilinear interpolation, by regula
+/// falsi (Illinois variant; Dowell and Jarratt 1971) in double precision. The normal there is the field's
+/// gradient by central differences at the voxels (one-sided at the volume's border), interpolated like
+/// the field. This shares no code with contour(); along edges between voxels away from creases it is what
+/// contour() takes, and on sharp creases of the data it is rounder than what contour() finds.
 ///
 /// Left out, and counted: texels without such a place within reach; those whose place is where a closed
 /// border cuts the solid off, whose normal is the border's; and those where the gradient is zero.

@@ -15,10 +15,10 @@ namespace KILN_PUBLIC kiln {
 
 /// What a low poly and its maps come to in a renderer's memory.
 ///
-/// A vertex takes 24 bytes: position 12, normal 4, tangent 4, UV 4; without a map 16. A vertex at a seam counts
-/// once a side. An index takes 2 bytes, 4 beyond 65,536 vertices. Maps have mip-maps, which add a third. A texel
-/// takes 1 byte where blocks of 8 bits a channel hold it (BC5, BC7), half of that with one channel (BC4), and 2
-/// bytes a channel where 16 bits do.
+/// A vertex takes 24 bytes: position 12, normal 4, tangent 4, UV 4; without a map 16. A vertex
+/// at a seam counts once a side. An index takes 2 bytes, 4 beyond 65,536 vertices. Maps have
+/// mip-maps, which add a third. A texel takes 1 byte where blocks of 8 bits a channel hold it
+/// (BC5, BC7), half of that with one channel (BC4). With 16 bits it takes 2 bytes a channel.
 struct LightBytes {
   std::uint64_t vertices = 0;  ///< Bytes of vertices and indices
   std::uint64_t texels = 0;    ///< Bytes of all maps
@@ -119,7 +119,7 @@ std::uint64_t split_vertices(const Mesh& mesh);
 /// size. A map of s texels a side then has the error e = f + 1 / (1 / (p - f) + h(s)). One bake with its mip-maps
 /// tells h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
 /// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,
-/// at most seven times, or ten as long as none does. What is returned is always measured on the very map.
+/// at most four times, or ten as long as none does. What is returned is always measured on the very map.
 /// Lifetimes, threads, tangents and welding as bake() and simplify(): nothing is kept, and several threads may
 /// plan from one Source. BakeOptions::progress comes on the caller's thread, ten times a second. Where it says
 /// stop, LightBake::cancelled is set.
@@ -129,7 +129,7 @@ std::uint64_t split_vertices(const Mesh& mesh);
 LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options);
 
 /// Pictures of a high poly at a size on screen, compared with low polys as LightPlanOptions::screen does: mean
-/// normals of pixels. They come from other directions than those that plans look from.
+/// normals of pixels. They come from directions that plans do not look from.
 /// Thread safety: one thread at a time.
 class ScreenPictures {
  public:

@@ -23,9 +23,9 @@ struct SimplifyOptions {
   /// Keep the UVs, groups and their borders: seams stay in place on the surface and in the layout, both
   /// sides of one together. Not with height_field. The mesh must have UVs.
   bool keep_uvs = false;
-  /// The result encloses the high poly: what the high poly's surface winds around, such as its own vertices, the
-  /// result winds around or touches, so that nothing pokes through. To rounding in double precision. Open borders
-  /// stay in place, vertex by vertex. Not with height_field or keep_uvs.
+  /// The result encloses the high poly: the result winds around or touches what the high poly's
+  /// surface winds around, such as its own vertices. So nothing pokes through, to rounding in double
+  /// precision. Open borders stay in place, vertex by vertex. Not with height_field or keep_uvs.
   bool hull = false;
   /// Leave out no part for its size. Else, with `faces`, crumbs are left out (see simplify()).
   bool keep_parts = false;
@@ -69,10 +69,10 @@ struct SimplifyReport {
 /// warnings); deviations are then of the parts that stay. The largest part stays in any case. Nothing is left out with
 /// a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
 ///
-/// What was made is compared with the high poly: triangles that face away from the surface near them, lie
-/// back to back with a neighbour where the high poly has no such edge, have no area, or (of a height field)
-/// face down are mended, and holes that the high poly does not have are looked for. The report counts them;
-/// what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
+/// What was made is compared with the high poly: faults are mended. Faults are triangles that face
+/// away from the surface near them, have no area, or lie back to back with a neighbour where the high
+/// poly has no such edge; of a height field, triangles that face down. New holes are counted. The
+/// report counts them; what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
 /// The result has smooth angle-weighted normals and the input's name, place and units (same origin); UVs
 /// with `keep_uvs`, else none. Its groups, objects and materials are those of most of the high poly under each
@@ -84,9 +84,9 @@ struct SimplifyReport {
 /// from several threads. A ProgressScope hears of it and may stop it.
 /// \param report  where to write what was done; may be null (which saves measuring with `faces`)
 ///
-/// With `keep_uvs`, seams, open borders and borders between groups are lines that vertices move along only,
-/// their ends and crossings stay, and no triangle turns over in the layout. Charts that did not overlap do
-/// not come to. UVs inside a chart follow the affine maps of the triangles that they stand for (Hoppe 1999).
+/// With `keep_uvs`, vertices of seams, open borders and borders between groups move along these lines only.
+/// Ends and crossings stay, and no triangle turns over in the layout. Charts that did not overlap do not
+/// come to. UVs inside a chart follow the affine maps of the triangles that they stand for (Hoppe 1999).
 ///
 /// With `hull`, each collapse puts its vertex outside of, or on, the planes of all triangles around the edge,
 /// where the sum of squared distances is least (Sander, Gu, Gortler, Hoppe and Snyder 2000, "Silhouette
@@ -148,28 +148,28 @@ struct UnwrapReport {
 /// that from the map's edges). A triangle too small for a place in a chart is one of its own. Vertices at
 /// exactly the same position count as one. Borders that are too wide shrink, as below.
 ///
-/// With `detail_of`, charts have scales of their own. The high poly's normals at the points nearest to places on
-/// each triangle tell how much texels of three sides leave out. Where that error falls like the power p of the
-/// texel's side, sides of charts follow (p e)^(1 / (2 + p)), e the error, which makes the sum of errors least for
-/// as many texels (Lagrange). The densest chart has at most 4 times as many texels a length as the least dense.
-/// Charts are cut where parts need other densities, if that is worth the seam. Where less than 1% would be
-/// gained, texels stay even. The cost is a box tree of the high poly, about 100,000 to 200,000 look-ups of nearest
-/// points, and packing up to two times more.
+/// With `detail_of`, charts have scales of their own. The high poly's normals nearest to places on
+/// each triangle tell how much texels of three sizes leave out. Where that error falls like the power
+/// p of the texel's side, sides of charts follow (p e)^(1 / (2 + p)), e the error, which makes the sum
+/// of errors least for as many texels (Lagrange). The densest chart has at most 4 times as many texels
+/// a length as the least dense. Charts are cut where parts need other densities, if that is worth the
+/// seam. Where less than 1% would be gained, texels stay even. The cost is a box tree of the high
+/// poly, about 100,000 to 200,000 look-ups of nearest points, and packing up to two times more.
 ///
 /// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel,
 /// "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).
 ///
-/// A pair is the two halves of a rectangle whose sides follow the lengths of the quadrilateral's and
-/// whose area follows the pair's, so that texel density is even; triangles left over share rectangles
-/// with a border along the diagonal. The map from surface to texture is affine in each triangle, with
-/// some shear. Chart corners lie on whole texels of the given size; charts are `border_texels` apart
-/// (half of that, rounded down, from the map's edges); every chart keeps the triangle's orientation, so
-/// none is mirrored. Every triangle of positive area gets a texel's worth of area or more.
+/// A pair is the two halves of a rectangle. Its sides follow the lengths of the quadrilateral's, its
+/// area the pair's, so texel density is even; triangles left over share rectangles with a border
+/// along the diagonal. The map from surface to texture is affine in each triangle, with some shear.
+/// Chart corners lie on whole texels of the given size; charts are `border_texels` apart (half of
+/// that, rounded down, from the map's edges); every chart keeps the triangle's orientation, so none
+/// is mirrored. Every triangle of positive area gets a texel's worth of area or more.
 ///
-/// Where charts are too many for the size, the border shrinks to 1 texel, and then the layout goes on
-/// a grid finer than texels: still without overlap, but with less than a texel for a triangle
-/// ("border-shrunk" in the warnings). Triangles without area or with a corner that is not finite get
-/// UVs at one point and are counted ("degenerate-triangles").
+/// Where charts are too many for the size, the border shrinks to 1 texel. Then the layout
+/// goes on a grid finer than texels: still without overlap, but with less than a texel for
+/// a triangle ("border-shrunk" in the warnings). Triangles without area or with a corner
+/// that is not finite get UVs at one point and are counted ("degenerate-triangles").
 ///
 /// UVs the mesh had are replaced, and its tangents, which went with them, left out; all else is kept.
 /// Deterministic: the same on every run and number of threads.

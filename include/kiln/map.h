@@ -63,9 +63,9 @@ struct OcclusionOptions {
   /// How far something occludes; for thickness what is as thick as white. Above 0. None given: for ao and
   /// bent_normal all that is there, for thickness a tenth of the diagonal.
   std::optional<Length> distance = {};
-  /// For ao and bent_normal: what is near darkens more. Without a distance, D is the high poly's diagonal. A
-  /// sample's rays differ in length, so that a hit at d is within reach of as many as it is to darken by. By rays
-  /// alone: OcclusionBy::views is refused, OcclusionBy::automatic takes rays.
+  /// For ao and bent_normal: what is near darkens more. Without a distance, D is the high poly's
+  /// diagonal. A sample's rays differ in length: a hit at d is within reach of the share of rays that
+  /// it darkens by. By rays alone: OcclusionBy::views is refused, OcclusionBy::automatic takes rays.
   OcclusionFalloff falloff = OcclusionFalloff::none;
   bool back_faces = true;  ///< Faces that look away from the point occlude, too
   // What occludes, for ao, bent_normal and shadow; at least one of them.
@@ -119,8 +119,8 @@ struct MapBound {
   double max_error = 0;
 };
 
-/// What a map that a plan bakes has reached: at some 2,000 points spread over the UVs, between what a renderer
-/// reads there (bilinear) and the high poly's own value, of 4096 rays and the finest footprint.
+/// What a map that a plan bakes has reached: at some 2,000 points spread over the UVs. There a renderer
+/// reads the map (bilinear); the high poly's own value has 4096 rays and the finest footprint.
 struct MapReached {
   MapKind kind = {};                                ///< The map
   std::string_view unit;                            ///< Of both errors: "degrees", "ΔE"...
@@ -138,7 +138,7 @@ struct MapError {
   double mean = 0;                 ///< Of the magnitudes
   double p95 = 0;                  ///< 95% of the texels are not above
   double max = 0;                  ///< The greatest
-  std::uint32_t texels = 0;        ///< Compared, spread evenly over those that are baked
+  std::uint32_t texels = 0;        ///< Compared, spread evenly over the baked texels
   std::string_view against;        ///< What they were compared with, in words
 };
 
@@ -190,6 +190,8 @@ struct MapInfo {
   bool takes_id_by = false;             ///< It obeys BakeOptions::id_by
   /// The low poly has no such value: where nothing was found, MissPolicy::keep fills from neighbouring texels.
   bool fills_misses = false;
+  /// Renderers shade the low poly by it: unit normals in BakeOptions::space. Plans measure what it shows.
+  bool shades = false;
   /// Its values are colours in linear light: integer formats hold them sRGB-encoded (to_srgb()).
   bool is_color = false;
   /// Normals of this space whatever BakeOptions::space says, so that one bake has several. None: of that one.

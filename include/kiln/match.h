@@ -91,9 +91,9 @@ enum class ViewLikelihood {
   list,     ///< As `VisibilityOptions::likelihoods` says
 };
 
-/// For MatchMethod::visibility and hybrid. The direction of a place is the mean of all directions, out of
-/// many spread evenly, that see it past the low poly itself, each weighted by the cosine at which it
-/// sees the face (what counting pixels in pictures comes to) and by how likely a view from there is.
+/// For MatchMethod::visibility and hybrid. Of many directions, spread evenly, some see a place
+/// past the low poly itself. Their mean is the place's direction. Weights are the cosine at
+/// which each sees the face (as pixels of pictures count) and how likely a view from there is.
 struct VisibilityOptions {
   VisibilityAt at = VisibilityAt::texel;            ///< Where directions are gathered
   VisibilityTest test = VisibilityTest::automatic;  ///< How it is found out what sees a place
@@ -204,8 +204,11 @@ struct MatchInfo {
   bool along_low = false;         ///< It looks along the low poly's directions: BakeOptions::ray
   bool takes_parts = false;       ///< It obeys BakeOptions::parts
   bool tells_recall = false;      ///< It obeys BakeOptions::recall
+  bool tells_reasons = false;     ///< explain() says why it missed a sample
+  bool takes_views = false;       ///< It draws depth views of the high poly: BakeOptions::views
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
+  bool takes_clusters = false;    ///< It obeys VisibilityOptions::clusters
 };
 
 /// All of them, in the order that they are listed to people. Constant, and as long-lived as the program: any

@@ -75,8 +75,8 @@ enum class UvCopies {
   first,     ///< Neither is preferred
 };
 
-/// How a polygon of more than three corners is cut into triangles. A map is right only where the program that
-/// shows it cuts the low poly's polygons as they were when it was baked.
+/// How a polygon of more than three corners is cut into triangles. A map is right
+/// only where the program that shows it cuts the low poly's polygons as the bake did.
 enum class Triangulation {
   automatic,  ///< The fan around the first corner where the polygon is convex (above 64 corners: halves), else ears
   blender,  ///< As Blender 5 draws: quads along corners 0 and 2, but where that folds; else its ear clipping
@@ -92,17 +92,17 @@ struct LoadMeshOptions {
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary) or OFF (ascii),
 /// chosen by extension in any case.
 ///
-/// Polygons become fans where they are convex (with more than 64 corners they are halved until their pieces have
-/// as few), else ears (Meisters 1975). In PLY's strips -1 ends a strip,
-/// and a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex
-/// (s t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
-/// corners with exactly equal positions become one vertex. Positions are read in double precision,
-/// and a mesh farther from the world's origin than 16 of its diagonals gets an `origin` of its own.
-/// PLY's vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign `tw` (without it, the UVs say
-/// it): Mesh::tangents, where there are UVs. Clear them for those of MikkTSpace.
-/// Normals are made unit. OBJ's groups are its `g` and `o` names, whichever came last; its objects are its `o`
-/// names alone, its materials those of `usemtl`, described in the files of `mtllib`. Triangles before the
-/// first such name have one of their own, "default".
+/// Polygons become fans where they are convex (with more than 64 corners they are halved until
+/// their pieces have as few), else ears (Meisters 1975). In PLY's strips -1 ends a strip, and a
+/// triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s
+/// t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
+/// corners with exactly equal positions become one vertex. Positions are read in double
+/// precision. A mesh farther from the world's origin than 16 of its diagonals gets an `origin`
+/// of its own. PLY's vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign
+/// `tw` (without it, the UVs say it): Mesh::tangents, where there are UVs. Clear them for those
+/// of MikkTSpace. Normals are made unit. OBJ's groups are its `g` and `o` names, whichever came
+/// last; its objects are its `o` names alone, its materials those of `usemtl`, described in the
+/// files of `mtllib`. Triangles before the first such name have one of their own, "default".
 ///
 /// What is imperfect is handled and reported by these warnings:
 ///   non-finite-vertices   kept

@@ -30,9 +30,9 @@ struct OpenClHandles {
 
 /// Kiln on the caller's context, device and queue.
 ///
-/// All of Kiln's work goes through this queue, in order with the caller's own commands there: what was
-/// enqueued before a bake is done before it, and a bake returns when its results are on the host. Kiln never
-/// resets or reconfigures anything, and reads no environment variable.
+/// All of Kiln's work goes through this queue, in order with the caller's own commands there:
+/// work enqueued before a bake is done before it. A bake returns when its results are on the
+/// host. Kiln never resets or reconfigures anything, and reads no environment variable.
 /// \throws Error(usage): `opencl-handle` for a null handle or one that is no OpenCL object, `opencl-queue` for
 ///         a queue of another context or device, or one out of order; Error(device) for a device without a
 ///         compiler

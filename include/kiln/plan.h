@@ -15,8 +15,8 @@ struct PlanOptions {
   /// The mean angle, degrees, between rendered normals of the low poly with its map and those of the
   /// high poly that is to be reached. 0: what larger maps would not improve by more than 5%.
   double max_error = 0;
-  /// Of other maps that are baked, each once. Where the map that reaches `max_error` is too small for one of
-  /// them, all maps are made larger, until each is within its bound.
+  /// Of other maps that are baked, each once. Where the map that reaches `max_error`
+  /// is too small for one of them, all maps grow until each is within its bound.
   std::vector<MapBound> bounds = {};
   /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
   bool choose_rays = true;
@@ -56,8 +56,8 @@ struct PlannedBake {
   BakeResult result;              ///< The maps
   std::vector<PlanTrial> trials;  ///< In order
   std::vector<PlanLimit> limits;  ///< Of the ways to match that were looked at, in order
-  /// Where UVs and the first way that searches do not reach the error: what no map can get below, however it is matched, since
-  /// a place shows one normal to all sides but the high poly has another behind it from each.
+  /// Where UVs and the first way that searches do not reach the error: the least that any map can
+  /// reach, since a place shows one normal to all sides. Behind it the high poly shows another to each.
   double least = 0;
   PlanTrial chosen;         ///< The trial that `result` is of
   NormalError without_map;  ///< The low poly's own normals, measured alike
@@ -70,29 +70,29 @@ struct PlannedBake {
 /// Bakes with the cheapest plan that reaches an error: the way to match that costs least on a mesh of this
 /// size, and the smallest map.
 ///
-/// Pictures of both meshes are taken once. The points that they show are matched as texels would be, which
-/// tells what a way to match reaches with a map of endless size, f, without baking one. A small map is
-/// baked and measured there, and errors of larger ones follow from e(s) = f + 1 / (1 / (p - f) + r s^2), p
-/// being the error without any map: within 4% on low polys of 1,500 to 3,000 faces, worse where many
-/// charts have few texels, and then the next map tells more. The next that is baked is the smallest that is
-/// expected to reach the error. What is said to be reached is always measured on the very map that is
-/// returned.
+/// Pictures of both meshes are taken once. The points that they show are matched as texels
+/// would be. This tells what a match reaches with a map of endless size, f, without baking
+/// one. A small map is baked and measured there, and errors of larger ones follow from
+/// e(s) = f + 1 / (1 / (p - f) + r s^2), p being the error without any map: within 4% on
+/// low polys of 1,500 to 3,000 faces, worse where many charts have few texels, and then
+/// the next map tells more. The next that is baked is the smallest that is expected to
+/// reach the error. `reached` is measured on the very map that is returned.
 ///
-/// Ways to match are looked at in the order of their cost, and only where those before them are not
-/// expected to reach the error. Where the high poly has UVs that are fit for it (BakeOptions::uv), matching
-/// by UVs comes before all others, since it searches nothing; else it is left out. Then views first for meshes of more than two million triangles, for which
-/// building a hierarchy takes longest; else rays first, and views last, where rays miss points or another
-/// way gets nearer than they do. None but these is looked at where the error is below what any map
-/// could show. Without an error to reach, UVs do unless the first way that searches gets nearer. Where none is expected to reach it, the one that gets nearest is baked at the size that
-/// larger maps would not improve on by 5%; what gains less than 3% on those before it does not
-/// count as nearer. With a cage, rays alone.
+/// Matches are looked at in the order of their cost, and only where no earlier one is expected to reach the
+/// error. Where the high poly has UVs that are fit for it (BakeOptions::uv), matching by UVs comes before all
+/// others, since it searches nothing; else it is left out. Then views first for meshes of more than two million
+/// triangles, for which building the BVH takes longest; else rays first, and views last, where rays miss points
+/// or another way gets nearer than they do. None but these is looked at where the error is below what any map
+/// could show. Without an error to reach, UVs do unless the first way that searches gets nearer. Where none is
+/// expected to reach it, the match that gets nearest is baked. Its size is one that larger maps would not improve
+/// on by 5%; what gains less than 3% on those before it does not count as nearer. With a cage, rays alone.
 ///
-/// A trial that loses parts of the high poly is worth less than its error says, since what lies below them
-/// may look smoother: what it lost counts as without a map, so its error is raised by lost * without_map. A
-/// trial is chosen by this, and the error said to be reached is the measured one.
-/// Lifetimes, threads, tangents and welding as bake(). BakeOptions::progress comes on the caller's thread: ten
-/// times a second within bakes, else between steps; the share done stays 0, since the number of trials is not
-/// known. Where it says stop, PlannedBake::result.cancelled is set.
+/// A trial that loses parts of the high poly is worth less than its error says: the surface below
+/// them may look smoother. The lost share counts as without a map, so the error is raised by lost
+/// * without_map. This chooses a trial; the reached error is the measured one. Lifetimes,
+/// threads, tangents and welding as bake(). BakeOptions::progress comes on the caller's thread:
+/// ten times a second within bakes, else between steps; the share done stays 0, since the number
+/// of trials is not known. Where it says stop, PlannedBake::result.cancelled is set.
 /// \throws as bake(), and Error(usage) for a negative or not finite error, or maps without a normal map
 PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOptions& options);
 

@@ -11,7 +11,7 @@ namespace KILN_PUBLIC kiln {
 ///
 /// While a scope lives, long functions that take no callback of their own tell it, ten times a second: simplify(),
 /// unwrap(), contour(), extract(), VolumeSession, measuring, sessions. Where it says stop, the function throws
-/// Error(ErrorCode::cancelled) within 0.3 s and leaves nothing behind; those that have a `cancelled` in their
+/// Error(ErrorCode::cancelled) within 0.3 s and leaves nothing behind; calls that have a `cancelled` in their
 /// result set that instead. A callback of their own goes before the scope's. Of scopes on one thread the innermost
 /// counts. The share done is 0 where it is not known.
 ///

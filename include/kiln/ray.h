@@ -37,7 +37,7 @@ struct RayOptions {
   /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
   /// None given: for each edge by what the high poly has there. Two fifths of its bevel's width, or twice the
   /// way that the high poly lies farther out beside it, where that is more; 0.05% to 4% of the diagonal. Edges that
-  /// do not tell take the median of those that do, or 1% of the diagonal where none does.
+  /// do not tell take the median of the other edges, or 1% of the diagonal where none does.
   std::optional<Length> edge_width = {};
 };
 

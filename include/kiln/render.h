@@ -92,10 +92,10 @@ class Scene {
   ///         map fewer than 3 channels; Error(device) where memory runs out
   explicit Scene(const Device& device, const Mesh& mesh, const NormalMap& map = {});
 
-  /// An orthographic picture: clay in the light of a key, a fill and a rim light that travel with the
-  /// camera, and of a sky dimmed by ambient occlusion, over a plain light background. The key light grazes
-  /// sheets, such as terrains. RGB, [0, 1], sRGB-encoded. Faces turned away are shaded as if they faced
-  /// the viewer. Normal maps change the shading and never the silhouette or the occlusion.
+  /// An orthographic picture: clay over a plain light background. A key, a fill and a rim light
+  /// travel with the camera; ambient occlusion dims a sky. The key light grazes sheets, such as
+  /// terrains. RGB, [0, 1], sRGB-encoded. Faces turned away are shaded as if they faced the
+  /// viewer. Normal maps change the shading and never the silhouette or the occlusion.
   ///
   /// Deterministic. Device memory beside the mesh's stays under 110 MB at any size.
   /// \throws Error(usage) for an option out of its range, Error(input) for a frame without extent,

@@ -30,10 +30,10 @@ struct SoftSeams {
 /// \throws Error(usage) for an angle out of range; Error(input) as validate()
 SoftSeams soft_seams(const Mesh& mesh, double least_degrees = 30);
 
-/// Makes each UV seam a hard edge, as most modelling tools can: corners at a seam take the angle-weighted
-/// normal of the faces on their own side, bounded by seams and by edges that are hard already. All other
-/// normals stay to the bit. Tangents that the mesh has are dropped: they belong to the old normals.
-/// Deterministic; linear time. Thread safety: may be called from several threads.
+/// Makes each UV seam a hard edge, as most modelling tools can: corners at a seam take the
+/// angle-weighted normal of the faces on their own side. Seams, and edges that are hard already, bound
+/// a side. All other normals stay to the bit. Tangents that the mesh has are dropped: they belong to
+/// the old normals. Deterministic; linear time. Thread safety: may be called from several threads.
 /// \returns the mesh with normals
 /// \throws Error(input) for a mesh without UVs, or as validate()
 Mesh split_at_seams(const Mesh& mesh);

@@ -19,16 +19,7 @@
 namespace kiln {
 namespace {
 
-struct Scene {
-  std::vector<Vec3> positions;
-  std::vector<Triangle> triangles;
-  void add(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const auto first = static_cast<std::uint32_t>(positions.size());
-    positions.insert(positions.end(), {a, b, c});
-    triangles.push_back({first, first + 1, first + 2});
-  }
-};
-
+using Scene = test::Soup;
 using Random = test::Even;
 
 constexpr float kPi = 3.14159265F;

@@ -96,8 +96,11 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--match", "closest", "--cage", "2%"}), 2, {"--fallback ray"}, out);
   expect_failure(bake({"--match", "nearest"}), 2, {"--match", "closest"}, out);
   expect_failure(bake({"--fallback", "uv"}), 2, {"--fallback", "closest"}, out);
-  expect_failure(bake({"--fallback", "fill", "--miss", "mark"}), 2, {"--fallback fill", "--miss"},
-                 out);
+  expect_failure(bake({"--miss", "mark"}), 2, {"--fallback closest,fill", "mark"}, out);
+  expect_failure(bake({"--fallback", "none"}), 2, {"--fallback", "mark"}, out);
+  expect_failure(bake({"--fallback", "fill,mark"}), 2, {"--fallback fill", "nothing can"}, out);
+  expect_failure(bake({"--maps", "ao", "--ao-error", "4/3"}), 2, {"--ao-error", "2/255"}, out);
+  expect_failure(bake({"--maps", "ao", "--ao-error", "1/0"}), 2, {"--ao-error", "2/255"}, out);
   expect_failure(bake({"--match", "views", "--fallback", "views"}), 2, {"undecided"}, out);
   expect_failure(bake({"--directions", "100"}), 2, {"--directions", "--match visibility"}, out);
   expect_failure(bake({"--match", "hybrid", "--directions", "0"}), 2, {"--directions", "4096"},
@@ -230,6 +233,10 @@ TEST(Command, ASavedMatchBelongsToItsMeshes) {
       run_kiln(bake(scene / "low.obj", {"--save-match", match, "--max-distance", "10%"})).exit_code,
       0);
   EXPECT_EQ(run_kiln(bake(scene / "low.obj", {"--load-match", match})).exit_code, 0);
+  // What misses get is no question of the match.
+  EXPECT_EQ(
+      run_kiln(bake(scene / "low.obj", {"--load-match", match, "--fallback", "mark"})).exit_code,
+      0);
   Mesh other = test::BumpySphere::light();
   other.positions[5].x += 0.001F;
   save_obj(other, scene / "other.obj");

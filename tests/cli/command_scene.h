@@ -36,16 +36,22 @@ inline std::vector<std::string> names(const std::filesystem::path& folder) {
   return result;
 }
 
-/// Expects a failure with this code, one message that has all of `words`, and nothing in the folder.
-inline void expect_failure(const std::vector<std::string>& arguments, int code,
-                           const std::vector<std::string>& words,
-                           const std::filesystem::path& out = {}) {
-  const ProcessResult result = run_kiln(arguments);
+/// Expects an exit code, and a message that has all of `words`.
+inline void expect_exit(const ProcessResult& result, int code,
+                        const std::vector<std::string>& words) {
   EXPECT_EQ(result.exit_code, code) << result.errors;
   for (const std::string& word : words) {
     EXPECT_NE(result.errors.find(word), std::string::npos)
         << "'" << word << "' in: " << result.errors;
   }
+}
+
+/// Expects a failure with this code, one message that has all of `words`, and nothing in the folder.
+inline void expect_failure(const std::vector<std::string>& arguments, int code,
+                           const std::vector<std::string>& words,
+                           const std::filesystem::path& out = {}) {
+  const ProcessResult result = run_kiln(arguments);
+  expect_exit(result, code, words);
   std::size_t messages = 0;
   for (std::size_t at = 0; (at = result.errors.find("kiln: ", at)) != std::string::npos; ++at)
     ++messages;

@@ -11,26 +11,17 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
-#include "support/environment.h"
-#include "support/process.h"
-#include "support/shapes.h"
+#include "cli/command_scene.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::expect_exit;
+using test::make_scene;
 using test::ProcessResult;
 using test::run_kiln;
 using Words = std::vector<std::string>;
-
-/// A bumpy sphere and its low poly; returns the folder.
-fs::path make_scene() {
-  const fs::path folder = test::scratch_folder();
-  save_obj(test::BumpySphere::dense(20000), folder / "high.obj");
-  save_obj(test::BumpySphere::light(), folder / "low.obj");
-  return folder;
-}
 
 /// `kiln bake` of the scene, without a run.
 ProcessResult bake(const fs::path& scene, const Words& more) {
@@ -41,11 +32,7 @@ ProcessResult bake(const fs::path& scene, const Words& more) {
 }
 
 void expect_refused(const ProcessResult& result, const Words& words) {
-  EXPECT_EQ(result.exit_code, 2) << result.errors;
-  for (const std::string& word : words) {
-    EXPECT_NE(result.errors.find(word), std::string::npos)
-        << "'" << word << "' in " << result.errors;
-  }
+  expect_exit(result, 2, words);
   EXPECT_EQ(result.errors.find("did you mean"), std::string::npos) << result.errors;
 }
 
@@ -77,6 +64,26 @@ TEST(Friction, AnswersFlagsOfOtherBakers) {
            {"--roughness", "--transfer mtl:roughness"},
            {"--ao-samples", "--ao-rays N"},
            {"--max-occluder-distance", "--ao-distance D"},
+           {"--selected-to-active", "kiln bake HIGH LOW"},
+           {"--max-frontal-ray-distance", "--max-distance"},
+           {"--discard-back-faces-hits", "--two-sided"},
+           {"--closest-hit-if-ray-fails", "--fallback closest"},
+           {"--swizzle", "--flip-y"},
+           {"--ao-spread", "--ao-rays N"},
+           {"--ao-bias", "Leave the bias out"},
+           {"--apply-diffusion", "--gutter inf"},
+           {"--tangent-space", "MikkTSpace"},
+           {"--bake-type", "--maps normal,ao"},
+           {"--bits", "png16"},
+           {"--average-normals", "--direction averaged"},
+           {"--self-occlusion", "--part-occlusion own"},
+           {"--world-space-normal", "--maps normal_object"},
+           {"--normal-orientation", "--flip-y"},
+           {"--paint-offset", "--cage-mesh FILE"},
+           {"--overwrite", "--force"},
+           {"-s", "--size N"},
+           {"--ratio", "--faces N"},
+           {"--miss", "--fallback closest,fill"},
            {"--closest", "a match: --match closest"}}) {
     const ProcessResult result = run_kiln({"bake", "a", "b", "--out", "c", flag});
     expect_refused(result, {"'" + flag.substr(0, flag.find('=')) + "'", remedy});
@@ -107,6 +114,71 @@ TEST(Friction, SuggestsNoFlagThatIsNothingLikeIt) {
   expect_refused(odd, {"'--wax'"});
   const ProcessResult typo = run_kiln({"bake", "a", "b", "--out", "c", "--sise", "64"});
   EXPECT_NE(typo.errors.find("did you mean --size?"), std::string::npos) << typo.errors;
+}
+
+TEST(Friction, NamesTheValueThatWasMeant) {
+  for (const auto& [given, words] : std::vector<std::pair<Words, Words>>{
+           {{"--maps", "cavity"}, {"'cavity'", "did you mean curvature?", "convexity"}},
+           {{"--maps", "ambient-occlusion"}, {"did you mean ao?"}},
+           {{"--maps", "world_normal"}, {"did you mean normal_object?"}},
+           {{"--format", "png"}, {"did you mean png16?", "png8"}},
+           {{"--fallback", "none"}, {"did you mean mark?"}},
+           {{"--maps", "shadow", "--light", "sun"}, {"--light 'sun'", "X,Y,Z"}},
+           {{"--maps", ""}, {"--maps", "was given nothing", "curvature"}},
+           {{"--match", "clsest"}, {"did you mean closest?"}},
+           {{"--ao-rays", "many"}, {"--ao-rays is 'many'", "1 to 4096"}},
+           {{"--ao-rays"}, {"--ao-rays was given nothing"}},
+           {{"--out", "again"}, {"--out was given 2 times"}},
+           {{"--maps", "normal", "ao"}, {"'ao' is one word too many", "normal,ao"}}}) {
+    Words all = {"bake", "a", "b", "--out", "c"};
+    all.insert(all.end(), given.begin(), given.end());
+    expect_exit(run_kiln(all), 2, words);
+  }
+  expect_refused(run_kiln({"bake", "a", "b", "c"}), {"'c' is one word too many", "--out"});
+}
+
+TEST(Friction, KnowsFlagsOfEveryCommandByOtherNames) {
+  for (const auto& [given, ours] : std::vector<std::pair<Words, std::string>>{
+           {{"render", "a", "--normal-map", "b"}, "--normal"},
+           {{"render", "a", "--resolution", "512"}, "--size"},
+           {{"render", "a", "--camera", "0,0"}, "--view"},
+           {{"simplify", "a", "-o", "b.obj"}, "--out"},
+           {{"simplify", "a", "--preserve-uvs", "--quiet"}, "--keep-uvs"},
+           {{"volume", "a", "--threshold", "4"}, "--iso"},
+           {{"diff", "a", "b", "--tolerance", "1"}, "--max-error"},
+           {{"bake", "a", "b", "--output-dir", "c"}, "--out"}}) {
+    expect_exit(run_kiln(given), 2, {"has no option '" + given[given.size() - 2], ours + "?"});
+  }
+}
+
+TEST(Friction, TakesNamesInCapitalsAndWithBlanks) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const ProcessResult done = bake(scene, {"--maps", "AO, Mask", "--format", "PNG8", "--ao-rays",
+                                          "8", "--ao-error", "9/255", "--json", scene / "r.json"});
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  EXPECT_TRUE(fs::exists(scene / "out" / "low_ao.png"));
+  EXPECT_TRUE(fs::exists(scene / "out" / "low_mask.png"));
+  std::ifstream file(scene / "r.json");
+  const nlohmann::json report = nlohmann::json::parse(file);
+  EXPECT_EQ(report["options"]["ao_error"], 9.0 / 255);
+  EXPECT_EQ(report["options"]["miss"], "low");
+}
+
+TEST(Friction, NamesTheLinkToNothing) {
+  const fs::path scene = make_scene();
+  fs::create_symlink("gone", scene / "out");
+  expect_exit(bake(scene, {}), 5,
+              {scene / "out", "symbolic link to 'gone'", "create '" + (scene / "gone").string()});
+  // Once it is there, all is well.
+  fs::create_directory(scene / "gone");
+  EXPECT_NE(bake(scene, {"--maps", "mask"}).exit_code, 5);
+}
+
+TEST(Friction, SaysWhereTheMeshesAreTheWrongWayRound) {
+  const fs::path scene = make_scene();
+  expect_exit(run_kiln({"bake", scene / "low.obj", scene / "high.obj", "--out", scene / "out"}), 3,
+              {"HIGH first, LOW second"});
 }
 
 TEST(Friction, ANegatedFlagIsTheDefault) {
@@ -140,7 +212,7 @@ TEST(Friction, AFlagThatServesNothingIsRefusedAtItsDefaultToo) {
            {{"--force-uv"}, {"--force-uv is for --match uv: leave it out"}},
            {{"--fallback-blend", "0"}, {"--fallback-blend needs a --fallback"}},
            {{"--load-match", "a.exr", "--max-distance", "2%"}, {"--max-distance", "--load-match"}},
-           {{"--load-match", "a.exr", "--fallback", "low"}, {"--fallback", "--load-match"}},
+           {{"--load-match", "a.exr", "--fallback", "ray"}, {"--fallback", "--load-match"}},
            {{"--maps", "mask", "--flip-y"}, {"--flip-y is for --maps normal"}},
            {{"--maps", "height", "--space", "tangent"}, {"--space is for --maps normal"}},
            {{"--maps", "mask", "--gutter", "16"}, {"--gutter is for --maps"}},

@@ -4,20 +4,19 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "kiln/kiln.h"
-#include "support/environment.h"
-#include "support/process.h"
-#include "support/shapes.h"
+#include "cli/command_scene.h"
+#include "support/json_file.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::expect_exit;
 using test::ProcessResult;
+using test::read_json;
 using test::run_kiln;
 
 fs::path make_pictures_scene() {
@@ -25,17 +24,6 @@ fs::path make_pictures_scene() {
   save_obj(test::BumpyTorus::dense(8000), folder / "high.obj");
   save_obj(test::BumpyTorus::light(36, 12), folder / "low.obj");
   return folder;
-}
-
-json read_report(const fs::path& path) {
-  std::ifstream stream(path);
-  return json::parse(stream);
-}
-
-void expect_exit(const std::vector<std::string>& arguments, int code, const std::string& word) {
-  const ProcessResult result = run_kiln(arguments);
-  EXPECT_EQ(result.exit_code, code) << result.errors;
-  EXPECT_NE(result.errors.find(word), std::string::npos) << result.errors;
 }
 
 TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
@@ -57,7 +45,7 @@ TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
   ProcessResult result =
       run_kiln(with({"--out", scene / "plain.png", "--json", scene / "r.json", "--frames", "3"}));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const json report = read_report(scene / "r.json");
+  const json report = read_json(scene / "r.json");
   const json& frames = report["frames"];
   for (const char* key : {"reference", "mesh", "with_map"}) {
     EXPECT_EQ(frames[key]["frames"], 3) << key;
@@ -96,13 +84,15 @@ TEST(RenderCommand, PutsViewsOnASheet) {
             0);
   const Image sheet = load_image(scene / "views.png");
   EXPECT_GT(std::size_t{sheet.width} * sheet.height, std::size_t{12} * 64 * 64);
-  expect_exit({"render", high, "--views", "12", "--view", "0,0", "--out", scene / "a.png"}, 2,
-              "--views");
-  expect_exit({"render", high, "--error", "--out", scene / "a.png"}, 2, "--reference");
-  expect_exit({"render", high, "--frames", "3", "--out", scene / "a.png"}, 2, "--json");
-  expect_exit({"render", high, "--at", "1,2", "--out", scene / "a.png"}, 2, "X,Y,Z");
-  expect_exit({"render", high, "--at", "1,2,3,4", "--out", scene / "a.png"}, 2, "X,Y,Z");
-  expect_exit({"render", high, "--zoom", "0", "--out", scene / "a.png"}, 2, "--zoom");
+  expect_exit(
+      run_kiln({"render", high, "--views", "12", "--view", "0,0", "--out", scene / "a.png"}), 2,
+      {"--views"});
+  expect_exit(run_kiln({"render", high, "--error", "--out", scene / "a.png"}), 2, {"--reference"});
+  expect_exit(run_kiln({"render", high, "--frames", "3", "--out", scene / "a.png"}), 2, {"--json"});
+  expect_exit(run_kiln({"render", high, "--at", "1,2", "--out", scene / "a.png"}), 2, {"X,Y,Z"});
+  expect_exit(run_kiln({"render", high, "--at", "1,2,3,4", "--out", scene / "a.png"}), 2,
+              {"X,Y,Z"});
+  expect_exit(run_kiln({"render", high, "--zoom", "0", "--out", scene / "a.png"}), 2, {"--zoom"});
 }
 
 TEST(GalleryCommand, ShowsEveryMatch) {
@@ -130,7 +120,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
                                               scene / "g.json"};
   const ProcessResult result = run_kiln(arguments);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const json report = read_report(scene / "g.json");
+  const json report = read_json(scene / "g.json");
   ASSERT_EQ(report["methods"].size(), 2U);
   EXPECT_EQ(report["methods"][0]["method"], "ray");
   EXPECT_GT(report["samples"]["drawn"].get<int>(), 50);
@@ -205,8 +195,10 @@ TEST(DiffCommand, DrawsTheDifference) {
       run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.png"}).exit_code,
       1);
   EXPECT_GT(load_image(folder / "d.png").width, 260U) << "the scale is wider than the maps";
-  expect_exit({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.jpg"}, 2, ".png");
-  expect_exit({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "a.exr"}, 2, "a.exr");
+  expect_exit(run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.jpg"}), 2,
+              {".png"});
+  expect_exit(run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "a.exr"}), 2,
+              {"a.exr"});
 }
 
 }  // namespace

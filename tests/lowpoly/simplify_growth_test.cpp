@@ -149,15 +149,7 @@ INSTANTIATE_TEST_SUITE_P(Families, SimplifyGrowth,
                                          Family{"grid", grid, true}, Family{"parts", parts, false}),
                          [](const auto& info) { return info.param.name; });
 
-struct Soup {
-  std::vector<Vec3> positions;
-  std::vector<Triangle> triangles;
-  void add(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const auto first = static_cast<std::uint32_t>(positions.size());
-    positions.insert(positions.end(), {a, b, c});
-    triangles.push_back({first, first + 1, first + 2});
-  }
-};
+using test::Soup;
 
 TEST(SimplifyGrowth, TrianglesThatAreKeptAreMeasuredWithoutASearch) {
   for (const Soup& high :

@@ -332,7 +332,8 @@ TEST(LightModel, LearnsFromMaps) {
   // A mip-map's figure gives way to that of a map of its own.
   model.measured(level, 64, node.limit + 3, /*mip=*/true);
   model.measured(level, 128, node.limit + 1);
-  EXPECT_NEAR(model.expected(level, 64), node.limit + 3, 0.01 * node.limit + 1e-6);
+  EXPECT_GT(model.expected(level, 64), node.limit + 3) << "charts of a small map are farther apart";
+  EXPECT_LT(model.expected(level, 64), node.limit + 4);
   model.measured(level, 64, node.limit + 2);
   EXPECT_NEAR(model.expected(level, 64), node.limit + 2, 0.01 * node.limit + 1e-6);
   EXPECT_NEAR(model.expected(level, 128), node.limit + 1, 0.01 * node.limit + 1e-6);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <vector>
 
 #include "kiln/types.h"
 
@@ -22,6 +23,17 @@ class Even {
 
  private:
   std::mt19937 engine_;
+};
+
+/// Triangles that share no corner.
+struct Soup {
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  void add(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto first = static_cast<std::uint32_t>(positions.size());
+    positions.insert(positions.end(), {a, b, c});
+    triangles.push_back({first, first + 1, first + 2});
+  }
 };
 
 /// n large triangles over each other, no two the same: shifted by a hair.

@@ -6,15 +6,27 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "kiln/mesh.h"
 #include "kiln/volume.h"
 
 namespace kiln::test {
+
+/// A number as a voxel: integers take the nearest that they have.
+template <typename T>
+T as_voxel(double value) {
+  if constexpr (std::is_integral_v<T>) {
+    value = std::clamp(value, double(std::numeric_limits<T>::lowest()),
+                       double(std::numeric_limits<T>::max()));
+  }
+  return static_cast<T>(value);
+}
 
 /// Samples f(x, y, z) at the voxels' own indices. T is the voxels' type.
 template <typename T, typename Function>
@@ -28,7 +40,7 @@ Volume make_volume(std::array<std::uint32_t, 3> size, VoxelType type, const Func
   for (std::uint32_t z = 0; z < size[2]; ++z) {
     for (std::uint32_t y = 0; y < size[1]; ++y) {
       for (std::uint32_t x = 0; x < size[0]; ++x) {
-        values.push_back(static_cast<T>(f(double(x), double(y), double(z))));
+        values.push_back(as_voxel<T>(f(double(x), double(y), double(z))));
       }
     }
   }

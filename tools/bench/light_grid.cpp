@@ -8,6 +8,8 @@
 // measure all of them. The error to reach is the one asked for as these pictures measure it: times the plan's error by
 // pictures over the plan's own. With --screen, plan and pictures are for that size on screen. One JSON line a mesh:
 //
+//   tried    faces, size, bytes, expected and measured degrees of each map
+//   looked   faces, degrees without a map and with an endless one of each low poly that was looked at
 //   excess   bytes of the plan over those of the lightest that was found: 1 where that is the plan
 //   grid     bakes that the grid took
 //   ratio    processor seconds of the plan, over those of one bake of its result: reading the file and the high poly's
@@ -21,6 +23,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/kiln.h"
@@ -202,6 +205,24 @@ class Grid {
   std::map<std::size_t, Mesh> meshes_;
 };
 
+/// Of maps that were made, and of low polys that were looked at, in short lists.
+void print_tries(const LightBake& plan) {
+  const char* comma = "";
+  std::printf(",\"tried\":[");
+  for (const LightTrial& t : plan.trials) {
+    std::printf("%s[%llu,%u,%llu,%.3f,%.3f]", std::exchange(comma, ","),
+                static_cast<unsigned long long>(t.faces), t.size,
+                static_cast<unsigned long long>(t.bytes.total()), t.expected, t.measured);
+  }
+  comma = "";
+  std::printf("],\"looked\":[");
+  for (const LightLevel& l : plan.levels) {
+    std::printf("%s[%llu,%.3f,%.3f]", std::exchange(comma, ","),
+                static_cast<unsigned long long>(l.faces), l.without_map, l.limit);
+  }
+  std::printf("]");
+}
+
 void compare(const Device& device, const Asked& asked) {
   const Mesh high = load_mesh(asked.path);
   const Source source(device, high);
@@ -216,6 +237,7 @@ void compare(const Device& device, const Asked& asked) {
   std::printf(",\"match\":\"%s\",\"simplify\":%.3f,\"unwrap\":%.3f,\"measure\":%.3f,\"looks\":%zu",
               std::string(chosen.method.name).c_str(), plan.seconds_simplify, plan.seconds_unwrap,
               plan.seconds_measure, plan.levels.size());
+  print_tries(plan);
   const double planned = least_seconds(asked.repeat, [&] {
     const Mesh mesh = load_mesh(asked.path);
     bake_light(Source(device, mesh), mesh, plan_options(asked));

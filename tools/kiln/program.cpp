@@ -67,9 +67,17 @@ Run Program::parse(std::vector<std::string> words) {
 
 std::string Program::explain(const UsageError& error) const {
   const Command* const chosen = app_.chosen();
-  for (const std::string& word : app_.not_understood()) {
+  const std::vector<std::string> words = app_.not_understood();
+  for (const std::string& word : words) {
     if (!word.starts_with("-")) continue;
     return answer_to_unknown(chosen == nullptr ? app_ : *chosen, word);
+  }
+  if (!words.empty() && chosen != nullptr) {
+    const std::string start = "'" + words.front() + "' is one word too many. ";
+    const Option* const out = chosen->find_option("--out");
+    return start + (out != nullptr && out->count() == 0
+                        ? "The flag for the output is --out"
+                        : "A list has commas and no blanks, such as normal,ao");
   }
   return error.what();
 }

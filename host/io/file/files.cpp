@@ -41,6 +41,23 @@ int open_stream(const std::filesystem::path& path) {
   return -1;
 }
 
+/// \throws Error(output) where a folder, or one that it lies in, is a symbolic link to nothing
+void refuse_broken_link(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  for (fs::path part = folder; !part.empty() && part != part.parent_path();
+       part = part.parent_path()) {
+    if (!fs::is_symlink(part, error) || fs::exists(part, error)) continue;
+    const fs::path to = fs::read_symlink(part, error);
+    if (error) continue;
+    throw Error(ErrorCode::output, "The output folder '" + part.string() +
+                                       "' is a symbolic link to '" + to.string() +
+                                       "', which does not exist: create '" +
+                                       (part.parent_path() / to).lexically_normal().string() +
+                                       "', or remove the link.");
+  }
+}
+
 }  // namespace
 
 void save_text(const std::filesystem::path& path, std::string_view text) {
@@ -76,6 +93,7 @@ void prepare_output_folder(const std::filesystem::path& folder) {
   const fs::path target = folder.empty() ? fs::path(".") : folder;
   std::error_code error;
   if (!fs::exists(target, error)) {
+    refuse_broken_link(target);
     fs::create_directory(target, error);
     if (error) {
       throw Error(ErrorCode::output, "The output folder '" + target.string() +

@@ -277,16 +277,39 @@ TEST(AtomicFile, ErrorsNameTheFileTheProblemAndTheRemedy) {
   EXPECT_EQ(entries(folder), 1u);
 }
 
+/// Root may write everywhere: within, it is a user without rights, and owns nothing.
+class WithoutRights {
+ public:
+  WithoutRights() {
+    if (root_) EXPECT_EQ(seteuid(65534), 0);
+  }
+  ~WithoutRights() {
+    if (root_) EXPECT_EQ(seteuid(0), 0);
+  }
+  WithoutRights(const WithoutRights&) = delete;
+  WithoutRights& operator=(const WithoutRights&) = delete;
+
+ private:
+  const bool root_ = geteuid() == 0;
+};
+
 TEST(AtomicFile, AWriteProtectedFolderOrFileIsRefused) {
-  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
   const fs::path folder = test::scratch_folder();
   std::ofstream(folder / "file") << "x";
-  fs::permissions(folder / "file", fs::perms::owner_read);
-  fs::permissions(folder, fs::perms::owner_read | fs::perms::owner_exec);
-  for (const char* name : {"new", "file"}) {
-    const std::string text = output_error([&] { AtomicFile file(folder / name); });
-    EXPECT_NE(text.find("permissions"), std::string::npos) << text;
+  const fs::perms read{0444};
+  const fs::perms enter{0555};
+  fs::permissions(folder.parent_path(), enter, fs::perm_options::add);
+  fs::permissions(folder / "file", read);
+  fs::permissions(folder, enter);
+  {
+    const WithoutRights user;
+    ASSERT_EQ(contents(folder / "file"), "x");  // so that it is the right to write that lacks
+    for (const char* name : {"new", "file"}) {
+      const std::string text = output_error([&] { AtomicFile file(folder / name); });
+      EXPECT_NE(text.find("permissions"), std::string::npos) << text;
+    }
   }
+  EXPECT_EQ(entries(folder), 1U);
   fs::permissions(folder, fs::perms::owner_all);
 }
 

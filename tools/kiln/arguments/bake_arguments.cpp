@@ -59,8 +59,7 @@ std::vector<std::string> low_files(const BakeArguments& a) {
 bool has_more_files(const BakeArguments& a) { return !a.more_high.empty() || !a.more_low.empty(); }
 
 bool by_visibility(const BakeArguments& a) {
-  return a.load_match.empty() &&
-         (matches_by(a, MatchMethod::visibility) || matches_by(a, MatchMethod::hybrid));
+  return a.load_match.empty() && chain_has(a, &MatchInfo::takes_visibility);
 }
 
 std::string map_name(MapKind kind) { return std::string(kind.name); }

@@ -58,7 +58,6 @@ struct BakeArguments {
   std::string bitangent = "pixel";
   bool flip_y = false;
   bool two_component = false;
-  std::string miss = "keep";
   std::string format = "png16";
   bool raw = false;
   bool dither = false;
@@ -72,7 +71,7 @@ struct BakeArguments {
   std::string ao_falloff = "none";
   bool ao_ignore_back_faces = false;
   std::vector<std::string> ao_occluders = {"high"};
-  double ao_error = 0;
+  double ao_error = 0;  ///< 0: none asked for
   std::string part_occlusion = "all";
   std::vector<std::string> transfers;
   std::string id_by = "part";

@@ -20,14 +20,10 @@ void check_fallback(const BakeArguments& a) {
       fail_usage("--fallback " + name +
                  " leaves the same samples undecided as before: name each match once.");
     }
-    if (fallback_miss_values().contains(name) && i + 1 != a.fallback.size()) {
+    if (miss_values().contains(name) && i + 1 != a.fallback.size()) {
       fail_usage("--fallback " + name + " decides all that is left: nothing can follow it.");
     }
     asked.push_back(name);
-  }
-  if (miss_policy(a) != miss_values().at(a.miss) && a.miss != "keep") {
-    fail_usage("--fallback " + a.fallback.back() + " is another --miss than " + a.miss +
-               ": leave one of them out.");
   }
   if (a.given.contains("--fallback-blend") && fallback_methods(a).empty()) {
     fail_usage("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
@@ -84,12 +80,14 @@ void check_light_plan(const BakeArguments& a) {
         "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
         "plans its own here.");
   }
-  if ((a.match == "uv" && !is_height_field(a.high)) || a.match == "axis") {
+  const bool by_uvs = match_has(a, &MatchInfo::needs_uvs) && !is_height_field(a.high);
+  if (by_uvs || match_has(a, &MatchInfo::needs_direction)) {
     fail_usage("--match " + a.match +
                " is for a LOW of yours: leave it out, or give LOW or --faces.");
   }
-  if (std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {
-    fail_usage("--max-error normal=DEGREES measures normal maps: add normal to --maps.");
+  if (!bakes_shading_map(a)) {
+    fail_usage("--max-error normal=DEGREES measures normal maps: add " + shading_map() +
+               " to --maps.");
   }
 }
 
@@ -104,8 +102,9 @@ void check_texels(const BakeArguments& a) {
     fail_usage(
         "--density is not for a low poly of a height field, which lies over the image as it is.");
   }
-  if (given && a.low.empty() && a.match == "uv") {
-    fail_usage("--density is for new charts, but --match uv keeps those of HIGH: leave one out.");
+  if (given && a.low.empty() && match_has(a, &MatchInfo::needs_uvs)) {
+    fail_usage("--density is for new charts, but --match " + a.match +
+               " keeps those of HIGH: leave one out.");
   }
   check_density(given, a.unwrap_method);
 }
@@ -133,7 +132,7 @@ void check_low(const BakeArguments& a) {
         "--keep-parts is for a low poly of a number of faces: add --faces N and leave LOW out, or "
         "leave --keep-parts out.");
   }
-  if (a.keep_parts && (is_height_field(a.high) || a.match == "uv")) {
+  if (a.keep_parts && (is_height_field(a.high) || match_has(a, &MatchInfo::needs_uvs))) {
     fail_usage("--keep-parts is not for height fields or --match uv, which keep all parts.");
   }
   if (a.low.empty() && a.unwrap && a.unwrap_method == "given") {
@@ -243,8 +242,7 @@ void check_visibility(const BakeArguments& a) {
 
 /// Maps of what some matches alone go by.
 void check_maps(const BakeArguments& a) {
-  const bool by_visibility =
-      a.load_match.empty() && a.match != kAutomatic && find_match(a.match).takes_visibility;
+  const bool by_visibility = a.load_match.empty() && match_has(a, &MatchInfo::takes_visibility);
   for (const std::string& name : a.maps) {
     if (!find_map(name).needs_visibility || by_visibility) continue;
     fail_usage(
@@ -300,7 +298,8 @@ void check_height_field(const BakeArguments& a) {
   }
   height_field_options(a.heights);
   const bool far = !a.max_distance.empty() || !a.cage.empty() || !a.cage_mesh.empty();
-  if (onto_plane(a) && a.match != "uv" && a.match != kAutomatic && a.load_match.empty() && !far) {
+  if (onto_plane(a) && !match_has(a, &MatchInfo::needs_uvs) && a.match != kAutomatic &&
+      a.load_match.empty() && !far) {
     fail_usage(
         "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
         "--match " +
@@ -314,14 +313,16 @@ void check_height_field(const BakeArguments& a) {
 }  // namespace
 
 void check(const BakeArguments& a) {
-  if (a.match == kAutomatic && std::find(a.maps.begin(), a.maps.end(), "normal") == a.maps.end()) {
-    fail_usage("--match auto measures normal maps: add normal to --maps.");
+  if (a.match == kAutomatic && !bakes_shading_map(a)) {
+    fail_usage("--match auto measures normal maps: add " + shading_map() + " to --maps.");
   }
   check_maps(a);
   check_low(a);
   check_served(a);
-  if (matches_by(a, MatchMethod::axis) && a.view.size() != 1) {
-    fail_usage("--match axis looks along one direction: give one --view, such as 0,0,1.");
+  for (const MatchInfo& match : matches()) {
+    if (!match.needs_direction || !matches_by(a, match.method) || a.view.size() == 1) continue;
+    fail_usage("--match " + std::string(match.method.name) +
+               " looks along one direction: give one --view, such as 0,0,1.");
   }
   check_rays(a);
   check_parts(a);

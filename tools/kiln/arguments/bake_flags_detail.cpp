@@ -1,5 +1,6 @@
 #include "arguments/bake_flags.h"
 #include "arguments/bake_values.h"
+#include "arguments/parse.h"
 
 namespace kiln::cli {
 
@@ -63,10 +64,10 @@ void add_detail_flags(Command& command, BakeArguments& a) {
   command
       .add_option(
           "--ao-error", a.ao_error,
-          "Of ao, 0 to 1, such as 0.01: the root mean square error to reach. Texels begin with "
+          "Of ao, such as 2/255 or 0.01: the root mean square error to reach. Texels begin with "
           "a quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels "
           "that need it cast more, up to 4096. What was reached is measured and printed")
-      ->check(range(0.0, 1.0))
+      ->check(share_of_1())
       ->group(group_occlusion);
   command
       .add_option("--light", a.light,

@@ -77,7 +77,7 @@ void add_map_flags(Command& command, BakeArguments& a) {
       ->check(range(1U, 16U))
       ->capture_default_str()
       ->group(group_map);
-  command.add_option("--gutter", a.gutter, "Texels filled around charts, or inf")
+  command.add_option("--gutter", a.gutter, "Padding: texels filled around charts, or inf")
       ->capture_default_str()
       ->group(group_map);
   command

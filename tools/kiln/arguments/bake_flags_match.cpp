@@ -24,7 +24,7 @@ std::vector<std::string> fallback_names() {
   for (const MatchInfo& match : matches()) {
     if (match.may_follow) names.emplace_back(match.method.name);
   }
-  for (const auto& [name, value] : fallback_miss_values()) names.push_back(name);
+  for (const auto& [name, value] : miss_values()) names.push_back(name);
   return names;
 }
 
@@ -36,29 +36,30 @@ void add_match_flags(Command& command, BakeArguments& a) {
       .add_option(
           "--match", a.match,
           "Which point of HIGH a texel stands for. " + matches_in_words() +
-              "auto: the cheapest way and the smallest map (up to --size) that reach --max-angle")
+              "auto: the cheapest match and the smallest map (up to --size) that reach --max-angle")
       ->check(one_of(bake_match_names()))
       ->capture_default_str()
       ->group(group_match);
   command
-      .add_option(
-          "--max-angle", a.max_angle,
-          "For --match auto: the mean angle in degrees between rendered normals and the high "
-          "poly's that is to be reached (default: what the largest map would reach)")
+      .add_option("--max-angle", a.max_angle,
+                  "For --match auto: the mean angle to reach, in degrees, between rendered normals "
+                  "and HIGH's "
+                  "(default: what the largest map would reach)")
       ->group(group_match);
   command
       .add_option(
           "--fallback", a.fallback,
           "What decides samples that the match misses: a chain such as ray,closest. Its end "
-          "is low (LOW's normal), fill (from around) or mark (in magenta; the older name is none)")
+          "is low (LOW's normal), fill (from around) or mark (in magenta)")
       ->delimiter(',')
       ->check(one_of(fallback_names()))
       ->capture_default_str()
       ->group(group_match);
   command
-      .add_option("--fallback-blend", a.fallback_blend,
-                  "TEXELS: this near to what the fallback decided, the match's normals blend into "
-                  "the fallback's, so that the map has no step")
+      .add_option(
+          "--fallback-blend", a.fallback_blend,
+          "TEXELS: the way over which the match's normals blend into the fallback's, so that the "
+          "map has no step")
       ->check(range(0U, 256U))
       ->capture_default_str()
       ->group(group_match);
@@ -74,9 +75,8 @@ void add_match_flags(Command& command, BakeArguments& a) {
       command
           .add_option(
               "--cage", a.cage,
-              "Cast from this far outside, inward, first hit: D or P%; or auto: for each vertex as "
-              "far as what lies above and below asks for. For parts that float, intersect or lie "
-              "on the surface")
+              "Cast from this far outside, inward, first hit: D or P%; or auto, "
+              "found for each vertex. For parts that float over LOW, cut through it or lie on it")
           ->group(group_match);
   command
       .add_option(
@@ -87,8 +87,8 @@ void add_match_flags(Command& command, BakeArguments& a) {
       ->group(group_match);
   command
       .add_option("--save-cage", a.save_cage,
-                  "--cage auto: also write the cage: an OBJ of two shells, or an EXR of distances "
-                  "and directions, to correct a vertex of it and bake with --cage-mesh")
+                  "--cage auto: also write the cage, an OBJ of two shells or an EXR of distances "
+                  "and directions. Correct a vertex of it, and bake with --cage-mesh")
       ->group(group_match);
   command
       .add_option(
@@ -114,10 +114,11 @@ void add_match_flags(Command& command, BakeArguments& a) {
           "two fifths of the width of HIGH's bevel there)")
       ->group(group_match);
   command
-      .add_option("--match-by", a.match_by,
-                  "Which of HIGH a texel may find: all, or its own part alone. name: the group or "
-                  "object X_low of LOW takes X_high and X_high_* of HIGH; group, object, material: "
-                  "that of the same name; list: as --match-list says")
+      .add_option(
+          "--match-by", a.match_by,
+          "Which part of HIGH a texel may find: all, or its own part alone. name: the group or "
+          "object X_low of LOW takes X_high and X_high_* of HIGH; group, object, material: "
+          "the one of the same name; list: as --match-list says")
       ->check(one_of({"all", "name", "group", "object", "material", "list"}))
       ->capture_default_str()
       ->group(group_match);
@@ -141,7 +142,7 @@ void add_match_flags(Command& command, BakeArguments& a) {
   command
       .add_option(
           "--uv-copies", a.uv_copies,
-          "Of parts of LOW that have the same UVs, which is baked: plain (those that are not "
+          "Of parts of LOW that have the same UVs, which is baked: plain (copies that are not "
           "mirrored), mirrored, or first (by the order of triangles)")
       ->check(one_of(uv_copies_values()))
       ->capture_default_str()
@@ -156,10 +157,11 @@ void add_match_flags(Command& command, BakeArguments& a) {
       ->capture_default_str()
       ->group("The low poly");
   command
-      .add_option("--tangents", a.tangents,
-                  "Which tangents normals are along: file, LOW's own where its file has them, else "
-                  "MikkTSpace's; or mikktspace, in any case")
-      ->check(exactly_one_of({"file", "mikktspace"}))
+      .add_option(
+          "--tangents", a.tangents,
+          "Tangents of the map: file, LOW's own where its file has them, else MikkTSpace's; or "
+          "mikktspace, in any case")
+      ->check(one_of({"file", "mikktspace"}))
       ->capture_default_str()
       ->group("The low poly");
   command
@@ -182,14 +184,6 @@ void add_match_flags(Command& command, BakeArguments& a) {
       ->group(group_match);
   command
       .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")
-      ->group(group_match);
-  command
-      .add_option(
-          "--miss", a.miss,
-          "The older name of the end of --fallback, for saved scripts: keep is low, fill is "
-          "fill, mark is mark")
-      ->check(one_of(miss_values()))
-      ->capture_default_str()
       ->group(group_match);
   command.add_option("--traversal", a.traversal, "Ray kernels: the same answer to the bit")
       ->check(one_of(traversal_values()))

@@ -31,7 +31,7 @@ void add_run_flags(Command& command, BakeArguments& a) {
       ->group(group_low);
   command
       .add_flag("--keep-parts", a.keep_parts,
-                "With --faces: keep parts of HIGH that are smaller than the low poly is off by")
+                "With --faces: keep parts of HIGH that are smaller than the low poly's deviation")
       ->group(group_low);
   command
       .add_option("--max-error", a.max_error,
@@ -59,7 +59,7 @@ void add_run_flags(Command& command, BakeArguments& a) {
       .add_option("--lod-uvs", a.lod_uvs,
                   "With --lod: own, each level has its layout and maps, or shared, the first one's "
                   "maps serve all")
-      ->check(exactly_one_of({"own", "shared"}))
+      ->check(one_of({"own", "shared"}))
       ->group(group_low);
   command
       .add_flag(
@@ -67,7 +67,7 @@ void add_run_flags(Command& command, BakeArguments& a) {
           "Give LOW new UVs, and write it beside the maps. How the low poly is laid out, "
           "with LOW or without: --unwrap=charts (few large ones, default) or --unwrap=pairs (of "
           "triangles)")
-      ->check(exactly_one_of({"given", "charts", "pairs"}))
+      ->check(one_of({"given", "charts", "pairs"}))
       ->each([&a](const std::string&) { a.unwrap = true; })
       ->type_name("[=charts|pairs]")
       ->group(group_low);

@@ -24,8 +24,8 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
       {"size", a.size},
       {"maps", a.maps},
       {"match", a.load_match.empty() ? a.match : "loaded"},
-      {"views",
-       matches_by(a, MatchMethod::views) ? Json(a.views.empty() ? "default" : a.views) : Json()},
+      {"views", chain_has(a, &MatchInfo::takes_views) ? Json(a.views.empty() ? "default" : a.views)
+                                                      : Json()},
       {"view", a.view},
       {"view_size", report.views ? Json(report.views->size) : Json()},
       {"view_criterion", report.views ? Json(a.view_criterion) : Json()},

@@ -41,7 +41,8 @@ BakeOptions bake_options(const BakeArguments& a) {
   }
   options.views.size = a.view_size;
   options.views.refine = !a.no_view_refine;
-  for (const std::string& view : a.view) options.views.directions.push_back(parse_direction(view));
+  for (const std::string& view : a.view)
+    options.views.directions.push_back(parse_direction("--view", view));
   if (a.views == "auto") {
     options.views.automatic = true;
   } else if (!a.views.empty()) {
@@ -79,7 +80,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.occlusion.max_error = a.ao_error;
   options.own_maps = load_own_maps(a);
   options.id_by = id_by_values().at(a.id_by);
-  options.light = {parse_direction(a.light), a.light_angle};
+  options.light = {parse_direction("--light", a.light), a.light_angle};
   options.report_errors = a.report_error;
   options.miss = miss_policy(a);
   options.gutter = parse_gutter(a.gutter);

@@ -25,12 +25,6 @@ Words<Triangulation> triangulation_values() {
   return kRows;
 }
 
-Words<MissPolicy> miss_values() {
-  static constexpr Words<MissPolicy>::Row kRows[] = {
-      {"fill", MissPolicy::fill}, {"keep", MissPolicy::keep}, {"mark", MissPolicy::mark}};
-  return kRows;
-}
-
 Words<RayTraversal> traversal_values() {
   static constexpr Words<RayTraversal>::Row kRows[] = {
       {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
@@ -100,11 +94,9 @@ Words<ImageFormat> format_values() {
   return kRows;
 }
 
-Words<MissPolicy> fallback_miss_values() {
-  static constexpr Words<MissPolicy>::Row kRows[] = {{"fill", MissPolicy::fill},
-                                                     {"low", MissPolicy::keep},
-                                                     {"mark", MissPolicy::mark},
-                                                     {"none", MissPolicy::mark}};
+Words<MissPolicy> miss_values() {
+  static constexpr Words<MissPolicy>::Row kRows[] = {
+      {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
   return kRows;
 }
 
@@ -132,14 +124,14 @@ Words<UvCopies> uv_copies_values() {
 }
 
 MissPolicy miss_policy(const BakeArguments& a) {
-  const MissPolicy* const said = fallback_miss_values().find(a.fallback.back());
-  return said != nullptr && *said != MissPolicy::keep ? *said : miss_values().at(a.miss);
+  const MissPolicy* const said = miss_values().find(a.fallback.back());
+  return said != nullptr ? *said : MissPolicy::keep;
 }
 
 std::vector<MatchMethod> fallback_methods(const BakeArguments& a) {
   std::vector<MatchMethod> methods;
   for (const std::string& name : a.fallback) {
-    if (!fallback_miss_values().contains(name)) methods.push_back(find_match(name).method);
+    if (!miss_values().contains(name)) methods.push_back(find_match(name).method);
   }
   return methods;
 }
@@ -147,6 +139,26 @@ std::vector<MatchMethod> fallback_methods(const BakeArguments& a) {
 bool matches_by(const BakeArguments& a, MatchMethod method) {
   return a.match == method.name ||
          std::find(a.fallback.begin(), a.fallback.end(), method.name) != a.fallback.end();
+}
+
+bool match_has(const BakeArguments& a, bool MatchInfo::*property) {
+  return a.match != kAutomatic && find_match(a.match).*property;
+}
+
+bool chain_has(const BakeArguments& a, bool MatchInfo::*property) {
+  return std::any_of(matches().begin(), matches().end(), [&](const MatchInfo& match) {
+    return match.*property && matches_by(a, match.method);
+  });
+}
+
+std::string shading_map() {
+  const auto map =
+      std::find_if(maps().begin(), maps().end(), [](const MapInfo& info) { return info.shades; });
+  return std::string(map->kind.name);
+}
+
+bool bakes_shading_map(const BakeArguments& a) {
+  return std::find(a.maps.begin(), a.maps.end(), shading_map()) != a.maps.end();
 }
 
 }  // namespace kiln::cli

@@ -14,7 +14,6 @@ constexpr const char* kAutomatic = "auto";  ///< Of --match
 Words<NormalMapSpace> space_values();
 Words<Bitangent> bitangent_values();
 Words<Triangulation> triangulation_values();
-Words<MissPolicy> miss_values();
 Words<RayTraversal> traversal_values();
 Words<RayRule> ray_rule_values();
 Words<OcclusionBy> occlusion_by_values();
@@ -25,13 +24,13 @@ Words<VisibilityTest> visibility_test_values();
 Words<ViewLikelihood> likelihood_values();
 Words<ViewCriterion> criterion_values();
 Words<ImageFormat> format_values();
-/// What --fallback can end with: other ways to say --miss.
-Words<MissPolicy> fallback_miss_values();
+/// What --fallback can end with.
+Words<MissPolicy> miss_values();
 Words<IdBy> id_by_values();
 Words<PartsBy> parts_by_values();
 Words<UvCopies> uv_copies_values();
 
-/// What the chain of fallbacks says of misses at its end, or else --miss.
+/// What the chain of fallbacks says of misses at its end.
 MissPolicy miss_policy(const BakeArguments& arguments);
 
 /// The matches that are asked in turn for what the match leaves undecided.
@@ -39,5 +38,15 @@ std::vector<MatchMethod> fallback_methods(const BakeArguments& arguments);
 
 /// Whether a match is the one asked for, or one of its fallbacks.
 bool matches_by(const BakeArguments& arguments, MatchMethod method);
+
+/// Whether --match has a property, such as &MatchInfo::needs_uvs; never for auto.
+bool match_has(const BakeArguments& arguments, bool MatchInfo::*property);
+/// Whether --match or one of its fallbacks has it.
+bool chain_has(const BakeArguments& arguments, bool MatchInfo::*property);
+
+/// The map that plans measure.
+std::string shading_map();
+/// Whether --maps has it.
+bool bakes_shading_map(const BakeArguments& arguments);
 
 }  // namespace kiln::cli

@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "arguments/near_words.h"
+
 namespace kiln::cli {
 
 Check::Check(const std::function<std::string(std::string&)>& function, std::string_view words)
@@ -19,13 +21,26 @@ Check range(double low, double high) { return Check(CLI::Range(low, high)); }
 Check range(int low, int high) { return Check(CLI::Range(low, high)); }
 Check range(unsigned low, unsigned high) { return Check(CLI::Range(low, high)); }
 Check positive_number() { return Check(CLI::PositiveNumber); }
-Check exactly_one_of(const std::vector<std::string>& names) { return Check(CLI::IsMember(names)); }
 Check one_of(const std::vector<std::string>& names) {
-  return Check(CLI::IsMember(names, CLI::ignore_case));
+  std::string words = "{";
+  for (const std::string& name : names) words += (words.size() == 1 ? "" : ",") + name;
+  return {[names](std::string& value) -> std::string {
+            const std::size_t first = value.find_first_not_of(' ');
+            if (first != value.npos) {
+              value = value.substr(first, value.find_last_not_of(' ') + 1 - first);
+            }
+            for (const std::string& name : names) {
+              if (CLI::detail::to_lower(name) != CLI::detail::to_lower(value)) continue;
+              value = name;
+              return {};
+            }
+            return not_one_of(value, names);
+          },
+          words + "}"};
 }
 
 Option* Option::check(const Check& check) {
-  option_->check(*check.validator_);
+  option_->transform(*check.validator_);  // may change the value, which check() must not
   return this;
 }
 Option* Option::group(std::string_view name) {
@@ -154,12 +169,45 @@ Command* Command::chosen() const {
   return nullptr;
 }
 
+namespace {
+
+/// In plain words what the parser says in its own.
+std::string in_words(const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const auto after = [&](std::string_view words) {
+    const std::size_t at = text.find(words);
+    return at == text.npos ? at : at + words.size();
+  };
+  if (const std::size_t at = after(": At Most 1 required but received "); at != text.npos) {
+    return text.substr(0, text.find(": At Most")) + " was given " + text.substr(at) +
+           " times: give it once";
+  }
+  if (const std::size_t at = after("Could not convert: "); at != text.npos) {
+    const std::size_t sign = text.find(" = ", at);
+    if (sign != text.npos) {
+      return text.substr(at, sign - at) + " is '" + text.substr(sign + 3) + "': give a number";
+    }
+  }
+  const std::size_t value = after(": Value "), bounds = after(" not in range ");
+  if (value != text.npos && bounds != text.npos) {
+    return text.substr(0, text.find(": Value ")) + " is '" +
+           text.substr(value, text.find(" not in range ") - value) + "': give " +
+           text.substr(bounds);
+  }
+  if (text.ends_with(" missing") && after(": 1 required ") != text.npos) {
+    return text.substr(0, text.find(": 1 required ")) + " was given nothing: give a value";
+  }
+  return text;
+}
+
+}  // namespace
+
 bool Command::parse(std::vector<std::string> words) {
   std::reverse(words.begin(), words.end());  // as CLI11 wants them
   try {
     app_->parse(words);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() != 0) throw UsageError(error.what());
+    if (error.get_exit_code() != 0) throw UsageError(in_words(error));
     app_->exit(error);
     return false;
   }

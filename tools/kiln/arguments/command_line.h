@@ -42,8 +42,6 @@ class Check {
   friend Check range(int, int);
   friend Check range(unsigned, unsigned);
   friend Check positive_number();
-  friend Check exactly_one_of(const std::vector<std::string>&);
-  friend Check one_of(const std::vector<std::string>&);
   explicit Check(const CLI::Validator& validator);
 
   std::shared_ptr<const CLI::Validator> validator_;
@@ -55,9 +53,7 @@ Check range(int low, int high);
 Check range(unsigned low, unsigned high);
 /// Numbers above 0.
 Check positive_number();
-/// Names, in these letters.
-Check exactly_one_of(const std::vector<std::string>& names);
-/// Names, capital letters or not.
+/// Names, capital letters or not, blanks around them or not. The value becomes the name.
 Check one_of(const std::vector<std::string>& names);
 
 /// An option, flag or position of a command. Its command owns it.

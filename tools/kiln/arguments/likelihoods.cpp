@@ -66,8 +66,8 @@ std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view te
     const std::string place = "'" + name + "', line " + std::to_string(number);
     if (!parse_line(line, entry)) {
       throw Error(ErrorCode::input, place +
-                                        ": expected \"X Y Z WEIGHT\", a direction to the viewer "
-                                        "that is not 0 and a weight of 0 or more.");
+                                        ": give \"X Y Z WEIGHT\": a direction to the viewer other "
+                                        "than 0, and a weight of 0 or more.");
     }
     if (result.size() == kMostDirections) {
       throw Error(ErrorCode::input, place + ": there are more than " +

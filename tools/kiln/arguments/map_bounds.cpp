@@ -1,7 +1,6 @@
 #include "arguments/map_bounds.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <string_view>
@@ -29,19 +28,6 @@ std::vector<std::string_view> items_of(std::string_view list) {
 }
 
 }  // namespace
-
-double fraction_above_0(std::string_view text) {
-  const auto number = [](std::string_view part) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
-    const bool good = error == std::errc() && end == part.data() + part.size();
-    return good && std::isfinite(value) && value > 0 ? value : 0.0;
-  };
-  const std::size_t stroke = text.find('/');
-  if (stroke == std::string_view::npos) return number(text);
-  const double below = number(text.substr(stroke + 1));
-  return below > 0 ? number(text.substr(0, stroke)) / below : 0;
-}
 
 std::string normal_bound(const std::string& max_error) {
   for (const std::string_view item : items_of(max_error)) {
@@ -77,7 +63,7 @@ std::vector<MapBound> map_bounds(const BakeArguments& a) {
         std::find(own.begin(), own.end(), name) == own.end()) {
       bad(a, "no map '" + std::string(name) + "' is baked: add it to --maps, or leave it out.");
     }
-    const double error = fraction_above_0(item.substr(sign + 1));
+    const double error = fraction(item.substr(sign + 1)).value_or(0);
     if (error == 0) {
       bad(a, "the error of " + std::string(name) +
                  " must be a number or a fraction above 0, such as 2/255.");

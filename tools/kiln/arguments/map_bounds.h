@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "arguments/bake_arguments.h"
@@ -14,9 +13,6 @@ namespace kiln::cli {
 /// The bounds of all maps but the normal map. Names stay as long as the arguments do.
 /// \throws Error(usage) for what is no list of them, or bounds a map that is not baked
 std::vector<MapBound> map_bounds(const BakeArguments& arguments);
-
-/// A number, or two with a stroke between them, such as 2/255. 0: it is neither, or not above 0.
-double fraction_above_0(std::string_view text);
 
 /// The text after "normal="; empty where there is no such item.
 /// \throws Error(usage) where nothing stands after it

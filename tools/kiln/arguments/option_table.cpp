@@ -15,10 +15,11 @@ using ServesMatch = bool (*)(const MatchInfo&);
 using ServesMap = bool (*)(const MapInfo&);
 
 bool every_match(const MatchInfo&) { return true; }
-bool by_views(const MatchInfo& match) { return match.method == MatchMethod::views; }
+bool by_views(const MatchInfo& match) { return match.takes_views; }
 bool by_uv(const MatchInfo& match) { return match.needs_uvs; }
-bool in_clusters(const MatchInfo& match) { return match.method == MatchMethod::visibility; }
+bool in_clusters(const MatchInfo& match) { return match.takes_clusters; }
 bool takes_cage(const MatchInfo& match) { return match.takes_cage; }
+bool tells_reasons(const MatchInfo& match) { return match.tells_reasons; }
 bool along_low(const MatchInfo& match) { return match.along_low; }
 bool searches_bvh(const MatchInfo& match) { return match.tells_recall; }
 bool by_points(const MatchInfo& match) { return match.takes_parts; }
@@ -65,7 +66,7 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--low-names", .match = by_points, .in_fallback = false},
     OptionRow{.flag = "--high-names", .match = by_points, .in_fallback = false},
     OptionRow{.flag = "--match-list", .match = by_points, .in_fallback = false},
-    OptionRow{.flag = "--reasons", .match = along_low, .in_fallback = false},
+    OptionRow{.flag = "--reasons", .match = tells_reasons, .in_fallback = false},
     OptionRow{.flag = "--recall", .match = searches_bvh, .in_fallback = false, .beside_auto = true},
     OptionRow{.flag = "--force-uv", .match = by_uv, .in_fallback = false},
     OptionRow{.flag = "--views", .match = by_views},
@@ -175,6 +176,8 @@ void check_served(const BakeArguments& a) {
   for (const OptionRow& row : kOptions) {
     const std::string flag(row.flag);
     if (!a.given.contains(flag)) continue;
+    // The chain's end is about the maps.
+    if (flag == "--fallback" && fallback_methods(a).empty()) continue;
     if (row.match != nullptr && !a.load_match.empty()) {
       fail(flag + " is for matching, but --load-match takes a match as it is: leave one out.");
     }

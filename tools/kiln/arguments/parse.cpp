@@ -98,6 +98,32 @@ double parse_degrees(const char* flag, const std::string& text) {
   return value;
 }
 
+std::optional<double> fraction(std::string_view text) {
+  const std::size_t stroke = text.find('/');
+  double above = 0, below = 1;
+  if (!parse_whole(text.substr(0, stroke), above) || !std::isfinite(above) || !(above >= 0)) {
+    return std::nullopt;
+  }
+  if (stroke == std::string_view::npos) return above;
+  if (!parse_whole(text.substr(stroke + 1), below) || !std::isfinite(below) || !(below > 0)) {
+    return std::nullopt;
+  }
+  return above / below;
+}
+
+Check share_of_1() {
+  return {[](std::string& text) -> std::string {
+            const std::optional<double> share = fraction(text);
+            if (!share || *share > 1) {
+              return "'" + text + "' is no share of 1: give 0 to 1, such as 0.01 or 2/255";
+            }
+            char digits[32];
+            text.assign(digits, std::to_chars(digits, digits + sizeof digits, *share).ptr);
+            return {};
+          },
+          "0 to 1 or N/255"};
+}
+
 std::uint32_t parse_pixels(const char* flag, const std::string& text) {
   const std::string digits = text.ends_with("px") ? text.substr(0, text.size() - 2) : text;
   std::int32_t value = 0;
@@ -130,7 +156,7 @@ std::pair<double, double> parse_view(const std::string& text) {
   return {azimuth, elevation};
 }
 
-Vec3 parse_direction(const std::string& text) {
+Vec3 parse_direction(const char* flag, const std::string& text) {
   std::array<float, 3> values{};
   std::string_view rest = text;
   bool good = true;
@@ -141,7 +167,7 @@ Vec3 parse_direction(const std::string& text) {
     if (good && i < 2) rest.remove_prefix(comma + 1);
   }
   if (!good || (values[0] == 0 && values[1] == 0 && values[2] == 0)) {
-    bad("--view", text, "a direction from the mesh to the viewer, X,Y,Z, such as 0,0.5,1");
+    bad(flag, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
   }
   return {values[0], values[1], values[2]};
 }

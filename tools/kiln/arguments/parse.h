@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -46,10 +47,16 @@ std::pair<double, double> parse_view(const std::string& text);
 std::pair<double, double> parse_extent(const std::string& text);
 
 /// "X,Y,Z", not all 0. \throws Error(usage)
-Vec3 parse_direction(const std::string& text);
+Vec3 parse_direction(const char* flag, const std::string& text);
 
 /// A number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);
+
+/// A number, or two with a stroke between them such as 2/255. None: it is neither, negative or not finite.
+std::optional<double> fraction(std::string_view text);
+
+/// A check for options: a share of 1 as fraction() reads it, which it turns into a number.
+Check share_of_1();
 
 /// A check for options: a finite number, 0 or more.
 Check number_from_0();

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "arguments/near_words.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
 
@@ -64,6 +65,41 @@ constexpr std::string_view kBent = "Bent normals are a map: --maps bent_normal."
 constexpr std::string_view kThickness = "Thickness is a map: --maps thickness.";
 constexpr std::string_view kHeight = "Height is a map: --maps height.";
 constexpr std::string_view kId = "An id for each part is a map: --maps id.";
+constexpr std::string_view kFaces =
+    "Rays hit front faces alone. --two-sided adds back faces; --ao-ignore-back-faces leaves them "
+    "out "
+    "of ambient occlusion.";
+constexpr std::string_view kFill = "--gutter inf fills all of the map from the charts.";
+constexpr std::string_view kSpace =
+    "The flag is --space tangent, object or face. Tangents follow MikkTSpace.";
+constexpr std::string_view kMaps = "The flag is --maps, such as --maps normal,ao.";
+constexpr std::string_view kAxes =
+    "Red is right, green is up, blue is out of the surface. --flip-y turns green down.";
+constexpr std::string_view kRayFails =
+    "The flag is --fallback closest: nearest points decide what rays miss.";
+constexpr std::string_view kNoBias = "Rays of ao start on the surface itself. Leave the bias out.";
+constexpr std::string_view kHemisphere =
+    "Rays of ao take in the whole hemisphere, and differ from sample to sample. --ao-rays N sets "
+    "their number.";
+constexpr std::string_view kOwnCage =
+    "The flag is --cage-mesh FILE: rays start from LOW with its vertices moved.";
+constexpr std::string_view kDepth =
+    "--format png8, png16, exr (16 bits) or exr32 sets the bits a channel.";
+constexpr std::string_view kAveraged = "The flag is --direction averaged.";
+constexpr std::string_view kOwnPart =
+    "The flag is --part-occlusion own, with --match-by name: a part is darkened by itself alone.";
+constexpr std::string_view kObjectSpace =
+    "Normals in object space are a map: --maps normal_object.";
+constexpr std::string_view kForce =
+    "Maps of the same LOW are written over. --force also writes over maps of another LOW.";
+constexpr std::string_view kHelp = "The flag is --help.";
+constexpr std::string_view kVerbose =
+    "The summary says what was done. --json FILE has all figures.";
+constexpr std::string_view kVertexColors =
+    "Maps are textures. `kiln simplify` keeps vertex colours; --maps vertex_color bakes them.";
+constexpr std::string_view kMiss =
+    "The flag is --fallback: end its chain with low (was keep), fill or mark, such as "
+    "--fallback closest,fill.";
 constexpr std::string_view kNormal = "The normal is a map: --maps normal.";
 
 constexpr std::array kBake = {
@@ -83,6 +119,7 @@ constexpr std::array kBake = {
     Answer{"tile-size", kTile},
     Answer{"bucket-size", kTile},
     // By another name.
+    Answer{"miss", kMiss},
     Answer{"extrusion", kCage},
     Answer{"cage-extrusion", kCage},
     Answer{"cage-offset", kCage},
@@ -117,6 +154,84 @@ constexpr std::array kBake = {
     Answer{"threads", kThreads},
     Answer{"gpu", kDevice},
     Answer{"cpu", kDevice},
+    Answer{"selected-to-active", kMeshes},
+    Answer{"use-selected-to-active", kMeshes},
+    Answer{"high-poly", kMeshes},
+    Answer{"low-poly", kMeshes},
+    Answer{"highpoly", kMeshes},
+    Answer{"lowpoly", kMeshes},
+    Answer{"hp", kMeshes},
+    Answer{"lp", kMeshes},
+    Answer{"input", kMeshes},
+    Answer{"discard-back-faces-hits", kFaces},
+    Answer{"ignore-back-faces", kFaces},
+    Answer{"back-faces", kFaces},
+    Answer{"ignore-backfaces", kFaces},
+    Answer{"cull-backfaces", kFaces},
+    Answer{"diffusion", kFill},
+    Answer{"apply-diffusion", kFill},
+    Answer{"infinite-padding", kFill},
+    Answer{"background", kFill},
+    Answer{"background-color", kFill},
+    Answer{"dilation-width", kPadding},
+    Answer{"margin-type", kPadding},
+    Answer{"pad", kPadding},
+    Answer{"normal-space", kSpace},
+    Answer{"tangent-space", kSpace},
+    Answer{"normal-type", kSpace},
+    Answer{"type", kMaps},
+    Answer{"bake-type", kMaps},
+    Answer{"pass", kMaps},
+    Answer{"passes", kMaps},
+    Answer{"map", kMaps},
+    Answer{"bakers", kMaps},
+    Answer{"swizzle", kAxes},
+    Answer{"swizzle-coordinates", kAxes},
+    Answer{"max-frontal-ray-distance", kDistance},
+    Answer{"max-rear-ray-distance", kDistance},
+    Answer{"search-distance", kDistance},
+    Answer{"max-offset", kCage},
+    Answer{"min-offset", kCage},
+    Answer{"offset", kCage},
+    Answer{"paint-offset", kOwnCage},
+    Answer{"use-cage", kOwnCage},
+    Answer{"cage-object", kOwnCage},
+    Answer{"cage-file", kOwnCage},
+    Answer{"paint-skew", kSkew},
+    Answer{"closest-hit-if-ray-fails", kRayFails},
+    Answer{"render-ao", kAo},
+    Answer{"bake-ao", kAo},
+    Answer{"ao-bias", kNoBias},
+    Answer{"bias", kNoBias},
+    Answer{"ao-spread", kHemisphere},
+    Answer{"ao-jitter", kHemisphere},
+    Answer{"ao-distribution", kHemisphere},
+    Answer{"spread-angle", kHemisphere},
+    Answer{"bits", kDepth},
+    Answer{"bit-depth", kDepth},
+    Answer{"depth", kDepth},
+    Answer{"color-depth", kDepth},
+    Answer{"average-normals", kAveraged},
+    Answer{"smooth-normals", kAveraged},
+    Answer{"self-occlusion", kOwnPart},
+    Answer{"world-space-normal", kObjectSpace},
+    Answer{"world-normal", kObjectSpace},
+    Answer{"object-normal", kObjectSpace},
+    Answer{"normal-format", kGreen},
+    Answer{"normal-orientation", kGreen},
+    Answer{"anti-aliasing", kSamples},
+    Answer{"multisampling", kSamples},
+    Answer{"s", kSize},
+    Answer{"overwrite", kForce},
+    Answer{"help-all", kHelp},
+    Answer{"verbose", kVerbose},
+    Answer{"v", kVerbose},
+    Answer{"target", kVertexColors},
+    Answer{"multilayer", "The flag is --layers: all maps in one EXR."},
+    Answer{"ignore-per-vertex-color",
+           "Vertex colours are read by --maps vertex_color alone. Leave it out."},
+    Answer{"ignore-transforms",
+           "Meshes must lie in one place. Apply transforms before you export them."},
     // Maps by their own names are answered from the list of maps.
     Answer{"ao", kAo},
     Answer{"ambient-occlusion", kAo},
@@ -148,6 +263,16 @@ constexpr std::array kBake = {
     Answer{"normal-map", kNormal},
 };
 
+/// Of all commands that make a low poly.
+constexpr std::string_view kCount =
+    "The flag is --faces N: triangles of the low poly. --max-error 0.2% bounds its deviation "
+    "instead.";
+constexpr std::array kLow = {
+    Answer{"ratio", kCount},        Answer{"decimate", kCount},  Answer{"decimation", kCount},
+    Answer{"target-faces", kCount}, Answer{"triangles", kCount}, Answer{"tris", kCount},
+    Answer{"polycount", kCount},    Answer{"percent", kCount},
+};
+
 constexpr std::array kChart = {
     Answer{"json", "The data are written to --out DIR: chart.json, and chart.csv."},
     Answer{"csv", "The data are written to --out DIR: chart.csv, and chart.json."},
@@ -158,22 +283,6 @@ std::string answer_of(std::span<const Answer> answers, const std::string& name) 
     if (answer.flag == name) return std::string(answer.sentence);
   }
   return {};
-}
-
-/// Letters to change, add or leave out to get from one word to another (Levenshtein 1966).
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t corner = row[0];
-    row[0] = i;
-    for (std::size_t k = 1; k <= b.size(); ++k) {
-      const std::size_t above = row[k];
-      row[k] = std::min({row[k] + 1, row[k - 1] + 1, corner + (a[i - 1] == b[k - 1] ? 0 : 1)});
-      corner = above;
-    }
-  }
-  return row[b.size()];
 }
 
 /// "--no-flip-y": flags are off unless they are given.
@@ -202,19 +311,12 @@ std::string answer_to_name(const std::string& name) {
 }
 
 std::string nearest_flag(const Command& command, const std::string& name) {
-  std::string nearest;
-  // Of short words half the letters must be right.
-  std::size_t least = std::min<std::size_t>(4, name.size() / 2 + 1);
+  std::vector<std::string> known;
   for (const Option* option : command.get_options()) {
-    for (const std::string& known : option->get_lnames()) {
-      const std::size_t distance = edits(name, known);
-      if (distance < least) {
-        least = distance;
-        nearest = "--" + known;
-      }
-    }
+    known.insert(known.end(), option->get_lnames().begin(), option->get_lnames().end());
   }
-  return nearest;
+  const std::string nearest = nearest_word(name, known);
+  return nearest.empty() ? "" : "--" + nearest;
 }
 
 }  // namespace
@@ -232,6 +334,9 @@ std::string answer_to_unknown(const Command& command, const std::string& word) {
   if (command.get_name() == "bake") {
     if (std::string text = answer_of(kBake, name); !text.empty()) return start + ". " + text;
     if (std::string text = answer_to_name(name); !text.empty()) return start + ". " + text;
+  }
+  if (command.find_option("--faces") != nullptr) {
+    if (std::string text = answer_of(kLow, name); !text.empty()) return start + ". " + text;
   }
   const std::string nearest = nearest_flag(command, name);
   return start + (nearest.empty() ? "." : "; did you mean " + nearest + "?");

@@ -19,7 +19,7 @@ Option* add_density_option(Command& command, std::string& density, const char* h
           "--density", density,
           std::string("Of large charts that Kiln lays out: texels by area, or more where ") + high +
               " has more detail")
-      ->check(exactly_one_of(kDensities))
+      ->check(one_of(kDensities))
       ->capture_default_str();
 }
 

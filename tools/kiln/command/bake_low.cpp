@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "arguments/bake_values.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
@@ -89,6 +90,12 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     low.mesh = std::move(files.mesh);
     low.polygons = count_polygons(low.mesh);
     if (low.mesh.triangles.size() > high.triangles.size()) {
+      if (low.mesh.uvs.empty() && !high.uvs.empty() && !arguments.unwrap) {
+        throw Error(ErrorCode::input, "LOW " + in_words(low_files(arguments)) +
+                                          " has no UVs and more triangles than HIGH " +
+                                          in_words(high_files(arguments)) +
+                                          ": give HIGH first, LOW second.");
+      }
       warnings.push_back({"low-denser",
                           "LOW " + in_words(low_files(arguments)) +
                               " has more triangles than HIGH " + in_words(high_files(arguments)) +
@@ -113,7 +120,8 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     options.keep_parts = arguments.keep_parts;
     options.height_field = dense.heights.has_value();
     // Points at the same UV: the low poly needs the layout of the high poly.
-    options.keep_uvs = arguments.match == "uv" && !dense.heights && !high.uv_triangles.empty();
+    options.keep_uvs =
+        match_has(arguments, &MatchInfo::needs_uvs) && !dense.heights && !high.uv_triangles.empty();
     if (const std::string bound = deviation_bound(arguments); !bound.empty()) {
       options.max_error = parse_error_bound(bound);
     }

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "arguments/map_bounds.h"
 #include "command/chart_run.h"
 
 namespace kiln::cli {
@@ -12,7 +11,7 @@ AoChartOptions ao_options(const ChartArguments& a) {
   options.size = a.options.size;
   options.repeat = a.options.repeat;
   options.budget = a.ao_budget;
-  if (!a.ao_error.empty()) options.error = fraction_above_0(a.ao_error);
+  options.error = a.ao_error;
   for (AoSetting& setting : ao_settings()) {
     const bool named =
         std::find(a.settings.begin(), a.settings.end(), setting.name) != a.settings.end();
@@ -24,7 +23,7 @@ AoChartOptions ao_options(const ChartArguments& a) {
 
 void check_ao(const ChartArguments& a) {
   const bool charted = !ao_options(a).settings.empty();
-  for (const auto& [flag, given] : {std::pair("--ao-error", !a.ao_error.empty()),
+  for (const auto& [flag, given] : {std::pair("--ao-error", a.ao_error.has_value()),
                                     std::pair("--ao-budget", a.ao_budget.has_value())}) {
     if (given && !charted) {
       throw Error(ErrorCode::usage, std::string(flag) +
@@ -32,10 +31,8 @@ void check_ao(const ChartArguments& a) {
                                         "none is charted: add --ao.");
     }
   }
-  if (!a.ao_error.empty() && fraction_above_0(a.ao_error) == 0) {
-    throw Error(ErrorCode::usage, "--ao-error is '" + a.ao_error +
-                                      "', but must be a number or a fraction above 0, such as "
-                                      "2/255.");
+  if (a.ao_error == 0) {
+    throw Error(ErrorCode::usage, "--ao-error is 0, but must be above 0, such as 2/255.");
   }
 }
 

@@ -48,7 +48,7 @@ void check_volumes(const ChartArguments& a) {
   std::vector<std::string> names;
   for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
   check_settings(a, names, "volumes");
-  if (a.ao || !a.ao_error.empty() || a.ao_budget) {
+  if (a.ao || a.ao_error || a.ao_budget) {
     throw Error(ErrorCode::usage, "--ao, --ao-error and --ao-budget are for meshes, but '" +
                                       a.meshes.front() + "' is a volume.");
   }

@@ -24,7 +24,7 @@ struct ChartArguments {
   std::vector<std::string> settings;
   std::optional<std::uint32_t> directions;  ///< Of viewing rays
   bool ao = false;                          ///< Also ambient occlusion
-  std::string ao_error;                     ///< A share of 1, or a fraction
+  std::optional<double> ao_error;           ///< A share of 1
   std::optional<double> ao_budget;          ///< Seconds
   bool plan = false;                        ///< Bytes against error of high polys alone
   std::vector<std::string> max_errors;      ///< To plan for, degrees

@@ -29,9 +29,9 @@ Warning not_reached(const PlannedBake& planned) {
   char text[320];
   std::snprintf(
       text, sizeof text,
-      "No way to match is expected to reach a mean error of %.3g degrees with this low poly "
-      "and maps up to the given --size; the map written reaches %.3g. Give the low poly more "
-      "faces, allow a larger map, or accept more.",
+      "No match is expected to reach a mean error of %.3g degrees with this low poly and --size; "
+      "the map written reaches %.3g. Give the low poly more faces, allow a larger map, or accept "
+      "more.",
       planned.wanted, planned.chosen.error.mean_degrees);
   return {"error-not-reached", text, 1};
 }
@@ -42,12 +42,13 @@ BakeResult bake_from(const DenseInput& dense, const Source& source, const Mesh& 
   try {
     return bake(source, low, options);
   } catch (const Error& error) {
-    if (!dense.heights || options.method != MatchMethod::uv || error.code() != ErrorCode::input) {
+    if (!dense.heights || !find_match(options.method.name).needs_uvs ||
+        error.code() != ErrorCode::input) {
       throw;
     }
     throw Error(ErrorCode::input, std::string(error.what()) +
                                       " HIGH is a height field: --height and --extent must be "
-                                      "those that LOW was made for.");
+                                      "the values that LOW was made with.");
   }
 }
 
@@ -62,9 +63,9 @@ void warn_about_weights(const BakeArguments& arguments, const VisibilityOptions&
   }
   warnings.push_back({"equal-view-weights",
                       "'" + arguments.view_weight +
-                          "' gives all views the same weight, as --view-weight all does: each "
-                          "direction takes the weight of the line nearest to it, so add lines with "
-                          "less for where LOW is not looked at from.",
+                          "' gives all views the same weight, as --view-weight all does. Each "
+                          "direction takes the weight of the nearest line: add lines with less "
+                          "weight for sides that nobody looks from.",
                       1});
 }
 
@@ -96,10 +97,7 @@ std::string too_many_missed(const BakeArguments& arguments, const BakeResult& re
     return message + " Save the match again with a longer --max-distance.";
   }
   const bool closest = matches_by(arguments, MatchMethod::closest);
-  const bool far = arguments.match == "auto" ||
-                   std::any_of(matches().begin(), matches().end(), [&](const MatchInfo& match) {
-                     return match.looks_far && matches_by(arguments, match.method);
-                   });
+  const bool far = arguments.match == kAutomatic || chain_has(arguments, &MatchInfo::looks_far);
   if (!far) return message + " Add --fallback closest.";
   return message + " Raise --max-distance" + (closest ? "." : ", or add --fallback closest.");
 }

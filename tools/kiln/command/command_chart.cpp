@@ -179,7 +179,7 @@ int run_chart(const ChartArguments& a) {
 Run add_chart(Command& app) {
   Command* command = app.add_command(
       "chart",
-      "Speed against accuracy for every way to match, or to make a map of a volume: a plot, "
+      "Speed against accuracy of every match, or of every way to map a volume: a plot, "
       "a table and the figures");
   auto a = std::make_shared<ChartArguments>();
   command
@@ -224,9 +224,11 @@ Run add_chart(Command& app) {
   command->add_flag("--ao", a->ao,
                     "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 "
                     "views, against 4096 rays; takes minutes at 1024 texels a side");
-  command->add_option("--ao-error", a->ao_error,
-                      "Of ambient occlusion: say what reaches this root mean square error in the "
-                      "fewest seconds; a share of 1, or a fraction such as 2/255");
+  command
+      ->add_option("--ao-error", a->ao_error,
+                   "Of ambient occlusion: say what reaches this root mean square error in the "
+                   "fewest seconds; a share of 1, such as 2/255 or 0.01")
+      ->check(share_of_1());
   command
       ->add_option("--ao-budget", a->ao_budget,
                    "Of ambient occlusion: say what comes nearest to the truth in so many seconds")
@@ -239,7 +241,7 @@ Run add_chart(Command& app) {
   }
   command
       ->add_option("--settings", a->settings,
-                   "Some of the ways to match, by their names in chart.csv, separated by commas; "
+                   "Some of the settings, by their names in chart.csv, separated by commas; "
                    "for meshes the "
                    "reference, " +
                        std::string(kChartReference) +
@@ -247,7 +249,7 @@ Run add_chart(Command& app) {
                        "(default: all but those)")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(exactly_one_of(names));
+      ->check(one_of(names));
   command->add_option("--device", a->device, "OpenCL device: index or part of its name");
   command->add_flag("--quiet", a->quiet,
                     "Leave out progress and the summary; warnings and errors stay");

@@ -119,7 +119,7 @@ int run_gallery(const GalleryArguments& a) {
 Run add_gallery(Command& app) {
   Command* command = app.add_command(
       "gallery",
-      "Pictures of every way to match side by side: the low poly with each map, where each is "
+      "Pictures of every match side by side: the low poly with each map, where each is "
       "wrong, and where texels land on HIGH");
   auto a = std::make_shared<GalleryArguments>();
   command->add_option("HIGH", a->high, std::string("The high poly (") + kDenseKinds + ")")
@@ -132,9 +132,9 @@ Run add_gallery(Command& app) {
       ->required();
   command
       ->add_option("--match", a->matches,
-                   "A way to match, as of kiln bake; may be given again (default: all that do)")
+                   "A match, as of kiln bake; may be given again (default: all that do)")
       ->allow_extra_args(false)
-      ->check(exactly_one_of(match_names()));
+      ->check(one_of(match_names()));
   command->add_option("--size", a->size, "Texels a side of the maps, 16 to 8192")
       ->check(range(16U, 8192U))
       ->capture_default_str();

@@ -93,7 +93,7 @@ int run_rating(const MeasureArguments& a) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
   if (a.low.empty()) {
     fail(
-        "To rate ways to match, both meshes are needed: kiln measure HIGH LOW. For one alone, say "
+        "To rate matches, both meshes are needed: kiln measure HIGH LOW. For one alone, say "
         "what is to be studied with --study.");
   }
   if (a.faces) fail("--faces is for --study: leave it out.");
@@ -239,7 +239,7 @@ int run_rating(const MeasureArguments& a) {
 Run add_measure(Command& app) {
   Command* command = app.add_command(
       "measure",
-      "How good the ways to match are on two meshes; or, with --study, how errors depend on views, "
+      "Rate the matches on two meshes; or, with --study, how errors depend on views, "
       "faces and map size");
   auto a = std::make_shared<MeasureArguments>();
   const std::set<std::string> own = {"--match",         "--max-distance", "--views", "--view-size",
@@ -254,12 +254,11 @@ Run add_measure(Command& app) {
       "LOW", a->low,
       "The low poly, with UVs; with --study views it may be left out: Kiln makes one");
   command
-      ->add_option(
-          "--match", a->matches,
-          "A way to match to rate, as of kiln bake; may be given again (default: all, but uv "
-          "only where HIGH has UVs that lie over LOW's)")
+      ->add_option("--match", a->matches,
+                   "A match to rate, as of kiln bake; may be given again (default: all, but uv "
+                   "only where HIGH has UVs that lie over LOW's)")
       ->allow_extra_args(false)
-      ->check(exactly_one_of(match_names()));
+      ->check(one_of(match_names()));
   command
       ->add_option(
           "--visibility-at", a->visibility_at,
@@ -280,7 +279,7 @@ Run add_measure(Command& app) {
       ->add_option("--study", a->study,
                    "What varies: the views matched from, the low poly's faces, or its faces and "
                    "the map's size")
-      ->check(exactly_one_of(names));
+      ->check(one_of(names));
   command->add_option("--out", a->out,
                       "Folder for measure.png and the measures as textures (EXR); with --study for "
                       "study_<what>.csv and .png and study_<what>_error.png; and for what the "
@@ -319,8 +318,7 @@ Run add_measure(Command& app) {
       if (takes) a->bake.given.insert(flag);
       if (flag == "--max-distance") a->distance_given = true;
       if (!takes || a->study.empty()) continue;
-      throw Error(ErrorCode::usage,
-                  flag + " is for rating ways to match: leave out --study, or it.");
+      throw Error(ErrorCode::usage, flag + " is for rating matches: leave out --study, or it.");
     }
     part_maps(a->bake);
     return a->study.empty() ? run_rating(*a) : run_one_study(*a);

@@ -335,7 +335,7 @@ Run add_render(Command& app) {
                    "again: a contact sheet")
       ->allow_extra_args(false);
   command->add_option("--space", a->space, "Of the map: tangent, object or face")
-      ->check(exactly_one_of({"tangent", "object", "face"}))
+      ->check(one_of({"tangent", "object", "face"}))
       ->capture_default_str();
   command->add_flag("--flip-y", a->flip_y, "The map's green points down (DirectX)");
   command->add_option("--reference", a->reference,

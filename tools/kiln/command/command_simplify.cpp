@@ -123,7 +123,8 @@ int run_simplify(const SimplifyArguments& arguments) {
 }  // namespace
 
 Run add_simplify(Command& app) {
-  Command* command = app.add_command("simplify", "Decimate a high poly and unwrap the result");
+  Command* command =
+      app.add_command("simplify", "Make a low poly from a high poly: few faces, with UVs");
   auto arguments = std::make_shared<SimplifyArguments>();
   command->add_option("HIGH", arguments->high, "The high poly (PLY, OBJ, STL, OFF)")->required();
   command->add_option("--out", arguments->out, "The low poly to write (OBJ)")->required();
@@ -142,7 +143,7 @@ Run add_simplify(Command& app) {
       command
           ->add_option("--unwrap", arguments->unwrap,
                        "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
-          ->check(exactly_one_of({"charts", "pairs"}))
+          ->check(one_of({"charts", "pairs"}))
           ->capture_default_str();
   Option* density = add_density_option(*command, arguments->density, "HIGH");
   Option* keep =
@@ -154,7 +155,7 @@ Run add_simplify(Command& app) {
                      ->excludes(keep);
   command
       ->add_flag("--keep-parts", arguments->keep_parts,
-                 "Keep parts of HIGH that are smaller than the low poly is off by")
+                 "Keep parts of HIGH that are smaller than the low poly's deviation")
       ->needs(faces)
       ->excludes(keep)
       ->excludes(hull);

@@ -90,7 +90,7 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   BakeOptions options;
   options.width = options.height = result.normal_map.width;
   options.samples = a.samples;
-  options.method = a.match == "ray" ? MatchMethod::ray : MatchMethod::closest;
+  options.method = find_match(a.match).method;
   options.max_distance = optional_length("--max-distance", a.max_distance);
   options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
   options.flip_y = a.flip_y;

@@ -29,7 +29,7 @@ void check(const MeasureArguments& a) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
   if (!a.matches.empty() || a.directions || !a.visibility_at.empty()) {
     fail(
-        "--match, --directions and --visibility-at are for rating ways to match: leave out "
+        "--match, --directions and --visibility-at are for rating matches: leave out "
         "--study, "
         "or them.");
   }

@@ -110,13 +110,13 @@ std::string runs_note(unsigned repeat) {
 
 Plot chart_plot(const std::vector<ChartPair>& pairs, const ChartOptions& options,
                 const DeviceInfo& device) {
-  Json data = {{"kind", "chart"},
-               {"title", pairs.front().ao
-                             ? "Speed against accuracy: every way to match, and ambient occlusion"
-                             : "Normal maps: speed against accuracy of every way to match"},
-               {"subtitle", std::to_string(options.size) + " × " + std::to_string(options.size) +
-                                " maps, " + device.name + runs_note(options.repeat)},
-               {"seconds_title", "Seconds to match, hierarchy and views included"}};
+  Json data = {
+      {"kind", "chart"},
+      {"title", pairs.front().ao ? "Speed against accuracy: every match, and ambient occlusion"
+                                 : "Normal maps: speed against accuracy of every match"},
+      {"subtitle", std::to_string(options.size) + " × " + std::to_string(options.size) + " maps, " +
+                       device.name + runs_note(options.repeat)},
+      {"seconds_title", "Seconds to match, hierarchy and views included"}};
   for (const Style& style : kStyles) {
     const bool occurs = std::any_of(pairs.begin(), pairs.end(), [&](const ChartPair& pair) {
       return std::any_of(pair.rows.begin(), pair.rows.end(),

@@ -246,6 +246,18 @@ def named(axes, x, y, words, offset, size, color, **look):
                   **{"zorder": 4, **look})
 
 
+def beside(axes, x, y, taken):
+    """A short name's offset from a point, the first that covers no other name, and its box in pixels."""
+    boxes = []
+    for offset in ((6, 3), (6, -11), (-38, 5), (6, 16), (6, -24)):
+        corner = axes.transData.transform((x, y)) + np.array(offset) * DPI / 72
+        box = np.concatenate([corner, corner + (56, 16)])
+        boxes.append((offset, box))
+        if not any(shared_area(box, other) > 0 for other in taken):
+            return boxes[-1]
+    return boxes[0]
+
+
 def draw_study(data, _):
     panels, left, right, top, height, width = data["panels"], 110, 40, 90, 600, 780
     entries = max(len(panel["levels"]) + sum(not isinstance(curve["look"], dict)
@@ -272,12 +284,15 @@ def draw_study(data, _):
             axes.axvline(data["x_note"]["x"], color="#bbbbbb", linewidth=1.5, zorder=1)
             axes.text(data["x_note"]["x"] * 1.04, 0.98, data["x_note"]["text"], color="#777777",
                       va="top", size=NORMAL, transform=axes.get_xaxis_transform())
+        taken = []  # by names of thin curves
         for curve in panel["curves"]:
             thin = isinstance(curve["look"], dict)  # named at its end, not in the legend
             axes.plot(curve["x"], curve["y"], label="_" if thin else curve["title"],
                       **curve_look(curve["look"]))
             if thin:
-                named(axes, curve["x"][-1], curve["y"][-1], curve["title"], (6, 3), SMALL, SOFT,
+                place, box = beside(axes, curve["x"][-1], curve["y"][-1], taken)
+                taken.append(box)
+                named(axes, curve["x"][-1], curve["y"][-1], curve["title"], place, SMALL, SOFT,
                       zorder=1.5)
         for level in panel["levels"]:
             look = {**curve_look(level["look"]), "marker": ""}

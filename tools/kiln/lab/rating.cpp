@@ -108,7 +108,7 @@ void compile_kernels(const Device& device, const BakeOptions& like) {
   bake_with.parts = nullptr;
   bake_with.cage_mesh = nullptr;
   bake_with.match = nullptr;
-  bake_with.maps = {MapKind::normal};
+  bake_with.maps = {find_map(shading_map()).kind};
   bake_with.transfers = {};
   bake_with.own_maps = {};
   bake_with.occlusion = {};
@@ -148,8 +148,9 @@ BakeOptions bake_options(const Candidate& candidate, const RatingOptions& option
   bake_with.keep_match = true;
   bake_with.recall_vertices = options.pictures;
   // First of all, for rendered normals, also where its error is not asked for.
-  std::erase(bake_with.maps, MapKind::normal);
-  bake_with.maps.insert(bake_with.maps.begin(), MapKind::normal);
+  const MapKind shown = find_map(shading_map()).kind;
+  std::erase(bake_with.maps, shown);
+  bake_with.maps.insert(bake_with.maps.begin(), shown);
   bake_with.report_errors = !options.maps.empty();
   return bake_with;
 }

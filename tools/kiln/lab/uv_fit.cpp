@@ -9,10 +9,11 @@ namespace {
 constexpr std::uint32_t kTrialSize = 256;
 
 /// Empty where it does.
-std::string why_not(const Source& source, const Mesh& high, const Mesh& low, const UvOptions& uv) {
+std::string why_not(MatchMethod method, const Source& source, const Mesh& high, const Mesh& low,
+                    const UvOptions& uv) {
   if (high.uvs.empty()) return "'" + high.name + "' has no UVs.";
   BakeOptions trial;
-  trial.method = MatchMethod::uv;
+  trial.method = method;
   trial.uv = uv;
   trial.width = trial.height = kTrialSize;
   try {
@@ -30,8 +31,8 @@ std::string why_not(const Source& source, const Mesh& high, const Mesh& low, con
 
 std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
                              const Mesh& high, const Mesh& low, const UvOptions& uv, bool must) {
-  if (method != MatchMethod::uv) return std::nullopt;
-  const std::string reason = why_not(source, high, low, uv);
+  if (!find_match(method.name).needs_uvs) return std::nullopt;
+  const std::string reason = why_not(method, source, high, low, uv);
   if (reason.empty()) return std::nullopt;
   if (must) {
     throw Error(ErrorCode::input,

@@ -17,9 +17,8 @@ constexpr std::array kFlags = {
     Flag{"BakeOptions::cage", "--cage"},
     Flag{"Device::open", "--device"},
     Flag{"RayRule::outermost", "--ray outermost"},
-    Flag{"MatchMethod::ray", "--match ray"},
     Flag{"ExtractOptions::size", "--size"},
-    Flag{"MatchMethod::uv", "--match uv"},
+    Flag{"MatchMethod::", "--match "},
     Flag{"curvature_radius", "--curvature-radius"},
     Flag{"raise the memory limit", "raise --memory-limit"},
     Flag{"keep_uvs", "--keep-uvs"},
@@ -62,7 +61,7 @@ std::string with_flags(std::string_view message) {
     const Flag* found = nullptr;
     for (const Flag& known : kFlags) {
       if (rest.starts_with(known.parameter) && may_begin(message.substr(0, at)) &&
-          may_end(rest.substr(known.parameter.size()))) {
+          (known.parameter.ends_with(':') || may_end(rest.substr(known.parameter.size())))) {
         found = &known;
         break;
       }

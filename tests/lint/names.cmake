@@ -1,0 +1,43 @@
+# Fails where a room that reads rows of maps and matches knows one of them by its name: MapKind::normal,
+# MatchMethod::ray, or the name as a text.
+#
+# Run as: cmake -DROOT=<folder that has host/> -P names.cmake
+cmake_policy(VERSION 3.25)
+
+# Rooms of the lower floors name kernels, which are called like the matches that launch them.
+set(rooms source render volume bake measure)
+
+# All names, as their own files and public headers say them.
+set(tree ${CMAKE_CURRENT_LIST_DIR}/../..)
+file(GLOB files ${tree}/include/kiln/map.h ${tree}/include/kiln/match.h ${tree}/host/detail/*.cpp)
+set(names "")
+foreach(file IN LISTS files)
+  file(READ ${file} text)
+  string(REGEX MATCHALL "(MapKind|MatchMethod)( |::)?[a-z_]*{\"[a-z_]+\"}|row_of\\(\"[a-z_]+\"" rows "${text}")
+  foreach(row IN LISTS rows)
+    string(REGEX MATCH "\"[a-z_]+\"" name "${row}")
+    list(APPEND names ${name})
+  endforeach()
+endforeach()
+list(LENGTH names count)
+if(count LESS 20)
+  message(FATAL_ERROR "Only ${count} names of maps and matches were found: mend names.cmake.")
+endif()
+
+set(found "")
+foreach(room IN LISTS rooms)
+  file(GLOB files RELATIVE ${ROOT}/host ${ROOT}/host/${room}/*.h ${ROOT}/host/${room}/*.cpp)
+  foreach(file IN LISTS files)
+    file(READ ${ROOT}/host/${file} text)
+    string(REGEX MATCHALL "(MapKind|MatchMethod)::[a-z_]+|\"[a-z_]+\"" words "${text}")
+    foreach(word IN LISTS words)
+      if("${word}" MATCHES "::" OR "${word}" IN_LIST names)
+        string(APPEND found "host/${file} knows ${word} by name\n")
+      endif()
+    endforeach()
+  endforeach()
+endforeach()
+if(found)
+  message(FATAL_ERROR "Rooms read what they need to know of a map or match from its row, but:\n${found}")
+endif()
+message(STATUS "${count} maps and matches, known by name to none of ${rooms}")

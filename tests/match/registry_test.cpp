@@ -1,0 +1,69 @@
+// What the rest of Kiln reads of matches' rows: plans their turns, messages their names, checks their properties.
+#include "match/registry.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "kiln/bake.h"
+#include "kiln/validate.h"
+
+namespace kiln {
+namespace {
+
+TEST(MatchRows, PlansTryThemInTheirTurns) {
+  using Methods = std::vector<MatchMethod>;
+  EXPECT_EQ(planned_matches(&MatchRow::plan_turn),
+            (Methods{MatchMethod::ray, MatchMethod::hybrid, MatchMethod::visibility,
+                     MatchMethod::closest, MatchMethod::views}));
+  EXPECT_EQ(planned_matches(&MatchRow::light_turn),
+            (Methods{MatchMethod::ray, MatchMethod::hybrid, MatchMethod::closest}));
+  EXPECT_EQ(match_at_uvs(), MatchMethod::uv);
+}
+
+TEST(MatchRows, AreJoinedInWords) {
+  EXPECT_EQ(match_names([](const MatchRow& row) { return row.info.needs_uvs; }), "uv");
+  EXPECT_EQ(match_names([](const MatchRow& row) { return row.finds_the_rest; }), "ray or closest");
+  EXPECT_EQ(match_names([](const MatchRow& row) { return row.plan_turn != 0; }),
+            "ray, views, closest, visibility or hybrid");
+  EXPECT_EQ(match_names([](const MatchRow&) { return false; }), "");
+}
+
+bool is_taken(const BakeOptions& options) {
+  try {
+    validate(options);
+    return true;
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::usage) << error.what();
+    return false;
+  }
+}
+
+/// Each check takes what a row says, and refuses all else.
+TEST(MatchRows, ChecksGoByTheirProperties) {
+  for (const MatchRow& row : match_rows()) {
+    const std::string name(row.info.method.name);
+    BakeOptions options;
+    options.method = row.info.method;
+    if (row.info.needs_direction) options.views = {.count = 0, .directions = {{0, 0, 1}}};
+    EXPECT_TRUE(is_taken(options)) << name;
+    BakeOptions clusters = options;
+    clusters.visibility.clusters = 2;
+    EXPECT_EQ(is_taken(clusters), row.info.takes_clusters) << name;
+    BakeOptions cage = options;
+    cage.cage = Length::share(0.02);
+    EXPECT_EQ(is_taken(cage), row.info.takes_cage) << name;
+    BakeOptions directions = options;
+    directions.maps = {MapKind{"visibility"}};
+    EXPECT_EQ(is_taken(directions), row.info.takes_visibility) << name;
+    BakeOptions fallback;
+    fallback.method = MatchMethod::uv;
+    fallback.fallback = {row.info.method};
+    fallback.views = options.views;
+    EXPECT_EQ(is_taken(fallback), row.info.may_follow) << name;
+  }
+}
+
+}  // namespace
+}  // namespace kiln
