@@ -15,9 +15,10 @@ namespace kiln {
 /// What a mesh carries at the corners of its triangles, and over them.
 struct Layout {
   std::vector<Vec2> uvs;
-  std::vector<Triangle> corners;      ///< Indices into uvs, by triangle.
-  std::vector<std::uint32_t> groups;  ///< By triangle; empty: one group.
-  std::vector<std::uint32_t> charts;  ///< By triangle.
+  std::vector<Triangle> corners;        ///< Indices into uvs, by triangle.
+  std::vector<std::uint32_t> groups;    ///< By triangle, of group, object and material; empty: one.
+  std::vector<std::uint32_t> group_of;  ///< A triangle of the given mesh that is in a group.
+  std::vector<std::uint32_t> charts;    ///< By triangle.
 };
 
 /// Keeps seams, the ends and crossings of seams, open borders, and borders between groups where they are

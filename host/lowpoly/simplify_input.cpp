@@ -1,9 +1,11 @@
 #include "lowpoly/simplify_input.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <string>
 #include <tuple>
@@ -184,6 +186,15 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
     auto key() const { return std::tuple(vertex, uv, place); }
   };
   const std::vector<std::uint32_t> charts = uv_charts(mesh);
+  const auto name_at = [&](const std::vector<std::uint32_t>& names, std::uint32_t t) {
+    return names.size() == mesh.triangles.size() ? names[t] : 0;
+  };
+  const auto names_at = [&](std::uint32_t t) {
+    return std::array{name_at(mesh.groups, t), name_at(mesh.objects, t),
+                      name_at(mesh.materials, t)};
+  };
+  std::map<std::array<std::uint32_t, 3>, std::uint32_t> groups;
+  const bool named = !mesh.groups.empty() || !mesh.objects.empty() || !mesh.materials.empty();
   Layout layout;
   layout.corners.resize(work.triangles.size());
   std::vector<Corner> corners;
@@ -191,7 +202,12 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
   for (std::uint32_t t = 0; t < work.triangles.size(); ++t) {
     const SourceTriangle& source = work.sources[t];
     layout.charts.push_back(charts[source.index]);
-    if (!mesh.groups.empty()) layout.groups.push_back(mesh.groups[source.index]);
+    if (named) {
+      const auto [found, added] =
+          groups.try_emplace(names_at(source.index), static_cast<std::uint32_t>(groups.size()));
+      if (added) layout.group_of.push_back(source.index);
+      layout.groups.push_back(found->second);
+    }
     for (std::uint32_t k = 0; k < 3; ++k) {
       const Vec2& given = mesh.uvs[mesh.uv_triangles[source.index][(k + source.first) % 3]];
       const Vec2 uv{given.x + 0.0F, given.y + 0.0F};  // -0 is 0.

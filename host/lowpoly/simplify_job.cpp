@@ -321,8 +321,18 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   mesh.normals = vertex_normals(to_floats(result.points), result.triangles);
   mesh.normal_triangles = mesh.triangles;
   if (!options_.keep_uvs) return mesh;
-  mesh.groups = result.layout.groups;
+  const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
+    if (from.size() != high_.triangles.size()) return;
+    for (const std::uint32_t group : result.layout.groups) {
+      to.push_back(from[layout_.group_of[group]]);
+    }
+  };
+  keep(high_.groups, mesh.groups);
+  keep(high_.objects, mesh.objects);
+  keep(high_.materials, mesh.materials);
   mesh.group_names = high_.group_names;
+  mesh.object_names = high_.object_names;
+  mesh.material_names = high_.material_names;
   std::vector<std::uint32_t> number(result.layout.uvs.size(), kNoVertex);
   for (const Triangle& t : result.layout.corners) {
     Triangle& corners = mesh.uv_triangles.emplace_back();

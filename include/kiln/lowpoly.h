@@ -20,7 +20,7 @@ struct SimplifyOptions {
   /// The mesh is a height field: every z over the rectangle of its bounding box once, counter-clockwise from
   /// above. The result is one over the same rectangle, with the same corners.
   bool height_field = false;
-  /// Keep the UVs, groups and their borders: seams stay in place on the surface and in the layout, both
+  /// Keep the UVs, groups, objects, materials and their borders: seams stay in place on the surface and in the layout, both
   /// sides of one together. Not with height_field. The mesh must have UVs.
   bool keep_uvs = false;
   /// The result encloses the high poly: the result winds around or touches what the high poly's

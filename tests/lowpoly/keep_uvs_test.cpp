@@ -220,32 +220,35 @@ TEST(KeepUvs, CubeOfSixChartsKeepsGroupsAndCorners) {
   }
 }
 
-TEST(KeepUvs, GroupsWithoutASeamKeepTheirBorder) {
-  Mesh high = test::plane(40, 40);
-  high.groups.resize(high.triangles.size());
-  high.group_names = {"left", "right"};
-  for (std::size_t t = 0; t < high.triangles.size(); ++t) {
-    high.groups[t] = high.positions[high.triangles[t][0]].x +
-                                 high.positions[high.triangles[t][1]].x +
-                                 high.positions[high.triangles[t][2]].x >
-                             0.3F
-                         ? 1
-                         : 0;
-  }
-  std::array<double, 2> expected{}, found{};
-  const auto sum = [](const Mesh& mesh, std::array<double, 2>& area) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Triangle& c = mesh.uv_triangles[t];
-      area[mesh.groups[t]] += doubled(mesh.uvs[c[0]], mesh.uvs[c[1]], mesh.uvs[c[2]]) / 2;
+TEST(KeepUvs, NamesWithoutASeamKeepTheirBorders) {
+  using Names = std::vector<std::uint32_t> Mesh::*;
+  for (const Names names : {&Mesh::groups, &Mesh::objects, &Mesh::materials}) {
+    Mesh high = test::plane(40, 40);
+    high.groups.assign(high.triangles.size(), 0);
+    (high.*names).resize(high.triangles.size());
+    high.group_names = high.object_names = high.material_names = {"left", "right"};
+    for (std::size_t t = 0; t < high.triangles.size(); ++t) {
+      const Triangle& v = high.triangles[t];
+      (high.*names)[t] =
+          high.positions[v[0]].x + high.positions[v[1]].x + high.positions[v[2]].x > 0.3F ? 1 : 0;
     }
-  };
-  const Mesh low = simplify(high, {.faces = 60, .keep_uvs = true});
-  EXPECT_LE(low.triangles.size(), 60U);
-  sum(high, expected);
-  sum(low, found);
-  EXPECT_NEAR(found[0], expected[0], 0.02);
-  EXPECT_NEAR(found[1], expected[1], 0.02);
-  EXPECT_NEAR(found[0] + found[1], 1, 1e-5);
+    std::array<double, 2> expected{}, found{};
+    const auto sum = [names](const Mesh& mesh, std::array<double, 2>& area) {
+      ASSERT_EQ((mesh.*names).size(), mesh.triangles.size());
+      for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Triangle& c = mesh.uv_triangles[t];
+        area[(mesh.*names)[t]] += doubled(mesh.uvs[c[0]], mesh.uvs[c[1]], mesh.uvs[c[2]]) / 2;
+      }
+    };
+    const Mesh low = simplify(high, {.faces = 60, .keep_uvs = true});
+    EXPECT_LE(low.triangles.size(), 60U);
+    EXPECT_EQ(low.groups.size(), low.triangles.size());
+    sum(high, expected);
+    sum(low, found);
+    EXPECT_NEAR(found[0], expected[0], 0.02);
+    EXPECT_NEAR(found[1], expected[1], 0.02);
+    EXPECT_NEAR(found[0] + found[1], 1, 1e-5);
+  }
 }
 
 TEST(KeepUvs, ChartsThatLieCloseDoNotComeToOverlap) {
