@@ -20,7 +20,8 @@ namespace kiln {
 
 /// Reduces a triangle mesh step by step: the edge whose collapse costs least goes first, to the point
 /// that its quadric calls best (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error
-/// Metrics"), with planes that hold open borders in place (section 6).
+/// Metrics"), with planes that hold open borders in place (section 6). Without a rule or a distance,
+/// quadrics are made anew whenever half of the triangles are gone.
 ///
 /// Kept at every step: the topology (link condition; borders do not pinch, components do not vanish),
 /// triangles that do not turn over, fold onto a neighbour or lose their area, and, unless that costs
@@ -66,6 +67,7 @@ class EdgeCollapser {
   };
 
   void build_quadrics();
+  bool renew(double distance);
   void fill_heap();
   Step step_for(std::uint32_t a, std::uint32_t b) const;
   Entry entry_for(std::uint32_t a, std::uint32_t b) const;
@@ -84,6 +86,7 @@ class EdgeCollapser {
   Snap snap_;
   CollapseShape shape_;
   std::vector<Quadric> quadrics_;
+  std::size_t next_renewal_ = 0;  ///< Of quadrics: at how many triangles.
   std::vector<std::uint32_t> stamps_;
   std::vector<std::uint8_t> border_;  ///< Whether a vertex came from one on an open border.
   std::vector<Entry> heap_;

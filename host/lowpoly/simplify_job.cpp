@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "lowpoly/crumbs.h"
+#include "lowpoly/grid_start.h"
 #include "lowpoly/head_start.h"
 #include "mesh/charts.h"
 #include "mesh/fans.h"
@@ -190,8 +191,11 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
   Work work = dense_;
   if (work.triangles.size() > std::max(kDirectLimit, near_goal) && !options_.keep_uvs &&
       !options_.hull) {
-    head_start(work, near_goal, options_.faces == 0 ? 0.1 * options_.max_error : 1.0,
-               options_.height_field, untouched, parts);
+    const double error = options_.faces == 0 ? 0.1 * options_.max_error : 1.0;
+    if (options_.height_field && untouched.empty() && grid_start(work, near_goal, error)) {
+      return work;
+    }
+    head_start(work, near_goal, error, options_.height_field, untouched, parts);
   }
   return work;
 }
