@@ -9,6 +9,7 @@
 
 #include "base/heartbeat.h"
 #include "base/stopwatch.h"
+#include "detail/registry.h"
 #include "kiln/plan.h"
 #include "lowpoly/unwrap_charts.h"
 #include "measure/light_limits.h"

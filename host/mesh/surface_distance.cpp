@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "mesh/two_boxes.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -68,24 +69,6 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   const double e1 = squared_to_segment(ap, ac);
   const double e2 = squared_to_segment(p - Vec3d(c[1]), Vec3d(c[2]) - Vec3d(c[1]));
   return std::min(std::min(e0, e1), e2);
-}
-
-using Two = double __attribute__((vector_size(16)));
-
-Two larger(Two a, Two b) { return a < b ? b : a; }
-
-/// Squared distances of two boxes, without branches: which side of a box a point is on cannot be foretold.
-template <typename Box>
-Two squared_to_boxes(const Vec3d& p, const Box& one, const Box& other) {
-  const auto outside = [](double at, float low, float other_low, float high, float other_high) {
-    const Two below = Two{low, other_low} - Two{at, at};
-    const Two above = Two{at, at} - Two{high, other_high};
-    return larger(larger(below, above), Two{0, 0});
-  };
-  const Two x = outside(p.x, one.low.x, other.low.x, one.high.x, other.high.x);
-  const Two y = outside(p.y, one.low.y, other.low.y, one.high.y, other.high.y);
-  const Two z = outside(p.z, one.low.z, other.low.z, one.high.z, other.high.z);
-  return x * x + y * y + z * z;
 }
 
 /// Whether both of two triangles are farther than the best for sure, by their planes.
