@@ -140,7 +140,7 @@ TEST(VolumeCharts, TexelsMayFollowDetail) {
     const double ripple = x > 24 ? 0.5 * std::sin(1.3 * y) * std::sin(1.3 * z) : 0;
     return test::sphere_field(x - 23.5, y - 23.5, z - 23.5, 18) + ripple;
   });
-  ExtractOptions options = by_charts(300, 128);
+  ExtractOptions options = by_charts(500, 256);
   const ExtractResult even = extract(*test::device(), volume, options);
   options.density = TexelDensity::detail;
   const ExtractResult uneven = extract(*test::device(), volume, options);
