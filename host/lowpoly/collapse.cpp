@@ -18,6 +18,9 @@ constexpr double kBorderWeight = 10;
 /// Share of the squared edge length that counts as deviation: where the surface is flat, short edges
 /// go first and triangles stay even. With 1e-5, faces stayed there that curved places need.
 constexpr double kLengthWeight = 1e-8;
+/// Weight of the sum of planes so far beside planes of the mesh as it is. Without it, what a thin rim has lost is
+/// forgotten, and it loses more.
+constexpr double kMemory = 0.1;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
 /// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
 constexpr double kPenalty = 6;
@@ -54,7 +57,7 @@ void EdgeCollapser::build_quadrics() {
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     if (mesh_.alive[t] != 0) triangles.push_back(mesh_.triangles[t]);
   }
-  std::fill(quadrics_.begin(), quadrics_.end(), Quadric{});
+  for (Quadric& sum : quadrics_) sum *= kMemory;
   next_renewal_ = std::bit_floor(std::max<std::size_t>(mesh_.faces, 1) - 1);
   for (const Triangle& v : triangles) {
     const Vec3d normal = cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]);

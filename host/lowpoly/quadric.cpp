@@ -21,6 +21,12 @@ Quadric& Quadric::operator+=(const Quadric& o) {
   return *this;
 }
 
+Quadric& Quadric::operator*=(double weight) {
+  for (double* const value : {&xx, &xy, &xz, &yy, &yz, &zz, &x, &y, &z, &c, &area})
+    *value *= weight;
+  return *this;
+}
+
 double Quadric::at(const Vec3d& p) const {
   const double value = p.x * (xx * p.x + 2 * (xy * p.y + xz * p.z + x)) +
                        p.y * (yy * p.y + 2 * (yz * p.z + y)) + p.z * (zz * p.z + 2 * z) + c;

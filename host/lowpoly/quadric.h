@@ -16,6 +16,7 @@ struct Quadric {
   /// Adds weight * (gradient . p + offset)^2.
   void add_linear(const Vec3d& gradient, double offset, double weight);
   Quadric& operator+=(const Quadric& other);
+  Quadric& operator*=(double weight);
   /// The sum at a point, at least 0.
   double at(const Vec3d& p) const;
   /// Where the sum is least, near the edge from a to b: with a slight pull to its middle, which decides
