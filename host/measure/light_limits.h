@@ -39,8 +39,10 @@ inline constexpr double kSurely = 1.3;
 /// Times the lightest: what of other sizes is shown beside it.
 inline constexpr std::uint64_t kShown = 4;
 /// Another size is tried once with this share of the lightest's bytes, unless a map of it was made with faces within
-/// this factor, or so many times the error is expected of it: that is known from other meshes alone.
-inline constexpr double kLighter = 0.93, kOtherFaces = 1.5, kPerhaps = 1.2;
+/// this factor, or so many times the error is expected of it: that is known from other meshes alone. More is allowed
+/// while few maps were tried.
+inline constexpr double kLighter = 0.93, kOtherFaces = 1.5, kPerhaps = 1.2, kPerhapsEarly = 1.4;
+inline constexpr std::size_t kFewTrials = 2;
 /// Texels a face that a map has at least: with fewer it shows no more than vertices do.
 inline constexpr double kTexelsOfFace = 2;
 /// Fewer bytes than this share must be expected for another trial.

@@ -129,6 +129,8 @@ class LightPlanner {
   /// Errors of one size were known from other meshes alone: once, whether they are less. \returns false if none is
   bool try_another_size() {
     if (std::exchange(tried_another_, true)) return false;
+    // The fewer maps were tried, the less guesses are worth.
+    const double perhaps = plan_.trials.size() < kFewTrials ? kPerhapsEarly : kPerhaps;
     for (std::size_t i = sizes_.size(); i-- > 0;) {
       const std::uint32_t size = sizes_[i];
       if (size == best_->trial.size) continue;
@@ -136,7 +138,7 @@ class LightPlanner {
       std::size_t level = finest();
       while (level + 1 < levels().count() && weight(level, size) > most) ++level;
       if (weight(level, size) > most || !has_texels(looks_.faces(level), size) ||
-          model().guessed(level, size) > kPerhaps * options_.max_error ||
+          model().guessed(level, size) > perhaps * options_.max_error ||
           tried_about(plan_.trials, looks_.faces(level), size)) {
         continue;
       }
