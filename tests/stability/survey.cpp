@@ -281,11 +281,10 @@ std::string Survey::tables() {
     text += "\n";
     legend += "- *" + scene.name + "*: " + scene.what + "\n";
   }
-  text +=
-      "\n" + legend +
-      "\nHow far the map of a bumpy sphere moves where the input is disturbed: mean / largest "
-      "angle in degrees, and the share of texels that move by more than 1 degree or come or go, "
-      "%:\n\n| |";
+  text += "\n" + legend +
+          "\nHow far the map of a bumpy sphere moves where the input is disturbed: mean / largest "
+          "angle in degrees, and the share of texels that move by over 1 degree or come or go, "
+          "%:\n\n| |";
   for (const Way& way : ways_) text += " " + way.name + " |";
   text += "\n| --- |";
   for (std::size_t i = 0; i < ways_.size(); ++i) text += " --: |";
