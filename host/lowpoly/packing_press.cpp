@@ -131,7 +131,7 @@ bool PackingPress::begin(const Sheet& from, const Packed& packed) {
   const double grow = static_cast<double>(sheet_.cells) / from.cells;
   for (std::uint32_t i = 0; i < spots_.size(); ++i) {
     Spot& spot = spots_[i];
-    spot.turn = static_cast<std::uint32_t>(packed.turn[i]);
+    spot.turn = static_cast<std::uint8_t>(packed.turn[i]);  // All are placed, so none is below 0.
     const ChartMask &mask = mask_of(i, spot.turn),
                     &old = from.masks[std::size_t{i} * ChartSheets::kTurns + spot.turn];
     if (std::max(mask.width, mask.height) > sheet_.cells) return false;

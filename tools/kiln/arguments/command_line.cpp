@@ -173,7 +173,7 @@ namespace {
 
 /// In plain words what the parser says in its own.
 std::string in_words(const CLI::ParseError& error) {
-  const std::string text = error.what();
+  std::string text = error.what();
   const auto after = [&](std::string_view words) {
     const std::size_t at = text.find(words);
     return at == text.npos ? at : at + words.size();

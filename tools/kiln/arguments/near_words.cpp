@@ -90,7 +90,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   std::string name = word;
   std::replace(name.begin(), name.end(), '-', '_');
   for (const OtherName& other : kOtherNames) {
-    const std::string ours(other.ours);
+    std::string ours(other.ours);
     if (other.theirs == name && std::find(words.begin(), words.end(), ours) != words.end()) {
       return ours;
     }
