@@ -341,7 +341,7 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
        ++round) {
     const auto body = [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const auto seed = static_cast<std::uint32_t>(round * kSearches + i + 1);
+        const std::uint32_t seed = round * kSearches + static_cast<std::uint32_t>(i) + 1;
         searches[i] = search_packing(outlines, size, padding, kSearchTries, seed, &start);
       }
     };
