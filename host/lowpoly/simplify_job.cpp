@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -47,19 +48,19 @@ std::size_t goal_of_start(std::size_t faces) {
 
 /// \param place_of  of a triangle without area (false), or of one that is folded (true)
 void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)>& place_of) {
-  const auto warn = [&](const char* code, std::uint64_t count, const std::string& what) {
+  const auto warn = [&](const char* code, std::uint64_t count, const char* what,
+                        std::optional<bool> folded = {}) {
     if (count == 0) return;
-    report.warnings.push_back(
-        {code, std::to_string(count) + what + "; ask for more faces, or repair the high poly there",
-         count});
+    const std::string where = folded ? ", one " + place_of(*folded) : "";
+    report.warnings.push_back({code,
+                               std::to_string(count) + what + where +
+                                   "; ask for more faces, or repair the high poly there",
+                               count});
   };
-  if (report.folded > 0)
-    warn("folded-triangles", report.folded,
-         " triangles of the low poly face away from the high poly and could not be mended, one " +
-             place_of(true));
-  if (report.without_area > 0)
-    warn("flat-triangles", report.without_area,
-         " triangles of the low poly have no area and could not be mended, one " + place_of(false));
+  warn("folded-triangles", report.folded,
+       " triangles of the low poly face away from the high poly and could not be mended", true);
+  warn("flat-triangles", report.without_area,
+       " triangles of the low poly have no area and could not be mended", false);
   warn("new-holes", report.holes, " holes of the low poly are not in the high poly");
 }
 
