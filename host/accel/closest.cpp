@@ -40,7 +40,7 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
   const bool scalar = traversal_ != Traversal::cpu;
   const cl::Kernel kernel =
       context_->kernel("closest", scalar ? "kiln_closest_scalar" : "kiln_closest_run",
-                       scalar ? "-DKILN_CLOSEST_SCALAR=1" : "");
+                       tree_->defines(scalar ? "-DKILN_CLOSEST_SCALAR=1" : ""));
   kiln_closest_params params{};
   params.max_distance = query.max_distance;
   params.flags = query.two_sided ? KILN_CLOSEST_TWO_SIDED : 0;

@@ -39,11 +39,17 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   stats.nodes = bvh.node_count;
   stats.leaves_a_line = bvh.leaves_a_line;
   stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
+  guarded_ = bvh.guards != 0;
   const auto upload = Clock::now();
   nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
   blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
   stats.upload_seconds = seconds_since(upload);
   if (keep) kept_ = std::make_unique<Bvh>(std::move(bvh));
+}
+
+std::string Tree::defines(const std::string& more) const {
+  if (guarded_) return more;
+  return more.empty() ? "-DKILN_BVH_PLAIN=1" : "-DKILN_BVH_PLAIN=1 " + more;
 }
 
 void Tree::refit(cl::Context& context, std::span<const Vec3> positions,

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "accel/bvh.h"
 #include "cl/context.h"
@@ -37,6 +38,9 @@ struct Tree {
   void refit(cl::Context& context, std::span<const Vec3> positions,
              std::span<const Triangle> triangles);
 
+  /// What programs that walk this tree alone are built with, in front of `more`: -D options.
+  std::string defines(const std::string& more = {}) const;
+
   struct Stats {
     std::uint64_t triangles = 0;
     std::uint64_t skipped = 0;     ///< Non-finite or without area
@@ -54,6 +58,7 @@ struct Tree {
 
  private:
   std::unique_ptr<Bvh> kept_;
+  bool guarded_ = false;
 };
 
 }  // namespace kiln

@@ -43,8 +43,9 @@ struct RayCaster::Impl {
 
   void choose_variant(Traversal wanted) {
     traversal = choose_traversal(*context, wanted);
-    if (traversal == Traversal::gpu) defines = "-DKILN_RAY_SCALAR=1";
-    if (traversal == Traversal::cpu_single) defines = "-DKILN_RAY_SINGLE=1";
+    defines = tree->defines(traversal == Traversal::gpu          ? "-DKILN_RAY_SCALAR=1"
+                            : traversal == Traversal::cpu_single ? "-DKILN_RAY_SINGLE=1"
+                                                                 : "");
   }
 
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity,

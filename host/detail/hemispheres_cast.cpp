@@ -160,7 +160,8 @@ void Hemispheres::cast_own(const TexelBand& band, const Correspondence& match, b
                            const RayCaster& caster, const RayQuery& query) {
   const std::uint32_t together = kMostRays / set.count;
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
-  const cl::Kernel cast = context_.kernel("hemisphere_cast", "kiln_hemisphere_cast_own");
+  const cl::Kernel cast =
+      context_.kernel("hemisphere_cast", "kiln_hemisphere_cast_own", caster.tree().defines());
   over_pieces(band, match, second, set, together, [&](kiln_hemisphere_params params) {
     params.rays = set.count;
     make_room(context_, scratch_, std::size_t{params.count} * 6 * KILN_OCCLUSION_BLOCK);
@@ -202,7 +203,8 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
   make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
   make_room(context_, hits_, items * KILN_OCCLUSION_BLOCK);
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
-  const cl::Kernel cast = context_.kernel("hemisphere_cast", "kiln_hemisphere_cast");
+  const cl::Kernel cast =
+      context_.kernel("hemisphere_cast", "kiln_hemisphere_cast", caster.tree().defines());
   const std::uint32_t most = std::max(1U, kMostRays / params.stride);
   for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
     params.rays = std::min(most, set.count - params.first_ray);

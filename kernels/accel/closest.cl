@@ -17,6 +17,7 @@
 // Defines: KILN_CLOSEST_SCALAR  build the scalar kernel instead
 //          KILN_LANES           8 or 16, samples a vector; default by the device (lib/vector.clh)
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
+//          KILN_BVH_PLAIN       the tree has no guards (guard.clh)
 //
 // Strengths: needs no direction to be right, finds something wherever the mesh is near. Limits: a miss
 // costs a walk through everything within the distance. Samples beyond 2^20 frame units, or with a

@@ -1,8 +1,8 @@
 // Does a ray meet anything? The first hit found ends the walk; otherwise as in ray.cl.
 //
 // Rays of ambient occlusion start beside each other but run in all directions. So a work-item takes
-// a block of samples and sorts them by the signs of their directions and the largest axis, and within
-// that by direction; up to 64 at a time walk the tree together (stream.clh).
+// a block of samples and sorts them by the signs of their directions and the largest axis; up to 64 at a
+// time walk the tree together (stream.clh).
 //
 // | kernel                    | global size        | local | reads, writes a sample           |
 // | kiln_occlusion_any_stream | samples / 2048, up | 4     | 48 B (56 with reach) + tree, 1 B |
@@ -16,6 +16,7 @@
 //          KILN_RAY_SINGLE  build the wide kernel instead of the stream: for CPU drivers that turn
 //                           work-items into lanes. llvmpipe takes a minute and more to compile the
 //                           stream, and gets it wrong.
+//          KILN_BVH_PLAIN   see guard.clh
 // Limits: see ray.cl.
 #include "accel/occlusion_block.clh"
 #include "accel/traverse_scalar.clh"

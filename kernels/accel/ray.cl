@@ -17,6 +17,7 @@
 // Defines: KILN_RAY_SCALAR      build the scalar kernel instead of the beam
 //          KILN_LANES           8 or 16, rays a vector; default by the device (lib/vector.clh)
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
+//          KILN_BVH_PLAIN       the tree has no guards (guard.clh)
 //
 // Strengths: neighbouring samples (blocks of 8 x 8) share one walk. Limits: rays that have little in
 // common are walked one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.
