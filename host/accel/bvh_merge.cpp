@@ -46,11 +46,15 @@ Primitive* Merger::merge(Primitive* first, Primitive* last) const {
 std::size_t Merger::leaf(const Primitive* first, const Primitive* last,
                          std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) const {
   std::size_t count = 0;
+  // Most triangles differ in their boxes already, which lie side by side.
+  float low[KILN_BVH_LEAF_TRIANGLES];
   for (; first != last; ++first) {
     const std::uint32_t index = first->triangle();
+    const float x = first->box.lo[0];
     std::size_t at = 0;
-    while (at < count && !(drop_ && same_corners(found[at], index))) ++at;
+    while (at < count && !(drop_ && low[at] == x && same_corners(found[at], index))) ++at;
     found[at] = at < count ? std::min(found[at], index) : index;
+    low[at] = x;
     if (at == count) ++count;
   }
   return count;

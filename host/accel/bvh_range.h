@@ -57,6 +57,18 @@ struct Range {
   bool is_leaf() const { return size() <= KILN_BVH_LEAF_TRIANGLES; }
 };
 
+/// No wider than this, a quotient by the extent could overflow: such an axis is not split.
+inline constexpr float kNoExtent = 1e-30f;
+
+/// All centres are one: Mapping has a scale on no axis.
+inline bool is_flat(const Range& range) {
+  const Float4 extent = range.centers.hi - range.centers.lo;
+  const auto is_split = [&](int axis) {
+    return extent[axis] > kNoExtent && extent[axis] < kInfinity;
+  };
+  return !is_split(0) && !is_split(1) && !is_split(2);
+}
+
 struct Bin {
   Box box;
   std::uint32_t count = 0;
@@ -73,13 +85,10 @@ struct Mapping {
     count = static_cast<int>(std::min<std::size_t>(kMaxBins, 4 + range.size() / 8));
     const Float4 extent = range.centers.hi - range.centers.lo;
     for (int axis = 0; axis < 4; ++axis) {
-      // Below 1e-30 the quotient could overflow; such an axis is not split.
-      const bool usable = axis < 3 && extent[axis] > 1e-30f;
+      const bool usable = axis < 3 && extent[axis] > kNoExtent;
       scale[axis] = usable ? 0.9999f * static_cast<float>(count) / extent[axis] : 0.0f;
     }
   }
-  /// All centres are one.
-  bool is_flat() const { return scale[0] == 0 && scale[1] == 0 && scale[2] == 0; }
   Int4 bins_of(const Primitive& primitive) const {
     const Float4 place = (primitive.center() - origin) * scale;
     const Int4 index = __builtin_convertvector(place, Int4);

@@ -122,12 +122,11 @@ std::array<float, kSides> supports(const Corners& corners, const std::array<Vec3
   constexpr std::size_t kGroups = kSides / 4;
   Float4 wx[kGroups], wy[kGroups], wz[kGroups], most[kGroups];
   for (std::size_t g = 0; g < kGroups; ++g) {
-    for (int k = 0; k < 4; ++k) {
-      const Vec3 way = to_float(ways[4 * g + static_cast<std::size_t>(k)]);
-      wx[g][k] = way.x;
-      wy[g][k] = way.y;
-      wz[g][k] = way.z;
-    }
+    const Vec3 a = to_float(ways[4 * g]), b = to_float(ways[4 * g + 1]);
+    const Vec3 c = to_float(ways[4 * g + 2]), d = to_float(ways[4 * g + 3]);
+    wx[g] = Float4{a.x, b.x, c.x, d.x};
+    wy[g] = Float4{a.y, b.y, c.y, d.y};
+    wz[g] = Float4{a.z, b.z, c.z, d.z};
     most[g] = splat(-std::numeric_limits<float>::infinity());
   }
   for (std::size_t i = 0; i < corners.x.size(); ++i) {
