@@ -200,28 +200,11 @@ class Builder {
       measure(right);
       return;
     }
-    left.end = right.begin = part(range, mapping, chosen);
+    Primitive* const first = primitives_.get();
+    left.end = right.begin =
+        range.begin + part({first + range.begin, first + range.end}, mapping, chosen);
     measure(left);
     measure(right);
-  }
-
-  /// Moves what lies in bins before the split's to the front. \returns its end
-  /// No branch depends on a triangle: half of them would be foretold wrongly.
-  std::size_t part(const Range& range, const Mapping& mapping, const Split& split) {
-    // Centres of an axis that is split have a finite extent: none is overflown, and bins_of only rounds down.
-    const int axis = split.axis;
-    const float origin = mapping.origin[axis];
-    const float scale = mapping.scale[axis];
-    const auto bin = static_cast<float>(split.bin);
-    std::size_t end = range.begin;
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      const Primitive primitive = primitives_[i];
-      const float center = primitives_[i].box.lo[axis] + primitives_[i].box.hi[axis];
-      primitives_[i] = primitives_[end];
-      primitives_[end] = primitive;
-      end += (center - origin) * scale < bin ? 1 : 0;
-    }
-    return end;
   }
 
   /// Where the sides of a split overlap much: chooses one whose sides do not. Where there is none, all boxes lie

@@ -137,6 +137,10 @@ inline Split best_split(const Bins& bins, const Mapping& mapping) {
   return best;
 }
 
+/// Moves what lies in bins before the split's to the front. \returns how many these are
+/// No branch depends on a triangle: half of them would be foretold wrongly.
+std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split);
+
 /// How much of the two sides' common length along the split's axis both cover: 0 where they lie apart.
 float overlap(const Bins& bins, const Mapping& mapping, const Split& split);
 

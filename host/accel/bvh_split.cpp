@@ -5,6 +5,22 @@
 
 namespace kiln::bvh {
 
+std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split) {
+  // Centres of an axis that is split have a finite extent: none is overflown, and bins_of only rounds down.
+  const int axis = split.axis;
+  const float origin = mapping.origin[axis], scale = mapping.scale[axis];
+  const auto bin = static_cast<float>(split.bin);
+  std::size_t end = 0;
+  for (Primitive& here : primitives) {
+    const Primitive primitive = here;
+    const float center = here.box.lo[axis] + here.box.hi[axis];
+    here = primitives[end];
+    primitives[end] = primitive;
+    end += (center - origin) * scale < bin ? 1 : 0;
+  }
+  return end;
+}
+
 float overlap(const Bins& bins, const Mapping& mapping, const Split& split) {
   const auto axis = static_cast<std::size_t>(split.axis);
   Box left, right;
