@@ -108,9 +108,9 @@ struct VisibilityOptions {
     Vec3 direction = {};  ///< From the mesh to the viewer, of any length above 0
     double weight = 1;    ///< 0 or more
   };
-  /// 1 to 4; above 1 only with MatchMethod::visibility at texels, for this many maps: where the directions
-  /// that see a texel scatter, they are parted into so many clusters, each with a map of its own (Tarini et
-  /// al., section 6). Elsewhere the maps are the same.
+  /// 1 to 4; above 1 only with MatchMethod::visibility at texels, for this many maps. Where the
+  /// directions that see a texel scatter, they are parted into so many clusters. Each has a map of
+  /// its own (Tarini et al., section 6). Elsewhere the maps are the same.
   std::uint32_t clusters = 1;
   /// Standard deviation above which a texel's directions are parted, 0 to 1. That of an open plane is 0.745.
   double cluster_deviation = 0.8;
