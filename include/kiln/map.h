@@ -196,6 +196,10 @@ struct MapInfo {
   bool is_color = false;
   /// Normals of this space whatever BakeOptions::space says, so that one bake has several. None: of that one.
   std::optional<NormalMapSpace> space = {};
+  bool takes_color = false;    ///< It holds BakeOptions::color
+  bool takes_opacity = false;  ///< It holds BakeOptions::opacity
+  /// What other programs call it, separated by blanks: messages answer to these names.
+  std::string_view other_names = {};
 };
 
 /// One map of a bake.

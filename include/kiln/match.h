@@ -209,6 +209,10 @@ struct MatchInfo {
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
   bool takes_clusters = false;    ///< It obeys VisibilityOptions::clusters
+  /// It looks all around, not along a line: it finds a point wherever the high poly is near.
+  bool looks_around = false;
+  /// What other programs call it, separated by blanks: messages answer to these names.
+  std::string_view other_names = {};
 };
 
 /// All of them, in the order that they are listed to people. Constant, and as long-lived as the program: any
