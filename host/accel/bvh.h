@@ -34,7 +34,7 @@ struct Bvh {
 };
 
 /// Builds top down by the surface area heuristic over binned centroids (Wald 2007, "On fast
-/// construction of SAH-based bounding volume hierarchies"), opening the child with the largest
+/// construction of SAH-based bounding volume hierarchies"). It opens the child with the largest
 /// surface until a node has 8 children (Wald, Benthin, Boulos 2008, section 3).
 ///
 /// The tree is the same for any number of threads. Its depth is bounded for any input: from a fixed

@@ -162,8 +162,8 @@ inline Float4 corner_of(std::span<const Vec3> positions, const Triangle& triangl
 Corner widest_corner(std::span<const Primitive> primitives, std::span<const Vec3> positions,
                      std::span<const Triangle> triangles);
 
-/// Triangles of one centre: drops those that are the same as one of a lower index, and orders the others by
-/// the size of their boxes. Only such ranges can hold triangles that are the same.
+/// Triangles of one centre: drops each that is the same as one of a lower index. The others are
+/// ordered by the size of their boxes. Only such ranges can hold triangles that are the same.
 class Merger {
  public:
   /// \param drop  false: only order them

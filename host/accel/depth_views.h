@@ -39,8 +39,8 @@ class DepthViews {
   DepthViews(cl::Context& context, Rasterizer& rasterizer, const std::vector<Vec3d>& directions,
              std::uint32_t size, bool two_sided, const ViewArea& area);
 
-  /// Improves the correspondence of samples [0, count) of `points`, where a view is better than what
-  /// `score` says was found so far; of equally good ones the first that was ever asked stays.
+  /// Improves the correspondence of samples [0, count) of `points`, where a view is better than the
+  /// `score` so far; of equally good ones the first that was ever asked stays.
   void match(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
              const ViewQuery& query, const cl::Array<float>& score, Correspondence& result) const;
 

@@ -32,9 +32,9 @@ struct Tree {
   Tree(cl::Context& context, std::span<const Vec3> positions, std::span<const Triangle> triangles,
        bool keep = false);
 
-  /// Fits boxes and leaves to moved positions; the topology stays. Searches give the same answers as with
-  /// a tree built anew, but take longer the farther triangles of a leaf have parted.
-  /// The same triangles must have an area as before. A tenth of the time of building it.
+  /// Fits boxes and leaves to moved positions; the topology stays. Searches give the same answers
+  /// as with a tree built anew. They take longer the farther triangles of a leaf have parted. The
+  /// same triangles must have an area as before. A tenth of the time of building it.
   void refit(cl::Context& context, std::span<const Vec3> positions,
              std::span<const Triangle> triangles);
 

@@ -18,10 +18,10 @@ struct RasterChunks {
   double diagonals = 0;  ///< Squared, of its chunks' boxes
 };
 
-/// Cuts a mesh so that every triangle whose vertices are finite is in one chunk: in the mesh's own order
-/// where that keeps what is close together close together, else along a Morton curve of the triangles'
-/// centroids (Morton 1966, "A computer oriented geodetic data base"). The same mesh gives the same chunks
-/// on any number of threads.
+/// Cuts a mesh so that every triangle whose vertices are finite is in one chunk: in the mesh's own
+/// order where that keeps neighbours together. Else along a Morton curve of the triangles'
+/// centroids (Morton 1966, "A computer oriented geodetic data base"). The same mesh gives the same
+/// chunks on any number of threads.
 /// \param positions  within 0.5 of the origin; what lies beyond is cut, too, but not as well
 std::vector<RasterChunks> make_raster_chunks(std::span<const Vec3> positions,
                                              std::span<const Triangle> triangles);

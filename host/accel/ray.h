@@ -35,8 +35,8 @@ struct RayQuery {
 /// The traversal kernels of rays, and the hierarchy that they walk.
 ///
 /// The intersection test is watertight (after Woop, Benthin, Wald 2013): no ray slips between two
-/// triangles that share an edge or a vertex. Ties go to the smaller triangle index. So the result is
-/// a function of the triangles and the ray alone, and not of the tree, the variant or the threads.
+/// triangles that share an edge or a vertex. Ties go to the smaller triangle index. So the result
+/// is a function of the triangles and the ray alone: tree, variant and threads change nothing.
 class RayCaster {
  public:
   /// Builds the tree on the host and uploads it.

@@ -20,11 +20,11 @@ struct BakedScene {
   const Layers& layers;  ///< As they are before padding
 };
 
-/// Fills BakeReport::errors. Up to 2,000 texels, spread evenly over the baked texels, are made anew in two
-/// ways: maps of rays at the same points with 4096 rays; and all maps that are averages from 4 x 4 times as
-/// many points a texel (16 x 16 at most), each matched by itself, with as many rays a texel. The second takes
-/// the texel's own area into account, and whatever the match does between points. A saved match has no further
-/// points, so it is compared in the first way alone.
+/// Fills BakeReport::errors. Up to 2,000 texels, spread evenly over the baked texels, are made anew
+/// in two ways: maps of rays at the same points with 4096 rays; maps that are averages from 4 x 4
+/// times as many points a texel (16 x 16 at most). There each point is matched by itself, and a texel
+/// has as many rays. The second takes the texel's own area into account, and whatever the match does
+/// between points. A saved match has no further points, so it is compared in the first way alone.
 void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeReport& report);
 
 }  // namespace kiln

@@ -103,7 +103,7 @@ void warn_about_loss(const RecallReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
   if (recall.lost < kWarnFrom) return;
   char text[160];
-  std::snprintf(text, sizeof text, "%.1f%% of what views show of the high poly near the low poly ",
+  std::snprintf(text, sizeof text, "%.1f%% of the high poly's visible surface near the low poly ",
                 100 * recall.lost);
   std::string message = text;
   std::snprintf(text, sizeof text, "is on no texel, most of it (%.1f%%) around ",

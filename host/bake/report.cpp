@@ -26,7 +26,7 @@ std::string miss_advice(const BakeReport& report) {
            finders() + ").";
   }
   if (!report.views) {
-    return "check that both meshes lie in the same place, raise max_distance, or add two_sided "
+    return "check that both meshes lie in the same place. Raise max_distance, or add two_sided "
            "where the high poly's faces look inward.";
   }
   std::string advice =

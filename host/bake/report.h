@@ -23,8 +23,8 @@ void clear_counts(BakeReport& report);
 void count_samples(BandReads& reads, const Correspondence& match, double unit, BakeReport& report,
                    double& distance_sum);
 
-/// Warns of texels whose normals point below the surface, where the third component, and its sign with it,
-/// is left out: they were pulled up to the horizon.
+/// Warns of texels whose normals point below the surface, where the third component is left out and
+/// loses its sign: they were pulled up to the horizon.
 /// \param image  unit vectors as they are, before encoding; coverage as of Layers
 void warn_below_surface(std::string_view map, const Image& image,
                         std::span<const std::uint8_t> coverage, BakeReport& report);

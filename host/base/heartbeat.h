@@ -17,8 +17,8 @@ struct Cancelled : Error {
   Cancelled() : Error(ErrorCode::cancelled, "Stopped: the progress callback said so.") {}
 };
 
-/// While it lives, beat() on the thread that made it calls the callback where it has not been called for a
-/// while. Of several on one thread the last one counts.
+/// While it lives, beat() calls the callback where that was not called for a while. It does so on
+/// the thread that made it. Of several on one thread the last one counts.
 class Heartbeat {
  public:
   /// \param callback  may be empty: then nothing changes

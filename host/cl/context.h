@@ -123,10 +123,10 @@ class Kernel {
 
 /// Context, in-order queue, built programs and memory account of one device.
 ///
-/// Any number of threads may use one. A thread sees its own commands done in its order, and those of
-/// others somewhere between; what a thread waits for includes what others had enqueued before. Arrays and
-/// buffers are not guarded: a thread that writes one keeps it to itself, or holds a lock until it has
-/// enqueued the last command that needs what was written.
+/// Any number of threads may use one. A thread sees its own commands done in its order, and those
+/// of others somewhere between; what a thread waits for includes what others had enqueued before.
+/// Arrays and buffers are not guarded: a thread that writes one keeps it to itself, or holds a
+/// lock. The lock lasts until the last command that needs the data is enqueued.
 class KILN_HIDDEN Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);

@@ -14,6 +14,7 @@ MapRow ao_map() {
       1};
   row.info.takes_max_error = row.info.takes_rays = row.info.takes_back_faces =
       row.info.takes_views = row.info.takes_falloff = true;
+  row.info.other_names = "ambient_occlusion occlusion";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::open);

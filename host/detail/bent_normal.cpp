@@ -72,6 +72,7 @@ MapRow bent_normal_map() {
               1};
   row.info.takes_rays = row.info.takes_back_faces = row.info.takes_views = row.info.takes_falloff =
       true;
+  row.info.other_names = "bent";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<BentNormal>(request);

@@ -77,7 +77,8 @@ MapRow color_map() {
               "else its vertex colours",
               0,
               1};
-  row.info.is_color = row.info.fills_misses = true;
+  row.info.is_color = row.info.fills_misses = row.info.takes_color = true;
+  row.info.other_names = "albedo base_color basecolor colour diffuse diffuse_color";
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, color_map().info,
@@ -95,7 +96,8 @@ MapRow opacity_map() {
               "how opaque the high poly is, 0 to 1: its texture's alpha, or else its vertices'",
               0,
               1};
-  row.info.fills_misses = true;
+  row.info.fills_misses = row.info.takes_opacity = true;
+  row.info.other_names = "alpha";
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, opacity_map().info,

@@ -91,19 +91,24 @@ MapRow bend_map(const MapInfo& info, bool apart) {
 }  // namespace
 
 MapRow curvature_map() {
-  return bend_map({MapKind{"curvature"}, 1, MapType::signed_scalar,
-                   "signed mean curvature of the high poly around the point, positive where "
-                   "convex, 1 / world unit",
-                   0, 0},
-                  false);
+  MapRow row = bend_map({MapKind{"curvature"}, 1, MapType::signed_scalar,
+                         "signed mean curvature of the high poly around the point, positive where "
+                         "convex, 1 / world unit",
+                         0, 0},
+                        false);
+  row.info.other_names = "cavity";
+  return row;
 }
 
 MapRow convexity_map() {
-  return bend_map({MapKind{"convexity"}, 3, MapType::vector,
-                   "magnitude of that curvature: red where convex, green where concave, blue both, "
-                   "1 / world unit",
-                   0, 0},
-                  true);
+  MapRow row =
+      bend_map({MapKind{"convexity"}, 3, MapType::vector,
+                "magnitude of that curvature: red where convex, green where concave, blue both, "
+                "1 / world unit",
+                0, 0},
+               true);
+  row.info.other_names = "concavity";
+  return row;
 }
 
 }  // namespace kiln

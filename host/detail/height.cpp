@@ -11,6 +11,7 @@ MapRow height_map() {
               "signed distance from low poly to high poly along the match's direction, world units",
               0,
               0};
+  row.info.other_names = "bump";
   row.follows_positions = true;
   row.unit = "world units";
   row.make = [](const MapRequest& request) {

@@ -23,8 +23,8 @@ namespace kiln {
 /// Sums over each sample's rays (kernels/detail/hemisphere.cl). They depend on the sample's point, its normal
 /// and its place in the map alone.
 ///
-/// A sample for which nothing was found has the low poly's own point and normal with MissPolicy::keep, and
-/// no meaning else. Of a second correspondence, whose values are mixed with the first one's, only samples
+/// With MissPolicy::keep, a missed sample has the low poly's own point and normal; else it has no
+/// meaning. Of a second correspondence, whose values are mixed with the first one's, only samples
 /// with a triangle have one.
 class Hemispheres : public SharedWork {
  public:
@@ -90,7 +90,7 @@ class Hemispheres : public SharedWork {
     std::vector<std::uint32_t> cast;  // the round of the last rays
     std::uint32_t round = 0, turn = 0;
   };
-  /// Casts another `rays` rays of each sample of some texels for a, and as many for b where asked for both.
+  /// Casts another `rays` rays of each sample of some texels for a. Where asked for both, as many for b.
   void estimate(Estimates& of, const std::vector<std::uint32_t>& texels, std::uint32_t rays,
                 std::span<std::vector<std::uint32_t>* const> open);
   ShareFilter::Result filtered(const Estimates& of);

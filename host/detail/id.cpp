@@ -111,6 +111,7 @@ MapRow id_map() {
               0,
               1};
   row.info.takes_id_by = true;
+  row.info.other_names = "material_id object_id";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, id_map().info,
                           std::unique_ptr<PointFunction>(

@@ -183,12 +183,15 @@ MapRow normal_map() {
   MapRow row =
       normals_of(MapKind::normal, "normal of the high poly, in the space that is asked for", {});
   row.info.shades = true;
+  row.info.other_names = "tangent_normal";
   return row;
 }
 
 MapRow normal_object_map() {
-  return normals_of(MapKind{"normal_object"}, "normal of the high poly, in object space",
-                    NormalMapSpace::object);
+  MapRow row = normals_of(MapKind{"normal_object"}, "normal of the high poly, in object space",
+                          NormalMapSpace::object);
+  row.info.other_names = "object_normal world_normal wsnormal world_space_normal";
+  return row;
 }
 
 MapRow normal_face_map() {

@@ -26,8 +26,8 @@ struct DensePoint {
   bool has_uv =
       false;  ///< The two below are known: they were asked for, and the high poly has them
   std::array<double, 2> uv;  ///< The high poly's there
-  /// Sides of the sample's share of its texel (rightwards, downwards), carried along the low poly's normal onto
-  /// the high poly's triangle, in its UVs.
+  /// Sides of the sample's share of its texel (rightwards, downwards), in UVs of the high poly's
+  /// triangle: carried there along the low poly's normal.
   std::array<std::array<double, 2>, 2> uv_sides;
   Vec3d
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does

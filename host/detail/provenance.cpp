@@ -40,8 +40,8 @@ MapRow provenance_map() {
       MapKind{"provenance"},
       3,
       MapType::id,
-      "how the point was found: green ray outward, lime ray outward past a nearer face, blue "
-      "ray inward, yellow cage, orange depth view, cyan nearest point, grey UV, magenta missed",
+      "how the point was found. Rays: green outward, lime outward past a nearer face, blue inward, "
+      "yellow from a cage. Others: orange depth view, cyan nearest point, grey UV, magenta missed",
       0,
       1};
   // It follows the match alone; but texels that are read for changed normals have no status.

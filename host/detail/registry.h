@@ -67,7 +67,7 @@ struct MapRow {
   MapInfo info;
   /// It reads positions or distances, so it changes wherever vertices of the high poly move.
   bool follows_positions = false;
-  /// It reads more of the high poly than the matched points, so any change of it may show in any texel.
+  /// It reads more of the high poly than the matched points. Any change of the mesh may show in any texel.
   bool reads_around = false;
   /// Of its values, where MapInfo does not tell: "world units".
   std::string_view unit = {};

@@ -15,11 +15,11 @@ namespace kiln {
 
 /// Chooses for each place how often to smooth, by two estimates of every texel from other rays.
 ///
-/// Smoothed by itself, one estimate is held against the other, unsmoothed one: the mean square of their
-/// difference is what the latter's noise makes of it, plus what smoothing lost, plus the noise that it left.
-/// The noise is the same for all that is held against it, so what smoothing lost is known over some texels
-/// (the choice among a bank of filters after Rousselle, Knaus and Zwicker, "Adaptive Rendering with Non-Local
-/// Means Filtering", 2012). The same bytes on every device and number of threads.
+/// Smoothed by itself, one estimate is held against the other, unsmoothed one: the mean square of
+/// their difference has three parts: the latter's noise, the detail that smoothing lost, and the
+/// noise that it left. The noise is the same for all of them, so the lost detail is known over some
+/// texels (the choice among a bank of filters after Rousselle, Knaus and Zwicker, "Adaptive Rendering
+/// with Non-Local Means Filtering", 2012). The same bytes on every device and number of threads.
 class ShareFilter {
  public:
   ShareFilter(cl::Context& context, const LowSurface& surface, std::uint32_t width,

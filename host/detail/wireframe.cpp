@@ -56,6 +56,7 @@ MapRow wireframe_map() {
               "edges of the high poly: 1 on an edge, 0 from one texel off",
               0,
               1};
+  row.info.other_names = "wireframe_and_ray_fails";
   row.follows_positions = row.of_texels = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, wireframe_map().info,

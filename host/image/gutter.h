@@ -27,14 +27,14 @@ struct GutterOptions {
 
 /// Fills empty texels near charts in place and marks them kCoverageGutter.
 ///
-/// With a finite width, an empty texel takes the value of the nearest baked texel (Euclidean distance
-/// between centres, ties to the lowest row, then column) where that is at most `texels` away. With -1, the
-/// rest is filled by push-pull (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring of
-/// nearest values. Baked texels never change. Missed texels that are to be filled take push-pull values
-/// from baked ones and stay marked missed; missed texels that are not count as baked.
-/// The nearest texels are found on the device (kernels/image.cl), exactly, in bands of rows; values are
-/// copied and averaged on the host's threads. Nothing wraps around the borders. The same bytes on every
-/// device and number of threads. Where nothing is baked, nothing changes.
+/// With a finite width, an empty texel takes the value of the nearest baked texel, at most `texels`
+/// away (Euclidean distance between centres, ties to the lowest row, then column). With -1, the
+/// rest is filled by push-pull (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring
+/// of nearest values. Baked texels never change. Missed texels that are to be filled take push-pull
+/// values from baked ones and stay marked missed; missed texels that are not count as baked. The
+/// nearest texels are found on the device (kernels/image.cl), exactly, in bands of rows; values are
+/// copied and averaged on the host's threads. Nothing wraps around the borders. The same bytes on
+/// every device and number of threads. Where nothing is baked, nothing changes.
 /// \returns how many texels became gutter
 /// \throws Error(usage) for a width below -1, Error(device)
 std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,

@@ -39,22 +39,22 @@ struct MipLevel {
 
 /// Makes all levels below a map, down to 1 x 1; sides halve, rounded down.
 ///
-/// Ordinary box filtering bleeds across the borders of charts (Wang, Froehlich and Goebel, "Fast Normal
-/// Map Generation for Simplified Meshes", section 6). Here a texel stands for one chart: the one that
-/// covers most of it, the lowest of equals. Its value is the mean over all that this chart has of the
-/// texel in level 0, and over nothing else: neither other charts nor the empty space between. To that
-/// end each texel keeps, per chart that reaches into it, the covered area and the mean, level for level;
-/// no chart is given up on the way down where another wins a level.
+/// Ordinary box filtering bleeds across the borders of charts (Wang, Froehlich and Goebel, "Fast
+/// Normal Map Generation for Simplified Meshes", section 6). Here a texel stands for one chart: the
+/// one that covers most of it, the lowest of equals. Its value is the mean over this chart's part
+/// of the texel in level 0, and over nothing else: neither other charts nor the empty space
+/// between. To that end each texel keeps, level for level, the covered area and the mean of each
+/// chart there; no chart is given up on the way down where another wins a level.
 ///
-/// Where a side is odd, a texel reaches over three, weighted by the area it covers of each (Guthe and
-/// Heckbert, "Non-Power-of-Two Mipmap Creation", NVIDIA TR-01838-001, 2005), so that no row is left out
-/// and none counts twice.
+/// Where a side is odd, a texel reaches over three, weighted by the area that it covers of each
+/// (Guthe and Heckbert, "Non-Power-of-Two Mipmap Creation", NVIDIA TR-01838-001, 2005). So no row
+/// is left out, and none counts twice.
 ///
 /// Vectors are made unit in the result only. What goes down the chain is the mean as it is, shorter
-/// where directions differ: means of means, weighted by area, are then the very mean over level 0, and
-/// its direction the one with the least sum of squared chords to all the vectors under the texel. Made
-/// unit on the way, a rough patch would count as much as a smooth one, more than it should. Where
-/// vectors cancel (a mean shorter than 1e-6), the first one's direction is taken, by rows. A map that is
+/// where directions differ: means of means, weighted by area, are then the very mean over level 0.
+/// Its direction has the least sum of squared chords to all vectors under the texel. Made unit on
+/// the way, a rough patch would count as much as a smooth one, more than it should. Where vectors
+/// cancel (a mean shorter than 1e-6), the first one's direction is taken, by rows. A map that is
 /// constant over a chart stays so to the last bit.
 ///
 /// Texels marked missed that have no value count only where nothing else covers a texel; it is then

@@ -12,8 +12,8 @@ namespace kiln {
 /// et al., "The Lumigraph", 1996, section 3.4).
 ///
 /// Push: each coarser level holds the average of the known ones among 2 x 2 texels. Pull, from the
-/// coarsest: an unknown texel takes the bilinear interpolation (9, 3, 3, 1)/16 of the four nearest
-/// texels of the coarser level, without wrapping at the borders. The sums' order is fixed: the result
+/// coarsest: an unknown texel takes the bilinear interpolation (9, 3, 3, 1)/16 of the coarser
+/// level's four nearest texels. Nothing wraps at the borders. The sums' order is fixed: the result
 /// does not depend on the number of threads. Takes a third of the image's memory.
 ///
 /// \param known   per texel: 1 where the value counts, else 0

@@ -16,9 +16,9 @@ struct Bevels {
   float median = 0;           ///< Of those found; 0 where none was
 };
 
-/// Looks at the high poly along the low poly's faces' own normals, at several places along each hard edge and
-/// several distances from it. A bevel ends where the high poly is parallel to the face; rays turn over two
-/// fifths of its width, or over twice what the high poly lies farther out on both sides, where that is more.
+/// Looks at the high poly along the normals of the low poly's faces. It does so at several places along each hard
+/// edge and several distances from it. A bevel ends where the high poly is parallel to the face; rays turn over two
+/// fifths of its width. Or, where that is more, over twice how much farther out the high poly lies on both sides.
 /// \param reach  how far to look each way
 /// \param parts  places find their own part alone; may be null
 Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const HardEdges& hard,

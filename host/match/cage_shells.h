@@ -15,9 +15,9 @@ struct CageShells {
 };
 
 /// Each vertex takes the most that places on the faces around it need, and a quarter more. Steps to
-/// neighbours are smoothed, upward. Then places in their order move the corners of their triangles as little
-/// as puts them between what they need and what bounds them, round by round. Needs have the last word: a lost
-/// part is seen, and where bounds are broken other parts mostly hide the place.
+/// neighbours are smoothed, upward. Then places in their order move the corners of their triangles,
+/// round by round. The least move counts that puts a place between its need and its bound. Needs have
+/// the last word: a lost part is seen, and where bounds are broken other parts mostly hide the place.
 /// \param surface    whose vertices move along their directions
 /// \param vertex_of  three a triangle: vertices, equal in the same place
 /// \param margin     at least so much more, where there is room

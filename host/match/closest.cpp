@@ -27,7 +27,9 @@ MatchRow closest_match() {
   MatchRow row;
   row.info.method = MatchMethod::closest;
   row.info.searches = "the nearest point of a face that does not look away";
-  row.info.takes_parts = row.info.tells_recall = row.follows_bvh = row.finds_the_rest = true;
+  row.info.takes_parts = row.info.tells_recall = row.info.looks_around = row.follows_bvh =
+      row.finds_the_rest = true;
+  row.info.other_names = "nearest";
   row.plan_turn = 4;
   row.light_turn = 3;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {

@@ -32,7 +32,7 @@ class Matcher {
   /// Writes the correspondences of a band's samples; enqueued, or finished.
   virtual void run(const TexelBand& band, Correspondence& match) = 0;
 
-  /// Whether it reads more of a band than its points, so that it cannot be given some of the samples alone.
+  /// Whether it reads more of a band than its points: then it must be given all samples.
   virtual bool needs_band() const { return false; }
 
   /// Of each sample of the last band; empty where there is no fallback.

@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-/// Of the faces of the high poly within the distance that face the sample, the one farthest out along its
-/// direction: what a viewer there sees. Two bounds, both by the low poly:
+/// Of the high poly's faces that face the sample within the distance, the one farthest out along
+/// its direction: what a viewer there sees. Two bounds, both by the low poly:
 /// - The ray ends where it enters the low poly again: what lies beyond is another part's, or a fold's.
 /// - Where it leaves the low poly instead, the sample lies inside of another part, and nobody sees it:
 ///   the nearest face counts, as by RayRule::nearest.

@@ -75,6 +75,7 @@ MatchRow ray_match() {
   row.info.searches = "along the low poly's normal, outward first; from a cage inward";
   row.info.takes_cage = row.info.along_low = row.info.takes_parts = row.info.tells_recall =
       row.info.tells_reasons = row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
+  row.info.other_names = "rays raycast raycasting raytrace raytracing";
   row.plan_turn = row.light_turn = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();

@@ -298,7 +298,7 @@ class UvMatcher : public Matcher {
 MatchRow uv_match() {
   MatchRow row;
   row.info.method = MatchMethod::uv;
-  row.info.searches = "nothing: the point at the same UV";
+  row.info.searches = "the point at the same UV, without a search";
   row.info.needs_uvs = true;
   row.at_uvs = find_uv_points;
   row.info.looks_far = row.info.may_follow = false;

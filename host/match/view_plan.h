@@ -22,9 +22,9 @@ ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Trian
 double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t size);
 
-/// What views must show: everything within reach of the low poly, and no more, so that a floor or a stray
-/// face of the high poly far away does not take the pixels; all of the high poly where that is not much
-/// more. The high poly stays within what can be drawn: 60,000 pixels.
+/// What views must show: everything within reach of the low poly, and no more. So a floor or a
+/// stray face far away does not take the pixels; all of the high poly where that is not much more.
+/// The high poly stays within what can be drawn: 60,000 pixels.
 /// \param reach  frame units  \param dense_radius  of the high poly around the frame's origin
 ViewArea view_area(const LowSurface& surface, double reach, double dense_radius);
 void widen(ViewArea& area, double dense_radius, std::uint32_t size);
@@ -41,9 +41,9 @@ struct ViewPlan {
   std::vector<double> coverage;  ///< Share of the probed samples seen after each
 };
 
-/// Chooses views greedily by what they newly see, or see more along the normal (after Stuerzlinger 1999,
-/// "Imaging all visible surfaces", who covers surfaces by as few views as possible), from candidates spread
-/// over the sphere. Stops where one more would add less than `least_gain`, or at `limit` views.
+/// Chooses views from candidates spread over the sphere, greedily by what they newly see, or see more
+/// along the normal. After Stuerzlinger 1999, "Imaging all visible surfaces", who covers surfaces by as
+/// few views as possible. Stops where one more would add less than `least_gain`, or at `limit` views.
 /// \param points  probed samples: 6 planes of `capacity`
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
                     std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,

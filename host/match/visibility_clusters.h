@@ -17,10 +17,10 @@ struct SeeingDirection {
 
 /// Unit mean directions of the clusters; as many as asked for, or as there are directions.
 ///
-/// k-means on the sphere, beginning from the direction that is farthest from the mean, then each time the
-/// one that is farthest from all so far; 16 rounds; ties go to the lower index. So the same directions give
-/// the same clusters. They come ordered along a fixed axis, so that neighbouring places agree on which is
-/// which wherever that can be.
+/// k-means on the sphere. It begins from the direction farthest from the mean, then each time from
+/// the one farthest from all so far; 16 rounds; ties go to the lower index. So the same directions
+/// give the same clusters. They come ordered along a fixed axis, so that neighbouring places agree
+/// on which is which wherever that can be.
 std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
                                    std::uint32_t count);
 

@@ -25,8 +25,8 @@ struct BendSums {
 };
 
 /// Triangles in a balanced tree of boxes, with the sums of each box. What a ball costs has a bound:
-/// where more than 800 long triangles, or 3,200 short, cross its border (needles round one tip, sheets that
-/// lie on each other), it takes boxes of them, each by the share of one of its triangles.
+/// more than 800 long triangles, or 3,200 short, may cross its border (needles round one tip, sheets
+/// that lie on each other). Then it takes boxes of them, each by the share of one of its triangles.
 class BendTree {
  public:
   /// Memory that searches use again, and what they cost. One a thread.

@@ -10,11 +10,11 @@ namespace kiln {
 
 /// The chart of every triangle, numbered from 0 in the order of their first triangles.
 ///
-/// Two triangles are of one chart where a chain of shared edges connects them, an edge being shared
-/// where both its ends have the same position and the same UV, by value: meshes whose vertices are split
-/// (along hard edges, say) come out like welded ones, and charts that lie edge to edge in the layout
-/// but not on the surface stay apart. Triangles that touch in a corner only are not connected. Corners
-/// that are not finite are the same only where their indices are.
+/// Two triangles are of one chart where a chain of shared edges connects them. An edge is shared
+/// where both its ends have the same position and the same UV, by value. So meshes with split
+/// vertices (along hard edges, say) come out like welded ones. Charts that lie edge to edge in the
+/// layout alone stay apart. Triangles that touch in a corner only are not connected. Corners that
+/// are not finite are the same only where their indices are.
 ///
 /// Deterministic. About 0.5 s for a million triangles.
 /// \param mesh  with UVs; indices in range

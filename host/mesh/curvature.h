@@ -24,10 +24,10 @@ namespace kiln {
 /// of a thin wall.
 ///
 /// Parts of the mesh that fit in a box with a diagonal of 1/8 of the radius are not clipped: they
-/// count by the share of the box's width that is in the ball. What the ball holds of edges longer
-/// than that is exact, as long as its border crosses 800 long triangles, or 3,200 short, at most; where more
-/// cross it (needles round one tip, sheets that lie on each other), one of some hundred in the same
-/// box stands for it. So a vertex costs some hundred steps, however many edges the ball holds.
+/// count by the share of the box's width that is in the ball. The ball's part of longer edges is
+/// exact while its border crosses 800 long triangles, or 3,200 short, at most; where more cross it
+/// (needles round one tip, sheets that lie on each other), one of some hundred in the same box
+/// stands for it. So a vertex costs some hundred steps, however many edges the ball holds.
 ///
 /// \param radius  above 0, same units as the positions. Where all of a vertex's edges are longer,
 ///                the ball reaches to the end of the shortest one: in less there is nothing

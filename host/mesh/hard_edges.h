@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// Edges that two or more faces share, and at one end of which two of their normals part by more than half a
+/// Edges that two or more faces share. At one end at least, two of their normals part by more than half a
 /// degree. Faces meet where their corners lie in exactly the same place. Faces that are not usable have none.
 struct HardEdges {
   struct Edge {

@@ -44,8 +44,8 @@ struct LowSurface {
   /// \throws Error(input) where the mesh has no UVs or no usable triangle
   static LowSurface of(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr,
                        UvCopies copies = UvCopies::plain);
-  /// How far off each triangle its shells lie, with CageKind::shells: six values a triangle, its unit normal and
-  /// how far out the outer one lies over each corner along it, or how far in the inner one.
+  /// How far off each triangle its shells lie, with CageKind::shells: six values a triangle: its unit
+  /// normal; how far out along it the outer shell lies over each corner, or how far in the inner one.
   std::vector<float> shell(bool inner) const;
   bool is_copy(std::size_t triangle) const {
     return !copy_of.empty() && copy_of[triangle] != kNoCopy;

@@ -18,10 +18,10 @@ struct CornerWeights {
 };
 CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& triangle);
 
-/// The same for a mesh's triangles. Those of one polygon all have its normal (the sum of their areas as
-/// vectors), and the first at each of its corners has the angle between its sides there, the others 0: sums
-/// over triangles are then sums over polygons. A polygon that passes a vertex twice, or has no area, counts
-/// as its triangles.
+/// The same for a mesh's triangles. Triangles of one polygon all have its normal (the sum of their
+/// areas as vectors). At each of its corners the first has the angle between the polygon's sides,
+/// the others 0: sums over triangles are then sums over polygons. A polygon that passes a vertex
+/// twice, or has no area, counts as its triangles.
 /// \param polygons    as Mesh::polygons; empty: each triangle is one
 /// \param begin, end  polygons whose first triangle is among these are done, wholly
 /// \param weights     [out] weights[i] is triangle begin + i's
@@ -36,8 +36,8 @@ Vec3 normalized_sum(const Vec3d& sum, double total);
 bool is_usable_normal(const Vec3& normal);
 
 /// Angle-weighted unit normals, one per vertex (Thürmer and Wüthrich 1998), summed in double
-/// precision in triangle order, so that the result does not depend on threads. Degenerate and
-/// non-finite triangles add nothing; a vertex without any gets (0, 0, 1).
+/// precision in triangle order. So the result does not depend on threads. Degenerate and non-finite
+/// triangles add nothing; a vertex without any gets (0, 0, 1).
 /// \param polygons  as Mesh::polygons, whose corners are weighted then
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
@@ -53,7 +53,7 @@ struct CornerNormals {
 };
 
 /// The mesh's own corner normals where it has them (zero or non-finite ones replaced by computed
-/// ones), else computed angle-weighted vertex normals, shared by vertices of equal position.
+/// ones). Else angle-weighted vertex normals, shared by vertices of equal position.
 /// \param frame_positions  the mesh's positions in the working frame
 CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_positions);
 

@@ -33,8 +33,8 @@ class SurfaceDistance {
   std::uint32_t nearest(const Vec3& point,
                         double within = std::numeric_limits<double>::infinity()) const;
 
-  /// Calls `body` with the three corners of each triangle that a ball touches, in an order that depends
-  /// on the triangles alone.
+  /// Calls `body` with the three corners of each triangle that a ball touches. The order depends on
+  /// the triangles alone.
   void each_within(const Vec3& center, double squared_radius,
                    const std::function<void(const Vec3*)>& body) const;
 

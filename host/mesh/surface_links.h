@@ -30,8 +30,8 @@ struct SurfacePlace {
   double u = 0, v = 0;                   ///< In the UV layout there
 };
 
-/// Goes from a place of a triangle the way that its UVs show, and over edges straight on as if the
-/// triangles beyond lay in the same plane.
+/// Goes from a place of a triangle the way that its UVs show. Over edges it goes straight on, as if
+/// the triangles beyond lay in the same plane.
 /// \param from,to  UVs; `from` inside the triangle
 SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topology,
                           std::uint32_t triangle, const std::array<double, 2>& from,

@@ -25,7 +25,7 @@ struct CornerTangent {
 /// \param normals    [3 * triangles] unit corner normals
 /// \param uvs        [3 * triangles]
 /// \returns [3 * triangles]
-/// Degenerate triangles take the tangent of a good neighbour at the same position, else any unit
+/// Degenerate triangles take the tangent of a good neighbour at the same position. Else any unit
 /// vector perpendicular to the normal; none is NaN. Deterministic.
 std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
                                          std::span<const Vec3> normals, std::span<const Vec2> uvs);

@@ -32,8 +32,8 @@ bool are_near(const UvPosition& a, const UvPosition& b, double near);
 /// Twice the area that two triangles share; each may be mirrored.
 double shared_area(const std::array<UvPosition, 3>& a, const std::array<UvPosition, 3>& b);
 
-/// Squares of the plane with the triangles that reach into them. A triangle lies in squares as large as itself, in
-/// four at most, so that small ones and large ones cost the same.
+/// Squares of the plane with the triangles that reach into them. A triangle lies in squares as
+/// large as itself, in four at most. So small ones and large ones cost the same.
 class UvSquares {
  public:
   explicit UvSquares(std::span<const UvPlace> places);

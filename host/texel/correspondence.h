@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-/// For every sample of a band: the source triangle, the barycentric weights of its corners 1 and 2,
-/// the signed distance along the sample's direction (frame units, outward positive), the status.
+/// For every sample of a band: the source triangle; the barycentric weights of its corners 1 and 2;
+/// the signed distance along the sample's direction (frame units, outward positive); the status.
 struct Correspondence {
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;         ///< Elements of one plane

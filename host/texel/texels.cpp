@@ -159,7 +159,8 @@ void TexelSampler::Impl::warn_about_overlaps() {
       report.warnings.begin(),
       {"uv-overlap",
        "UV triangles of the low poly overlap on " + std::to_string(report.overlapping_samples) +
-           " samples (" + share(report.overlapping_samples, report.samples) +
+           (report.overlapping_samples == 1 ? " sample (" : " samples (") +
+           share(report.overlapping_samples, report.samples) +
            " of those covered), for example triangles " + std::to_string(overlap.lower) + " and " +
            std::to_string(overlap.upper) + " at texel column " + std::to_string(overlap.column) +
            ", row " + std::to_string(overlap.row) +

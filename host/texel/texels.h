@@ -49,9 +49,9 @@ struct TexelReport {
 /// Scan-converts the UV charts of a low poly, band by band.
 ///
 /// A sample is covered where its centre lies inside a UV triangle by the top-left rule, in fixed
-/// point, so that triangles that share an edge cover each sample once. Where triangles overlap the
-/// lowest index wins and the overlap is counted. What lies outside the unit square has no texel; it is
-/// counted. Triangles with zero UV area cover nothing and are counted. Winding does not matter
+/// point. So triangles that share an edge cover each sample once. Where triangles overlap the
+/// lowest index wins and the overlap is counted. What lies outside the unit square has no texel; it
+/// is counted. Triangles with zero UV area cover nothing and are counted. Winding does not matter
 /// (mirrored charts are baked).
 class TexelSampler {
  public:
@@ -62,8 +62,8 @@ class TexelSampler {
 
   std::uint32_t band_count() const;
   /// Samples one band. Bands may be asked for in any order; asking twice counts once.
-  /// \param recycled  a band that is no longer needed: its arrays are used again where they are large
-  ///                  enough, which saves allocating (a tenth of a second for 10 M samples on a CPU)
+  /// \param recycled  a band that is no longer needed: its arrays are used again where they are
+  ///                  large enough (allocating takes a tenth of a second for 10 M samples on a CPU)
   TexelBand sample(std::uint32_t band, TexelBand recycled = {});
   /// Complete after every band was sampled.
   const TexelReport& report() const;

@@ -276,7 +276,7 @@ Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t 
               " faces, however few are asked for, and their " + std::to_string(corners.size()) +
               " charts are too many for " + map +
               ": take the outer surface alone, with gaps closed (outer_only and outer_gap), "
-              "leave small parts out (min_part), let parts, holes and handles go "
+              "or leave small parts out (min_part). Or let parts, holes and handles go "
               "(keep_topology = false), or ask for a larger map (ExtractOptions::size).");
     }
     throw Error(ErrorCode::usage, "The low poly has " + std::to_string(corners.size()) +

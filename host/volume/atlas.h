@@ -28,9 +28,9 @@ std::uint32_t atlas_size(const LightSurface& light, double texels_per_unit, std:
 /// The triangles, in the order of Atlas::mesh, without UVs.
 Mesh polygon_mesh(const LightSurface& light, const Volume& volume);
 
-/// Packs the polygons as rectangles; single triangles are paired where they unfold well. The corners lie on
-/// texel centres, `border` texels in from the rectangle's sides, so that bilinear filtering reads the
-/// chart's own texels alone. Sides follow the polygon's lengths; as dense as fits.
+/// Packs the polygons as rectangles; single triangles are paired where they unfold well. The corners
+/// lie on texel centres, `border` texels in from the rectangle's sides. So bilinear filtering reads
+/// the chart's own texels alone. Sides follow the polygon's lengths; as dense as fits.
 /// \throws Error(usage) where the polygons are too many for the size; Error(input) where the topology
 ///         keeps so many
 Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t size,

@@ -6,8 +6,8 @@
 
 namespace kiln {
 
-/// Splits a cell's crossed edges into the sheets of surface that pass through it, by the signs of its
-/// corners alone (Nielson 2004, "Dual Marching Cubes").
+/// Splits a cell's crossed edges into the sheets of surface there, by the signs of its corners
+/// alone (Nielson 2004, "Dual Marching Cubes").
 ///
 /// Edges are numbered as in shared/volume.h, corners x + 2 y + 4 z, faces 2 axis + side. On a face whose
 /// corners alternate the surface's lines part the two inside corners; where a face is "flipped" they
@@ -30,9 +30,9 @@ class PatchTable {
   /// 12 bits: the crossed edges.
   std::uint32_t crossed(std::uint32_t corners) const { return crossed_[corners]; }
 
-  /// The face whose two lines belong to the same sheet, or kNoFace. Where that is so in both cells at a
-  /// face, the two vertices would share two edges of the dual mesh (four faces at one edge): such a face
-  /// must be flipped, which parts the sheet in both (Wenger 2013, "Isosurfaces", section 3.3.5).
+  /// The face whose two lines belong to the same sheet, or kNoFace. It may be so in both cells at a
+  /// face. Then the two vertices would share two edges of the dual mesh (four faces at one edge): such
+  /// a face must be flipped, which parts the sheet in both (Wenger 2013, "Isosurfaces", section 3.3.5).
   std::uint32_t doubled_face(std::uint32_t corners) const { return doubled_[corners]; }
 
   /// A crossed edge of each of the two lines on a face whose corners alternate.

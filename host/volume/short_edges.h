@@ -17,10 +17,10 @@ using PolygonCorners = std::array<std::uint32_t, 4>;
 /// Whether two places are one but for the rounding of floats.
 bool same_place(const Vec3& a, const Vec3& b);
 
-/// Joins neighbours at the same place (integer data at an integer value have the vertices of several cells
-/// on one voxel), so that polygons beside the edge lose a corner, and triangles vanish. An edge stays where
-/// that would change the surface: where it is not between two polygons, where it would close the open
-/// border, or where polygons beside its ends meet otherwise (the link condition of Dey et al. 1999,
+/// Joins neighbours at the same place: integer data at an integer value have the vertices of several
+/// cells on one voxel. Polygons beside the edge lose a corner, and triangles vanish. An edge stays where
+/// that would change the surface: where it is not between two polygons; where it would close the open
+/// border; where polygons beside its ends meet otherwise (the link condition of Dey et al. 1999,
 /// "Topology preserving edge contraction", with quads as wholes). Edges go in the order of the polygons.
 /// \param at     a vertex's place
 /// \param count  vertices from this number on are left alone

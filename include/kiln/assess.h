@@ -72,8 +72,8 @@ struct MatchAssessment {
   std::uint64_t missed = 0;   ///< Of these, without a point
   double diagonal = 0;        ///< Of the high poly's bounding box, world units
 
-  /// Section 4.1: the distance between F(p) and the first point of the
-  /// same ray on the high poly, where that is a front face. World units.
+  /// Section 4.1: from F(p) to where the same ray first meets the high poly, if it meets a front
+  /// face there. World units.
   RayMeasure object_space;
   /// Section 4.2: the distance from F(p) to the ray, world units.
   RayMeasure image_space;
@@ -95,8 +95,8 @@ struct MatchAssessment {
   Distribution image_space_by_place;
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
-  /// How evenly F samples the high poly, by areas. log2 of its area over the low poly's area, of each
-  /// cell between a texel and its neighbours to the right and below, of the same chart.
+  /// How evenly F samples the high poly: log2 of its area over the low poly's area. A cell lies
+  /// between a texel and its neighbours to the right and below, in the same chart.
   Distribution stretch;     ///< Of |log2 - mean log2|: 0 is perfectly even
   double mean_stretch = 0;  ///< Mean log2
   std::uint64_t cells = 0;  ///< That were rated

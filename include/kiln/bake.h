@@ -82,8 +82,8 @@ struct BakeOptions {
   bool report_errors = false;
   MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
   std::int32_t gutter = 16;            ///< Texels; -1: infinite (push-pull)
-  /// Also make mip-maps, filtered within charts: no texel of one chart, nor of the gutter, gets into
-  /// another (Wang et al., section 6), as it does where mip-maps are made from the image alone.
+  /// Also make mip-maps, filtered within charts: no texel of one chart, nor of the gutter, gets
+  /// into another (Wang et al., section 6). Mip-maps made from the image alone mix them.
   bool mips = false;
 
   /// Places of the high poly that RecallReport looks at, 0 (none) to 2^20. For matches that search its
@@ -191,12 +191,12 @@ struct MatchResult {
 /// Matches without baking: the first half of bake(), for any number of maps or for values of the caller's
 /// own (bake_attribute()). Takes of the options the size, samples, all that concerns the match, and the
 /// progress callback. Lifetimes, threads, callback and welding as bake(); no tangents are needed.
-/// \throws as bake(); Error(usage) where the options hold a match already, ask for several clusters or
-///         for blending, which are about maps
+/// \throws as bake(); Error(usage) where the options hold a match already, or ask for several
+///         clusters or for blending: both are about maps
 MatchResult match(const Source& source, const Mesh& low, const BakeOptions& options = {});
 
-/// Bakes from a match: the second half of bake(). To the bit, what bake() with the options that made the
-/// match gives, but that the report's counts and distances are those of the match. Lifetimes, threads,
+/// Bakes from a match: the second half of bake(). The maps are, to the bit, those of bake() with the
+/// options that made the match. The report's counts and distances are the match's. Lifetimes, threads,
 /// callback, tangents and welding as the other bake(); several threads may bake from one match.
 /// \param match    of match(), BakeResult::match, load_match() or the caller's own; checked by validate()
 /// \param options  width, height and samples as the match was made with; no `match` and no fallback;

@@ -18,8 +18,8 @@ struct FoundCage {
   /// BakeOptions::cage_mesh; save_obj() and load_mesh() give it back to the bit.
   Mesh mesh;
   std::uint64_t samples = 0;  ///< Places of the low poly that were looked at
-  /// Of these, over which the outer shell cannot stay below the next face: what is needed elsewhere on their
-  /// triangles comes first. Mostly they lie where parts touch, and nobody sees them.
+  /// Of these, places over which the outer shell cannot stay below the next face: needs elsewhere
+  /// on their triangles come first. Mostly they lie where parts touch, and nobody sees them.
   std::uint64_t conflicts = 0;
   std::vector<Warning>
       warnings;  ///< `cage-flat`: vertices that stay, since both sides of a card share them
@@ -27,9 +27,9 @@ struct FoundCage {
 
 /// Finds a cage: per vertex, how far out rays start and how far in they end.
 ///
-/// Places all over the low poly, about 2^18, look along the bake's own directions (`ray.direction`) for
-/// the outermost face that fits them, as RayRule::outermost has it, up to `max_distance` both ways (none
-/// given: 4% of the high poly's diagonal). The outer shell takes in what the faces around a vertex need
+/// Places all over the low poly, about 2^18, look along the bake's own directions (`ray.direction`). They
+/// look for the outermost face that fits them (RayRule::outermost), up to `max_distance` both ways; none
+/// given: 4% of the high poly's diagonal. The outer shell takes in what the faces around a vertex need
 /// anywhere, and a quarter more. It stays below the next face above, of the high poly or of another part
 /// of the low poly. The inner shell ends above the next face below: a thin wall's other sheet, or another
 /// part. Both change gradually from vertex to vertex, and neither asks more of one than its faces do.

@@ -35,10 +35,10 @@ struct ContourOptions {
   double iso = 0;                              ///< Value of the surface, in the voxels' own unit
   Inside inside = Inside::above;               ///< The solid side
   VolumeBorder border = VolumeBorder::closed;  ///< What ends the solid at the volume's border
-  /// The outer surface alone: outer voxels that cannot be reached from the volume's
-  /// border count as inside. So cavities and their content vanish. Starts are regions
-  /// of free voxels, joined by six neighbours, with at least a twentieth of the border
-  /// voxels of the largest one. Hollows that a cut through a body opens have fewer.
+  /// The outer surface alone: outer voxels that cannot be reached from the volume's border count as
+  /// inside. So cavities and their content vanish. Starts are regions of free voxels, joined by six
+  /// neighbours. Each has at least a twentieth of the largest one's border voxels; hollows that a
+  /// cut opens have fewer.
   bool outer_only = false;
   /// With outer_only: a cube of 2 outer_gap + 1 voxels a side moves through the
   /// outside. Its centre stays in the volume, and it touches no voxel of the solid;
@@ -70,25 +70,25 @@ struct ContourReport {
 /// Contouring of Hermite Data") on the grid of voxels.
 ///
 /// A cell is a cube between eight voxels. An edge between a voxel inside and one outside is crossed where
-/// linear interpolation meets the iso value, with the normal that the field's gradient (central differences,
-/// interpolated along the edge) has there. Second differences may show that the field has a crease between
-/// two voxels, as at the sharp edges of CSG solids. Then differences are taken on the straight side, and a
-/// crossing between two planes lies in the one that holds it. Each sheet of surface in a cell gets a vertex
-/// of its own (Nielson 2004, "Dual Marching Cubes"), where the quadric error function of its crossings is
+/// linear interpolation meets the iso value. The normal there is the field's gradient (central
+/// differences, interpolated along the edge). Second differences may show a crease between two voxels, as
+/// at sharp edges of CSG solids. Then differences are taken on the straight side; a crossing between two
+/// planes lies in the one that holds it. Each sheet of surface in a cell gets a vertex of its own
+/// (Nielson 2004, "Dual Marching Cubes"). It lies where the quadric error function of its crossings is
 /// least, clamped to the cell; directions that the crossings do not decide (eigenvalues below 1/20 of the
-/// largest) keep the crossings' mean. Each crossed edge gives a quad of two triangles. Sheets are told apart
-/// so that the mesh is a closed, consistently oriented 2-manifold (Wenger 2013, "Isosurfaces", section 3.3:
-/// ambiguous faces between two cells that both join what the face separates are joined).
+/// largest) keep the crossings' mean. Each crossed edge gives a quad of two triangles. Sheets are told
+/// apart so that the mesh is a closed, consistently oriented 2-manifold (Wenger 2013, "Isosurfaces",
+/// section 3.3: ambiguous faces between two cells that both join what the face separates are joined).
 ///
 /// Voxels that are not finite count as outside ("non-finite-voxels"). Vertices have positions relative
 /// to the volume's origin and smooth unit normals. Deterministic: the same on every run, number of
 /// threads and conforming device. Nothing is kept, and several threads may call it. A ProgressScope hears of it
 /// and may stop it.
 /// \param report  where to write what was done; may be null
-/// \throws Error(usage) for an iso value that is not finite; Error(input) for a volume of fewer than two
-///         voxels along an axis, or more than 32,766, whose voxels are all the same or miss the iso value
-///         (says the range), whose axes span no space, or whose border outer_only cannot enter;
-///         Error(device)
+/// \throws Error(usage) for an iso value that is not finite; Error(input) for a volume of fewer
+///         than two voxels along an axis, or more than 32,766; for voxels that are all the same or
+///         miss the iso value (says the range); for axes that span no space; for a border that
+///         outer_only cannot enter; Error(device)
 Mesh contour(const Device& device, const Volume& volume, const ContourOptions& options = {},
              ContourReport* report = nullptr);
 
@@ -117,8 +117,8 @@ struct ExtractOptions {
 
   /// What extract() chooses by the volume, whatever is given above; ExtractReport::used says what came out.
   struct Choice {
-    /// With faces = 0: the least error, `error` or more, that leaves at most a twentieth of the full
-    /// contour's triangles (Barry and Wood, table 1: 80.6 to 99.97% less).
+    /// With faces = 0: the least error, `error` or more, that leaves at most a twentieth of the
+    /// contour's triangles. Barry and Wood, table 1: 80.6 to 99.97% less.
     bool error = false;
     /// Keeps the topology unless that leaves more than twice the triangles aimed at.
     bool topology = false;
@@ -179,7 +179,7 @@ inline constexpr double kMapTooFine = 4;
 /// The vertices of the full-resolution contour are gathered bottom-up through an octree: vertices
 /// that touch within a node become one. Its quadric error function is their sum, and it stays in the
 /// node's box. A node's vertex may stand for its children where the surface that it replaces is a
-/// disk. The disk meets the node's edges and faces as one sheet does, so the low poly is a manifold
+/// disk. The disk meets the node's edges and faces as one sheet does. So the low poly is a manifold
 /// of the same topology (Schaefer, Ju, Warren 2007, "Manifold Dual Contouring", section 3: it allows
 /// more than the criterion of Ju et al. 2002, section 4.1, which permits only one sheet a cell).
 ///
@@ -207,10 +207,10 @@ struct VolumeRegion {
 /// after some of its voxels changed (destruction; Barry and Wood, section 5). Results are, to the bit, what
 /// extract() gives for volume().
 ///
-/// extract() starts at the tree of vertices. update() contours the planes of voxels (z) anew that a change
-/// reaches, three on either side, and takes over what else there is of vertices and of the tree's clusters;
-/// the signs of all voxels, the quads and the tree's joins are found again. Where a change moves the lowest
-/// voxel of a volume that has voxels which are not finite, everything is.
+/// extract() starts at the tree of vertices. update() contours anew the planes of voxels (z) that a
+/// change reaches, three on either side. It takes over all other vertices and clusters of the tree;
+/// the signs of all voxels, the quads and the tree's joins are found again. A volume may have voxels
+/// that are not finite: where a change moves its lowest voxel, everything is found again.
 /// Memory: the volume's, 16 bytes a crossed edge, 80 bytes a fine vertex, 180 bytes a cluster, 6 bits a voxel.
 /// Thread safety: one thread at a time. It owns the volume (move it in) and holds the Device.
 class VolumeSession {

@@ -18,11 +18,11 @@ struct CutOutReport {
 /// Takes the transparent parts off a mesh (an alpha test), so that no ray, view or nearest point meets them:
 /// leaves on cards, fences, hair.
 ///
-/// Where a texture's texels are on both sides of the threshold, triangles are quartered, down
-/// to a texel's size. There they are cut along the line between their corners' values. So
-/// borders are as smooth as the texture read bilinearly. New triangles lie in the old ones
-/// and have their normals (computed ones as of the whole mesh), UVs, colours and names. Reads
-/// its arguments during the call alone. Thread safety: may be called from several threads.
+/// Where a texture's texels are on both sides of the threshold, triangles are quartered, down to a
+/// texel's size. There they are cut along the line between their corners' values. So borders are as
+/// smooth as the texture read bilinearly. New triangles lie in the old ones and have their normals,
+/// UVs, colours and names. Computed normals are those of the whole mesh. Reads its arguments during
+/// the call alone. Thread safety: may be called from several threads.
 /// \param opacity    its `channel` is read; must have pictures
 /// \param threshold  above 0, to 1: less is transparent
 /// \throws Error(input) where the mesh has no UVs, the texture does not fit, or nothing is left;

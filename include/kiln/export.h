@@ -1,9 +1,9 @@
 #pragma once
 
 /// \def KILN_PUBLIC
-/// Stands in `namespace KILN_PUBLIC kiln` in public headers: what is declared there is exported by the shared
-/// library, and nothing else is. Of a static library (KILN_STATIC, which the CMake package and pkg-config
-/// define) nothing is exported, so that a plugin that carries Kiln does not show it.
+/// Stands in `namespace KILN_PUBLIC kiln` in public headers: the shared library
+/// exports these declarations and nothing else. A static library exports nothing, so that a plugin
+/// that carries Kiln does not show it. The CMake package and pkg-config define KILN_STATIC for it.
 /// \def KILN_HIDDEN
 /// Stands in the definition of a type that a public class declares and the library keeps to itself.
 /// \def KILN_OPAQUE

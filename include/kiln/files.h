@@ -27,10 +27,10 @@ class OutputSet {
   OutputSet(const OutputSet&) = delete;
   OutputSet& operator=(const OutputSet&) = delete;
 
-  /// Puts in place what was saved since the set was opened, or last committed. Where one file fails, those
-  /// that were there before come back. After a kill or a power cut in between, the next
-  /// prepare_output_folder() or commit() finishes it, a folder at a time. Waits while another process
-  /// places files in the same folders.
+  /// Puts in place what was saved since the set was opened, or last committed. Where one file
+  /// fails, those that were there before come back. After a kill or a power cut in between, the
+  /// next prepare_output_folder() or commit() finishes it, folder by folder. Waits while another
+  /// process places files in the same folders.
   /// \throws Error(output)
   void commit();
 

@@ -41,17 +41,17 @@ struct GradientOptions {
 /// What a normal map of a volume's surface should hold: at each texel of a low poly the normal of the
 /// volume's own field.
 ///
-/// A texel counts where its centre lies in a UV triangle (of several, the first), and stands for the
-/// point of that triangle there. From that point a line is followed both ways at once, in steps of a
-/// quarter of a cell, until it meets the surface: the nearest place where one comes out of the solid when
-/// going outwards. It is the zero of the field, which is the voxels' trilinear interpolation, by regula
-/// falsi (Illinois variant; Dowell and Jarratt 1971) in double precision. The normal there is the field's
-/// gradient by central differences at the voxels (one-sided at the volume's border), interpolated like
-/// the field. This shares no code with contour(); along edges between voxels away from creases it is what
-/// contour() takes, and on sharp creases of the data it is rounder than what contour() finds.
+/// A texel counts where its centre lies in a UV triangle (of several, the first). It stands for the
+/// point of that triangle there. From that point a line is followed both ways at once, in steps of
+/// a quarter of a cell. It ends at the surface: the nearest place where one comes out of the solid
+/// when going outwards. There the field, the voxels' trilinear interpolation, is 0: regula falsi
+/// finds it in double precision (Illinois variant; Dowell and Jarratt 1971). The normal there is
+/// the field's gradient by central differences at the voxels, interpolated like the field;
+/// one-sided at the volume's border. This shares no code with contour(). Both agree along edges
+/// between voxels away from creases; on sharp creases of the data this normal is rounder.
 ///
-/// Left out, and counted: texels without such a place within reach; those whose place is where a closed
-/// border cuts the solid off, whose normal is the border's; and those where the gradient is zero.
+/// Left out, and counted: texels without such a place within reach; texels where a closed border cuts
+/// the solid off (the normal is the border's); texels where the gradient is zero.
 /// ContourOptions::outer_only is followed: inner surfaces, and caps of closed gaps, are no such place.
 ///
 /// Immutable; may be used by several threads. Keeps neither volume nor mesh. Takes 28 bytes a texel. The same on every run and number of
@@ -60,8 +60,8 @@ class GradientReference {
  public:
   /// \param contour  as the surface was asked for
   /// \param low  with UVs; normals too, where they are complete
-  /// \throws Error(usage) for an option out of range; Error(input) for a mesh without UVs or with normals
-  ///         missing, or a volume that contour() would refuse for its size or axes
+  /// \throws Error(usage) for an option out of range; Error(input) for a mesh without UVs or with
+  ///         normals missing; or for a volume whose size or axes contour() refuses
   GradientReference(const Volume& volume, const ContourOptions& contour, const Mesh& low,
                     const GradientOptions& options);
 

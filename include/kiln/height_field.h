@@ -22,8 +22,8 @@ struct HeightFieldOptions {
 /// when needed. The image is read during the call. Thread safety of this and the next two: may be called from
 /// several threads, each with a mesh of its own.
 /// \param image  1 channel, or more of which the first counts; 2 x 2 pixels or more
-/// \throws Error(usage) for extents that are not finite or below 0, Error(input) for an image that is too
-///         small, or holds a value that is not finite
+/// \throws Error(usage) for extents that are not finite or below 0; Error(input) for an image that
+///         is too small, or holds a value that is not finite
 Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options = {});
 
 /// The low poly of a height field that is none: a rectangle of two triangles in z = 0 under the whole of

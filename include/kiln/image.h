@@ -54,8 +54,8 @@ Image load_image(const std::filesystem::path& path);
 /// Writes an image. The file appears whole or not at all, also when the disk is full or the process
 /// is killed. The same image gives the same bytes, on any number of threads.
 ///
-/// PNG: clamped to [0, 1] (NaN becomes 0), rounded to nearest, no gamma or colour profile, so that
-/// k/255 and k/65535 are kept exactly. EXR: as it is; half rounds to nearest even.
+/// PNG: clamped to [0, 1] (NaN becomes 0), rounded to nearest, no gamma or colour profile. So k/255
+/// and k/65535 are kept exactly. EXR: as it is; half rounds to nearest even.
 /// \throws Error(output) for the disk, Error(usage) for an impossible size.
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
@@ -67,12 +67,12 @@ std::vector<std::byte> encode(const Image& image, const SaveImageOptions& option
 /// \throws as load_image(path)
 Image load_image(std::span<const std::byte> bytes, std::string_view name = "image");
 
-/// Writes an image and its mip-maps as one OpenEXR file of tiles (256 x 256, MIPMAP_LEVELS, sides rounded
-/// down), which renderers read level by level; readers that know no mip-maps find the image. Otherwise
-/// like save_image.
+/// Writes an image and its mip-maps as one OpenEXR file of tiles (256 x 256, MIPMAP_LEVELS, sides
+/// rounded down). Renderers read it level by level; readers that know no mip-maps find the image.
+/// Otherwise like save_image.
 /// \param mips  levels 1 and on, down to 1 x 1 (BakedMap::mips); none for an image of 1 x 1
-/// \throws Error(usage) for a PNG format, which holds one image (save the levels as files of their own),
-///         and for levels of other sizes; Error(output)
+/// \throws Error(usage) for a PNG format, which holds one image (save levels as files); for levels
+///         of other sizes; Error(output)
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,
                     const std::filesystem::path& path, const SaveImageOptions& options = {});
 
@@ -94,11 +94,11 @@ struct ImageDifference {
 
 /// Compares two images as normal maps (n/2 + 1/2 in the first three channels) and by channel.
 ///
-/// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. Where both vectors
-/// are zero (shorter than 0.01) it is 0 degrees, where one is, 180. A value that is not finite in one image only, or is so
-/// differently, counts as an error of 1 and an angle of 180 degrees. Percentiles are exact, by nearest
-/// rank: the smallest angle that at least 95% (99%) of the texels do not exceed. The result does not
-/// depend on the number of threads. Takes 8 bytes of memory a texel.
+/// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. Where both
+/// vectors are zero (shorter than 0.01) it is 0 degrees, where one is, 180. A value that is not
+/// finite in one image only, or differently so, counts as 1 and 180 degrees. Percentiles are exact,
+/// by nearest rank: the smallest angle that at least 95% (99%) of the texels do not exceed. The
+/// result does not depend on the number of threads. Takes 8 bytes of memory a texel.
 /// \param mask  optional: texels whose first channel is 0 there are left out
 /// \throws Error(input) where sizes or numbers of channels differ, or pixels are missing.
 ImageDifference compare_images(const Image& a, const Image& b, const Image* mask = nullptr);

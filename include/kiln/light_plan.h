@@ -15,10 +15,10 @@ namespace KILN_PUBLIC kiln {
 
 /// What a low poly and its maps come to in a renderer's memory.
 ///
-/// A vertex takes 24 bytes: position 12, normal 4, tangent 4, UV 4; without a map 16. A vertex
-/// at a seam counts once a side. An index takes 2 bytes, 4 beyond 65,536 vertices. Maps have
-/// mip-maps, which add a third. A texel takes 1 byte where blocks of 8 bits a channel hold it
-/// (BC5, BC7), half of that with one channel (BC4). With 16 bits it takes 2 bytes a channel.
+/// A vertex takes 24 bytes: position 12, normal 4, tangent 4, UV 4; without a map 16. A vertex at a
+/// seam counts once a side. An index takes 2 bytes, 4 beyond 65,536 vertices. Maps have mip-maps,
+/// which add a third. A texel takes 1 byte in blocks of 8 bits a channel (BC5, BC7), with one
+/// channel half a byte (BC4). With 16 bits it takes 2 bytes a channel.
 struct LightBytes {
   std::uint64_t vertices = 0;  ///< Bytes of vertices and indices
   std::uint64_t texels = 0;    ///< Bytes of all maps

@@ -43,10 +43,11 @@ struct LodChain {
 
 /// Plans a chain of low polys: bake_light() for `screen`, half of it, a quarter and so on.
 ///
-/// With shared UVs, the first level is planned so, with a map. The others are simplified from it, with its seams
-/// and layout (SimplifyOptions::keep_uvs): few faces with which its map, rounded as it is saved, stays within the
-/// error at their size. A level with more faces than the one before, or over 90% of its bytes, is left out, with a
-/// warning; the one before then serves its size, too.
+/// With shared UVs, the first level is planned so, with a map. The others are simplified from it,
+/// with its seams and layout (SimplifyOptions::keep_uvs): few faces with which its map, rounded as
+/// it is saved, stays within the error at their size. A level with more faces than the one before,
+/// or over 90% of its bytes, is left out. There is a warning then, and the one before then serves
+/// its size, too.
 /// Lifetimes, threads, progress and determinism: as bake_light().
 /// \throws as bake_light(); Error(usage) for levels or screen out of range
 LodChain bake_lods(const Source& source, const Mesh& high, const LodOptions& options);

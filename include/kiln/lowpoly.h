@@ -23,8 +23,8 @@ struct SimplifyOptions {
   /// Keep the UVs, groups, objects, materials and their borders: seams stay in place on the surface and in the layout, both
   /// sides of one together. Not with height_field. The mesh must have UVs.
   bool keep_uvs = false;
-  /// The result encloses the high poly: the result winds around or touches what the high poly's
-  /// surface winds around, such as its own vertices. So nothing pokes through, to rounding in double
+  /// The result encloses the high poly: it winds around or touches all that the high poly's surface
+  /// winds around, such as its own vertices. So nothing pokes through, to rounding in double
   /// precision. Open borders stay in place, vertex by vertex. Not with height_field or keep_uvs.
   bool hull = false;
   /// Leave out no part for its size. Else, with `faces`, crumbs are left out (see simplify()).
@@ -55,42 +55,42 @@ struct SimplifyReport {
 
 /// Decimates by edge collapse with quadric errors (Garland and Heckbert 1997).
 ///
-/// Exactly coincident vertices are welded first. Triangles without area, with a corner that is not
-/// finite, or that repeat another are left out and counted in the warnings ("degenerate-triangles",
-/// "non-finite-triangles", "duplicate-triangles"). Open borders, edges with more than two triangles and
-/// several parts are all allowed; topology is kept, so closed meshes stay closed, and no part
-/// vanishes but crumbs. Where that needs more than `faces` triangles, "faces-not-reached" in the warnings says
-/// so; where the mesh has fewer, all are kept ("faces-above-input"). With a bound instead, the result's
-/// measured error never exceeds it.
+/// Exactly coincident vertices are welded first. Triangles are left out that have no area, repeat
+/// another or have a corner that is not finite. Warnings count them ("degenerate-triangles",
+/// "non-finite-triangles", "duplicate-triangles"). Open borders, edges with more than two triangles
+/// and several parts are all allowed; topology is kept, so closed meshes stay closed, and no part
+/// vanishes but crumbs. Where that needs more than `faces` triangles, "faces-not-reached" in the
+/// warnings says so; where the mesh has fewer, all are kept ("faces-above-input"). With a bound
+/// instead, the result's measured error never exceeds it.
 ///
-/// Crumbs: a part (what shared vertices connect) whose box's diagonal is below the largest deviation of a low poly of
-/// `faces` triangles that keeps all parts. At that number of faces it is smaller than other places are off by. It
-/// is left out before the low poly is made, so that its faces go elsewhere, and counted ("dropped-parts" in the
-/// warnings); deviations are then of the parts that stay. The largest part stays in any case. Nothing is left out with
-/// a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
+/// Crumbs: a crumb is a part (triangles that shared vertices connect). Its box's diagonal is below the
+/// largest deviation of a low poly of `faces` triangles with all parts. At that number of faces it is
+/// smaller than other places are off by. It is left out first, so that its faces go elsewhere, and counted
+/// ("dropped-parts" in the warnings). Deviations are then of the parts that stay. The largest part stays
+/// in any case. Nothing is left out with a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
 ///
 /// What was made is compared with the high poly: faults are mended. Faults are triangles that face
-/// away from the surface near them, have no area, or lie back to back with a neighbour where the high
-/// poly has no such edge; of a height field, triangles that face down. New holes are counted. The
+/// away from the surface near them, or have no area; triangles back to back with a neighbour where the
+/// high poly has no such edge; of a height field, triangles that face down. New holes are counted. The
 /// report counts them; what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
-/// The result has smooth angle-weighted normals and the input's name, place and units (same origin); UVs
-/// with `keep_uvs`, else none. Its groups, objects and materials are those of most of the high poly under each
-/// triangle; where the high poly has vertex colours, its own come nearest to them (least squares in linear
-/// light). Its triangle count is the target, or one below it
-/// where a collapse takes two, and up to two fewer for each triangle that was mended. Works the same at any
-/// scale. Deterministic: the same on every run and number of threads.
-/// Lifetimes: `high` is read during the call, and the result is the caller's own. Thread safety: may be called
-/// from several threads. A ProgressScope hears of it and may stop it.
+/// The result has smooth angle-weighted normals and the input's name, place and units (same
+/// origin); UVs with `keep_uvs`, else none. Its groups, objects and materials are those of most of
+/// the high poly under each triangle; where the high poly has vertex colours, its own come nearest
+/// to them (least squares in linear light). Its triangle count is the target, or one below it where
+/// a collapse takes two. Each mended triangle may take up to two more. Works the same at any scale.
+/// Deterministic: the same on every run and number of threads. Lifetimes: `high` is read during the
+/// call, and the result is the caller's own. Thread safety: may be called from several threads. A
+/// ProgressScope hears of it and may stop it.
 /// \param report  where to write what was done; may be null (which saves measuring with `faces`)
 ///
 /// With `keep_uvs`, vertices of seams, open borders and borders between groups move along these lines only.
 /// Ends and crossings stay, and no triangle turns over in the layout. Charts that did not overlap do not
 /// come to. UVs inside a chart follow the affine maps of the triangles that they stand for (Hoppe 1999).
 ///
-/// With `hull`, each collapse puts its vertex outside of, or on, the planes of all triangles around the edge,
-/// where the sum of squared distances is least (Sander, Gu, Gortler, Hoppe and Snyder 2000, "Silhouette
-/// Clipping", section 4.1).
+/// With `hull`, each collapse puts its vertex outside of, or on, the planes of all triangles around
+/// the edge. There the sum of squared distances is least (Sander, Gu, Gortler, Hoppe and Snyder
+/// 2000, "Silhouette Clipping", section 4.1).
 /// \throws Error(usage) for options out of range or that exclude each other; Error(input) where nothing
 ///         usable is left, or keep_uvs finds no UVs
 /// Cost, two cores: 0.4 s for 70,000 faces to 2,000; 1.5 s for a million to 5,000. n log n in the number of
@@ -116,9 +116,9 @@ struct UnwrapOptions {
   /// Map size that the border and the texel grid are meant for, texels (of a map that is not square:
   /// the smaller side). 16 to 65536.
   std::uint32_t size = 2048;
-  /// Empty texels between neighbouring charts, 1 to size / 4. Each has half of them to itself: with 2,
-  /// bilinear filtering of the full map never mixes charts (of pairs, which end on texel boundaries),
-  /// and each further mip level needs twice as many.
+  /// Empty texels between neighbouring charts, 1 to size / 4. Each has half of them to itself: with
+  /// 2, bilinear filtering of the full map never mixes charts. (Pairs end on texel boundaries.)
+  /// Each further mip level needs twice as many.
   std::uint32_t border_texels = 2;
   /// Charts only: a high poly, for texels by its detail (TexelDensity::detail); null: by area. Read during the
   /// call.
@@ -138,23 +138,23 @@ struct UnwrapReport {
 
 /// Gives a mesh UVs, by one of two methods.
 ///
-/// **Charts** are grown by merging: triangles become patches while their normals agree, patches become
-/// charts while they can be laid flat within limits of distortion. Each is relaxed as rigidly as
-/// possible (Liu, Zhang, Xu, Gotsman, Gortler 2008), then its symmetric Dirichlet energy is lowered
-/// without a flip (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017). Limbs are cut off where that packs
-/// better (after Limper, Vining, Sheffer 2018). Charts are packed by bitmaps, at
-/// one scale: the texel density follows the area. What holds of the UVs that are returned, exactly: no
-/// triangle is mirrored or without area, no two overlap, and charts are `border_texels` apart (half of
-/// that from the map's edges). A triangle too small for a place in a chart is one of its own. Vertices at
+/// **Charts** are grown by merging: triangles become patches while their normals agree, patches
+/// become charts while they can be laid flat within limits of distortion. Each is relaxed as
+/// rigidly as possible (Liu, Zhang, Xu, Gotsman, Gortler 2008). Then its symmetric Dirichlet energy
+/// is lowered without a flip (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017). Limbs are cut
+/// off where that packs better (after Limper, Vining, Sheffer 2018). Charts are packed by bitmaps,
+/// at one scale: the texel density follows the area. The returned UVs hold exactly: no triangle is
+/// mirrored or without area; no two overlap; charts are `border_texels` apart (half of that from
+/// the map's edges). A triangle too small for a place in a chart is one of its own. Vertices at
 /// exactly the same position count as one. Borders that are too wide shrink, as below.
 ///
 /// With `detail_of`, charts have scales of their own. The high poly's normals nearest to places on
-/// each triangle tell how much texels of three sizes leave out. Where that error falls like the power
-/// p of the texel's side, sides of charts follow (p e)^(1 / (2 + p)), e the error, which makes the sum
-/// of errors least for as many texels (Lagrange). The densest chart has at most 4 times as many texels
-/// a length as the least dense. Charts are cut where parts need other densities, if that is worth the
-/// seam. Where less than 1% would be gained, texels stay even. The cost is a box tree of the high
-/// poly, about 100,000 to 200,000 look-ups of nearest points, and packing up to two times more.
+/// each triangle tell how much texels of three sizes leave out. Where that error e falls like the
+/// power p of the texel's side, sides of charts follow (p e)^(1 / (2 + p)). That makes the sum of
+/// errors least for as many texels (Lagrange). The densest chart has at most 4 times as many texels
+/// a length as the least dense. Charts are cut where parts need other densities, if that is worth
+/// the seam. Where less than 1% would be gained, texels stay even. Costs: a box tree of the high
+/// poly; about 100,000 to 200,000 look-ups of nearest points; packing, up to two times more.
 ///
 /// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel,
 /// "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).

@@ -46,8 +46,8 @@ enum class OcclusionBy {
               ///< views come less near than rays do
 };
 
-/// How much a ray's first hit darkens, by its distance d from the point and OcclusionOptions::distance D, with
-/// x = d / D. A hit at D or beyond darkens nothing.
+/// How much a ray's first hit darkens, by x = d / D: its distance d from the point over
+/// OcclusionOptions::distance D. A hit at D or beyond darkens nothing.
 enum class OcclusionFalloff {
   none,    ///< 1: all alike
   linear,  ///< 1 - x
@@ -114,8 +114,8 @@ struct OcclusionReport {
 /// The largest error that a map may have.
 struct MapBound {
   MapKind kind = {};  ///< A map that is baked, but not of names, of coverage or of single texels
-  /// Root mean square, in the map's unit: degrees of unit vectors, CIE 1976 differences of colours, world units
-  /// of places and distances, shares of 1 of all else. Above 0.
+  /// Root mean square, in the map's unit. Unit vectors: degrees; colours: CIE 1976 differences;
+  /// places and distances: world units; all else: shares of 1. Above 0.
   double max_error = 0;
 };
 
@@ -196,16 +196,20 @@ struct MapInfo {
   bool is_color = false;
   /// Normals of this space whatever BakeOptions::space says, so that one bake has several. None: of that one.
   std::optional<NormalMapSpace> space = {};
+  bool takes_color = false;    ///< It holds BakeOptions::color
+  bool takes_opacity = false;  ///< It holds BakeOptions::opacity
+  /// What other programs call it, separated by blanks: messages answer to these names.
+  std::string_view other_names = {};
 };
 
 /// One map of a bake.
 struct BakedMap {
   MapKind kind = MapKind::normal;  ///< What it holds
   Image image;                     ///< The map, padded and encoded
-  /// With BakeOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel holds the
-  /// mean over the covered texels of level 0 under it, made unit, of the one chart that covers most of
-  /// it. Encoded like the image, with a gutter of its width in UV units, but 2 texels at least (none
-  /// where it has none).
+  /// With BakeOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel
+  /// holds the mean over the covered texels of level 0 under it, made unit. Only the chart that
+  /// covers most of it counts. Encoded like the image. The gutter has the image's width in UV
+  /// units, but 2 texels at least (none where it has none).
   std::vector<Image> mips;
   std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
   MapInfo info = {};          ///< What there is to say of it, also where it is not one of maps()
@@ -225,9 +229,9 @@ struct ValueRange {
   float high = 1;  ///< Value at 1
 };
 
-/// The range of a baked map: MapInfo's; else of the texels that are baked: -m to m with the largest magnitude
-/// m for MapType::signed_scalar, the least to the greatest value of the channel for others.
-/// Any thread may call it; nothing is kept.
+/// The range of a baked map: MapInfo's; else of the texels that are baked. For
+/// MapType::signed_scalar -m to m, m the largest magnitude; for others the channel's least to its
+/// greatest value. Any thread may call it; nothing is kept.
 /// \param coverage  BakeResult::coverage
 /// \param channel   below the map's channels
 ValueRange value_range(const BakedMap& map, std::span<const std::uint8_t> coverage,

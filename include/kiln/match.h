@@ -108,9 +108,9 @@ struct VisibilityOptions {
     Vec3 direction = {};  ///< From the mesh to the viewer, of any length above 0
     double weight = 1;    ///< 0 or more
   };
-  /// 1 to 4; above 1 only with MatchMethod::visibility at texels, for this many maps: where the directions
-  /// that see a texel scatter, they are parted into so many clusters, each with a map of its own (Tarini et
-  /// al., section 6). Elsewhere the maps are the same.
+  /// 1 to 4; above 1 only with MatchMethod::visibility at texels, for this many maps. Where the
+  /// directions that see a texel scatter, they are parted into so many clusters. Each has a map of
+  /// its own (Tarini et al., section 6). Elsewhere the maps are the same.
   std::uint32_t clusters = 1;
   /// Standard deviation above which a texel's directions are parted, 0 to 1. That of an open plane is 0.745.
   double cluster_deviation = 0.8;
@@ -209,6 +209,10 @@ struct MatchInfo {
   bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
   bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
   bool takes_clusters = false;    ///< It obeys VisibilityOptions::clusters
+  /// It looks all around, not along a line: it finds a point wherever the high poly is near.
+  bool looks_around = false;
+  /// What other programs call it, separated by blanks: messages answer to these names.
+  std::string_view other_names = {};
 };
 
 /// All of them, in the order that they are listed to people. Constant, and as long-lived as the program: any

@@ -16,9 +16,9 @@ namespace KILN_PUBLIC kiln {
 /// How far rendered normals are from those of a reference, over the pixels that both cover.
 ///
 /// Two units. Angles, in degrees; percentiles are exact, by nearest rank. And the length of the 8-bit
-/// difference, the unit of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
-/// Meshes", section 5): each component n of a unit normal is stored as the integer q = floor(255 (n/2 +
-/// 1/2) + 1/2) in [0, 255], and the difference of two normals is sqrt(dqx^2 + dqy^2 + dqz^2). Normals an
+/// difference: the unit of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
+/// Meshes", section 5). Each component n of a unit normal is stored as the integer q = floor(255 (n/2
+/// + 1/2) + 1/2), 0 to 255. The difference of two normals is sqrt(dqx^2 + dqy^2 + dqz^2). Normals an
 /// angle a apart differ by about 255 sin(a/2): 2.2 a degree, 255 for opposite ones.
 struct NormalError {
   /// The thresholds of `above_8bit`, in the unit of `mean_8bit`.
@@ -87,8 +87,8 @@ ViewAngles view_angles(const Vec3& toward);
 /// The directions that ViewOptions::count stands for, unit length: evenly spread over the sphere.
 std::vector<Vec3> spread_views(std::uint32_t count);
 
-/// Directions to measure from that none of `used` is near: spread_views(count) turned as a whole, by the
-/// first of a fixed series of rotations after which no angle to a used direction is under the least one.
+/// Directions to measure from that none of `used` is near: spread_views(count) turned as a whole. Of a
+/// fixed series of rotations, the first counts that leaves no angle to a used direction under the least.
 /// \param used  unit directions; may be empty
 /// \throws Error(usage) where 4,096 rotations find no room
 std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used,

@@ -92,17 +92,17 @@ struct LoadMeshOptions {
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary) or OFF (ascii),
 /// chosen by extension in any case.
 ///
-/// Polygons become fans where they are convex (with more than 64 corners they are halved until
-/// their pieces have as few), else ears (Meisters 1975). In PLY's strips -1 ends a strip, and a
-/// triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s
-/// t, u v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL
-/// corners with exactly equal positions become one vertex. Positions are read in double
-/// precision. A mesh farther from the world's origin than 16 of its diagonals gets an `origin`
-/// of its own. PLY's vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign
-/// `tw` (without it, the UVs say it): Mesh::tangents, where there are UVs. Clear them for those
-/// of MikkTSpace. Normals are made unit. OBJ's groups are its `g` and `o` names, whichever came
-/// last; its objects are its `o` names alone, its materials those of `usemtl`, described in the
-/// files of `mtllib`. Triangles before the first such name have one of their own, "default".
+/// Polygons become fans where they are convex, else ears (Meisters 1975). Convex ones of more than
+/// 64 corners are halved until their pieces have as few. In PLY's strips -1 ends a strip, and a
+/// triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
+/// v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL corners
+/// with exactly equal positions become one vertex. Positions are read in double precision. A mesh
+/// farther from the world's origin than 16 of its diagonals gets an `origin` of its own. PLY's
+/// vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign `tw` (without it, the
+/// UVs say it): Mesh::tangents, where there are UVs. Clear them for those of MikkTSpace. Normals
+/// are made unit. OBJ's groups are its `g` and `o` names, whichever came last; its objects are its
+/// `o` names alone, its materials those of `usemtl`, described in the files of `mtllib`. Triangles
+/// before the first such name have one of their own, "default".
 ///
 /// What is imperfect is handled and reported by these warnings:
 ///   non-finite-vertices   kept
@@ -121,9 +121,9 @@ struct LoadMeshOptions {
 ///
 /// \param path      the file
 /// \param warnings  where to append what was imperfect but handled; may be null
-/// \throws Error(input) names the file, the place (line, byte or element) and the remedy: no file,
-///         no known format, another format than the name says, truncated, an index out of range, no
-///         faces, no finite vertex, no triangle with area, coordinates beyond float's range.
+/// \throws Error(input) names the file, the place (line, byte or element) and the remedy: no file;
+///         no known format, or another one than the name says; truncated; an index out of range; no
+///         faces; no finite vertex; no triangle with area; coordinates beyond float's range.
 /// Thread safety: may be called from several threads. Memory and time are linear in the file's
 /// size; about 0.2 s for a binary PLY or an OBJ of a million triangles on one core.
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
@@ -154,11 +154,11 @@ Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
 ///         more than 2^31 - 1 of anything
 Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = nullptr);
 
-/// Writes a Wavefront OBJ (positions, colours without alpha, UVs, normals, groups, objects, names of
-/// materials) with 9 significant digits, so that reading it back gives the same floats; 17 digits for the
-/// positions of a mesh with an origin. `material_files` are named as they are, and not written. The file appears whole or not
-/// at all. About 0.4 s for a million triangles. Tangents are not written. Thread safety: may be called from
-/// several threads, for files of different names.
+/// Writes a Wavefront OBJ: positions, colours without alpha, UVs, normals, groups, objects, names of
+/// materials. It has 9 significant digits, so that reading it back gives the same floats; 17 digits
+/// for the positions of a mesh with an origin. `material_files` are named as they are, and not
+/// written. The file appears whole or not at all. About 0.4 s for a million triangles. Tangents are
+/// not written. Thread safety: may be called from several threads, for files of different names.
 /// \throws Error(usage) for a mesh with an index out of range or an incomplete attribute, before
 ///         anything is written
 /// \throws Error(output)

@@ -69,8 +69,8 @@ struct MeshView {
 /// A mesh of what a view shows: one copy of each attribute, in one pass over it. The caller's memory is free
 /// after that. Thread safety: may be called from several threads, also on one view. Nothing is welded or called
 /// back.
-/// \throws Error(input) with the ids of validate(); `mesh-size` also for attributes that are not one a
-///         vertex, indices of both widths, or numbers of them that are no multiple of 3
+/// \throws Error(input) with the ids of validate(). `mesh-size` also for attributes that are not one
+///         a vertex; for indices of both widths; for a number of indices that is no multiple of 3
 Mesh to_mesh(const MeshView& view);
 
 }  // namespace kiln

@@ -33,9 +33,9 @@ struct OpenClHandles {
 /// All of Kiln's work goes through this queue, in order with the caller's own commands there:
 /// work enqueued before a bake is done before it. A bake returns when its results are on the
 /// host. Kiln never resets or reconfigures anything, and reads no environment variable.
-/// \throws Error(usage): `opencl-handle` for a null handle or one that is no OpenCL object, `opencl-queue` for
-///         a queue of another context or device, or one out of order; Error(device) for a device without a
-///         compiler
+/// \throws Error(usage): `opencl-handle` for a null handle or one that is no OpenCL object;
+///         `opencl-queue` for a queue of another context or device, or one out of order;
+///         Error(device) for a device without a compiler
 /// Thread safety: as any Device; the queue may be used by the caller's other threads meanwhile.
 Device opencl_device(const OpenClHandles& handles);
 

@@ -40,8 +40,8 @@ struct ConvertOptions {
 /// becomes grey; of two, blue is 0. Nothing is kept. Thread safety: may be called from several threads, for
 /// memory that does not overlap.
 /// \param pixels  at least height rows of row_bytes, the last one without what follows its pixels
-/// \throws Error(usage): `pixel-size` for too little memory, rows that are too short or a coverage of
-///         another size, `pixel-format`, `image-size` for an image that does not hold together
+/// \throws Error(usage): `pixel-size` for too little memory, rows that are too short or a coverage
+///         of another size; `pixel-format`; `image-size` for an image that does not hold together
 void convert(const Image& image, PixelFormat format, std::span<std::byte> pixels,
              const ConvertOptions& options = {});
 

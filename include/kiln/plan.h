@@ -12,11 +12,11 @@ namespace KILN_PUBLIC kiln {
 
 /// The error to reach, and what to bake.
 struct PlanOptions {
-  /// The mean angle, degrees, between rendered normals of the low poly with its map and those of the
-  /// high poly that is to be reached. 0: what larger maps would not improve by more than 5%.
+  /// The mean angle to reach, degrees, between rendered normals of low poly with map and high poly.
+  /// 0: what larger maps would not improve by more than 5%.
   double max_error = 0;
-  /// Of other maps that are baked, each once. Where the map that reaches `max_error`
-  /// is too small for one of them, all maps grow until each is within its bound.
+  /// Of other maps that are baked, each once. The map that reaches `max_error` may be too small for
+  /// one of them. Then all maps grow until each is within its bound.
   std::vector<MapBound> bounds = {};
   /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
   bool choose_rays = true;
@@ -24,9 +24,9 @@ struct PlanOptions {
   BakeOptions bake;
 };
 
-/// What plans measure with: directions that `kiln measure` looks from too, and that nothing is matched from,
-/// and pixels a side of the picture from each. Pixels are point samples: so few of them put the mean within
-/// 1% of what 256 a side say, on the bunny, an urn and a head.
+/// What plans measure with: directions, and pixels a side of the picture from each. `kiln measure`
+/// looks from these directions too; nothing is matched from them. Pixels are point samples. So few
+/// put the mean within 1% of 256 a side, on the bunny, an urn and a head.
 inline constexpr std::uint32_t kPlanViews = 30, kPlanPixels = 64;
 
 /// One bake that was tried and measured.
@@ -70,22 +70,22 @@ struct PlannedBake {
 /// Bakes with the cheapest plan that reaches an error: the way to match that costs least on a mesh of this
 /// size, and the smallest map.
 ///
-/// Pictures of both meshes are taken once. The points that they show are matched as texels
-/// would be. This tells what a match reaches with a map of endless size, f, without baking
-/// one. A small map is baked and measured there, and errors of larger ones follow from
-/// e(s) = f + 1 / (1 / (p - f) + r s^2), p being the error without any map: within 4% on
-/// low polys of 1,500 to 3,000 faces, worse where many charts have few texels, and then
-/// the next map tells more. The next that is baked is the smallest that is expected to
-/// reach the error. `reached` is measured on the very map that is returned.
+/// Pictures of both meshes are taken once. The points that they show are matched as texels would
+/// be. This tells what a match reaches with a map of endless size, f, without baking one. A small
+/// map is baked and measured there. Errors of larger ones follow from e(s) = f + 1 / (1 / (p - f) +
+/// r s^2), p being the error without any map. They hold within 4% on low polys of 1,500 to 3,000
+/// faces. They are worse where many charts have few texels; then the next map tells more. The next
+/// that is baked is the smallest that is expected to reach the error. `reached` is measured on the
+/// very map that is returned.
 ///
-/// Matches are looked at in the order of their cost, and only where no earlier one is expected to reach the
-/// error. Where the high poly has UVs that are fit for it (BakeOptions::uv), matching by UVs comes before all
-/// others, since it searches nothing; else it is left out. Then views first for meshes of more than two million
-/// triangles, for which building the BVH takes longest; else rays first, and views last, where rays miss points
-/// or another way gets nearer than they do. None but these is looked at where the error is below what any map
-/// could show. Without an error to reach, UVs do unless the first way that searches gets nearer. Where none is
-/// expected to reach it, the match that gets nearest is baked. Its size is one that larger maps would not improve
-/// on by 5%; what gains less than 3% on those before it does not count as nearer. With a cage, rays alone.
+/// Matches are looked at in the order of their cost, and only where no earlier one is expected to do. Matching
+/// by UVs searches nothing: it comes first where the high poly's UVs are fit for it (BakeOptions::uv), else it
+/// is left out. Then views first for meshes of more than two million triangles, for which building the BVH
+/// takes longest; else rays first, and views last, where rays miss points or another way gets nearer than they
+/// do. None but these is looked at where the error is below what any map could show. Without an error to
+/// reach, UVs do unless the first way that searches gets nearer. Where none is expected to reach it, the match
+/// that gets nearest is baked. Its size is one that larger maps would not improve on by 5%; what gains less
+/// than 3% on those before it does not count as nearer. With a cage, rays alone.
 ///
 /// A trial that loses parts of the high poly is worth less than its error says: the surface below
 /// them may look smoother. The lost share counts as without a map, so the error is raised by lost

@@ -35,9 +35,9 @@ struct RayOptions {
   RayDirection direction =
       RayDirection::automatic;  ///< With a cage, too; not with one of CageKind::offsets
   /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
-  /// None given: for each edge by what the high poly has there. Two fifths of its bevel's width, or twice the
-  /// way that the high poly lies farther out beside it, where that is more; 0.05% to 4% of the diagonal. Edges that
-  /// do not tell take the median of the other edges, or 1% of the diagonal where none does.
+  /// None given: for each edge by what the high poly has there. Two lengths compete, and the larger counts: two
+  /// fifths of its bevel's width, and twice how much farther out the high poly lies beside it; 0.05% to 4% of
+  /// the diagonal. Edges that do not tell take the median of the others; 1% of the diagonal where none tells.
   std::optional<Length> edge_width = {};
 };
 

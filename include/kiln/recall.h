@@ -11,12 +11,12 @@ namespace KILN_PUBLIC kiln {
 /// What a bake leaves out of the high poly, which no measure over the low poly can tell: the share
 /// of the high poly near the low poly that views from outside show and no sample stands for.
 ///
-/// Places lie evenly over the high poly's area. A place counts within the match's distance
-/// of the low poly, where its face turns less than 60 degrees from the low poly's there (a
-/// map along that normal cannot hold steeper ones). Its weight is what 64 directions all
-/// around see of it past the high poly: the sum of their cosines, as pixels of pictures
-/// would count it. A sample stands for a place within one and a half samples' steps of its
-/// point, whose face does not look the other way. Layers closer than that are one.
+/// Places lie evenly over the high poly's area. A place counts within the match's distance of the
+/// low poly. Its face turns less than 60 degrees from the low poly's there: a map along that normal
+/// cannot hold steeper ones. Its weight is what 64 directions all around see of it past the high
+/// poly: the sum of their cosines, as pixels of pictures would count it. A sample stands for a
+/// place within one and a half samples' steps of its point. The two faces do not look opposite
+/// ways. Layers closer than that are one.
 struct RecallReport {
   std::uint64_t places = 0;       ///< That counted
   double lost = 0;                ///< Share that no sample stands for, 0 to 1

@@ -75,8 +75,8 @@ struct FrameCost {
   std::uint64_t triangles = 0;  ///< Drawn a frame
   /// Corners that differ in position, normal or (with a map) UV: what a vertex buffer would hold.
   std::uint64_t vertices = 0;
-  /// Of those vertices (position and normal, 24 bytes; with a map also UV and tangent, 48), of three indices
-  /// of 4 bytes a triangle, and of the map, 3 channels of 16 bits a texel.
+  /// Of those vertices: position and normal, 24; with a map also UV and tangent, 48. Of three
+  /// indices of 4 bytes a triangle. Of the map: 3 channels of 16 bits a texel.
   std::uint64_t bytes = 0;
 };
 
@@ -88,8 +88,8 @@ class Scene {
  public:
   /// \param map  read through the mesh's UVs: bilinear, clamped to the edges, 16 bits a channel; texels
   ///             that are not finite count as (1/2, 1/2, 1). Tangent frames follow MikkTSpace.
-  /// \throws Error(input) where no triangle is usable, or a map is given and the mesh has no UVs or the
-  ///         map fewer than 3 channels; Error(device) where memory runs out
+  /// \throws Error(input) where no triangle is usable; where a map is given, and the mesh has no
+  ///         UVs or the map fewer than 3 channels; Error(device) where memory runs out
   explicit Scene(const Device& device, const Mesh& mesh, const NormalMap& map = {});
 
   /// An orthographic picture: clay over a plain light background. A key, a fill and a rim light

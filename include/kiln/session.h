@@ -45,8 +45,8 @@ struct SessionOptions {
 /// it. Tangents and welding as bake(); positions that were equal at first stay welded only while they are.
 class BakeSession {
  public:
-  /// \param options  as for bake(), but match and progress must be empty, and clusters of visibility and
-  ///                 blending with a fallback are left out
+  /// \param options  as for bake(), but match and progress must be empty. Clusters of visibility
+  ///                 and blending with a fallback are left out
   /// \throws Error as bake(); Error(input) for a high poly with a corner that is not finite
   BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options = {},
               const SessionOptions& session = {});

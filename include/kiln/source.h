@@ -29,9 +29,8 @@ struct Bounds {
 };
 
 /// The high poly on the device: triangles, hierarchy, normals. Built once, baked from many times,
-/// immutable. Cheap to copy (shared). Structures that only some matches need (the hierarchy, say, which
-/// rays and nearest points walk) are made at their first use, by the first thread that needs one; others
-/// wait for it.
+/// immutable. Cheap to copy (shared). Structures that only some matches need are made by the first
+/// thread that needs one; others wait for it. Such is the BVH, which rays and nearest points walk.
 ///
 /// Thread safety: any number of threads may bake from one Source, or copies of it, at the same time. Maps
 /// are the same bytes as one after another.

@@ -39,10 +39,10 @@ struct Texture {
 
 /// A texture of the high poly that is baked into one of the low poly.
 ///
-/// A texel's value is the mean of the picture over the texel's own area on it (its
-/// footprint): the match carries the texel's sides onto the high poly's triangle and
-/// into its UVs. The parallelogram there is integrated from mip chains (McCormack et
-/// al. 1999, "Feline", with one probe a texel of the level instead of a Gaussian row).
+/// A texel's value is the mean of the picture over the texel's own area on it (its footprint): the
+/// match carries the texel's sides onto the high poly's triangle and into its UVs. The
+/// parallelogram there is integrated from mip chains (McCormack et al. 1999, "Feline"). One probe a
+/// texel of the level takes the place of a Gaussian row.
 struct Transfer {
   std::string name = "texture";  ///< Of the map: a letter, then letters, digits and _
   Texture texture = {};          ///< What is baked

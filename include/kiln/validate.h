@@ -16,20 +16,21 @@ namespace KILN_PUBLIC kiln {
 /// \throws Error(input) that names the mesh, the element and the value, with these ids:
 ///   mesh-index    a corner of triangles, uv_triangles or normal_triangles beyond its pool
 ///   mesh-size     uv_triangles, normal_triangles, groups, objects, materials or polygons not parallel to
-///                 triangles, colors not parallel to positions, or tangents that are not three a triangle
+///                 triangles; colors not parallel to positions; tangents that are not three a triangle
 ///   mesh-origin   an origin that is not finite
 ///   mesh-group    a group, object or material beyond its names
 ///   mesh-polygon  polygons that do not count up from 0, each in a row
-/// Cost: linear; 1 ms of CPU time a million triangles with UVs, 2.5 ms with normals, groups, objects and
-/// materials, too (AMD EPYC), over thread_limit() threads. Thread safety: may be called from several threads.
+/// Cost: linear; 1 ms of CPU time a million triangles with UVs; 2.5 ms with normals, groups, objects and
+/// materials, too (AMD EPYC). It runs over thread_limit() threads. Thread safety: may be called from several
+/// threads.
 void validate(const Mesh& mesh);
 
 /// Whether options are in range and do not contradict each other, whatever the meshes are. A match that they
 /// point to is not looked at.
 ///
-/// \throws Error(usage) that names the parameter, its value and the range; ids: `option-range` for numbers,
-///         `option-enum` for a value that an enumeration does not have, `option-name` for a map or match
-///         that does not exist, `option-contradiction` for parameters that exclude each other
+/// \throws Error(usage) that names the parameter, its value and the range; ids: `option-range` for numbers;
+///         `option-enum` for a value that an enumeration does not have; `option-name` for a map or match
+///         that does not exist; `option-contradiction` for parameters that exclude each other
 /// Cost: below a microsecond. Thread safety: may be called from several threads.
 void validate(const BakeOptions& options);
 

@@ -67,8 +67,8 @@ struct Volume {
 ///                 else the pixel sizes. scl_slope and scl_inter, where they change values, are applied;
 ///                 the volume is f32 then.
 ///   .vdb          OpenVDB, in builds that have it (reads_openvdb()): the first float or double grid
-///                 as f32 over the bounding box of its active voxels and 2 voxels more on each side,
-///                 which hold the background's value (or the inside's, in a level set).
+///                 as f32. It covers the bounding box of its active voxels and 2 voxels more on each
+///                 side; these hold the background's value (or the inside's, in a level set).
 ///
 /// Positions are in the file's own world and units: left-posterior-superior in most NRRD and MetaImage
 /// files, right-anterior-superior in NIfTI (the same body, turned by 180 degrees about z). Either byte
@@ -88,10 +88,10 @@ struct Volume {
 ///
 /// \param path      the file
 /// \param warnings  where to append what was imperfect but handled; may be null
-/// \throws Error(input) names the file, the place (line, field or byte) and the remedy: no file, no
-///         known format, another format than the name says, truncated (expected and found bytes), a
-///         size of 0 or beyond 2^32 - 1 on an axis, an encoding or type that Kiln does not read, more
-///         than one value a voxel, several time steps, axes that are not independent.
+/// \throws Error(input) names the file, the place (line, field or byte) and the remedy: no file; no
+///         known format, or another one than the name says; truncated (expected and found bytes); a
+///         size of 0 or beyond 2^32 - 1 on an axis; an encoding or type that Kiln does not read; more
+///         than one value a voxel; several time steps; axes that are not independent.
 /// Thread safety: may be called from several threads. Memory is the volume's, plus a few MiB: a header
 /// that claims more than its file could hold is refused before anything is allocated for it.
 /// \see http://teem.sourceforge.net/nrrd/format.html,

@@ -1,13 +1,13 @@
 // The nearest point of the high poly for each sample of the low poly.
 //
-// Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods and Assessment for Detail-Recovery", section
-// 3.1. Faces turned away from the sample's direction (their normal's product with it is below 0) are left
-// out, so that a sample does not take the wrong side of a thin sheet.
+// Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods and Assessment for Detail-Recovery",
+// section 3.1. Faces turned away from the sample's direction (their normal's product with it is
+// below 0) are left out. So a sample does not take the wrong side of a thin sheet.
 //
-// Algorithm: the hierarchy of the rays (see shared/bvh.h) walked nearest child first with a shrinking
-// radius, and one point-triangle distance that all variants share (see lib/nearest.clh). Ties go to the
-// lowest triangle. Culling is strict and its arithmetic is monotone, so the result is a function of the
-// sample and the triangles alone. On CPUs neighbouring samples walk together (see
+// Algorithm: the hierarchy of the rays (see shared/bvh.h) walked nearest child first with a
+// shrinking radius, and one point-triangle distance that all variants share (see lib/nearest.clh).
+// Ties go to the lowest triangle. Culling is strict and its arithmetic is monotone: the result is a
+// function of sample and triangles alone. On CPUs neighbouring samples walk together (see
 // lib/closest_group.clh), starting with the leaf that their predecessors ended at.
 //
 // | kernel              | global size      | local | reads, writes a sample  |

@@ -1,11 +1,11 @@
 // Raster: software z-buffer of depth and triangle id, orthographic, for matching by views. The way for
 // GPUs; tiles.cl draws the same pictures on CPUs.
 //
-// Pineda 1988, "A parallel algorithm for polygon rasterization": edge functions, here in fixed point, so
-// that coverage is exact. Vertices are snapped once, to 1/256 of a pixel, and shared; by the top-left
-// rule a pixel centre on an edge belongs to one of the two triangles: no cracks, nothing drawn twice.
-// The depth at a pixel is interpolated by one expression whatever the path, and the least key
-// (depth, then triangle) wins, so the picture is a function of the mesh and the view alone.
+// Pineda 1988, "A parallel algorithm for polygon rasterization": edge functions, here in fixed
+// point, so that coverage is exact. Vertices are snapped once, to 1/256 of a pixel, and shared; by
+// the top-left rule a pixel centre on an edge belongs to one of the two triangles: no cracks,
+// nothing drawn twice. The depth at a pixel is interpolated by one expression whatever the path. The
+// least key (depth, then triangle) wins: the picture is a function of the mesh and the view alone.
 //
 // kernel               global             local  memory traffic
 // kiln_raster_clear    pixels / 8, up     64     writes 8 B a pixel

@@ -1,9 +1,9 @@
 // Nearest hits of rays that leave samples of the low poly, on the high poly.
 //
 // Algorithm: a hierarchy of 8-wide nodes (see shared/bvh.h) walked nearest child first, and a
-// watertight triangle test (see lib/triangle.clh) that all variants share. Ties in t go to the smaller
-// triangle. Culling is strict and its arithmetic is monotone, so the result is a function of the ray
-// and the triangles alone.
+// watertight triangle test (see lib/triangle.clh) that all variants share. Ties in t go to the
+// smaller triangle. Culling is strict and its arithmetic is monotone: the result is a function of
+// ray and triangles alone.
 //
 // Which hit counts (shared/ray.h): the smallest t; or outward first, the nearest t >= 0, else the
 // nearest t < 0; or the outermost, the greatest t. An outermost ray also says whether hits of two or

@@ -1,13 +1,13 @@
 // Tiles: draws depth views on CPUs, the same pictures as raster.cl to the bit, without atomics.
 //
-// Sort-middle rasterisation (Molnar et al. 1994, "A sorting classification of parallel rendering"; for
-// CPUs: Seiler et al. 2008, "Larrabee", section 4): a work-item owns a tile of the picture and draws into
-// its own memory everything that reaches into it. What is sorted is not triangles but chunks of 32, whose
-// boxes are fixed with the mesh: a view costs a projected box a chunk, and chunks that face away as a
-// whole (cone of normals: Shirman and Abi-Ezzi 1993, "The cone of normals technique") fall out there.
-// Within a chunk, vertices are projected and triangles set up 16 at a time, a lane each; those that span
-// up to 2 x 2 pixels are drawn that way, too, and larger ones by rows of 8 pixels with the edge functions
-// of raster.cl (Pineda 1988).
+// Sort-middle rasterisation (Molnar et al. 1994, "A sorting classification of parallel rendering";
+// for CPUs: Seiler et al. 2008, "Larrabee", section 4): a work-item owns a tile of the picture and
+// draws into its own memory everything that reaches into it. What is sorted is not triangles but
+// chunks of 32, whose boxes are fixed with the mesh: a view costs a projected box a chunk, and
+// chunks that face away as a whole (cone of normals: Shirman and Abi-Ezzi 1993, "The cone of
+// normals technique") fall out there. Within a chunk, vertices are projected and triangles set up
+// 16 at a time, a lane each; triangles that span up to 2 x 2 pixels are drawn that way, too. Larger
+// ones are drawn by rows of 8 pixels with the edge functions of raster.cl (Pineda 1988).
 //
 // kernel              global                 local  memory traffic
 // kiln_tiles_bounds   views * chunks / 16    64     reads 44 B, writes 8 B a chunk

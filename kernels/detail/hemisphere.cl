@@ -7,14 +7,14 @@
 // normal; the set and the angle are a hash of the sample's place in the map. The basis about a normal changes
 // steadily with it (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
 //
-// A row of rays holds one ray of each sample, so neighbours start beside each other. Which ray of its set a
-// turned sample adds to a row is chosen so that all rays of the row run in about the same direction: the set is
-// cut into rings, each sorted by angle, and a turned sample starts elsewhere in the ring. Each sample has all of
-// its rays in the end; only their order changes. Nearest hits are better off with rows that run in all
-// directions: beams of rays that lean differently widen until they meet everything.
-// Where few samples, far apart, cast many rays each, a row would hold rays that have no node in common. There the
-// rays of one sample lie one after another (by_sample). Origins are pushed off the face, along its geometric
-// normal, to the side that the ray leaves to: so no ray meets the face that it starts from.
+// A row of rays holds one ray of each sample, so neighbours start beside each other. A turned sample
+// adds one ray of its set to a row, so that all rays of the row run about the same way: the set is cut
+// into rings, each sorted by angle, and a turned sample starts elsewhere in the ring. Each sample has
+// all of its rays in the end; only their order changes. Nearest hits are better off with rows that run
+// in all directions: beams of rays that lean differently widen until they meet everything. Where few
+// samples, far apart, cast many rays each, a row would hold rays that have no node in common. There
+// the rays of one sample lie one after another (by_sample). Origins are pushed off the face, along its
+// geometric normal, to the side that the ray leaves to: so no ray meets the face that it starts from.
 //
 // kernel                   global               local  memory traffic an item
 // kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
@@ -191,8 +191,8 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
 }
 
 /// Rays [first_ray, first_ray + rays) of samples [first, first + stride), a row a ray: position and
-/// direction. With by_sample the rays of a sample instead. The direction stored is the ray's opposite, so that faces
-/// that look at the point are those that look along it.
+/// direction. With by_sample the rays of a sample instead. The direction stored is the ray's
+/// opposite: faces that look at the point look along it.
 /// \param turn_table  cosines, then sines
 /// \param directions  of each set: on the disk and over it, x, y and z, a plane each
 /// \param rings       of each ray: the ring's first ray, then its number of rays, a plane each

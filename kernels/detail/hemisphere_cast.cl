@@ -1,7 +1,7 @@
 // Rays over hemispheres made, cast and counted at one go, by streams (accel/occlusion_block.clh).
 //
 // The kernels of hemisphere.cl hand rays on through memory, 25 bytes each, which are written once and read
-// three times. Here a work-item takes the rays of some neighbouring samples, a block of them at a time, whose
+// three times. Here a work-item takes the rays of some neighbouring samples, block by block; a block's
 // data stays in a core's cache; and what a sample's rays have in common is worked out once a block.
 //
 // kernel                     global size                  local  per work-item

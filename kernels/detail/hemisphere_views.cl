@@ -52,8 +52,8 @@ kernel void kiln_hemisphere_depths(const kiln_hemisphere_views_params params,
   }
 }
 
-/// Adds a batch of views to samples. A view sees a sample where the pixel that the sample is in shows nothing
-/// that lies nearer, at the pixel's centre, than the plane of the sample's face does there.
+/// Adds a batch of views to samples. A view sees a sample where the sample's pixel shows nothing
+/// nearer than the plane of the sample's face. Both count at the pixel's centre.
 /// \param points  position, unit normal (0: no hemisphere) and the face's normal of any length, 9 planes
 /// \param sums    KILN_HEMISPHERE_VIEW_SUMS planes
 /// \param lean    3 planes of lean_plane: directions by their cosines

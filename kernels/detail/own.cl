@@ -1,7 +1,7 @@
 // Maps of the caller's own: gathers each sample's point and calls the caller's function.
 //
-// The caller's source follows this file in the program, so that it sees own.clh, and nothing of it is seen here
-// but kiln_map().
+// The caller's source follows this file in the program, so that it sees own.clh. Nothing of it is
+// seen here but kiln_map().
 //
 // kernel           global    local  memory traffic an item
 // kiln_own_values  samples   64     reads 41 B + 2 triangles (gathered), writes 16 B; and what the caller reads

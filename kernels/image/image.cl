@@ -7,8 +7,8 @@
 // columns at once.
 //
 // Distance and offset travel in one integer, the key: d^2, then dy + bias, then dx + bias, from the
-// highest bits down. The row pass is then one addition and one unsigned minimum a candidate, and ties
-// go to the lowest row, then the lowest column, by themselves. Integers only: the same on any device.
+// highest bits down. The row pass is then one addition and one unsigned minimum a candidate. Ties go
+// to the lowest row, then the lowest column, by themselves. Integers only: the same on any device.
 //
 // | kernel                     | items                          | local | traffic an item              |
 // | -------------------------- | ------------------------------ | ----- | ---------------------------- |

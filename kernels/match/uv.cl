@@ -1,18 +1,18 @@
 // Matching by UVs: the high poly's triangles, drawn where they lie in the texture.
 //
-// Purpose: where both meshes' UVs lie over each other, the point of the high poly that a sample stands
-// for is the one with the sample's UV; nothing is searched (Gumbau, Gonzalez, Chover, "Fast GPU-based
-// normal map generation for simplified models", WSCG 2006). They let a GPU's rasteriser draw the
-// triangles; here edge functions do, exactly.
+// Purpose: where both meshes' UVs lie over each other, a sample stands for the high poly's point
+// with its UV; nothing is searched (Gumbau, Gonzalez, Chover, "Fast GPU-based normal map generation
+// for simplified models", WSCG 2006). They let a GPU's rasteriser draw the triangles; here edge
+// functions do, exactly.
 //
 // Algorithm: integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon Rasterization") with
-// the top-left rule, the same as texel.cl's. Triangles are small and many, so a work-item takes one (or a
-// tile of a large one) and writes its samples with an atomic minimum: the lowest index wins whatever the
-// order. A sample that is written twice also gets the highest index, by an atomic maximum. On CPUs, where
-// atomics are slow and threads few, a work-item takes the triangles of a run of rows in their order instead,
-// with eight samples at a time. The weights of a sample are quotients of differences of products, which
-// two more fused multiply-adds make good to the last bits (Kahan; Jeannerod, Louvet, Muller, "Further analysis
-// of Kahan's algorithm for the accurate computation of 2 x 2 determinants", 2013).
+// the top-left rule, the same as texel.cl's. Triangles are small and many, so a work-item takes one (or
+// a tile of a large one) and writes its samples with an atomic minimum: the lowest index wins whatever
+// the order. A sample that is written twice also gets the highest index, by an atomic maximum. On CPUs
+// atomics are slow and threads few. There a work-item takes the triangles of a run of rows in their
+// order, with eight samples at a time. The weights of a sample are quotients of differences of products.
+// Two more fused multiply-adds make these good to the last bits (Kahan; Jeannerod, Louvet, Muller,
+// "Further analysis of Kahan's algorithm for the accurate computation of 2 x 2 determinants", 2013).
 //
 // kernel            global       local  memory traffic an item
 // kiln_uv_cover     tasks        64     reads 48 B; 4 B a sample inside, atomic
@@ -229,8 +229,8 @@ static float8 uv_determinant8(const float8 a, const float8 b, const float8 c, co
   return fma(a, d, -product) + rest;
 }
 
-/// Looks up who covers each sample of a texel, and where in the triangle the sample lies. There is at least
-/// one piece; where none covers a sample, the first is computed with and the result thrown away, since
+/// Looks up who covers each sample of a texel, and where in the triangle the sample lies. There is
+/// at least one piece; where none covers a sample, the first serves and the result is thrown away:
 /// code without branches becomes vectors.
 kernel void kiln_uv_match(const kiln_uv_params params,
                           global const uint* restrict texel_index,

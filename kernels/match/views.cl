@@ -3,9 +3,9 @@
 // Wang, Froehlich, Goebel, "Fast Normal Map Generation for Simplified Meshes", section 2: each sample is
 // projected into each view, and the view whose depth is nearest decides (or, section 6, the one that looks
 // most along the normal). The key gives the triangle (an item buffer); the point is where the view's line
-// through the sample meets that triangle, or its neighbour under one of the 4 pixels around: exact, and
-// not what the pixel's centre saw. A view that has no such point on a face turned the sample's way is left
-// out and the next best one decides, so the result is the best of all views in whatever batches they come.
+// through the sample meets that triangle. Or its neighbour under one of the 4 pixels around: exact, and not
+// what the pixel's centre saw. A view without such a point on a face turned the sample's way is left out,
+// and the next best one decides. So the result is the best of all views in whatever batches they come.
 //
 // kernel            global   local  memory traffic an item
 // kiln_views_match  samples  64     reads 24 B + 8 B a view (gathered) + triangles; writes 21 B if better
@@ -145,11 +145,11 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
   return found;
 }
 
-/// The point on the sample's own direction: where a point of that line shows in the view, the pixels'
-/// triangles are tried against the line, and its next point taken from what they say (as relief mapping
-/// searches a depth image; Policarpo, Oliveira, Comba 2005). Where it meets none of them, since pixels show
-/// only some of the triangles that are smaller, the nearest point beside it counts within a pixel. Else
-/// false.
+/// The point on the sample's own direction: where a point of that line shows in the view, the
+/// pixels' triangles are tried against the line, and its next point taken from what they say (as
+/// relief mapping searches a depth image; Policarpo, Oliveira, Comba 2005). Pixels show only some
+/// of the triangles that are smaller. Where it meets none of them, the nearest point beside it
+/// counts within a pixel. Else false.
 /// \param along  distance along the line where the search begins
 static inline bool views_refine(global const kiln_view* view, const views_sample* sample,
                                 float along, float max_distance, global const ulong* restrict keys,

@@ -1,9 +1,9 @@
 // Visibility directions: from where each place of the low poly is seen, past the mesh itself.
 //
-// After Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for Detail-Recovery" (2003),
-// section 3.3: the mesh is drawn from many directions all around, and each place adds up the directions
-// that see it. A direction counts in proportion to the cosine at which it sees the face, which is what
-// counting pixels comes to.
+// After Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for Detail-Recovery"
+// (2003), section 3.3: the mesh is drawn from many directions all around, and each place adds up
+// the directions that see it. A direction counts in proportion to the cosine at which it sees the
+// face: as counting pixels does.
 //
 // kernel                    global        local  memory traffic an item
 // kiln_visibility_depths    pixels        64     reads 8 B, writes 4 B
@@ -68,9 +68,9 @@ kernel void kiln_visibility_prepare(const kiln_visibility_params params,
   prepared[i + 5 * out] = normal.z;
 }
 
-/// Adds the directions of a batch of views that see each sample: the pixel that the sample is in shows
-/// nothing that lies nearer, at the pixel's centre, than the plane of the sample's face does there. So no
-/// face hides itself, however much aslant it is seen.
+/// Adds the directions of a batch of views that see each sample: the sample's pixel shows nothing
+/// nearer, at the pixel's centre, than the plane of the sample's face. So no face hides itself,
+/// however much aslant it is seen.
 /// \param prepared  6 planes: position, unit normal of the face
 /// \param weights   of the views
 /// \param sums      4 planes: sum of directions x y z, sum of weights

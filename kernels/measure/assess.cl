@@ -2,8 +2,8 @@
 //
 // Tarini, Cignoni, Scopigno 2003, "Visibility based methods and assessment for detail-recovery", sections
 // 4.1 and 4.2. For each direction: samples that face it are aimed at the viewer; rays (occlusion.cl) find
-// which of them the low poly hides, and rays (ray.cl) what the viewer sees of the high poly instead of
-// the others; distances add up. One work-item owns a sample's sums, in the directions' order.
+// which of them the low poly hides. Other rays (ray.cl) find the high poly's point that the viewer sees
+// instead of the rest; distances add up. One work-item owns a sample's sums, in the directions' order.
 //
 // kernel               global   local  memory traffic an item
 // kiln_assess_aim      samples  64     reads 12 B, writes 12 B
@@ -68,8 +68,8 @@ kernel void kiln_assess_gather(const kiln_assess_params params,
   assess_add(sums + KILN_ASSESS_SEEN * plane, i, plane, cosine, sqrt(dot3(across, across)));
 }
 
-/// Adds the distances from matches to what the rays meet first on the high poly, where they meet a front
-/// face.
+/// Adds the distances from matches to the rays' first points of the high poly, where these are on
+/// front faces.
 /// \param points         aimed samples; those without a direction have no ray
 /// \param dense_normals  unit normals of the high poly's faces
 /// \param triangle       that the ray meets, or KILN_NO_TRIANGLE

@@ -1,11 +1,11 @@
 // Render: orthographic pictures of meshes, shaded to make small detail readable.
 //
-// Camera rays go through the ray family, or a z-buffer of the raster family names each pixel's triangle;
-// here are the steps around both. Normals are interpolated over the
-// hit triangle, or read from a normal map: the exact inverse of kernels/detail.cl (tangent frames after
-// Mikkelsen 2008, interpolated and not normalised). Light is a wrapped key, a fill and a rim light that
-// travel with the camera, a broad highlight, and a sky dimmed by ambient occlusion: directions with a
-// cosine distribution (Malley's method on Vogel's spiral, 1979), turned by a per-pixel angle of the R2
+// Camera rays go through the ray family, or a z-buffer of the raster family names each pixel's
+// triangle; here are the steps around both. Normals are interpolated over the hit triangle, or read
+// from a normal map: the exact inverse of kernels/detail.cl (tangent frames after Mikkelsen 2008,
+// interpolated and not normalised). Light is a wrapped key, a fill and a rim light that travel with
+// the camera, and a broad highlight. A sky is dimmed by ambient occlusion: directions with a cosine
+// distribution (Malley's method on Vogel's spiral, 1979), turned by a per-pixel angle of the R2
 // sequence (Roberts 2018), with light bounced between near surfaces after Jimenez et al. 2016,
 // "Practical Realtime Strategies for Accurate Indirect Occlusion", section 5.
 //

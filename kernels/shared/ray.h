@@ -11,8 +11,8 @@
 #define KILN_RAY_OUTERMOST 16u     ///< The hit with the greatest t
 #define KILN_RAY_LIMITED 32u       ///< With OUTERMOST: no t above the sample's own reach
 
-/// Bit of the status that OUTERMOST sets beside the provenance where hits of two or more different
-/// t >= 0 lie on the ray.
+/// Bit of the status, set by OUTERMOST beside the provenance: hits of two or more different t >= 0
+/// lie on the ray.
 #define KILN_RAY_SEVERAL 128u
 
 /// Origins with a coordinate beyond this many frame units miss: their arithmetic could overflow.

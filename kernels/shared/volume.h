@@ -14,9 +14,9 @@ typedef uint64_t kiln_ulong;
 /// the volume is outside the solid. Cell c lies between padded voxels c and c + 1, edge (c, axis) leaves
 /// voxel c along the axis.
 ///
-/// 64 neighbouring places along x. An edge's or a cell's number is the base of its word plus the bits set
-/// before its own (Jacobson 1989, "Space-efficient static trees and graphs": rank): so place and number
-/// lead to each other without a search. Edges count along x first, then y, then z.
+/// 64 neighbouring places along x. The number of an edge or cell is the base of its word plus the
+/// bits set before its own (Jacobson 1989, "Space-efficient static trees and graphs": rank): so
+/// place and number lead to each other without a search. Edges count along x first, then y, then z.
 typedef struct kiln_volume_word {
   kiln_ulong edge[3];  ///< Bit: the edge along x, y, z is crossed
   kiln_ulong cell;     ///< Bit: the surface passes through the cell

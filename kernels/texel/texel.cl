@@ -1,7 +1,7 @@
 // Scan conversion of the low poly's UV triangles into samples.
 //
-// Purpose: for every sample of a band of the map, the UV triangle that covers it, and for the covered
-// ones, compacted, the barycentric weights, the point on the surface and the direction rays leave in.
+// Purpose: for every sample of a band of the map, the UV triangle that covers it. For the covered
+// ones, compacted: barycentric weights, point on the surface and direction of rays.
 //
 // Algorithm: exact integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon
 // Rasterization") with the top-left rule, evaluated for eight samples at a time. The host lists for

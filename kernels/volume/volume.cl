@@ -74,7 +74,7 @@ kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOX
 }
 
 /// Crossings of edges. edges: x, y, z of the padded voxel that each leaves, 16 bits each from the
-/// lowest, then the axis in two bits, then whether that voxel counts as inside.
+/// lowest. Then the axis in two bits; then whether that voxel counts as inside.
 ///
 /// The hint says that the code is vectors already. Without it Intel's compiler (2026.22) puts 4 to 16 items
 /// into one and takes wrong masks for volume_gradient's second loop: wrong normals, or a crash.

@@ -1,10 +1,10 @@
 // Normal maps of charts from fine vertices: splatting, filling, tangent space.
 //
 // Algorithm: Barry and Wood, "Direct Extraction of Normal Mapped Meshes from Volume Data". The fine
-// vertices of the clusters that a polygon spans are projected onto it and their normals added up in the
+// vertices of the clusters that a polygon spans are projected onto it. Their normals are added up in the
 // texels that they fall into. Other texels are filled by pull-push within the chart (Grossman and Dally
 // 1998, "Point Sample Rendering", section 3.3; Gortler et al. 1996, "The Lumigraph", section 3.4): a
-// coarser texel holds the mean of the known ones among 2 x 2, an unknown texel the bilinear
+// coarser texel holds the mean of the known ones among 2 x 2. An unknown texel holds the bilinear
 // interpolation (9, 3, 3, 1)/16 of the coarser level. Texels are float4: a normal, and 1 where known.
 //
 // | kernel                    | items           | local | traffic an item                           |
@@ -30,10 +30,10 @@ static float3 map_weights(float second, float third) {
 
 static float map_least(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
 
-/// The chart's triangle that a point lies in, or is least far out of; and its weights there. A point beyond
-/// the diagonal as one triangle sees it would fall into the other's half of the rectangle, although it lies
-/// beside both where they are of different width: it is the other's then, or, over a ridge between the two,
-/// neither's and on the diagonal.
+/// The chart's triangle that a point lies in, or is least far out of; and its weights there. A
+/// point beyond one triangle's diagonal would fall into the other's half of the rectangle. Yet it
+/// lies beside both where they are of different width: it is the other's then, or, over a ridge
+/// between the two, neither's and on the diagonal.
 static uint map_project(global const kiln_volume_chart* chart, float3 point, float3* weights) {
 #pragma OPENCL FP_CONTRACT OFF
   uint best = 0u;
@@ -194,8 +194,8 @@ static float3 map_interpolate(global const float* corners, float3 weights) {
          vload3(2, corners) * weights.z;
 }
 
-/// Turns level 0 into what the map holds. In tangent space x T + y B + z N gives back the normal, with the
-/// low poly's frame interpolated and not normalised, as shaders do it (Mikkelsen 2008).
+/// Turns level 0 into what the map holds. In tangent space x T + y B + z N gives back the normal.
+/// The low poly's frame is interpolated and not normalised, as shaders do it (Mikkelsen 2008).
 kernel void kiln_volume_map_encode(const kiln_volume_level params,
                                    global const kiln_volume_chart* restrict charts,
                                    global const uint* restrict row_charts,

@@ -1,14 +1,14 @@
 // Seams of a volume's map: charts that meet at an edge of the low poly hold the same normals along it.
 //
 // Algorithm: each chart is filled by itself (volume_map.cl), so that the two sides of an edge differ a
-// little. They agree on one curve of normals along the edge, and what changes a side fades out within a cell
-// of the volume. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5) name
+// little. They agree on one curve of normals along the edge; a side's change fades out within a cell of
+// the volume. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5) name
 // such blending as future work.
 //   1. At a corner: the mean of all charts that meet there.
 //   2. At the nodes of the side with fewest texels: the mean of the sides, moved near the corners by as much
 //      as ends there. Other sides take what lies between the nodes, so that all read the same.
-//   3. Differences between that and a chart's own texels are spread by push-pull, as unknown texels are, but
-//      from no level whose texels are wider than two cells. Beyond, fine vertices fell into the chart's own
+//   3. Differences between that and a chart's own texels are spread by push-pull, as unknown texels are. No
+//      level counts whose texels are wider than two cells. Beyond, fine vertices fell into the chart's own
 //      texels: they hold the data, and a seam must not move them.
 // A crease stays: sides count less from 30 degrees between them on, and not at all from 50.
 //

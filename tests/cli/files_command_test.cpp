@@ -153,9 +153,9 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
   };
   const ProcessResult soft = bake("soft", {"--triangulate", "shortest"});
   EXPECT_EQ(soft.exit_code, 0) << soft.errors;
-  EXPECT_NE(
-      soft.errors.find("1 UV seams between flats that are no hard edges, for one at (0, 0.5, 0)"),
-      std::string::npos)
+  EXPECT_NE(soft.errors.find(
+                "1 UV seam with smooth normals between flat faces, for example at (0, 0.5, 0)"),
+            std::string::npos)
       << soft.errors;
   EXPECT_NE(soft.errors.find("90 degrees"), std::string::npos) << soft.errors;
   EXPECT_NE(soft.output.find("2 quads"), std::string::npos) << soft.output;

@@ -7,7 +7,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -146,9 +148,42 @@ TEST(Friction, KnowsFlagsOfEveryCommandByOtherNames) {
            {{"simplify", "a", "--preserve-uvs", "--quiet"}, "--keep-uvs"},
            {{"volume", "a", "--threshold", "4"}, "--iso"},
            {{"diff", "a", "b", "--tolerance", "1"}, "--max-error"},
+           {{"render", "a", "--azimuth", "30"}, "--view"},
+           {{"simplify", "a", "--otu", "b.obj"}, "--out"},
            {{"bake", "a", "b", "--output-dir", "c"}, "--out"}}) {
     expect_exit(run_kiln(given), 2, {"has no option '" + given[given.size() - 2], ours + "?"});
   }
+}
+
+TEST(Friction, SaysWhatIsMissingAndWhichCommandWasMeant) {
+  expect_refused(run_kiln({}), {"give a command", "kiln bake HIGH LOW --out DIR", "simplify"});
+  expect_refused(run_kiln({"bake"}), {"HIGH is required: The high poly"});
+  expect_refused(run_kiln({"bake", "a", "b"}), {"--out is required: Folder for the maps"});
+  expect_exit(run_kiln({"bkae", "a"}), 2, {"no command 'bkae'", "did you mean kiln bake?"});
+  expect_exit(run_kiln({"decimate", "a"}), 2, {"did you mean kiln simplify?"});
+  expect_refused(run_kiln({"wax"}), {"no command 'wax'", "devices"});
+  expect_exit(run_kiln({"version"}), 0, {});
+  expect_refused(bake(make_scene(), {"--cage", "cage.obj"}), {"'cage.obj'", "--cage-mesh FILE"});
+}
+
+/// Names of other programs mean one map or match each, and none that is there.
+TEST(Friction, OtherNamesAreOfOneRow) {
+  std::vector<std::string> names;
+  const auto take = [&](std::string_view name, std::string_view other_names) {
+    names.emplace_back(name);
+    std::istringstream words{std::string(other_names)};
+    for (std::string word; words >> word;) names.push_back(word);
+  };
+  for (const MapInfo& map : maps()) take(map.kind.name, map.other_names);
+  for (const MatchInfo& match : matches()) {
+    // Two maps are called like the match that they look into.
+    if (std::find(names.begin(), names.end(), match.method.name) == names.end()) {
+      take(match.method.name, match.other_names);
+    }
+  }
+  EXPECT_GT(names.size(), maps().size() + 20);
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
 }
 
 TEST(Friction, TakesNamesInCapitalsAndWithBlanks) {

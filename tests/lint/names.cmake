@@ -1,11 +1,17 @@
-# Fails where a room that reads rows of maps and matches knows one of them by its name: MapKind::normal,
-# MatchMethod::ray, or the name as a text.
+# Fails where a room that reads rows of maps and matches, or the command, knows one of them by its name:
+# MapKind::normal, MatchMethod::ray, or the name as a text.
 #
-# Run as: cmake -DROOT=<folder that has host/> -P names.cmake
+# Run as: cmake -DROOT=<folder that has host/ and tools/> -P names.cmake
 cmake_policy(VERSION 3.25)
 
 # Rooms of the lower floors name kernels, which are called like the matches that launch them.
 set(rooms source render volume bake measure)
+
+# Of the command, experiments name what they compare, and which maps they look at: a match that is added is no part of
+# their tables. Everything else of it reads rows.
+set(experiments lab/chart_settings.cpp lab/chart_volume.cpp lab/gallery.cpp)
+# Words of other lists, too: values of --ao-by, --visibility-test and --study.
+set(other_words "\"views\"")
 
 # All names, as their own files and public headers say them.
 set(tree ${CMAKE_CURRENT_LIST_DIR}/../..)
@@ -37,7 +43,23 @@ foreach(room IN LISTS rooms)
     endforeach()
   endforeach()
 endforeach()
+
+# A text that begins braces or stands in brackets is a key of a report: {"ray", a.ray}, json["ray"].
+file(GLOB_RECURSE files RELATIVE ${ROOT}/tools/kiln ${ROOT}/tools/kiln/*.h ${ROOT}/tools/kiln/*.cpp)
+list(REMOVE_ITEM files ${experiments})
+foreach(file IN LISTS files)
+  file(READ ${ROOT}/tools/kiln/${file} text)
+  string(REGEX REPLACE "//[^\n]*" "" text "${text}")
+  string(REGEX REPLACE "(MapKind|MatchMethod){\"" "\\1::" text "${text}")
+  string(REGEX REPLACE "[[{]\"[a-z_]+\"" "" text "${text}")
+  string(REGEX MATCHALL "(MapKind|MatchMethod)::[a-z_]+|\"[a-z_]+\"" words "${text}")
+  foreach(word IN LISTS words)
+    if("${word}" MATCHES "::" OR ("${word}" IN_LIST names AND NOT "${word}" IN_LIST other_words))
+      string(APPEND found "tools/kiln/${file} knows ${word} by name\n")
+    endif()
+  endforeach()
+endforeach()
 if(found)
   message(FATAL_ERROR "Rooms read what they need to know of a map or match from its row, but:\n${found}")
 endif()
-message(STATUS "${count} maps and matches, known by name to none of ${rooms}")
+message(STATUS "${count} maps and matches, known by name to none of ${rooms}, and to the command's experiments alone")

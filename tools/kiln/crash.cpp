@@ -190,8 +190,8 @@ bool supervised(int& exit_code) {
 
 }  // namespace kiln::cli
 
-/// Stands before the C library's, for all that is loaded: LLVM within PoCL sets handlers of its own for SIGABRT,
-/// after which the C library's abort() ends the process without a word.
+/// Stands before the C library's, for all that is loaded: LLVM within PoCL sets handlers of its own
+/// for SIGABRT. After these the C library's abort() ends the process without a word.
 extern "C" void abort() noexcept {
   if (kiln::cli::arguments != nullptr) kiln::cli::on_crash(SIGABRT);
   signal(SIGABRT, SIG_DFL);

@@ -3,11 +3,11 @@
 
 namespace kiln::cli {
 
-/// Where a driver crashes, one message is written, nothing unfinished is left behind, and the exit code is
-/// that of a device. Memory or files may have been short for a moment: the run is begun once more as it was. PoCL
-/// crashes, too, where its cache of kernels is damaged or on a full disk: where the second run fails, a
-/// third has an empty cache of its own, for which all kernels are compiled again. A crash of Kiln's own stays
-/// a crash.
+/// Where a driver crashes, one message is written and nothing unfinished is left behind. The exit
+/// code is that of a device. Memory or files may have been short for a moment: the run is begun
+/// once more as it was. PoCL crashes, too, where its cache of kernels is damaged or on a full disk:
+/// where the second run fails, a third has an empty cache of its own. All kernels are compiled
+/// again for it. A crash of Kiln's own stays a crash.
 /// \param argv  of main(), kept
 void catch_crashes(char** argv) noexcept;
 

@@ -3,9 +3,9 @@
 
 namespace kiln::cli {
 
-/// From now on an interrupt (SIGINT, SIGTERM, SIGHUP) sets a flag that the work polls; if the work has
-/// not ended a third of a second later, the process removes its temporary files and exits with 130. Outputs that are
-/// being put in place are finished first.
+/// From now on an interrupt (SIGINT, SIGTERM, SIGHUP) sets a flag that the work polls; the work has
+/// a third of a second to end. Then the process removes its temporary files and exits with 130.
+/// Outputs that are being put in place are finished first.
 void catch_interrupts();
 
 bool interrupted();

@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "arguments/memory_option.h"
+#include "arguments/near_words.h"
 #include "arguments/unknown_flags.h"
 #include "kiln/kiln.h"
 
@@ -18,6 +19,12 @@ void check_environment() {
     throw UsageError("KILN_THREADS is '" + std::string(threads) +
                      "': set it to 1 to 1024, or unset it");
   }
+}
+
+std::string in_list(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
 }
 
 }  // namespace
@@ -47,11 +54,19 @@ Run Program::parse(std::vector<std::string> words) {
     if (words.size() > 1) words.resize(1);
     words.push_back("--help");
   }
+  if (words == std::vector<std::string>{"version"}) words[0] = "--version";
   // The parser would say only that a command is missing.
-  if (!words.empty() && !words[0].starts_with('-') && commands_.count(words[0]) == 0) {
-    std::string known;
-    for (const auto& [name, run] : commands_) known += (known.empty() ? "" : ", ") + name;
-    throw UsageError("there is no command '" + words[0] + "'; there are " + known);
+  if (words.empty() || (!words[0].starts_with('-') && commands_.count(words[0]) == 0)) {
+    std::vector<std::string> known;
+    for (const auto& [name, run] : commands_) known.push_back(name);
+    if (words.empty()) {
+      throw UsageError("give a command, such as kiln bake HIGH LOW --out DIR; there are " +
+                       in_list(known));
+    }
+    const std::string nearest = nearest_word(words[0], known);
+    throw UsageError("there is no command '" + words[0] + "'" +
+                     (nearest.empty() ? "; there are " + in_list(known)
+                                      : "; did you mean kiln " + nearest + "?"));
   }
   if (!app_.parse(std::move(words))) return {};
   for (const Option* option : app_.chosen()->get_options()) {
@@ -79,7 +94,14 @@ std::string Program::explain(const UsageError& error) const {
                         ? "The flag for the output is --out"
                         : "A list has commas and no blanks, such as normal,ao");
   }
-  return error.what();
+  const std::string text = error.what();
+  constexpr std::string_view kMissing = " is required";
+  if (chosen != nullptr && text.ends_with(kMissing)) {
+    const Option* const missing =
+        chosen->find_option(text.substr(0, text.size() - kMissing.size()));
+    if (missing != nullptr) return text + ": " + missing->get_help();
+  }
+  return text;
 }
 
 }  // namespace kiln::cli

@@ -27,8 +27,8 @@ void save_exr(const Image& image, const std::filesystem::path& path, bool half, 
 /// The same bytes, in memory.
 std::vector<std::byte> encode_exr(const Image& image, bool half, int threads);
 
-/// The same for levels 0 and on of a mip-map, each half the size of the last, rounded down, the last 1 x
-/// 1: tiles.
+/// The same for levels 0 and on of a mip-map: each is half the size of the last, rounded down, the
+/// last 1 x 1. tiles.
 /// \throws Error(output)
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
                    bool half, int threads);

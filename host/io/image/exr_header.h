@@ -71,7 +71,7 @@ struct ExrPlan {
 };
 
 /// Refuses what OpenEXR would take memory for that the file does not have: looks at the headers and at
-/// the first part's every block, whose bytes must be there, its own, and able to hold its pixels.
+/// every block of the first part. A block's bytes must be there, its own, and able to hold its pixels.
 /// \throws what `fail` throws
 ExrPlan check_exr(const ByteSource& source, const FailWith& fail, std::uint32_t largest,
                   const ImageLimits& limits);

@@ -21,15 +21,15 @@ FailWith image_failure(std::string file, std::string kind);
 Image parse_image(const ByteSource& source, const std::string& file,
                   const ImageLimits& limits = {});
 
-/// Any PNG: palettes and transparency are expanded, 1 to 16 bits become [0, 1] by division, gamma and
-/// colour profiles are left alone. \throws Error(input), as below
+/// Any PNG: palettes and transparency are expanded; 1 to 16 bits become [0, 1] by division; gamma
+/// and colour profiles are left alone. \throws Error(input), as below
 Image parse_png(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
 /// The first part, scan lines or tiles: R G B A, R G B, R G, R, Y, or Y A, or X Y Z, bare or in the first
 /// layer that has such; half, float or unsigned int. The image is the display window where the data
 /// window lies inside (zero outside the data), else the data window.
-/// \throws Error(input) that names the file. A header that promises more than the file's bytes can hold,
-///         the limits allow or memory has is refused before memory is taken, and named by its field.
+/// \throws Error(input) that names the file. A header may promise more than the file's bytes can hold,
+///         the limits allow or memory has. It is refused before memory is taken, and named by its field.
 Image parse_exr(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
 /// Walks a PNG's chunks: whole, and of image data enough for what IHDR says. \throws what `fail` throws

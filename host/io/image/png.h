@@ -18,10 +18,10 @@ struct PngOptions {
   int threads = 0;      ///< 0: all
 };
 
-/// Writes with 8 or 16 bits a channel. Values are clamped to [0, 1] (NaN becomes 0), scaled in double
-/// precision and rounded to nearest, ties to even, so that k/255 and k/65535 come back as they were.
-/// With `dither` (8 bits), the fraction is compared with an ordered 8x8 threshold instead (Bayer 1973),
-/// which keeps such values too.
+/// Writes with 8 or 16 bits a channel. Values are clamped to [0, 1] (NaN becomes 0), scaled in
+/// double precision and rounded to nearest, ties to even. So k/255 and k/65535 come back as they
+/// were. With `dither` (8 bits), the fraction is compared with an ordered 8x8 threshold instead
+/// (Bayer 1973), which keeps such values too.
 ///
 /// No gamma, colour-space or time chunk is written: maps are data, and the same image gives the same
 /// bytes.

@@ -28,8 +28,8 @@ inline float narrow(double value) {
 
 /// Collects a mesh in double precision and ends in a kiln::Mesh.
 ///
-/// Readers append to the pools directly and check the indices they hand to add_face themselves,
-/// since only they know the place in the file. `none` stands for a corner without UV or normal.
+/// Readers append to the pools directly. They check the indices for add_face() themselves, since
+/// only they know the place in the file. `none` stands for a corner without UV or normal.
 class MeshBuilder {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;

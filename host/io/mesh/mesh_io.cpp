@@ -19,7 +19,8 @@ namespace {
 
 constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF"};
 constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off"};
-constexpr const char* kNownExtensions = "Kiln reads .ply, .obj, .stl and .off.";
+constexpr const char* kNownExtensions =
+    "Kiln reads .ply, .obj, .stl and .off: export the mesh as one of them.";
 
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -67,9 +67,9 @@ Header parse_header(const MeshInput& input);
 /// then faces with an index list and nothing else.
 bool openmesh_reads(const Header& header);
 
-/// Hands a binary file whose counts and indices have been checked to OpenMesh's reader, through an
-/// importer that collects faces as they come, without a half-edge structure that would refuse
-/// non-manifold ones. One call at a time: OpenMesh's readers are singletons with state.
+/// Hands a binary file to OpenMesh's reader, after its counts and indices were checked. An importer
+/// collects faces as they come: a half-edge structure would refuse non-manifold ones. One call at a
+/// time: OpenMesh's readers are singletons with state.
 /// \throws Error(input) where OpenMesh fails or disagrees about the counts
 void read_with_openmesh(const MeshInput& input, const Header& header, MeshBuilder& builder);
 

@@ -31,8 +31,8 @@ struct VolumeInput {
   FailWith fail_with() const;
 };
 
-/// Reads a volume; `name` is left empty. Memory is linear in the size of the file and the volume, which
-/// is not allocated before the file is known to be long enough for it (or, packed, to be possibly so).
+/// Reads a volume; `name` is left empty. Memory is linear in the size of the file and the volume. The
+/// volume is allocated once the file is known to be long enough for it (packed: to be possibly so).
 /// \throws Error(input)
 Volume parse_volume(const VolumeInput& input, VolumeFormat format);
 

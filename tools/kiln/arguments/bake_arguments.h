@@ -14,6 +14,10 @@
 
 namespace kiln::cli {
 
+/// As BakeOptions has them.
+std::vector<std::string> default_maps();
+std::string default_match();
+
 struct BakeArguments {
   std::set<std::string> given;  ///< Flags, such as "--views", whatever their values
   std::string high, low, out;
@@ -22,8 +26,8 @@ struct BakeArguments {
   std::string tangents = "file";
   bool split_at_seams = false;
   std::string size = "2048";
-  std::vector<std::string> maps = {"normal"};
-  std::string match = "ray";
+  std::vector<std::string> maps = default_maps();
+  std::string match = default_match();
   std::string max_distance;
   std::string curvature_radius;
   std::string views;

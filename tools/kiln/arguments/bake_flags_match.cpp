@@ -172,7 +172,8 @@ void add_match_flags(Command& command, BakeArguments& a) {
       ->group("The low poly");
   command
       .add_option("--recall", a.recall,
-                  "At how many places of HIGH to look whether a texel stands for them; 0: none")
+                  "Number of places of HIGH that are checked: is there a texel that stands for "
+                  "each? 0: no check")
       ->check(range(0U, 1U << 20))
       ->capture_default_str()
       ->group(group_match);
@@ -185,7 +186,10 @@ void add_match_flags(Command& command, BakeArguments& a) {
   command
       .add_flag("--two-sided", a.two_sided, "Also hit back faces of HIGH (scans of mixed winding)")
       ->group(group_match);
-  command.add_option("--traversal", a.traversal, "Ray kernels: the same answer to the bit")
+  command
+      .add_option(
+          "--traversal", a.traversal,
+          "Ray kernels for CPUs, for GPUs, or by the device (auto). Maps are the same to the bit")
       ->check(one_of(traversal_values()))
       ->capture_default_str()
       ->group(group_match);

@@ -52,7 +52,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   if (a.force_uv) {
     options.uv.max_overlap = options.uv.max_distance = std::numeric_limits<double>::infinity();
   }
-  if (!a.cage.empty() && a.cage != kAutomatic) options.cage = parse_length("--cage", a.cage);
+  if (!a.cage.empty() && a.cage != kAutomatic) options.cage = parse_cage(a.cage);
   options.two_sided = a.two_sided;
   options.ray.rule = ray_rule_values().at(a.ray);
   options.ray.direction = ray_direction_values().at(a.direction);

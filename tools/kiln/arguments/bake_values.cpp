@@ -123,6 +123,30 @@ Words<UvCopies> uv_copies_values() {
   return kRows;
 }
 
+std::vector<std::string> default_maps() {
+  std::vector<std::string> names;
+  for (const MapKind map : BakeOptions().maps) names.emplace_back(map.name);
+  return names;
+}
+
+std::string default_match() { return std::string(BakeOptions().method.name); }
+
+MatchMethod first_match(bool MatchInfo::*property) {
+  return std::find_if(matches().begin(), matches().end(),
+                      [&](const MatchInfo& match) { return match.*property; })
+      ->method;
+}
+
+std::vector<std::string> surface_matches(const char* first) {
+  std::vector<std::string> names = {first};
+  for (const MatchInfo& match : matches()) {
+    const bool more =
+        match.needs_uvs || match.needs_direction || match.takes_views || match.takes_visibility;
+    if (!more) names.emplace_back(match.method.name);
+  }
+  return names;
+}
+
 MissPolicy miss_policy(const BakeArguments& a) {
   const MissPolicy* const said = miss_values().find(a.fallback.back());
   return said != nullptr ? *said : MissPolicy::keep;

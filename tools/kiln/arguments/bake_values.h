@@ -39,6 +39,12 @@ std::vector<MatchMethod> fallback_methods(const BakeArguments& arguments);
 /// Whether a match is the one asked for, or one of its fallbacks.
 bool matches_by(const BakeArguments& arguments, MatchMethod method);
 
+/// The first match with a property, such as &MatchInfo::takes_views. One must have it.
+MatchMethod first_match(bool MatchInfo::*property);
+
+/// A word, and the matches that need nothing of the high poly but its surface.
+std::vector<std::string> surface_matches(const char* first);
+
 /// Whether --match has a property, such as &MatchInfo::needs_uvs; never for auto.
 bool match_has(const BakeArguments& arguments, bool MatchInfo::*property);
 /// Whether --match or one of its fallbacks has it.

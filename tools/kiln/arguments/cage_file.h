@@ -8,9 +8,9 @@
 
 namespace kiln::cli {
 
-/// Writes the two shells of a found cage: as OBJ, or where the name ends in .exr as an image, a pixel a vertex of
-/// LOW in its order, 4096 a row. The upper half is the outer shell, the lower one the inner shell. Red, green and
-/// blue are the direction outward, alpha is the distance from the vertex, world units (-1: no vertex).
+/// Writes the two shells of a found cage: as OBJ. Where the name ends in .exr, as an image: a pixel a vertex of
+/// LOW in its order, 4096 a row. The upper half is the outer shell, the lower one the inner shell. Red, green
+/// and blue are the direction outward, alpha is the distance from the vertex, world units (-1: no vertex).
 /// \throws Error(output)
 void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& path);
 

@@ -82,6 +82,7 @@ Option* Option::each(const std::function<void(std::string)>& function) {
 
 std::string Option::get_name() const { return option_->get_name(); }
 const std::vector<std::string>& Option::get_lnames() const { return option_->get_lnames(); }
+std::string Option::get_help() const { return option_->get_description(); }
 std::size_t Option::count() const { return option_->count(); }
 const std::vector<std::string>& Option::results() const { return option_->results(); }
 bool Option::is_flag() const { return option_->get_expected_max() == 0; }
@@ -197,6 +198,8 @@ std::string in_words(const CLI::ParseError& error) {
   if (text.ends_with(" missing") && after(": 1 required ") != text.npos) {
     return text.substr(0, text.find(": 1 required ")) + " was given nothing: give a value";
   }
+  if (text == "A subcommand is required")
+    return "a command is missing, such as kiln bake HIGH LOW --out DIR";
   return text;
 }
 

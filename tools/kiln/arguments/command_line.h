@@ -86,6 +86,8 @@ class Option {
   std::string get_name() const;
   /// Its names without dashes.
   const std::vector<std::string>& get_lnames() const;
+  /// What help says of it.
+  std::string get_help() const;
   /// How often it was given.
   std::size_t count() const;
   /// The values that were given.

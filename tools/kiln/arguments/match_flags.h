@@ -12,7 +12,7 @@
 
 namespace kiln::cli {
 
-/// Adds all flags of the bake that change which points are found, but those that a command has none of, or its own.
+/// Adds all flags of the bake that change which points are found. A command may have none of some, or its own.
 /// \param without  names such as "--match"; call this before the command adds its own
 /// \returns the names of those added
 std::set<std::string> add_matching_flags(Command& command, BakeArguments& arguments,

@@ -2,48 +2,40 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string_view>
+#include <utility>
+
+#include "kiln/map.h"
+#include "kiln/match.h"
 
 namespace kiln::cli {
 namespace {
 
-/// What Kiln calls otherwise.
+/// What Kiln calls otherwise, beside maps and matches: their rows say it.
 struct OtherName {
   std::string_view theirs, ours;
 };
 
 constexpr std::array kOtherNames = {
-    OtherName{"ambient_occlusion", "ao"},
-    OtherName{"occlusion", "ao"},
-    OtherName{"bent", "bent_normal"},
-    OtherName{"cavity", "curvature"},
-    OtherName{"concavity", "convexity"},
-    OtherName{"albedo", "color"},
-    OtherName{"base_color", "color"},
-    OtherName{"basecolor", "color"},
-    OtherName{"colour", "color"},
-    OtherName{"diffuse", "color"},
-    OtherName{"diffuse_color", "color"},
-    OtherName{"alpha", "opacity"},
-    OtherName{"material_id", "id"},
-    OtherName{"object_id", "id"},
-    OtherName{"object_normal", "normal_object"},
-    OtherName{"world_normal", "normal_object"},
-    OtherName{"wsnormal", "normal_object"},
-    OtherName{"world_space_normal", "normal_object"},
-    OtherName{"tangent_normal", "normal"},
-    OtherName{"bump", "height"},
-    OtherName{"wireframe_and_ray_fails", "wireframe"},
-    OtherName{"nearest", "closest"},
-    OtherName{"raycast", "ray"},
-    OtherName{"rays", "ray"},
     OtherName{"none", "mark"},
     OtherName{"keep", "low"},
     OtherName{"world", "object"},
     OtherName{"png", "png16"},
     OtherName{"openexr", "exr"},
     OtherName{"hdr", "exr"},
+    // Commands.
+    OtherName{"decimate", "simplify"},
+    OtherName{"reduce", "simplify"},
+    OtherName{"lowpoly", "simplify"},
+    OtherName{"compare", "diff"},
+    OtherName{"view", "render"},
+    OtherName{"rate", "measure"},
+    OtherName{"extract", "volume"},
+    OtherName{"device", "devices"},
     // Flags, of whatever command has ours.
+    OtherName{"azimuth", "view"},
+    OtherName{"elevation", "view"},
     OtherName{"o", "out"},
     OtherName{"output", "out"},
     OtherName{"output_dir", "out"},
@@ -56,7 +48,6 @@ constexpr std::array kOtherNames = {
     OtherName{"gpu", "device"},
     OtherName{"resolution", "size"},
     OtherName{"res", "size"},
-    OtherName{"normal_map", "normal"},
     OtherName{"ao_map", "occlusion"},
     OtherName{"camera", "view"},
     OtherName{"threshold", "iso"},
@@ -69,18 +60,65 @@ constexpr std::array kOtherNames = {
     OtherName{"memory", "memory-limit"},
 };
 
+bool is_in(std::string_view word, std::string_view list) {
+  for (;;) {
+    const std::size_t blank = list.find(' ');
+    if (list.substr(0, blank) == word) return true;
+    if (blank == std::string_view::npos) return false;
+    list.remove_prefix(blank + 1);
+  }
+}
+
+/// "height-map" is "height", and so is "render-height".
+std::string plain_name(const std::string& word) {
+  std::string name = word;
+  std::replace(name.begin(), name.end(), '-', '_');
+  std::replace(name.begin(), name.end(), ' ', '_');
+  for (const std::string_view start : {"bake_", "render_"}) {
+    if (name.starts_with(start)) name.erase(0, start.size());
+  }
+  if (name.ends_with("_map")) name.resize(name.size() - 4);
+  return name;
+}
+
+template <typename Row, typename Name>
+const Row* row_called(const std::string& word, std::span<const Row> rows, const Name& name_of) {
+  std::string name = plain_name(word);
+  const auto find = [&]() -> const Row* {
+    for (const Row& row : rows) {
+      if (name_of(row) == name || is_in(name, row.other_names)) return &row;
+    }
+    return nullptr;
+  };
+  const Row* const row = find();
+  if (row != nullptr || !name.ends_with('s')) return row;
+  name.pop_back();
+  return find();
+}
+
 }  // namespace
 
+const MapInfo* map_called(const std::string& word) {
+  return row_called(word, maps(), [](const MapInfo& map) { return map.kind.name; });
+}
+
+const MatchInfo* match_called(const std::string& word) {
+  return row_called(word, matches(), [](const MatchInfo& match) { return match.method.name; });
+}
+
 std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
+  // The last rows of the table: of a without two letters, without one, and with all so far.
+  std::vector<std::size_t> before, above, row(b.size() + 1);
   for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t corner = row[0];
+    before = std::move(above);
+    above = row;
     row[0] = i;
     for (std::size_t k = 1; k <= b.size(); ++k) {
-      const std::size_t above = row[k];
-      row[k] = std::min({row[k] + 1, row[k - 1] + 1, corner + (a[i - 1] == b[k - 1] ? 0 : 1)});
-      corner = above;
+      row[k] =
+          std::min({above[k] + 1, row[k - 1] + 1, above[k - 1] + (a[i - 1] == b[k - 1] ? 0 : 1)});
+      const bool swapped = i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1];
+      if (swapped) row[k] = std::min(row[k], before[k - 2] + 1);
     }
   }
   return row[b.size()];
@@ -89,12 +127,16 @@ std::size_t edits(const std::string& a, const std::string& b) {
 std::string nearest_word(const std::string& word, const std::vector<std::string>& words) {
   std::string name = word;
   std::replace(name.begin(), name.end(), '-', '_');
+  const auto known_word = [&](std::string_view ours) {
+    return std::find(words.begin(), words.end(), ours) != words.end();
+  };
   for (const OtherName& other : kOtherNames) {
-    std::string ours(other.ours);
-    if (other.theirs == name && std::find(words.begin(), words.end(), ours) != words.end()) {
-      return ours;
-    }
+    if (other.theirs == name && known_word(other.ours)) return std::string(other.ours);
   }
+  const MapInfo* const map = map_called(word);
+  if (map != nullptr && known_word(map->kind.name)) return std::string(map->kind.name);
+  const MatchInfo* const match = match_called(word);
+  if (match != nullptr && known_word(match->method.name)) return std::string(match->method.name);
   std::string nearest;
   // Two thirds of the letters must be right.
   std::size_t least = std::min<std::size_t>(4, word.size() / 3 + 1);
@@ -110,7 +152,8 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 
 std::string not_one_of(const std::string& word, const std::vector<std::string>& words) {
   const std::string nearest = nearest_word(word, words);
-  std::string text = word.empty() ? "it was given nothing" : "'" + word + "' is none of its values";
+  std::string text =
+      word.empty() ? "it was given nothing" : "'" + word + "' is not one of its values";
   if (!nearest.empty()) text += "; did you mean " + nearest + "?";
   text += nearest.empty() ? ": give " : " Give ";
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -5,15 +5,24 @@
 #include <string>
 #include <vector>
 
+#include "kiln/map.h"
+#include "kiln/match.h"
+
 namespace kiln::cli {
 
-/// Letters to change, add or leave out to get from one word to another (Levenshtein 1966).
+/// The map that a word names, as Kiln or another baker calls it: "ao", "bent-normals", "height map".
+/// Null: no map.
+const MapInfo* map_called(const std::string& word);
+/// The match that a word names. Null: no match.
+const MatchInfo* match_called(const std::string& word);
+
+/// Letters to change, add, leave out or swap with the next to get from one word to another (Damerau 1964).
 std::size_t edits(const std::string& a, const std::string& b);
 
 /// The one of `words` that is nearest by letters, or that other bakers call so; empty where none is near.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& words);
 
-/// "'cavity' is none of its values; did you mean curvature? Give normal, ao or mask".
+/// "'cavity' is not one of its values; did you mean curvature? Give normal, ao or mask".
 std::string not_one_of(const std::string& word, const std::vector<std::string>& words);
 
 }  // namespace kiln::cli

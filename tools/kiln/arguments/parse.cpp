@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <string_view>
 
 namespace kiln::cli {
@@ -48,6 +50,14 @@ Length parse_length(const char* flag, const std::string& text) {
   double value = 0;
   if (!parse_whole(number, value) || !std::isfinite(value) || value < 0) bad(flag, text, kExpected);
   return relative ? Length::share(value / 100) : Length::absolute(value);
+}
+
+Length parse_cage(const std::string& text) {
+  const std::string ending = std::filesystem::path(text).extension();
+  if (ending.size() > 1 && std::isalpha(static_cast<unsigned char>(ending[1])) != 0) {
+    fail_usage("--cage '" + text + "' looks like a file: the flag for one is --cage-mesh FILE.");
+  }
+  return parse_length("--cage", text);
 }
 
 std::pair<double, double> parse_extent(const std::string& text) {
@@ -198,6 +208,10 @@ std::string with_commas(std::uint64_t value) {
     result += digits[i];
   }
   return result;
+}
+
+std::string plural(std::uint64_t count, const char* what) {
+  return with_commas(count) + " " + what + (count == 1 ? "" : "s");
 }
 
 }  // namespace kiln::cli

@@ -22,6 +22,9 @@ std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text);
 /// "0.05" in world units, or "2%" of the bounding box's diagonal. \throws Error(usage)
 Length parse_length(const char* flag, const std::string& text);
 
+/// The same of --cage. \throws Error(usage), also for a file, which has a flag of its own
+Length parse_cage(const std::string& text);
+
 /// parse_length(), above 0. \throws Error(usage)
 Length parse_length_above_0(const char* flag, const std::string& text);
 
@@ -63,5 +66,7 @@ Check number_from_0();
 
 /// 12345678 as "12,345,678".
 std::string with_commas(std::uint64_t value);
+/// "1 seam" or "1,200 seams".
+std::string plural(std::uint64_t count, const char* what);
 
 }  // namespace kiln::cli

@@ -115,10 +115,19 @@ std::vector<TransferArgument> parse_transfers(const BakeArguments& arguments) {
   return transfers;
 }
 
+bool map_takes(std::string_view name, bool MapInfo::*texture) {
+  return std::any_of(maps().begin(), maps().end(),
+                     [&](const MapInfo& map) { return map.kind.name == name && map.*texture; });
+}
+
+bool is_texture_of_map(std::string_view name) {
+  return map_takes(name, &MapInfo::takes_color) || map_takes(name, &MapInfo::takes_opacity);
+}
+
 std::vector<std::string> own_map_names(const BakeArguments& arguments) {
   std::vector<std::string> names;
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
-    if (transfer.name != "color" && transfer.name != "opacity") names.push_back(transfer.name);
+    if (!is_texture_of_map(transfer.name)) names.push_back(transfer.name);
   }
   for (const std::string& text : arguments.own_maps)
     names.push_back(text.substr(0, text.find('=')));
@@ -136,8 +145,8 @@ void part_maps(BakeArguments& a) {
 std::vector<std::string> maps_asked(const BakeArguments& arguments) {
   std::vector<std::string> maps = arguments.maps;
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
-    const bool known = transfer.name == "color" || transfer.name == "opacity";
-    if (known && std::find(maps.begin(), maps.end(), transfer.name) == maps.end()) {
+    if (is_texture_of_map(transfer.name) &&
+        std::find(maps.begin(), maps.end(), transfer.name) == maps.end()) {
       maps.push_back(transfer.name);
     }
   }

@@ -13,8 +13,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool asks(const BakeOptions& options, std::string_view map) {
-  return std::find(options.maps.begin(), options.maps.end(), MapKind{map}) != options.maps.end();
+bool asks(const BakeOptions& options, bool MapInfo::*texture) {
+  return std::any_of(options.maps.begin(), options.maps.end(),
+                     [&](MapKind map) { return map_takes(map.name, texture); });
 }
 
 bool has_pictures(const Texture& texture) { return !texture.images.empty(); }
@@ -50,7 +51,7 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials) {
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   texture.kind = transfer.kind.value_or(ending == ".exr" ? TextureKind::linear : TextureKind::srgb);
   texture.images = {std::make_shared<const Image>(load_image(transfer.file))};
-  if (transfer.name == "opacity") {
+  if (map_takes(transfer.name, &MapInfo::takes_opacity)) {
     // Its alpha where it has one, else what it shows.
     texture.kind = transfer.kind.value_or(TextureKind::linear);
     texture.channel = texture.images[0]->channels % 2 == 0 ? 3 : 0;
@@ -79,21 +80,21 @@ void load_textures(const BakeArguments& arguments, const Mesh& high, BakeOptions
   Materials materials(arguments, high, warnings);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     Texture texture = load_texture(transfer, materials);
-    if (transfer.name == "color") {
+    if (map_takes(transfer.name, &MapInfo::takes_color)) {
       options.color = std::move(texture);
-    } else if (transfer.name == "opacity") {
+    } else if (map_takes(transfer.name, &MapInfo::takes_opacity)) {
       options.opacity = std::move(texture);
     } else {
       options.transfers.push_back({transfer.name, std::move(texture)});
     }
   }
   if (high.material_files.empty()) return;
-  if (asks(options, "color") && !options.color) {
+  if (asks(options, &MapInfo::takes_color) && !options.color) {
     Texture texture = materials.texture(MaterialSlot::color);
     // Vertex colours say more than a plain material.
     if (has_pictures(texture) || high.colors.empty()) options.color = std::move(texture);
   }
-  if ((asks(options, "opacity") || arguments.alpha_test > 0) && !options.opacity) {
+  if ((asks(options, &MapInfo::takes_opacity) || arguments.alpha_test > 0) && !options.opacity) {
     options.opacity = materials.texture(MaterialSlot::opacity);
   }
 }

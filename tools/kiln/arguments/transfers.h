@@ -26,8 +26,12 @@ Words<MaterialSlot> material_slot_values();
 TransferArgument parse_transfer(const std::string& text);
 std::vector<TransferArgument> parse_transfers(const BakeArguments& arguments);
 
-/// Maps that are not in --maps: those of --transfer, but for "color" and "opacity", and those of the user's
-/// kernels.
+/// Whether the map of this name holds a texture of BakeOptions, such as &MapInfo::takes_color.
+bool map_takes(std::string_view name, bool MapInfo::*texture);
+/// ... any of its textures: --transfer gives this one, and makes no map of its own.
+bool is_texture_of_map(std::string_view name);
+
+/// Maps that are not in --maps: those of --transfer, but for textures of maps, and those of the user's kernels.
 std::vector<std::string> own_map_names(const BakeArguments& arguments);
 
 /// --maps, and color and opacity where --transfer gives their textures.
@@ -42,7 +46,7 @@ void part_maps(BakeArguments& arguments);
 /// Reads the sources of the user's own maps. \throws Error(input)
 std::vector<OwnMap> load_own_maps(const BakeArguments& arguments);
 
-/// Reads the pictures of --transfer, and those of materials that the maps color and opacity hold, or that
+/// Reads the pictures of --transfer. And the materials' pictures that maps hold, or that
 /// --alpha-test goes by.
 /// \throws Error(input), Error(usage)
 void load_textures(const BakeArguments& arguments, const Mesh& high, BakeOptions& options,

@@ -57,14 +57,8 @@ constexpr std::string_view kOut = "The flag is --out DIR: the folder for the map
 constexpr std::string_view kName = "Maps are named after LOW. Rename LOW, or choose another --out.";
 constexpr std::string_view kThreads = "The environment variable KILN_THREADS sets the threads.";
 constexpr std::string_view kDevice = "The flag is --device NAME: see kiln devices.";
-constexpr std::string_view kAo = "Ambient occlusion is a map: --maps ao.";
 constexpr std::string_view kFalloff =
     "The flag is --ao-falloff linear or smooth: what is further away darkens less.";
-constexpr std::string_view kCurvature = "Curvature is a map: --maps curvature.";
-constexpr std::string_view kBent = "Bent normals are a map: --maps bent_normal.";
-constexpr std::string_view kThickness = "Thickness is a map: --maps thickness.";
-constexpr std::string_view kHeight = "Height is a map: --maps height.";
-constexpr std::string_view kId = "An id for each part is a map: --maps id.";
 constexpr std::string_view kFaces =
     "Rays hit front faces alone. --two-sided adds back faces; --ao-ignore-back-faces leaves them "
     "out "
@@ -88,8 +82,6 @@ constexpr std::string_view kDepth =
 constexpr std::string_view kAveraged = "The flag is --direction averaged.";
 constexpr std::string_view kOwnPart =
     "The flag is --part-occlusion own, with --match-by name: a part is darkened by itself alone.";
-constexpr std::string_view kObjectSpace =
-    "Normals in object space are a map: --maps normal_object.";
 constexpr std::string_view kForce =
     "Maps of the same LOW are written over. --force also writes over maps of another LOW.";
 constexpr std::string_view kHelp = "The flag is --help.";
@@ -100,7 +92,6 @@ constexpr std::string_view kVertexColors =
 constexpr std::string_view kMiss =
     "The flag is --fallback: end its chain with low (was keep), fill or mark, such as "
     "--fallback closest,fill.";
-constexpr std::string_view kNormal = "The normal is a map: --maps normal.";
 
 constexpr std::array kBake = {
     // Not there yet.
@@ -199,8 +190,6 @@ constexpr std::array kBake = {
     Answer{"cage-file", kOwnCage},
     Answer{"paint-skew", kSkew},
     Answer{"closest-hit-if-ray-fails", kRayFails},
-    Answer{"render-ao", kAo},
-    Answer{"bake-ao", kAo},
     Answer{"ao-bias", kNoBias},
     Answer{"bias", kNoBias},
     Answer{"ao-spread", kHemisphere},
@@ -214,9 +203,6 @@ constexpr std::array kBake = {
     Answer{"average-normals", kAveraged},
     Answer{"smooth-normals", kAveraged},
     Answer{"self-occlusion", kOwnPart},
-    Answer{"world-space-normal", kObjectSpace},
-    Answer{"world-normal", kObjectSpace},
-    Answer{"object-normal", kObjectSpace},
     Answer{"normal-format", kGreen},
     Answer{"normal-orientation", kGreen},
     Answer{"anti-aliasing", kSamples},
@@ -232,20 +218,8 @@ constexpr std::array kBake = {
            "Vertex colours are read by --maps vertex_color alone. Leave it out."},
     Answer{"ignore-transforms",
            "Meshes must lie in one place. Apply transforms before you export them."},
-    // Maps by their own names are answered from the list of maps.
-    Answer{"ao", kAo},
-    Answer{"ambient-occlusion", kAo},
-    Answer{"occlusion", kAo},
     Answer{"falloff", kFalloff},
     Answer{"attenuation", kFalloff},
-    Answer{"curvature", kCurvature},
-    Answer{"cavity", kCurvature},
-    Answer{"bent-normal", kBent},
-    Answer{"bent-normals", kBent},
-    Answer{"thickness", kThickness},
-    Answer{"height-map", kHeight},
-    Answer{"material-id", kId},
-    Answer{"object-id", kId},
     Answer{"colour", kColour},
     Answer{"albedo", kColour},
     Answer{"diffuse", kColour},
@@ -259,8 +233,6 @@ constexpr std::array kBake = {
     Answer{"metalness", kTexture},
     Answer{"specular", kTexture},
     Answer{"emissive", kTexture},
-    Answer{"normals", kNormal},
-    Answer{"normal-map", kNormal},
 };
 
 /// Of all commands that make a low poly.
@@ -299,14 +271,13 @@ std::string answer_to_negated(const Command& command, const std::string& name) {
 
 /// A map or a match, given as a flag.
 std::string answer_to_name(const std::string& name) {
-  std::string word = name;
-  std::replace(word.begin(), word.end(), '-', '_');
-  for (const MapInfo& map : maps()) {
-    if (map.kind.name == word) return "'" + word + "' is a map: --maps " + word + ".";
-  }
-  for (const MatchInfo& match : matches()) {
-    if (match.method.name == word) return "'" + word + "' is a match: --match " + word + ".";
-  }
+  const auto answer = [&](const char* what, const char* flag, std::string_view ours) {
+    return "'" + name + "' is " + what + ": " + flag + " " + std::string(ours) + ".";
+  };
+  const MapInfo* const map = map_called(name);
+  if (map != nullptr) return answer("a map", "--maps", map->kind.name);
+  const MatchInfo* const match = match_called(name);
+  if (match != nullptr) return answer("a match", "--match", match->method.name);
   return {};
 }
 

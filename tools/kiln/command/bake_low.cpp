@@ -60,16 +60,16 @@ void mind_seams(const BakeArguments& arguments, LowMesh& low, std::vector<Warnin
   const auto at = [&](double origin, float value) { return origin + double{value}; };
   char text[256];
   std::snprintf(text, sizeof text,
-                " has %s UV seams between flats that are no hard edges, for one at (%.5g, %.5g, "
-                "%.5g), where its "
-                "faces turn %.0f degrees: ",
-                with_commas(seams.between_flats).c_str(), at(low.mesh.origin[0], seams.example.x),
-                at(low.mesh.origin[1], seams.example.y), at(low.mesh.origin[2], seams.example.z),
-                seams.example_degrees);
+                " has %s with smooth normals between flat faces, for example at (%.5g, %.5g, "
+                "%.5g), where the surface bends by %.0f "
+                "degrees. ",
+                plural(seams.between_flats, "UV seam").c_str(),
+                at(low.mesh.origin[0], seams.example.x), at(low.mesh.origin[1], seams.example.y),
+                at(low.mesh.origin[2], seams.example.z), seams.example_degrees);
   warnings.push_back({"soft-seams",
                       "LOW " + in_words(low_files(arguments)) + text +
-                          "they get gradients there. Make them hard in the modelling tool, or "
-                          "add --split-at-seams.",
+                          "Its normal map gets gradients there. Make these edges hard in the "
+                          "modelling tool, or add --split-at-seams.",
                       seams.between_flats});
 }
 

@@ -142,8 +142,7 @@ std::string summary(const EdgeReport& edges, double diagonal) {
 /// One line about what is on no texel.
 std::string summary(const RecallReport& recall) {
   char text[200];
-  std::snprintf(text, sizeof text,
-                "recall: %.2f%% of what views show of HIGH near LOW is on texels",
+  std::snprintf(text, sizeof text, "recall: texels hold %.2f%% of HIGH's visible surface near LOW",
                 100 * (1 - recall.lost));
   return text;
 }

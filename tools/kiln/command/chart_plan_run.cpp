@@ -36,7 +36,7 @@ PlanChartOptions plan_options(const ChartArguments& a) {
 void add_plan_options(Command& command, ChartArguments& a) {
   command.add_flag("--plan", a.plan,
                    "Of each HIGH alone: bytes against error of low polys by number of faces and "
-                   "map size, where plans stand, and meshoptimizer with a plain bake");
+                   "map size. Beside them plans, and meshoptimizer with a plain bake");
   command
       .add_option("--max-error", a.max_errors,
                   "With --plan: errors to plan for, degrees, separated by commas (default: three "

@@ -96,10 +96,12 @@ std::string too_many_missed(const BakeArguments& arguments, const BakeResult& re
   if (!arguments.load_match.empty()) {
     return message + " Save the match again with a longer --max-distance.";
   }
-  const bool closest = matches_by(arguments, MatchMethod::closest);
+  const MatchMethod around = first_match(&MatchInfo::looks_around);
+  const std::string fallback = "add --fallback " + std::string(around.name) + ".";
   const bool far = arguments.match == kAutomatic || chain_has(arguments, &MatchInfo::looks_far);
-  if (!far) return message + " Add --fallback closest.";
-  return message + " Raise --max-distance" + (closest ? "." : ", or add --fallback closest.");
+  if (!far) return message + " To find them, " + fallback;
+  return message + " Raise --max-distance" +
+         (matches_by(arguments, around) ? "." : ", or " + fallback);
 }
 
 /// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
@@ -230,7 +232,9 @@ int verdict(const BakeRun& run) {
 int run_bake(const BakeArguments& given) {
   BakeRun run(given);
   BakeArguments& arguments = run.arguments;
-  if (is_height_field(given.high) && !given.given.contains("--match")) arguments.match = "uv";
+  if (is_height_field(given.high) && !given.given.contains("--match")) {
+    arguments.match = first_match(&MatchInfo::needs_uvs).name;
+  }
   if (bounds_maps(arguments) && !arguments.given.contains("--match")) {
     arguments.match = kAutomatic;
   }

@@ -93,8 +93,8 @@ int run_rating(const MeasureArguments& a) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
   if (a.low.empty()) {
     fail(
-        "To rate matches, both meshes are needed: kiln measure HIGH LOW. For one alone, say "
-        "what is to be studied with --study.");
+        "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
+        "--study views, faces or size.");
   }
   if (a.faces) fail("--faces is for --study: leave it out.");
   const bool loaded = !a.bake.load_match.empty();
@@ -102,7 +102,7 @@ int run_rating(const MeasureArguments& a) {
     fail("--load-match is a match that was made: leave --match out.");
   }
   RatingOptions options;
-  options.methods = loaded ? std::vector<std::string>{"ray"} : rated_methods(a);
+  options.methods = loaded ? std::vector<std::string>{default_match()} : rated_methods(a);
   for (const std::string& at : a.visibility_at) {
     options.visibility_at.push_back(visibility_at_values().at(at));
   }
@@ -130,8 +130,8 @@ int run_rating(const MeasureArguments& a) {
   if (options.pictures) {
     for (const std::string& file : plot_files("measure")) files.push_back(folder / file);
   }
-  std::vector<std::string> inputs_read = high_files(baking(a, "ray"));
-  for (const std::string& file : low_files(baking(a, "ray"))) inputs_read.push_back(file);
+  std::vector<std::string> inputs_read = high_files(baking(a, default_match()));
+  for (const std::string& file : low_files(baking(a, default_match()))) inputs_read.push_back(file);
   inputs_read.insert(inputs_read.end(), {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list});
   for (const std::string& file : occluder_files(a.bake)) inputs_read.push_back(file);
   for (const TransferArgument& transfer : parse_transfers(a.bake)) {
@@ -145,19 +145,20 @@ int run_rating(const MeasureArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const bool more = has_more_files(a.bake);
-  const DenseInput dense = load_dense(high_files(baking(a, "ray")), a.heights, more, warnings);
+  const DenseInput dense =
+      load_dense(high_files(baking(a, default_match())), a.heights, more, warnings);
   const Mesh& high = dense.mesh;
   options.uv = uv_options(dense);
-  const Mesh low = load_low(baking(a, "ray"), warnings);
+  const Mesh low = load_low(baking(a, default_match()), warnings);
   warn_of_boxes("HIGH and LOW", dense.mesh, low, warnings);
   check_has_uvs(low, a.low, "");
   MatchInputs inputs;
   inputs.read(a.bake, high, low, warnings);
-  inputs.make_cage(baking(a, "ray"), device, high, low, warnings);
+  inputs.make_cage(baking(a, default_match()), device, high, low, warnings);
   std::vector<LeftOut> unserved;
   BakeOptions textures;
   if (!a.bake.given.empty() || a.views || a.view_size) {
-    textures = bake_options(baking(a, "ray"));
+    textures = bake_options(baking(a, default_match()));
     if (!options.maps.empty()) load_textures(a.bake, high, textures, warnings);
     take_match_flags(a, dense, inputs, textures, options, unserved);
   }

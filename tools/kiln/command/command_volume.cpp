@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "arguments/bake_arguments.h"
+#include "arguments/bake_values.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/surface_arguments.h"
@@ -19,10 +20,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kDirect = "direct";  ///< Of --match: no match, but vertices splatted
+
 struct VolumeArguments {
   std::string volume, out, full;
   SurfaceArguments surface;
-  std::string match = "direct";
+  std::string match = kDirect;
   std::string max_distance;
   std::uint32_t samples = 1;
   std::string size = "auto";
@@ -39,7 +42,7 @@ struct VolumeArguments {
 void check(const VolumeArguments& a) {
   check(a.surface);
   check_density(a.by_density, a.unwrap);
-  if (a.match == "direct" && (!a.max_distance.empty() || a.samples != 1)) {
+  if (a.match == kDirect && (!a.max_distance.empty() || a.samples != 1)) {
     fail_usage("--max-distance and --samples are for --match ray or closest.");
   }
   if (!a.full.empty() && fs::path(a.full).extension() != ".obj") {
@@ -205,12 +208,12 @@ int run_volume(const VolumeArguments& a) {
   std::optional<Baked> baked;
   std::optional<Mesh> dense;
   double dense_seconds = 0;
-  if (a.match != "direct" || !a.full.empty()) {
+  if (a.match != kDirect || !a.full.empty()) {
     if (!console.progress(0.5, "contouring in full")) return kExitCancelled;
     dense = contour(device, volume, options.contour);
     dense_seconds = watch.lap();
   }
-  if (a.match != "direct") {
+  if (a.match != kDirect) {
     baked = bake_map(device, a, *dense, result, console);
     if (baked->cancelled) return kExitCancelled;
     baked->contour = dense_seconds;
@@ -342,7 +345,7 @@ Run add_volume(Command& app) {
       ->add_option("--match", a.match,
                    "How texels find their normals: direct (fine vertices splatted), or the full "
                    "contour baked by ray or closest point")
-      ->check(one_of({"direct", "ray", "closest"}))
+      ->check(one_of(surface_matches(kDirect)))
       ->capture_default_str()
       ->group(kMapGroup);
   command

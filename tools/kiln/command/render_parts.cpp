@@ -28,8 +28,8 @@ Image join(const std::vector<Image>& panels) {
   return sheet;
 }
 
-/// Measures how near the low poly comes to the reference, from the view shown and along the six axes,
-/// says so, and returns it for the report. The same pixels whatever the picture's own size.
+/// Measures how near the low poly comes to the reference, from the view shown and along the six
+/// axes. Says so, and returns it for the report. The same pixels whatever the picture's own size.
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map) {
   const std::vector<ViewAngles> views = {{options.azimuth_degrees, options.elevation_degrees},
@@ -76,8 +76,8 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
   return make_sheet(panels);
 }
 
-/// How near the low poly comes from directions all around, none of them along an axis, from which flat faces look as straight
-/// down as they were baked.
+/// How near the low poly comes from directions all around. None is along an axis, from where flat
+/// faces look as straight down as they were baked.
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
   constexpr std::uint32_t kAround = 30, kPixels = 256;
   std::vector<ViewAngles> views;

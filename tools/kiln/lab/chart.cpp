@@ -34,7 +34,9 @@ BakeOptions bake_options_of(const ChartSetting& setting, const ChartOptions& opt
   return bake_with;
 }
 
-bool has_views(const ChartSetting& setting) { return setting.bake.method == MatchMethod::views; }
+bool has_views(const ChartSetting& setting) {
+  return find_match(setting.bake.method.name).takes_views;
+}
 
 /// How far the matches of a setting lie from the samples: no matter of how many samples a texel has.
 MatchAssessment assess_setting(const Source& source, const Mesh& low, const ChartSetting& setting,

@@ -119,8 +119,8 @@ struct ChartPair {
   std::optional<AoChart> ao;      ///< Where it was asked for
 };
 
-/// Bakes with every setting once for the errors, then `repeat` times in turns for the seconds, each time from
-/// a new Source. The errors are the same on every run; the seconds are not.
+/// Bakes with every setting once for the errors, then `repeat` times in turns for the seconds. Each
+/// time it is from a new Source. The errors are the same on every run; the seconds are not.
 /// \returns nothing where progress said stop
 /// \throws Error(input) where nothing matches, nothing can be compared, or (strict) a setting does not do
 std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const Mesh& low,

@@ -46,7 +46,10 @@ AoSetting by_views(std::uint32_t views) {
 BakeResult bake_ao(const Source& source, const Mesh& low, const AoSetting& setting,
                    const AoChartOptions& options, bool report_errors, const Progress& progress) {
   BakeOptions bake_with;
-  bake_with.maps = {MapKind{"ao"}};
+  // All settings can be asked of it.
+  bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
+                      return map.takes_max_error && map.takes_views;
+                    })->kind};
   bake_with.width = bake_with.height = options.size;
   bake_with.max_distance = options.max_distance;
   bake_with.occlusion = setting.occlusion;

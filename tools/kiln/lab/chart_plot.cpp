@@ -21,7 +21,7 @@ constexpr std::array<Style, 9> kStyles = {
      {ChartFamily::views_rays, "views, then rays", "d", "#009e73"},
      {ChartFamily::paper, "views as in the paper", "s", "#d55e00"},
      {ChartFamily::closest, "nearest points", "v", "#cc79a7"},
-     {ChartFamily::visibility, "visibility", "p", "#8a6d00"},
+     {ChartFamily::visibility, "by visibility", "p", "#8a6d00"},
      {ChartFamily::uv, "same UVs", "x", "#56b4e9"},
      {ChartFamily::directions, "rays, other directions", "<", "#7a7a7a"},
      {ChartFamily::cages, "from a cage", "P", "#e69f00"}}};

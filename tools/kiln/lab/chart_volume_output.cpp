@@ -164,22 +164,23 @@ std::string volume_chart_data(const std::vector<VolumeChart>& charts) {
 std::string volume_chart_table(const std::vector<VolumeChart>& charts,
                                const VolumeChartOptions& options, const DeviceInfo& device) {
   std::ostringstream text;
-  text << "# Maps from volumes: speed against accuracy\n\n"
-       << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
-       << ", driver " << markdown_cell(device.driver)
-       << "). Seconds: from the volume in memory to low poly and object-space map there, "
-       << (options.repeat == 1 ? "one run"
-                               : "the median of " + std::to_string(options.repeat) + " runs")
-       << "; the full contour counts once for each way, also where a high poly is made of it. "
-          "Errors are angles in degrees, mean / root of the mean square / 95%: of the map's texels "
-          "to the volume's gradient where the shading normal's line through the texel's point "
-          "meets the surface, and where the triangle's normal's does; and of rendered normals to "
-          "the full contour's from "
-       << kHeldOutViews
-       << " directions that nothing is matched from. Missed: samples of the bake that found "
-          "nothing; "
-          "empty: texels compared that the map leaves without a normal, where the low poly's own "
-          "counts. ●: nothing else is both faster and closer.\n";
+  text
+      << "# Maps from volumes: speed against accuracy\n\n"
+      << "On " << markdown_cell(device.name) << " (" << markdown_cell(device.platform)
+      << ", driver " << markdown_cell(device.driver)
+      << "). Seconds: from the volume in memory to low poly and object-space map there, "
+      << (options.repeat == 1 ? "one run"
+                              : "the median of " + std::to_string(options.repeat) + " runs")
+      << "; the full contour counts once for each way, also where a high poly is made of it. "
+         "Errors are angles in degrees, mean / root of the mean square / 95%: of the map's texels "
+         "to the volume's gradient at a place of the surface. A line through the texel's point "
+         "meets it: along the shading normal, and along the triangle's. And of rendered normals to "
+         "the full contour's from "
+      << kHeldOutViews
+      << " directions that nothing is matched from. Missed: samples of the bake that found "
+         "nothing; "
+         "empty: texels compared that the map leaves without a normal, where the low poly's own "
+         "counts. ●: nothing else is both faster and closer.\n";
   for (const VolumeChart& chart : charts) {
     text << "\n## " << markdown_cell(chart.name) << ", " << chart.voxels[0] << " × "
          << chart.voxels[1] << " × " << chart.voxels[2] << " voxels: full contour of "

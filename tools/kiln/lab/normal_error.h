@@ -7,8 +7,8 @@
 
 namespace kiln::cli {
 
-/// The mean angle between HIGH's normals and those that LOW shows with its map, over all pixels of all views
-/// that a texel lies under.
+/// The mean angle between HIGH's normals and the normals that LOW shows with its map. Counted are
+/// all pixels of all views with a texel under them.
 /// \param shown   LOW with its map
 /// \param pixels  a side of the pictures
 /// \returns degrees, one channel; -1 where no view sees both meshes

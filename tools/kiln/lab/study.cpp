@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "arguments/bake_values.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -103,7 +104,7 @@ BakeOptions bake_options(const Setting& setting, const StudyOptions& options) {
   bake.max_distance = options.max_distance;
   bake.keep_match = true;
   if (setting.curve == Curve::ray) return bake;
-  bake.method = MatchMethod::views;
+  bake.method = first_match(&MatchInfo::takes_views);
   bake.views.count = setting.views;
   bake.views.size = options.view_size;
   if (setting.curve == Curve::paper) {
@@ -146,14 +147,14 @@ std::string stage(const Setting& setting) {
 
 }  // namespace
 
-const char* curve_name(Curve curve) {
+std::string curve_name(Curve curve) {
   switch (curve) {
     case Curve::paper:
       return "paper";
     case Curve::kiln:
       return "kiln";
     case Curve::ray:
-      return "ray";
+      return default_match();
     case Curve::none:
       break;
   }

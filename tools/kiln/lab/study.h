@@ -39,7 +39,7 @@ enum class Curve {
   ray,   ///< Rays along the low poly's normals: no views
   none,  ///< No map at all: the low poly's own normals
 };
-const char* curve_name(Curve curve);
+std::string curve_name(Curve curve);
 
 /// One setting with its figures.
 struct Setting {

@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "arguments/bake_values.h"
+
 namespace kiln::cli {
 namespace {
 
 Json json_of(const Setting& setting, double diagonal) {
   Json json = {{"curve", curve_name(setting.curve)}};
   const bool views = setting.views != 0;
-  json["match"] = views ? "views" : setting.curve == Curve::ray ? Json("ray") : Json();
+  json["match"] = views                         ? Json(first_match(&MatchInfo::takes_views).name)
+                  : setting.curve == Curve::ray ? Json(default_match())
+                                                : Json();
   json["views"] = views ? Json(setting.views) : Json();
   json["view_size"] = views ? Json(setting.view_size) : Json();
   const bool paper = setting.curve == Curve::paper;

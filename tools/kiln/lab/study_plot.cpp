@@ -18,10 +18,6 @@ std::string size_text(std::uint32_t size) {
   return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
-std::string plural(std::uint64_t count, const char* what) {
-  return with_commas(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 double mean_degrees(const Setting& s) { return s.normal.mean_degrees; }
 double mean_8bit(const Setting& s) { return s.normal.mean_8bit; }
 double by_views(const Setting& s) { return s.views; }
@@ -60,7 +56,9 @@ Json views_plot(const Study& study, const StudyOptions&, const std::string& mesh
     Json json = panel(title);
     json["curves"] = paper_and_kiln(study, by_views, y);
     json["levels"] = {
-        {{"title", "rays (no views): " + figure(y(ray)) + unit}, {"look", "ray"}, {"y", y(ray)}},
+        {{"title", "rays (no views): " + figure(y(ray)) + unit},
+         {"look", curve_name(Curve::ray)},
+         {"y", y(ray)}},
         {{"title", "no map: " + figure(y(none)) + unit}, {"look", "none"}, {"y", y(none)}}};
     return json;
   };
@@ -87,8 +85,8 @@ Json faces_plot(const Study& study, const StudyOptions& options, const std::stri
             [&](const Setting& s) { return percent(s.distance.mean); })};
   Json angles = panel("Mean angle between normals, degrees");
   angles["curves"] = paper_and_kiln(study, by_faces, mean_degrees);
-  angles["curves"].push_back(
-      curve("rays (no views)", "ray", select(study, Curve::ray), by_faces, mean_degrees));
+  angles["curves"].push_back(curve("rays (no views)", curve_name(Curve::ray),
+                                   select(study, Curve::ray), by_faces, mean_degrees));
   angles["curves"].push_back(
       curve("no map", "none", select(study, Curve::none), by_faces, mean_degrees));
   // Wang et al., figure 3b: of the mesh alone, whatever its map.

@@ -76,7 +76,7 @@ Mesh outer_cage(const BakeArguments& arguments, const Device& device, const Mesh
                 const Mesh* high, std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) return outer_of(load_cage(arguments.cage_mesh, low, &warnings));
   const bool automatic = arguments.cage == kAutomatic;
-  const Length length = automatic ? Length{} : parse_length("--cage", arguments.cage);
+  const Length length = automatic ? Length{} : parse_cage(arguments.cage);
   if ((automatic || length.relative) && high == nullptr) {
     throw Error(ErrorCode::usage, "--cage " + arguments.cage +
                                       " goes by HIGH: add --reference HIGH, or give a length in "

@@ -23,8 +23,8 @@ struct DressMaps {
 /// What the strongest edges' light is multiplied with, and that of the strongest cavities.
 constexpr float kEdgeLight = 1.5F, kCavityLight = 0.75F;
 
-/// Gives a lit picture of the mesh (by Scene::draw) the colours of a map, darkens it by occlusion, lightens
-/// edges and darkens cavities. \throws Error(input)
+/// Gives a lit picture of the mesh (by Scene::draw) the colours of a map. Darkens it by occlusion,
+/// lightens edges and darkens cavities. \throws Error(input)
 void dress(const Dressed& dressed, const DressMaps& maps, const RenderOptions& options,
            Image& picture);
 

@@ -1,5 +1,5 @@
-// JSON as a value: what reports are made of. A type of its own, since the headers of the library behind it
-// (nlohmann, in json.cpp alone) take compilers seconds for each file that includes them.
+// JSON as a value: what reports are made of. A type of its own: the library behind it (nlohmann, in
+// json.cpp alone) takes compilers seconds for each file that includes its headers.
 #pragma once
 
 #include <concepts>

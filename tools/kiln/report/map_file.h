@@ -12,13 +12,13 @@ namespace kiln::cli {
 /// z = sqrt(1 - x^2 - y^2)). \throws Error(input)
 Image load_normal_map(const std::filesystem::path& path);
 
-/// Reads a map of curvature, one channel, n/2 + 1/2 with n from -1 (concave) to 1 (convex). 1 is what 95% of the
-/// texels that bend do not exceed, so that neither units nor the range of a PNG, where 1/2 is flat, matter. Texels
-/// bend above a 255th of the strongest one. \throws Error(input), also for a map with colours
+/// Reads a map of curvature, one channel, n/2 + 1/2 with n from -1 (concave) to 1 (convex). 1 is what 95%
+/// of the texels that bend do not exceed. So neither units matter nor the range of a PNG, where 1/2 is
+/// flat. Texels bend above a 255th of the strongest one. \throws Error(input), also for a map with colours
 Image load_bend(const std::filesystem::path& path);
 
-/// Reads a mask: an image, whose first channel counts, or a saved match, whose samples that were found
-/// do (1) and whose others do not. \throws Error(input)
+/// Reads a mask: an image, whose first channel counts; or a saved match, whose samples count 1
+/// where they found a point, else 0. \throws Error(input)
 Image load_mask(const std::filesystem::path& path);
 
 }  // namespace kiln::cli
