@@ -4,8 +4,8 @@
 // section 3.1. Faces turned away from the sample's direction (their normal's product with it is
 // below 0) are left out. So a sample does not take the wrong side of a thin sheet.
 //
-// Algorithm: the hierarchy of the rays (see shared/bvh.h) walked nearest child first with a
-// shrinking radius, and one point-triangle distance that all variants share (see lib/nearest.clh).
+// Algorithm: the hierarchy of the rays (see shared/bvh.h) is walked nearest child first, with a
+// shrinking radius. All variants share one point-triangle distance (see nearest.clh).
 // Ties go to the lowest triangle. Culling is strict and its arithmetic is monotone: the result is a
 // function of sample and triangles alone. On CPUs neighbouring samples walk together (see
 // lib/closest_group.clh), starting with the leaf that their predecessors ended at.

@@ -1,8 +1,8 @@
 // Does a ray meet anything? The first hit found ends the walk; otherwise as in ray.cl.
 //
-// Rays of ambient occlusion start beside each other but run in all directions. So a work-item takes
-// a block of samples and sorts them by the signs of their directions and the largest axis; up to 64 at a
-// time walk the tree together (stream.clh).
+// Rays of ambient occlusion start beside each other but run in all directions. So a work-item
+// takes a block of samples. It sorts them by the signs of their directions and the largest axis. Up to 64
+// at a time walk the tree together (stream.clh).
 //
 // | kernel                    | global size        | local | reads, writes a sample           |
 // | kiln_occlusion_any_stream | samples / 2048, up | 4     | 48 B (56 with reach) + tree, 1 B |

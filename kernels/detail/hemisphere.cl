@@ -8,8 +8,8 @@
 // steadily with it (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
 //
 // A row of rays holds one ray of each sample, so neighbours start beside each other. A turned sample
-// adds one ray of its set to a row, so that all rays of the row run about the same way: the set is cut
-// into rings, each sorted by angle, and a turned sample starts elsewhere in the ring. Each sample has
+// adds one ray of its set to a row, and all rays of the row run about the same way. For that the set is
+// cut into rings, each sorted by angle; a turned sample starts elsewhere in the ring. Each sample has
 // all of its rays in the end; only their order changes. Nearest hits are better off with rows that run
 // in all directions: beams of rays that lean differently widen until they meet everything. Where few
 // samples, far apart, cast many rays each, a row would hold rays that have no node in common. There

@@ -1,7 +1,7 @@
 // Hemispheres by depth views: each sample looks into pictures of all that occludes, taken from all around.
 //
 // Tarini, Cignoni and Scopigno gather visibility so ("Visibility Based Methods and Assessment for
-// Detail-Recovery", 2003, section 3.3); here it is the high poly's point that is seen or not, and a direction
+// Detail-Recovery", 2003, section 3.3). Here it is the high poly's point that is seen or not. A direction
 // counts with its cosine to the normal. Ambient occlusion is what is open of that, as a share of what all
 // directions over the hemisphere come to: so an open place is 1 however many directions there are.
 //

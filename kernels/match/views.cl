@@ -145,9 +145,9 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
   return found;
 }
 
-/// The point on the sample's own direction: where a point of that line shows in the view, the
-/// pixels' triangles are tried against the line, and its next point taken from what they say (as
-/// relief mapping searches a depth image; Policarpo, Oliveira, Comba 2005). Pixels show only some
+/// The point on the sample's own direction. Where a point of that line shows in the view, the
+/// pixels' triangles are tried against the line. They say which point of it comes next (as relief
+/// mapping searches a depth image; Policarpo, Oliveira, Comba 2005). Pixels show only some
 /// of the triangles that are smaller. Where it meets none of them, the nearest point beside it
 /// counts within a pixel. Else false.
 /// \param along  distance along the line where the search begins

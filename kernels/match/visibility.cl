@@ -307,9 +307,9 @@ kernel void kiln_visibility_link(const uint count, global const uint* restrict l
   vstore4(sum * 0.0625f, texel, to);
 }
 
-/// Writes a band's samples with new directions: where they are seen from, or, of the hybrid, between that
-/// and their own direction by the standard deviation s of the directions that see them (section 3.4,
-/// equation 3): (1 - s) of the one, s of the other.
+/// Writes a band's samples with new directions: where they are seen from. The hybrid's lie between that
+/// and their own direction: (1 - s) of the one, s of the other. s is the standard deviation of the
+/// directions that see them (section 3.4, equation 3).
 /// \param field  means of directions, their length being what all have in common: of texels, or [3 *
 ///               triangles] of corners; w is 1, or 0 where there is none
 /// \param chart  of each triangle

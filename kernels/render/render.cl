@@ -5,8 +5,8 @@
 // from a normal map: the exact inverse of kernels/detail.cl (tangent frames after Mikkelsen 2008,
 // interpolated and not normalised). Light is a wrapped key, a fill and a rim light that travel with
 // the camera, and a broad highlight. A sky is dimmed by ambient occlusion: directions with a cosine
-// distribution (Malley's method on Vogel's spiral, 1979), turned by a per-pixel angle of the R2
-// sequence (Roberts 2018), with light bounced between near surfaces after Jimenez et al. 2016,
+// distribution (Malley's method on Vogel's spiral, 1979). Each pixel turns them by an angle of the R2
+// sequence (Roberts 2018). Light is bounced between near surfaces after Jimenez et al. 2016,
 // "Practical Realtime Strategies for Accurate Indirect Occlusion", section 5.
 //
 // kernel                     global    local  memory traffic an item

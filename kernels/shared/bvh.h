@@ -37,7 +37,7 @@ KILN_CHECK_SIZE(kiln_bvh_node, 256);
 ///
 /// The prism is larger than the triangles by KILN_BVH_GUARD_MARGIN on every side. Rays from within
 /// KILN_BVH_GUARD_REACH on each axis are sheared as for a triangle. A difference of coordinates is off by at
-/// most 2^-20 then, and its product with a shear of at most 1, too. The sum is off by 2^-19: 2^-18 for a
+/// most 2^-20 then. So is its product with a shear of at most 1. The sum is off by 2^-19: 2^-18 for a
 /// corner of the prism or of a triangle, in each of two directions. The margin is larger than both together.
 struct kiln_bvh_guard {
   kiln_float corner[3][KILN_BVH_WIDTH];  // [axis][corner]: 3 of the base, 3 above them, 2 unused

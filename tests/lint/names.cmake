@@ -7,8 +7,8 @@ cmake_policy(VERSION 3.25)
 # Rooms of the lower floors name kernels, which are called like the matches that launch them.
 set(rooms source render volume bake measure)
 
-# Of the command, experiments name what they compare, and which maps they look at: a match that is added is no part of
-# their tables. Everything else of it reads rows.
+# Of the command, experiments name what they compare, and which maps they look at. What no setting of `kiln chart`
+# names, it takes from the rows. Everything else of the command reads rows.
 set(experiments lab/chart_settings.cpp lab/chart_volume.cpp lab/gallery.cpp)
 # Words of other lists, too: values of --ao-by, --visibility-test and --study.
 set(other_words "\"views\"")

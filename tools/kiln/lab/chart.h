@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ enum class ChartFamily {
   uv,          ///< The point with the same UV
   directions,  ///< Rays by another rule, or to elsewhere
   cages,       ///< Rays from a cage
+  others,      ///< Matches that no setting names, with their defaults
 };
 const char* family_name(ChartFamily family);
 
@@ -40,6 +42,9 @@ struct ChartSetting {
 /// What is compared: a row a setting. The reference is among them. Matching by UVs is for pairs whose layouts
 /// agree.
 std::vector<ChartSetting> chart_settings();
+/// Appends a setting for each row of a match that none of `settings` uses. Matches along a direction that somebody
+/// must choose are left out.
+void add_other_matches(std::span<const MatchInfo> rows, std::vector<ChartSetting>& settings);
 /// Those and what is compared where it is asked for by name: other directions and cages, for hard surfaces.
 std::vector<ChartSetting> all_chart_settings();
 /// The names that --settings hard stands for.

@@ -15,7 +15,7 @@ struct Style {
   const char* color;
 };
 // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
-constexpr std::array<Style, 9> kStyles = {
+constexpr std::array<Style, 10> kStyles = {
     {{ChartFamily::rays, "rays", "^", "#222222"},
      {ChartFamily::views, "depth views", "o", "#0072b2"},
      {ChartFamily::views_rays, "views, then rays", "d", "#009e73"},
@@ -24,7 +24,8 @@ constexpr std::array<Style, 9> kStyles = {
      {ChartFamily::visibility, "by visibility", "p", "#8a6d00"},
      {ChartFamily::uv, "same UVs", "x", "#56b4e9"},
      {ChartFamily::directions, "rays, other directions", "<", "#7a7a7a"},
-     {ChartFamily::cages, "from a cage", "P", "#e69f00"}}};
+     {ChartFamily::cages, "from a cage", "P", "#e69f00"},
+     {ChartFamily::others, "other matches", "*", "#b22222"}}};
 
 /// In the picture: where a number was chosen, it says so.
 std::string label_of(const ChartRow& row) {

@@ -1,5 +1,9 @@
 // What `kiln chart` compares, by name.
+#include <algorithm>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "lab/chart.h"
 
@@ -80,6 +84,8 @@ const char* family_name(ChartFamily family) {
       return "cages";
     case ChartFamily::directions:
       return "directions";
+    case ChartFamily::others:
+      return "others";
     case ChartFamily::uv:
       break;
   }
@@ -88,7 +94,7 @@ const char* family_name(ChartFamily family) {
 
 std::vector<ChartSetting> chart_settings() {
   using Family = ChartFamily;
-  return {
+  std::vector<ChartSetting> settings = {
       {"ray", "rays", Family::rays, rays(1)},
       {"ray_2x2", "rays, 2×2 samples", Family::rays, rays(2)},
       {"ray_4x4", "rays, 4×4 samples", Family::rays, rays(4)},
@@ -114,6 +120,21 @@ std::vector<ChartSetting> chart_settings() {
        visibility(MatchMethod::hybrid, VisibilityAt::vertex)},
       {"uv", "same UVs", Family::uv, same_uvs()},
   };
+  add_other_matches(matches(), settings);
+  return settings;
+}
+
+void add_other_matches(std::span<const MatchInfo> rows, std::vector<ChartSetting>& settings) {
+  for (const MatchInfo& row : rows) {
+    const bool used =
+        std::any_of(settings.begin(), settings.end(),
+                    [&](const ChartSetting& setting) { return setting.bake.method == row.method; });
+    if (used || row.needs_direction) continue;
+    const std::string name(row.method.name);
+    ChartSetting setting{name, name, ChartFamily::others, {}};
+    setting.bake.method = row.method;
+    settings.push_back(std::move(setting));
+  }
 }
 
 std::vector<ChartSetting> all_chart_settings() {
