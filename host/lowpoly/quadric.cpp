@@ -3,6 +3,13 @@
 #include <algorithm>
 
 namespace kiln {
+namespace {
+
+/// Weight of a pull to the middle of an edge, against that of all planes. Where normals differ by an angle, their
+/// planes hold a place across it by about its square: with 1e-3, vertices on shallow fillets were pulled off.
+constexpr double kPull = 1e-6;
+
+}  // namespace
 
 void Quadric::add_plane(const Vec3d& normal, const Vec3d& through, double weight) {
   add_linear(normal, -dot(normal, through), weight);
@@ -36,7 +43,7 @@ double Quadric::at(const Vec3d& p) const {
 Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   const Vec3d middle = (pa + pb) * 0.5;
   // Solve for the step from the middle, with a slight pull towards it, which keeps the matrix regular.
-  const double pull = 1e-3 * (xx + yy + zz);
+  const double pull = kPull * (xx + yy + zz);
   const double m00 = xx + pull, m11 = yy + pull, m22 = zz + pull;
   const Vec3d r{-(xx * middle.x + xy * middle.y + xz * middle.z + x),
                 -(xy * middle.x + yy * middle.y + yz * middle.z + y),

@@ -21,6 +21,9 @@ constexpr double kBackToBack = -0.985;
 constexpr double kSharp = -0.5;
 /// A triangle faces away where the best of the dense normals near it is below this.
 constexpr double kAway = -0.2;
+/// But not where the high poly faces its way, as a cosine, and this near, a share of its longest side. Between its corners
+/// a triangle misses a bent surface: those of a thin shell reach beyond its other side.
+constexpr double kSameWay = 0.5, kBetweenCorners = 0.05;
 /// How far around a triangle the high poly is looked for, a share of the diagonal.
 constexpr double kReach = 0.02;
 /// And how much farther triangles are kept.
@@ -69,19 +72,28 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
   return sides;
 }
 
-/// For each triangle the least cosine between its normal and a neighbour's.
-std::vector<double> sharpest(const std::vector<Vec3d>& normals,
-                             const std::vector<Triangle>& triangles) {
-  std::vector<double> least(triangles.size(), 1);
+/// A triangle's neighbours: the least cosine between its normal and one of theirs, and how many are suspicious.
+struct Neighbours {
+  double least = 1;
+  int suspicious = 0;
+  void add(double cosine) {
+    least = std::min(least, cosine);
+    suspicious += cosine < kSuspicious;
+  }
+};
+
+std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
+                                      const std::vector<Triangle>& triangles) {
+  std::vector<Neighbours> found(triangles.size());
   const std::vector<Side> sides = sorted_sides(triangles);
   for (std::size_t i = 1; i < sides.size(); ++i) {
     const Side &a = sides[i - 1], &b = sides[i];
     if (a.key != b.key || a.forward == b.forward) continue;
     const double cosine = dot(normals[a.triangle], normals[b.triangle]);
-    least[a.triangle] = std::min(least[a.triangle], cosine);
-    least[b.triangle] = std::min(least[b.triangle], cosine);
+    found[a.triangle].add(cosine);
+    found[b.triangle].add(cosine);
   }
-  return least;
+  return found;
 }
 
 /// Cells of a grid over [-1, 1]^3 that a box touches.
@@ -147,8 +159,11 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
 }
 
 /// Whether the high poly near each of four of its points faces the other way.
-bool SimplifyCheck::faces_away(const TriangleCorners& p) const {
+/// \param shell  whether that of a thin shell may, if the other side is near enough
+bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
   const Vec3d normal = unit_or_zero(normal_of(p));
+  const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
+  const double between = shell ? std::min(kBetweenCorners * longest, kReach) : 0;
   std::size_t away = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     Vec3d at;
@@ -162,6 +177,12 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p) const {
       const Vec3d dense = unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])}));
       best = std::max(best, dot(normal, dense));
     });
+    if (best < kAway && between > radius) {
+      surface_->each_within(point, between * between, [&](const Vec3* c) {
+        const Vec3d dense = unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])}));
+        if (dot(normal, dense) > kSameWay) best = 1;
+      });
+    }
     away += best < kAway;
   }
   return away >= 3;
@@ -197,12 +218,12 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
       flaws.facing_down.push_back(t);
     }
   }
-  const std::vector<double> least = sharpest(normals, triangles);
+  const std::vector<Neighbours> neighbours = neighbours_of(normals, triangles);
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     int against = 0;
     for (const std::uint32_t v : triangles[t]) against += dot(normals[t], around[v]) < 0;
-    if (least[t] < kSuspicious || against >= 2) candidates.push_back(t);
+    if (neighbours[t].least < kSuspicious || against >= 2) candidates.push_back(t);
   }
   std::vector<std::uint32_t> looked_at = candidates;
   looked_at.insert(looked_at.end(), flaws.flat.begin(), flaws.flat.end());
@@ -212,7 +233,9 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
   for (const std::uint32_t t : candidates) {
     const TriangleCorners corners = corners_of(points, triangles[t]);
     if (is_flat(corners)) continue;
-    if (faces_away(corners) || (least[t] < kBackToBack && !has_edge(corners))) {
+    // At a shell's rim, a triangle turns away from one neighbour; one that is folded from several.
+    const bool rim = neighbours[t].suspicious == 1;
+    if (faces_away(corners, rim) || (neighbours[t].least < kBackToBack && !has_edge(corners))) {
       flaws.folded.push_back(t);
     }
   }
@@ -220,7 +243,7 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
 }
 
 bool SimplifyCheck::is_flaw(const TriangleCorners& p) const {
-  if (is_flat(p) || faces_away(p)) return true;
+  if (is_flat(p) || faces_away(p, true)) return true;
   return height_field_ && !(upward(p[0], p[1], p[2]) > kLeastUpward);
 }
 

@@ -37,7 +37,7 @@ class SimplifyCheck {
  private:
   void load_near(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
                  std::span<const std::uint32_t> candidates);
-  bool faces_away(const TriangleCorners& corners) const;
+  bool faces_away(const TriangleCorners& corners, bool shell) const;
   bool has_edge(const TriangleCorners& corners) const;
 
   std::span<const Vec3> positions_;

@@ -28,11 +28,6 @@ constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
 constexpr std::uint64_t kMostSamples = 1 << 18;
 /// And while looking for the low poly that meets a bound.
 constexpr std::uint64_t kGuidingSamples = 1 << 14;
-/// Vertices are fitted where the high poly has at least this many triangles for each face. With fewer, quadrics
-/// meet its edges better (assembly of hard surfaces to a quarter of its triangles: normals 9% worse when fitted).
-constexpr std::size_t kLeastToFit = 6;
-/// How often flaws are looked for and mended.
-constexpr int kMendingRounds = 4;
 /// How far around flaws the high poly stays as it is when a head start is made again, a share of the diagonal.
 constexpr double kAroundFlaws = 0.01;
 /// Head starts at most, and places in all: where these are not enough, a head start does not help.
@@ -156,33 +151,6 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
     }
   }
   return flaws.none() && report_.holes == 0;
-}
-
-/// Moves vertices so that the faces lie on the high poly, and mends that, where nothing else says how vertices may
-/// move. \returns whether that was good; else `result` is as it was
-bool SimplifyJob::fit(SimplifyResult& result) {
-  if (!is_fitted(result)) return false;
-  SimplifyResult fitted = result;
-  surface_fit().run(fitted.points, fitted.triangles, options_.height_field);
-  report_.mended = mend(fitted);
-  if (!is_good(fitted)) return false;
-  result = std::move(fitted);
-  return true;
-}
-
-/// Whether vertices of a low poly move to where its faces lie on the high poly.
-bool SimplifyJob::is_fitted(const SimplifyResult& result) const {
-  return !options_.hull && !options_.keep_uvs && options_.faces != 0 &&
-         dense_.triangles.size() >= kLeastToFit * result.triangles.size();
-}
-
-SurfaceFit SimplifyJob::surface_fit() const {
-  return {dense_positions_, dense_.triangles, [this](const Vec3d& p) { return scale_.snap(p); }};
-}
-
-void SimplifyJob::fit_roughly(SimplifyResult& result) const {
-  if (!is_fitted(result)) return;
-  surface_fit().run(result.points, result.triangles, options_.height_field, /*rough=*/true);
 }
 
 /// The high poly, or what a head start leaves of it on the way to a number of faces.

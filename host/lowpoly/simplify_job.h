@@ -19,6 +19,9 @@
 
 namespace kiln {
 
+/// How often flaws are looked for and mended.
+inline constexpr int kMendingRounds = 4;
+
 /// A low poly at about unit size.
 struct SimplifyResult {
   std::vector<Vec3d> points;
@@ -126,6 +129,7 @@ class SimplifyJob {
   bool is_fitted(const SimplifyResult& result) const;
   SurfaceFit surface_fit() const;
   bool fit(SimplifyResult& result);
+  void take_back_flaws(SimplifyResult& fitted, const SimplifyResult& before);
   std::size_t mend(SimplifyResult& result);
   bool is_good(SimplifyResult& result);
   bool try_from(const Work& work, bool last, SimplifyResult& result);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "base/heartbeat.h"
 #include "base/parallel.h"
@@ -14,7 +15,7 @@ namespace kiln {
 namespace {
 
 /// Samples of the high poly for each face, and at least.
-constexpr std::size_t kSamplesOfFace = 10, kLeastSamples = 1 << 14;
+constexpr std::size_t kSamplesOfFace = 15, kLeastSamples = 1 << 14;
 constexpr int kRounds = 4;
 /// The same of what is only looked at.
 constexpr std::size_t kRoughSamplesOfFace = 6, kLeastRoughSamples = 1 << 11;
@@ -22,7 +23,7 @@ constexpr int kRoughRounds = 2;
 /// A sample and the triangle that it is matched with face the same way, at least so nearly (cosine).
 constexpr double kAgreement = 0.3;
 /// Weight of distances across the high poly's normal, and of staying in place.
-constexpr double kAcross = 0.02, kStay = 0.02;
+constexpr double kAcross = 0.002, kStay = 0.02;
 /// How much more a sample at a side weighs than one in the middle of a triangle. Outlines are made of sides: without
 /// this, silhouettes of smooth shapes are a little too wide.
 constexpr double kAtSides = 6;
@@ -142,33 +143,112 @@ class Moving {
   std::vector<std::uint8_t> fixed_;
 };
 
+/// How many faces of a low poly there are for each unit of area, about: by the smallest face in a cell of a grid over
+/// [-1, 1]^3.
+class FaceDensity {
+ public:
+  FaceDensity(const std::vector<Vec3d>& points, const std::vector<Triangle>& low) {
+    double area = 0;
+    for (const Triangle& t : low) {
+      area += length(normal_of(points[t[0]], points[t[1]], points[t[2]])) / 2;
+    }
+    mean_ = area > 0 ? static_cast<double>(low.size()) / area : 1;
+    for (const Triangle& t : low) add({points[t[0]], points[t[1]], points[t[2]]});
+  }
+  double at(const Vec3d& p) const {
+    const float found = cells_[cell(p)];
+    return found > 0 ? found : mean_;
+  }
+
+ private:
+  static constexpr int kCells = 64;
+  static constexpr double kCell = 2.0 / kCells;
+  /// The most, against the mean.
+  static constexpr double kMost = 64;
+
+  static std::size_t cell(const Vec3d& p) {
+    const auto along = [](double x) {
+      return static_cast<std::size_t>(std::clamp((x + 1) / kCell, 0.0, kCells - 1.0));
+    };
+    return (along(p.z) * kCells + along(p.y)) * kCells + along(p.x);
+  }
+  /// In rows beside the longest side, a cell apart.
+  void add(const std::array<Vec3d, 3>& corners) {
+    std::size_t first = 0;
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double size = length(corners[(k + 1) % 3] - corners[k]);
+      if (size > longest) longest = size, first = k;
+    }
+    if (!(longest > 0)) return;
+    const Vec3d a = corners[first], ab = corners[(first + 1) % 3] - a,
+                ac = corners[(first + 2) % 3] - a;
+    const double doubled = length(cross(ab, ac));
+    const auto density =
+        static_cast<float>(2 / doubled < kMost * mean_ ? 2 / doubled : kMost * mean_);
+    const int rows = static_cast<int>(doubled / longest / kCell) + 1;
+    const int steps = static_cast<int>(longest / kCell) + 1;
+    for (int i = 0; i <= rows; ++i) {
+      const double v = static_cast<double>(i) / rows;
+      for (int j = 0; j <= steps; ++j) {
+        const double u = (1 - v) * j / steps;
+        float& most = cells_[cell(a + ab * u + ac * v)];
+        most = std::max(most, density);
+      }
+    }
+  }
+
+  double mean_ = 1;
+  std::vector<float> cells_ = std::vector<float>(std::size_t{kCells} * kCells * kCells, 0.0F);
+};
+
 }  // namespace
 
-/// Evenly spaced in the list of triangles: a triangle stands for those that are left out after it. Where there are
-/// few triangles, three of each, each of which stands for a third.
-std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted) const {
+/// As many of every face, about: evenly spaced in the list of triangles, by area and by how many faces are around.
+/// Small faces along fillets would have next to none by area alone, and move at random. Where there are few triangles,
+/// three of each.
+std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted,
+                                                    const std::vector<Vec3d>& points,
+                                                    const std::vector<Triangle>& low) const {
   using Shares = std::array<double, 3>;
   constexpr std::array<Shares, 3> kThree{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
   constexpr std::array<Shares, 1> kOne{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
-  const std::span<const Shares> places =
-      triangles_.size() < wanted ? std::span<const Shares>(kThree) : std::span<const Shares>(kOne);
-  const std::size_t each = places.size();
-  const std::size_t count = std::min(triangles_.size(), wanted);
-  std::vector<Sample> result(count * each);
-  const double spacing = static_cast<double>(triangles_.size()) / static_cast<double>(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto index = static_cast<std::size_t>(static_cast<double>(i) * spacing);
-    const Triangle& t = triangles_[std::min(index, triangles_.size() - 1)];
+  const bool all = kThree.size() * triangles_.size() < wanted;
+  std::vector<double> share(triangles_.size());  // Of the samples.
+  const FaceDensity density(points, low);
+  parallel_for(share.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = triangles_[i];
+      const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
+      const double size = length(normal_of(a, b, c));
+      share[i] = size > 0 && !all ? size * density.at((a + b + c) * (1.0 / 3)) : size;
+    }
+  });
+  const double step =
+      std::accumulate(share.begin(), share.end(), 0.0) / static_cast<double>(wanted);
+  std::vector<Sample> result;
+  result.reserve(all ? kThree.size() * triangles_.size() : wanted + wanted / 2);
+  double sum = 0;
+  for (std::size_t i = 0; i < share.size(); ++i) {
+    if (!(share[i] > 0)) continue;
+    const double before = std::floor(sum / step);
+    sum += share[i];
+    const double picked = std::floor(sum / step) - before;
+    if (!all && picked < 1) continue;
+    const std::span<const Shares> places =
+        all || picked > 1 ? std::span<const Shares>(kThree) : std::span<const Shares>(kOne);
+    const Triangle& t = triangles_[i];
     const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
     const Vec3d normal = normal_of(a, b, c);
     const double size = length(normal);
-    if (!(size > 0)) continue;
-    for (std::size_t k = 0; k < each; ++k) {
-      Sample& sample = result[i * each + k];
-      sample.point = a * places[k][0] + b * places[k][1] + c * places[k][2];
+    for (const Shares& corners : places) {
+      Sample& sample = result.emplace_back();
+      sample.point = a * corners[0] + b * corners[1] + c * corners[2];
       sample.normal = normal * (1 / size);
-      sample.weight = size;
+      // A triangle stands for those that are left out.
+      sample.weight =
+          size * (all ? 1 : std::max(1.0, step / share[i])) / static_cast<double>(places.size());
     }
   }
   return result;
@@ -224,7 +304,8 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
                      bool height_field, bool rough) const {
   const std::vector<Sample> given =
       samples(rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * low.size())
-                    : std::max(kLeastSamples, kSamplesOfFace * low.size()));
+                    : std::max(kLeastSamples, kSamplesOfFace * low.size()),
+              points, low);
   std::vector<Sample> found;
   const Moving moving(points, low, height_field);
   for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {

@@ -43,7 +43,8 @@ class SurfaceFit {
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Of the triangle's corners.
   };
-  std::vector<Sample> samples(std::size_t wanted) const;
+  std::vector<Sample> samples(std::size_t wanted, const std::vector<Vec3d>& points,
+                              const std::vector<Triangle>& low) const;
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
                         const std::vector<Triangle>& low);
   static double surely_within(const Sample& known, const Vec3d& point,

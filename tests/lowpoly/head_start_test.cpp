@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "lowpoly/grid_cube.h"
 #include "lowpoly/simplify_job.h"
 #include "mesh/fans.h"
 #include "support/shapes.h"
@@ -111,6 +112,26 @@ TEST(HeadStart, ItsFoldsAreTurnedBack) {
   shrinking.extract(after);
   EXPECT_GT(after.triangles.size(), work.triangles.size() * 9 / 10);
   EXPECT_LT(facing_in(after.points, after.triangles), before / 2);
+}
+
+TEST(HeadStart, LeavesNoSliversAcrossFlats) {
+  Work work;
+  const Mesh cube = test::grid_cube(170);
+  for (const Vec3& p : cube.positions) work.points.emplace_back(p);
+  work.triangles = cube.triangles;
+  ASSERT_EQ(facing_in(work.points, work.triangles), 0U);
+  head_start(work, kGoal, 1, false, {});
+  EXPECT_LT(work.triangles.size(), 1.3 * kGoal);
+  std::vector<std::uint32_t> around(work.points.size(), 0);
+  double longest = 0;
+  for (const Triangle& t : work.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      ++around[t[k]];
+      longest = std::max(longest, length(work.points[t[k]] - work.points[t[(k + 1) % 3]]));
+    }
+  }
+  EXPECT_LT(*std::max_element(around.begin(), around.end()), 30U);
+  EXPECT_LT(longest, 0.25);
 }
 
 TEST(HeadStart, LeavesPlacesUntouched) {

@@ -132,6 +132,55 @@ TEST(SimplifyFlaws, AThinPlateHasSharpEdgesButNoFold) {
   EXPECT_TRUE(check.find(doubles(light.positions), light.triangles).folded.empty());
 }
 
+/// Half a sphere of radius 0.33, 0.002 thick, open upwards.
+Mesh bowl(std::uint32_t slices, std::uint32_t rings) {
+  Mesh mesh;
+  const std::uint32_t rows =
+      2 * rings;  // From beside the outer pole up to the rim, and down again inside.
+  for (std::uint32_t row = 0; row < rows; ++row) {
+    const bool inside = row >= rings;
+    const double angle = (inside ? rows - row : row + 1) * (std::acos(0.0) / rings);
+    const double radius = inside ? 0.328 : 0.33;
+    for (std::uint32_t i = 0; i < slices; ++i) {
+      const double turn = i * (4 * std::acos(0.0) / slices);
+      mesh.positions.push_back(
+          to_float({radius * std::sin(angle) * std::cos(turn),
+                    radius * std::sin(angle) * std::sin(turn), -radius * std::cos(angle)}));
+    }
+  }
+  const std::uint32_t outer = rows * slices, inner = outer + 1;
+  mesh.positions.push_back({0, 0, -0.33F});
+  mesh.positions.push_back({0, 0, -0.328F});
+  for (std::uint32_t i = 0; i < slices; ++i) {
+    const std::uint32_t next = (i + 1) % slices, last = (rows - 1) * slices;
+    mesh.triangles.push_back({outer, next, i});
+    mesh.triangles.push_back({inner, last + i, last + next});
+    for (std::uint32_t row = 0; row + 1 < rows; ++row) {
+      const std::uint32_t below = row * slices, above = below + slices;
+      mesh.triangles.push_back({below + i, below + next, above + next});
+      mesh.triangles.push_back({below + i, above + next, above + i});
+    }
+  }
+  return mesh;
+}
+
+TEST(SimplifyFlaws, AThinShellWhoseSidesReachThroughEachOtherHasNone) {
+  const Mesh dense = bowl(96, 48), light = bowl(14, 4);
+  ASSERT_EQ(count_rims(dense.triangles, dense.positions.size()), 0U);
+  SimplifyCheck check(dense.positions, dense.triangles, false);
+  EXPECT_TRUE(check.find(doubles(dense.positions), dense.triangles).none());
+  EXPECT_TRUE(check.find(doubles(light.positions), light.triangles).none());
+}
+
+TEST(SimplifyFlaws, ALightBowlHasNone) {
+  SimplifyOptions options;
+  options.faces = 150;
+  SimplifyReport report;
+  const Mesh light = simplify(bowl(120, 60), options, &report);
+  EXPECT_EQ(report.folded, 0U);
+  EXPECT_LE(light.triangles.size(), 150U);
+}
+
 TEST(SimplifyFlaws, FoldsAreMended) {
   for (const std::uint32_t vertex : {0U, 17U, 200U, 411U}) {
     const Pulled scene(vertex);

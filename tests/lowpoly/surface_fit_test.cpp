@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
+#include "kiln/lowpoly.h"
+#include "lowpoly/grid_cube.h"
 #include "mesh/surface_distance.h"
 #include "support/shapes.h"
 
@@ -75,6 +78,25 @@ TEST(SurfaceFit, WhatFacesTheOtherWayPullsNothing) {
   for (std::size_t v = 0; v < pair.given.size(); ++v) {
     EXPECT_EQ(length(pair.moved[v] - pair.given[v]), 0) << v;
   }
+}
+
+/// Its rounded edges are small, and most samples by area lie on its flats.
+TEST(SurfaceFit, RoundedEdgesAreMet) {
+  Mesh box = test::grid_cube(80);
+  for (Vec3& p : box.positions) {
+    constexpr float kRound = 0.025F;
+    const auto inner = [](float x) { return std::clamp(x, kRound - 0.25F, 0.25F - kRound); };
+    const Vec3d core(Vec3{inner(p.x), inner(p.y), inner(p.z)});
+    const Vec3d out = Vec3d(p) - core;
+    const Vec3d rounded = core + out * (double{kRound} / length(out));
+    p = to_float({rounded.x, 0.7 * rounded.y, 0.4 * rounded.z});
+  }
+  SimplifyOptions options;
+  options.faces = 1000;
+  SimplifyReport report;
+  simplify(box, options, &report);
+  EXPECT_LE(report.faces, 1000U);
+  EXPECT_LT(report.error, 0.001);
 }
 
 }  // namespace
