@@ -196,11 +196,10 @@ class Search {
   PackOrder changed() {
     PackOrder plan = order_;
     const auto count = static_cast<std::uint32_t>(plan.order.size());
-    const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random_() % n); };
+    const auto below = [&](std::size_t n) { return random_below(random_, n); };
     const std::uint32_t kind = below(8);
     if (kind < 4) {  // What found no place goes earlier.
-      const std::uint32_t i =
-          current_.refused[below(static_cast<std::uint32_t>(current_.refused.size()))];
+      const std::uint32_t i = current_.refused[below(current_.refused.size())];
       const auto at = std::find(plan.order.begin(), plan.order.end(), i);
       const auto place = static_cast<std::uint32_t>(at - plan.order.begin());
       std::rotate(plan.order.begin() + below(place + 1), at, at + 1);
