@@ -28,8 +28,9 @@ class CellRows {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find(const ChartMask& mask,
                                                               const Window& window) const;
   void take(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
-  /// The first step of take(): nothing may be looked for before widen() is called for these rows.
+  /// The first step of take(), for many masks at once. Places are found again after widen() of their rows.
   void mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
+  /// The second step of take(), for rows from `first` to before `end`.
   void widen(std::uint32_t first, std::uint32_t end);
   void clear();
 

@@ -20,7 +20,7 @@ constexpr int kLines = 13;
 constexpr double kLeastBox = 1.1;
 /// A part is at least this share of its chart.
 constexpr double kLeastShare = 0.01;
-/// What is connected of a band is an island below this share of the chart.
+/// A connected piece of a band below this share of the chart is an island.
 constexpr double kIsland = 0.002;
 
 using Reach = CutShape::Reach;
@@ -114,8 +114,8 @@ class Sweep {
     gather(from);
   }
 
-  /// Nodes too small to matter go to the neighbour that they share most with: bands have ragged sides, and what
-  /// lies apart there would keep a line from parting the chart in two.
+  /// Islands go to the neighbour that they share most with. Bands have ragged sides: pieces that lie apart there
+  /// would keep a line from parting the chart in two.
   void absorb_islands() {
     const auto count = static_cast<std::uint32_t>(nodes_.size());
     std::vector<std::uint32_t> to(count);

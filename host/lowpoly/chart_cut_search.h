@@ -31,7 +31,7 @@ class CutShape {
  public:
   /// Directions in half a turn; boxes are upright along each two that are square to each other.
   static constexpr std::size_t kDirections = 16;
-  /// How far points reach along each direction, then against it. One number bounds, a few compare at once.
+  /// How far points reach along each direction, then against it, so that all are maxima.
   struct Reach {
     std::array<float, 2 * kDirections> to;
     Reach() { to.fill(-std::numeric_limits<float>::max()); }

@@ -98,7 +98,7 @@ class TexelDetail::Walk {
     return 0.5 * cross(b - a, c - a);
   }
 
-  /// The high poly's normal where a point of the layout is, from a triangle nearby; in the low poly's frame there.
+  /// The high poly's normal where a point of the layout is, in the low poly's frame. \param t  a triangle nearby
   bool normal_at(std::uint32_t t, const FlatPoint& at, Vec3d& normal) const {
     constexpr int kMostSteps = 200;
     for (int step = 0; step < kMostSteps && t != kNoIndex; ++step) {
