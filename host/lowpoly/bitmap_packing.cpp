@@ -21,9 +21,9 @@ constexpr std::uint32_t kSearchCells = 256, kPressCells = 512, kFinalCells = 102
 constexpr std::uint32_t kMostEffort = 120000, kLeastTries = 4, kFewEffort = 8;
 /// Searches side by side, and what each tries.
 constexpr std::uint32_t kSearches = 4, kSearchTries = 120;
-/// They go on by other numbers until they cover this share: so many times at most.
+/// They go on by other numbers until they cover this share: so many times at most, the last from orders by size.
 constexpr double kWanted = 0.785;
-constexpr std::uint32_t kSearchRounds = 2;
+constexpr std::uint32_t kSearchRounds = 3;
 /// Presses side by side, and the moves of each; of more outlines than this, none.
 constexpr std::uint32_t kPresses = 2, kPressMoves = 1000;
 constexpr std::size_t kMostPressed = 200;
@@ -196,11 +196,10 @@ class Search {
   PackOrder changed() {
     PackOrder plan = order_;
     const auto count = static_cast<std::uint32_t>(plan.order.size());
-    const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random_() % n); };
+    const auto below = [&](std::size_t n) { return random_below(random_, n); };
     const std::uint32_t kind = below(8);
     if (kind < 4) {  // What found no place goes earlier.
-      const std::uint32_t i =
-          current_.refused[below(static_cast<std::uint32_t>(current_.refused.size()))];
+      const std::uint32_t i = current_.refused[below(current_.refused.size())];
       const auto at = std::find(plan.order.begin(), plan.order.end(), i);
       const auto place = static_cast<std::uint32_t>(at - plan.order.begin());
       std::rotate(plan.order.begin() + below(place + 1), at, at + 1);
@@ -342,7 +341,8 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
     const auto body = [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t seed = round * kSearches + static_cast<std::uint32_t>(i) + 1;
-        searches[i] = search_packing(outlines, size, padding, kSearchTries, seed, &start);
+        searches[i] = search_packing(outlines, size, padding, kSearchTries, seed,
+                                     round + 1 < kSearchRounds ? &start : nullptr);
       }
     };
     parallel_for(searches.size(), 1, body, threads);

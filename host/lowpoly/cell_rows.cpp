@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstddef>
+#include <span>
 
 namespace kiln {
 namespace {
@@ -11,6 +13,21 @@ constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 
 /// Words a row: a power of two, so that there are few kinds.
 std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
+
+/// The highest row that needs more than there is; the number of rows, where none does.
+std::uint32_t tight_row(std::span<const std::int16_t> needed, const std::int16_t* room) {
+  constexpr std::size_t kBlock = 32;
+  std::size_t row = needed.size();
+  for (; row >= kBlock; row -= kBlock) {
+    const std::int16_t *const need = needed.data() + row - kBlock, *const has = room + row - kBlock;
+    std::int16_t tight = 0;
+    for (std::size_t i = 0; i < kBlock; ++i)
+      tight = static_cast<std::int16_t>(tight | (need[i] > has[i] ? 1 : 0));
+    if (tight != 0) break;
+  }
+  while (row > 0 && needed[row - 1] <= room[row - 1]) --row;
+  return static_cast<std::uint32_t>(row > 0 ? row - 1 : needed.size());
+}
 
 std::uint32_t longest_free(const std::uint64_t* row, std::uint32_t width) {
   std::uint32_t longest = 0, run = 0;
@@ -37,14 +54,19 @@ CellRows::CellRows(std::uint32_t width, std::uint32_t height)
       levels_(static_cast<std::uint32_t>(std::bit_width(width))),
       // Shifting reads beyond the last row.
       bits_(std::size_t{levels_} * height * words_ + words_ + 1),
-      longest_(height, width) {}
+      longest_(height, static_cast<std::int16_t>(width)) {}
 
 void CellRows::clear() {
   std::fill(bits_.begin(), bits_.end(), 0);
-  std::fill(longest_.begin(), longest_.end(), width_);
+  std::fill(longest_.begin(), longest_.end(), static_cast<std::int16_t>(width_));
 }
 
 void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
+  mark(mask, x, y);
+  widen(y, y + mask.height);
+}
+
+void CellRows::mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
   for (const ChartMask::Run& run : mask.runs) {
     std::uint64_t* const cells = row(0, y + run.row);
     for (std::uint32_t i = x + run.first, end = x + run.last + 1; i < end;) {
@@ -53,9 +75,12 @@ void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
       i += count;
     }
   }
+}
+
+void CellRows::widen(std::uint32_t first, std::uint32_t end) {
   for (std::uint32_t k = 1; k < levels_; ++k) {
     const std::uint32_t shift = 1U << (k - 1), whole = shift / 64, part = shift % 64;
-    for (std::uint32_t at = y; at < y + mask.height; ++at) {
+    for (std::uint32_t at = first; at < end; ++at) {
       std::uint64_t* const wide = row(k, at);
       const std::uint64_t* const narrow = row(k - 1, at);
       for (std::uint32_t w = 0; w < words_; ++w) {
@@ -66,15 +91,24 @@ void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
       }
     }
   }
-  for (std::uint32_t at = y; at < y + mask.height; ++at) {
-    longest_[at] = longest_free(row(0, at), width_);
+  for (std::uint32_t at = first; at < end; ++at) {
+    longest_[at] = static_cast<std::int16_t>(longest_free(row(0, at), width_));
   }
 }
 
-bool CellRows::has_room(const ChartMask& mask, std::uint32_t y) const {
-  return std::all_of(mask.runs.begin(), mask.runs.end(), [&](const ChartMask::Run& run) {
-    return run.last - run.first < longest_[y + run.row];
-  });
+/// The first row from y on where each of the mask's rows has as many free cells in a row as its longest run.
+std::uint32_t CellRows::first_with_room(const ChartMask& mask, std::uint32_t y,
+                                        std::uint32_t end) const {
+  while (y < end) {
+    // The highest row with too little room: nor may any of the mask's rows below that needs more lie on it.
+    std::uint32_t row = tight_row(mask.longest, longest_.data() + y);
+    if (row == mask.height) break;
+    const std::int16_t room = longest_[y + row];
+    const std::uint32_t at = y + row;
+    while (row > 0 && mask.longest[row - 1] > room) --row;
+    y = at + 1 - row;
+  }
+  return y;
 }
 
 template <std::uint32_t words>
@@ -91,8 +125,11 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
       outside[w] |= kAllOnes >> (from + 64 - window.first);
     }
   }
-  for (std::uint32_t y = 0; y + mask.height <= std::min(height_, window.top); ++y) {
-    if (!has_room(mask, y)) continue;
+  const std::uint32_t top = std::min(height_, window.top);
+  if (mask.height > top) return std::nullopt;
+  const std::uint32_t end = top - mask.height + 1;
+  for (std::uint32_t y = first_with_room(mask, 0, end); y < end;
+       y = first_with_room(mask, y + 1, end)) {
     blocked = outside;
     bool free = true;
     for (std::size_t r = 0; r < mask.runs.size() && free; ++r) {

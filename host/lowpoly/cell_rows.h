@@ -28,6 +28,10 @@ class CellRows {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find(const ChartMask& mask,
                                                               const Window& window) const;
   void take(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
+  /// The first step of take(), for many masks at once. Places are found again after widen() of their rows.
+  void mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
+  /// The second step of take(), for rows from `first` to before `end`.
+  void widen(std::uint32_t first, std::uint32_t end);
   void clear();
 
  private:
@@ -40,11 +44,11 @@ class CellRows {
   template <std::uint32_t words>
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find_in(const ChartMask& mask,
                                                                  const Window& window) const;
-  bool has_room(const ChartMask& mask, std::uint32_t y) const;
+  std::uint32_t first_with_room(const ChartMask& mask, std::uint32_t y, std::uint32_t end) const;
 
   std::uint32_t width_, height_, words_, levels_;
   std::vector<std::uint64_t> bits_;
-  std::vector<std::uint32_t> longest_;  ///< Free cells in a row, of each row.
+  std::vector<std::int16_t> longest_;  ///< Free cells in a row, of each row.
 };
 
 }  // namespace kiln

@@ -20,8 +20,10 @@ constexpr int kLines = 13;
 constexpr double kLeastBox = 1.1;
 /// A part is at least this share of its chart.
 constexpr double kLeastShare = 0.01;
+/// A connected piece of a band below this share of the chart is an island.
+constexpr double kIsland = 0.002;
 
-using Extents = CutShape::Extents;
+using Reach = CutShape::Reach;
 
 /// The best cut along lines across one direction. The lines make bands of triangles; what hangs together in
 /// a band is a node. Each line is then tried on the few nodes.
@@ -37,6 +39,7 @@ class Sweep {
   std::vector<ChartCut> run(std::size_t direction) {
     find_nodes(direction);
     find_links();
+    absorb_islands();
     for (int line = 1; line <= kLines; ++line) look(line);
     for (std::size_t p = 0; p < best_.size(); ++p) {
       if (best_[p].gain <= 0) continue;
@@ -66,58 +69,104 @@ class Sweep {
   };
 
   void find_nodes(std::size_t direction) {
-    const double low = shape_.whole.low[direction], high = shape_.whole.high[direction];
+    const double low = -shape_.whole.to[direction + CutShape::kDirections];
+    const double high = shape_.whole.to[direction];
     const double bands = high > low ? (kLines + 1) / (high - low) : 0;
     std::vector<int> band(count_);
     for (std::uint32_t i = 0; i < count_; ++i) {
-      const Triangle& t = shape_.chart.triangles[i];
-      const std::vector<CutShape::Along>& along = shape_.along;
-      const double across =
-          (along[t[0]][direction] + along[t[1]][direction] + along[t[2]][direction]) / 3;
-      band[i] = static_cast<int>((across - low) * bands);
+      double across = 0;
+      for (const std::uint32_t v : shape_.chart.triangles[i])
+        across += shape_.reach[v].to[direction];
+      band[i] = static_cast<int>((across / 3 - low) * bands);
     }
-    node_of_.assign(count_, kNoIndex);
-    std::vector<std::uint32_t> stack;
-    for (std::uint32_t seed = 0; seed < count_; ++seed) {
-      if (node_of_[seed] != kNoIndex) continue;
-      const auto id = static_cast<std::uint32_t>(nodes_.size());
-      nodes_.push_back({band[seed], 0});
-      stack.assign(1, seed);
-      node_of_[seed] = id;
-      while (!stack.empty()) {
-        const std::uint32_t i = stack.back();
-        stack.pop_back();
-        nodes_[id].area += shape_.chart.rest[i].area;
-        for (std::uint32_t k = 0; k < 3; ++k) {
-          const std::uint32_t n = shape_.neighbour[3 * i + k];
-          if (n == kNoIndex || node_of_[n] != kNoIndex || band[n] != band[seed]) continue;
-          node_of_[n] = id;
-          stack.push_back(n);
-        }
+    node_of_.resize(count_);
+    std::iota(node_of_.begin(), node_of_.end(), 0U);
+    for (const CutShape::Edge& edge : shape_.edges) {
+      if (band[edge.a] != band[edge.b]) {
+        across_.push_back(edge);
+        continue;
       }
+      const std::uint32_t a = first_of(node_of_, edge.a), b = first_of(node_of_, edge.b);
+      node_of_[std::max(a, b)] = std::min(a, b);
+    }
+    for (std::uint32_t i = 0; i < count_; ++i) {  // What comes before has its node already.
+      if (node_of_[i] == i) {
+        node_of_[i] = static_cast<std::uint32_t>(nodes_.size());
+        nodes_.push_back({band[i], 0});
+      } else {
+        node_of_[i] = node_of_[node_of_[i]];
+      }
+      nodes_[node_of_[i]].area += shape_.chart.rest[i].area;
     }
   }
 
+  /// The first of what an element hangs together with.
+  static std::uint32_t first_of(std::vector<std::uint32_t>& to, std::uint32_t i) {
+    while (to[i] != i) i = to[i] = to[to[i]];
+    return i;
+  }
+
   void find_links() {
-    std::vector<Link> edges;
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      for (std::uint32_t k = 0; k < 3; ++k) {
-        const std::uint32_t n = shape_.neighbour[3 * i + k];
-        if (n == kNoIndex || node_of_[n] == node_of_[i]) continue;
-        if (rim_.empty() || rim_.back() != i) rim_.push_back(i);
-        if (node_of_[i] < node_of_[n]) {
-          edges.push_back({node_of_[i], node_of_[n], shape_.length[3 * i + k]});
-        }
+    std::vector<std::vector<Link>> from(nodes_.size());
+    for (const CutShape::Edge& edge : across_) {
+      add_link(from, node_of_[edge.a], node_of_[edge.b], edge.length);
+    }
+    gather(from);
+  }
+
+  /// Islands go to the neighbour that they share most with. Bands have ragged sides: pieces that lie apart there
+  /// would keep a line from parting the chart in two.
+  void absorb_islands() {
+    const auto count = static_cast<std::uint32_t>(nodes_.size());
+    std::vector<std::uint32_t> to(count);
+    std::iota(to.begin(), to.end(), 0U);
+    std::vector<const Link*> best(count, nullptr);
+    for (const Link& link : links_) {
+      for (const std::uint32_t n : {link.a, link.b}) {
+        if (best[n] == nullptr || link.length > best[n]->length) best[n] = &link;
       }
     }
-    std::stable_sort(edges.begin(), edges.end(), [](const Link& a, const Link& b) {
-      return std::tie(a.a, a.b) < std::tie(b.a, b.b);
-    });
-    for (const Link& edge : edges) {
-      if (links_.empty() || links_.back().a != edge.a || links_.back().b != edge.b) {
-        links_.push_back({edge.a, edge.b, 0});
-      }
-      links_.back().length += edge.length;
+    for (std::uint32_t n = 0; n < count; ++n) {
+      if (best[n] == nullptr || nodes_[n].area >= kIsland * shape_.area) continue;
+      to[first_of(to, n)] = first_of(to, best[n]->a == n ? best[n]->b : best[n]->a);
+    }
+    std::vector<std::uint32_t> number(count, kNoIndex);
+    std::vector<Node> nodes;
+    for (std::uint32_t n = 0; n < count; ++n) {
+      if (to[n] != n) continue;
+      number[n] = static_cast<std::uint32_t>(nodes.size());
+      nodes.push_back({nodes_[n].band, 0});
+    }
+    for (std::uint32_t n = 0; n < count; ++n) {
+      number[n] = number[first_of(to, n)];
+      nodes[number[n]].area += nodes_[n].area;
+    }
+    if (nodes.size() == count) return;
+    nodes_ = std::move(nodes);
+    for (std::uint32_t& node : node_of_) node = number[node];
+    std::vector<std::vector<Link>> from(nodes_.size());
+    for (const Link& link : links_) {
+      add_link(from, number[link.a], number[link.b], link.length);
+    }
+    gather(from);
+  }
+
+  void gather(const std::vector<std::vector<Link>>& from) {
+    links_.clear();
+    for (const std::vector<Link>& some : from)
+      links_.insert(links_.end(), some.begin(), some.end());
+  }
+
+  static void add_link(std::vector<std::vector<Link>>& from, std::uint32_t a, std::uint32_t b,
+                       double length) {
+    if (a == b) return;
+    if (a > b) std::swap(a, b);
+    const auto known =
+        std::find_if(from[a].begin(), from[a].end(), [&](const Link& link) { return link.b == b; });
+    if (known == from[a].end()) {
+      from[a].push_back({a, b, length});
+    } else {
+      known->length += length;
     }
   }
 
@@ -125,19 +174,16 @@ class Sweep {
     const auto is_low = [&](std::uint32_t node) { return nodes_[node].band < line; };
     part_.resize(nodes_.size());
     std::iota(part_.begin(), part_.end(), 0U);
-    const auto find = [&](std::uint32_t node) {
-      while (part_[node] != node) node = part_[node] = part_[part_[node]];
-      return node;
-    };
     for (const Link& link : links_) {
       if (is_low(link.a) != is_low(link.b)) continue;
-      const std::uint32_t a = find(link.a), b = find(link.b);
+      const std::uint32_t a = first_of(part_, link.a), b = first_of(part_, link.b);
       part_[std::max(a, b)] = std::min(a, b);
     }
     parts_.assign(nodes_.size(), {});
+    spans_.clear();
     std::size_t count = 0;
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      part_[n] = find(n);
+      part_[n] = first_of(part_, n);
       count += part_[n] == n;
       parts_[part_[n]].area += nodes_[n].area;
     }
@@ -181,24 +227,33 @@ class Sweep {
 
   /// The smallest upright boxes of a part and of the rest, added.
   double boxes_of(std::uint32_t p) {
-    if (extents_.empty()) find_extents();
-    Extents inside, outside;
-    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      (part_[n] == p ? inside : outside).add(extents_[n].low, extents_[n].high);
+    if (reaches_.empty()) find_reaches();
+    if (spans_.empty()) {
+      spans_.resize(nodes_.size());
+      for (std::uint32_t n = 0; n < nodes_.size(); ++n) spans_[part_[n]].add(reaches_[n]);
     }
-    return inside.smallest_box() + outside.smallest_box();
+    Reach outside;
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      if (n != p && part_[n] == n) outside.add(spans_[n]);
+    }
+    return spans_[p].smallest_box() + outside.smallest_box();
   }
 
   /// Of all nodes in one pass: nothing inside a node reaches farther than its border.
-  void find_extents() {
-    extents_.assign(nodes_.size(), {});
-    for (const std::vector<std::uint32_t>& border :
-         {std::cref(shape_.rim), std::cref(std::as_const(rim_))}) {
-      for (const std::uint32_t i : border) {
-        for (const std::uint32_t v : shape_.chart.triangles[i]) {
-          extents_[node_of_[i]].add(shape_.along[v], shape_.along[v]);
-        }
+  void find_reaches() {
+    reaches_.assign(nodes_.size(), {});
+    std::vector<std::uint32_t> last(shape_.reach.size(), kNoIndex);
+    const auto add = [&](std::uint32_t i) {
+      const std::uint32_t node = node_of_[i];
+      for (const std::uint32_t v : shape_.chart.triangles[i]) {
+        if (last[v] == node) continue;  // Once, or little more often.
+        last[v] = node;
+        reaches_[node].add(shape_.reach[v]);
       }
+    };
+    for (const std::uint32_t i : shape_.rim) add(i);
+    for (const CutShape::Edge& edge : across_) {
+      if (node_of_[edge.a] != node_of_[edge.b]) add(edge.a), add(edge.b);
     }
   }
 
@@ -208,55 +263,51 @@ class Sweep {
   std::vector<std::uint32_t> node_of_;  ///< Of each triangle.
   std::vector<Node> nodes_;
   std::vector<Link> links_;
-  std::vector<Extents> extents_;     ///< Of each node; empty until one is needed.
-  std::vector<std::uint32_t> rim_;   ///< Triangles at borders of nodes.
-  std::vector<std::uint32_t> part_;  ///< Of each node: the first node of its part.
+  std::vector<CutShape::Edge> across_;  ///< Edges between bands.
+  std::vector<Reach> reaches_;          ///< Of each node; empty until one is needed.
+  std::vector<std::uint32_t> part_;     ///< Of each node: the first node of its part.
   std::vector<Part> parts_;
+  std::vector<Reach> spans_;                      ///< Of each part; empty until one is needed.
   std::vector<std::vector<std::uint8_t>> apart_;  ///< At each price, per node, for the best cut.
   std::vector<ChartCut> best_;
 };
 
 }  // namespace
 
-CutShape::Extents::Extents() {
-  low.fill(std::numeric_limits<double>::max());
-  high.fill(-std::numeric_limits<double>::max());
-}
-
-void CutShape::Extents::add(const Along& least, const Along& most) {
-  for (std::size_t d = 0; d < kDirections; ++d) {
-    low[d] = std::min(low[d], least[d]);
-    high[d] = std::max(high[d], most[d]);
-  }
-}
-
-double CutShape::Extents::smallest_box() const {
+double CutShape::Reach::smallest_box() const {
+  const auto span = [&](std::size_t d) { return double{to[d]} + double{to[d + kDirections]}; };
   double least = std::numeric_limits<double>::max();
   for (std::size_t k = 0; k < kDirections / 2; ++k) {
-    const std::size_t across = k + kDirections / 2;
-    least = std::min(least, (high[k] - low[k]) * (high[across] - low[across]));
+    least = std::min(least, span(k) * span(k + kDirections / 2));
   }
   return least;
 }
 
 CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
-                   const ChartNeighbours& beside)
-    : chart(given), neighbour(beside), length(beside.size()), along(given.points.size()) {
-  for (std::size_t i = 0; i < chart.source.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      length[3 * i + k] = surface.length[3 * std::size_t{chart.source[i]} + k];
+                   const ChartNeighbours& neighbour)
+    : chart(given), reach(given.points.size()) {
+  edges.reserve(neighbour.size() / 2);
+  for (std::uint32_t i = 0; i < chart.source.size(); ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t n = neighbour[3 * i + k];
+      if (n == kNoIndex || n < i) continue;
+      edges.push_back({i, n, surface.length[3 * std::size_t{chart.source[i]} + k]});
     }
     area += chart.rest[i].area;
   }
   for (std::size_t d = 0; d < kDirections; ++d) {
     const double angle = static_cast<double>(d) * std::numbers::pi / kDirections;
     const FlatPoint to{std::cos(angle), std::sin(angle)};
-    for (std::size_t v = 0; v < along.size(); ++v) along[v][d] = dot(to, chart.points[v]);
+    for (std::size_t v = 0; v < reach.size(); ++v) {
+      const auto along = static_cast<float>(dot(to, chart.points[v]));
+      reach[v].to[d] = along;
+      reach[v].to[d + kDirections] = -along;
+    }
   }
   std::vector<std::uint8_t> open(chart.points.size(), 0);
   for (const std::uint32_t v : chart.boundary) {
     open[v] = 1;
-    whole.add(along[v], along[v]);
+    whole.add(reach[v]);
   }
   for (std::uint32_t i = 0; i < chart.triangles.size(); ++i) {
     const Triangle& t = chart.triangles[i];

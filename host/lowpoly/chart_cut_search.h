@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -30,28 +31,35 @@ class CutShape {
  public:
   /// Directions in half a turn; boxes are upright along each two that are square to each other.
   static constexpr std::size_t kDirections = 16;
-  /// Of points along each direction.
-  using Along = std::array<double, kDirections>;
-  /// What points span along each direction.
-  struct Extents {
-    Along low, high;
-    Extents();
-    void add(const Along& least, const Along& most);
+  /// How far points reach along each direction, then against it, so that all are maxima.
+  struct Reach {
+    std::array<float, 2 * kDirections> to;
+    Reach() { to.fill(-std::numeric_limits<float>::max()); }
+    void add(const Reach& other) {
+      for (std::size_t d = 0; d < to.size(); ++d) {
+        to[d] = to[d] < other.to[d] ? other.to[d] : to[d];
+      }
+    }
+    /// Of the upright box along each two directions that are square to each other.
     double smallest_box() const;
   };
+  /// Two triangles of the chart that are neighbours, and the length of their edge.
+  struct Edge {
+    std::uint32_t a = 0, b = 0;
+    double length = 0;
+  };
 
-  /// \param chart  viewed, not copied, as is `neighbour`
+  /// \param chart  viewed, not copied
   CutShape(const ChartSurface& surface, const FlatChart& chart, const ChartNeighbours& neighbour);
 
   /// The best cut along lines across one direction, at each price.
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 
   const FlatChart& chart;
-  const ChartNeighbours& neighbour;
-  std::vector<double> length;      ///< Of each side of each triangle.
+  std::vector<Edge> edges;         ///< Each once.
   std::vector<std::uint32_t> rim;  ///< Triangles at the chart's border.
-  std::vector<Along> along;        ///< Of each vertex.
-  Extents whole;                   ///< Of all of them.
+  std::vector<Reach> reach;        ///< Of each vertex.
+  Reach whole;                     ///< Of all of them.
   double area = 0;                 ///< Of the surface.
   double box = 0;                  ///< The smallest upright box's.
 };

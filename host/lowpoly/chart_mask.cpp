@@ -123,6 +123,7 @@ class Cells {
     return result;
   }
 
+  /// By rows.
   std::vector<ChartMask::Run> runs() const {
     std::vector<ChartMask::Run> result;
     for (std::uint32_t y = 0; y < height_; ++y) {
@@ -132,9 +133,6 @@ class Cells {
         x = next(y, end, true);
       }
     }
-    std::stable_sort(result.begin(), result.end(), [](const auto& a, const auto& b) {
-      return a.last - a.first > b.last - b.first;
-    });
     return result;
   }
 
@@ -226,9 +224,32 @@ Drawn draw(const Outline& outline, double angle, double scale, double margin) {
 
 }  // namespace
 
+void ChartMask::arrange() {
+  longest.assign(height, 0);
+  const Run* most = nullptr;
+  for (const Run& run : runs) {
+    const auto count = static_cast<std::int16_t>(run.last - run.first + 1);
+    longest[run.row] = std::max(longest[run.row], count);
+    if (most == nullptr || run.last - run.first > most->last - most->first) most = &run;
+  }
+  if (most == nullptr) return;
+  std::vector<Run> arranged{*most};
+  arranged.reserve(runs.size());
+  // Where one fits, the ones beside it mostly do, too: what is in the way is found sooner far from it.
+  constexpr std::uint32_t kStride = 16;
+  for (std::uint32_t stride = kStride; stride > 0; stride /= 2) {
+    for (const Run& run : runs) {
+      const bool earlier = stride < kStride && (run.row & (2 * stride - 1)) == 0;
+      if ((run.row & (stride - 1)) == 0 && !earlier && &run != most) arranged.push_back(run);
+    }
+  }
+  runs = std::move(arranged);
+}
+
 ChartMask make_mask(const Outline& outline, double angle, double scale, double margin) {
   Drawn drawn = draw(outline, angle, scale, margin);
   drawn.mask.runs = drawn.cells.runs();
+  drawn.mask.arrange();
   return std::move(drawn.mask);
 }
 
@@ -250,12 +271,13 @@ std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle,
     if (quarter < 2) {
       if (quarter == 1) drawn.cells = drawn.cells.turned();
       mask.runs = drawn.cells.runs();
-      continue;
+    } else {
+      for (const ChartMask::Run& run : masks[quarter - 2].runs) {
+        mask.runs.push_back(
+            {mask.height - 1 - run.row, mask.width - 1 - run.last, mask.width - 1 - run.first});
+      }
     }
-    for (const ChartMask::Run& run : masks[quarter - 2].runs) {
-      mask.runs.push_back(
-          {mask.height - 1 - run.row, mask.width - 1 - run.last, mask.width - 1 - run.first});
-    }
+    mask.arrange();
   }
   return masks;
 }

@@ -24,9 +24,13 @@ struct ChartMask {
     std::uint32_t row = 0, first = 0, last = 0;
   };
   std::uint32_t width = 0, height = 0;
-  std::vector<Run> runs;  ///< The longest first.
-  FlatPoint turn{1, 0};   ///< Cosine and sine.
-  FlatPoint shift;        ///< Cells: what the turned, scaled outline is moved by.
+  std::vector<Run> runs;              ///< The longest first, then of rows far from each other.
+  std::vector<std::int16_t> longest;  ///< Cells of each row's longest run.
+  FlatPoint turn{1, 0};               ///< Cosine and sine.
+  FlatPoint shift;                    ///< Cells: what the turned, scaled outline is moved by.
+
+  /// Puts runs in their order, and finds each row's longest.
+  void arrange();
 };
 
 /// \param scale   cells per unit of the outline

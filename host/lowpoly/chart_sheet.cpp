@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "base/heartbeat.h"
@@ -32,25 +33,33 @@ CellRows::Window window_of(const PackOrder& order, std::uint32_t outline, std::u
 }
 
 /// Looks for an outline's best place by the order's rule, at all turns that it may have.
+/// \param guess  a turn that is likely the best, or -1: with a good place known, less is looked at. The answer
+///               does not depend on it
 void look(const CellRows& taken, const Sheet& sheet, const PackOrder& order, std::uint32_t i,
-          Packed& packed) {
+          std::int8_t guess, Packed& packed) {
   std::uint32_t best = 0;
   CellRows::Window window = window_of(order, i, sheet.cells);
-  for (std::uint32_t turn = 0; turn < ChartSheets::kTurns; ++turn) {
-    const ChartMask& mask = sheet.masks[std::size_t{i} * ChartSheets::kTurns + turn];
-    if (mask.runs.empty()) continue;
-    if (order.turn[i] >= 0 && order.turn[i] != static_cast<std::int8_t>(turn)) continue;
+  const auto look_at = [&](std::int8_t turn) {
+    const ChartMask& mask = sheet.mask(i, turn);
+    if (mask.runs.empty()) return;
     if (packed.turn[i] >= 0) {  // What is higher is worse.
       window.top = order.rule == 1 ? (best + mask.height) / 2 : best / 2;
     }
     const auto at = taken.find(mask, window);
-    if (!at) continue;
+    if (!at) return;
     const std::uint32_t value = score(mask, at->first, at->second, order.rule);
-    const bool worse = value > best || (value == best && at->first >= packed.x[i]);
-    if (packed.turn[i] >= 0 && worse) continue;
+    if (packed.turn[i] >= 0 &&
+        std::tie(value, at->first, turn) >= std::tie(best, packed.x[i], packed.turn[i])) {
+      return;
+    }
     best = value;
     packed.x[i] = at->first, packed.y[i] = at->second;
-    packed.turn[i] = static_cast<std::int8_t>(turn);
+    packed.turn[i] = turn;
+  };
+  if (order.turn[i] >= 0) return look_at(order.turn[i]);
+  if (guess >= 0) look_at(guess);
+  for (std::int8_t turn = 0; turn < static_cast<std::int8_t>(ChartSheets::kTurns); ++turn) {
+    if (turn != guess) look_at(turn);
   }
 }
 
@@ -99,10 +108,16 @@ Sheet ChartSheets::draw(std::uint32_t cells, double scale,
   return sheet;
 }
 
-/// Writes down where an outline went: x, y and its turn are known.
-void ChartSheets::put(const ChartMask& mask, std::uint32_t outline, double cell,
-                      Packed& packed) const {
+/// Writes down where an outline went: x, y and its turn are known. A turn below 0: that it found no place.
+void ChartSheets::note(const Sheet& sheet, std::uint32_t outline, Packed& packed) const {
+  if (packed.turn[outline] < 0) {
+    packed.left_out += outlines_[outline].area;
+    packed.refused.push_back(outline);
+    return;
+  }
+  const ChartMask& mask = sheet.mask(outline, packed.turn[outline]);
   const std::uint32_t x = packed.x[outline], y = packed.y[outline];
+  const double cell = static_cast<double>(size_) / sheet.cells;
   packed.places[outline] = {mask.turn, {(x + mask.shift.x) * cell, (y + mask.shift.y) * cell}};
   packed.weight += outlines_[outline].area * (y + mask.height);
   packed.height = std::max(packed.height, y + mask.height);
@@ -110,16 +125,7 @@ void ChartSheets::put(const ChartMask& mask, std::uint32_t outline, double cell,
 
 void ChartSheets::place(const Sheet& sheet, Packed& packed) const {
   packed.places.assign(outlines_.size(), {});
-  const double cell = static_cast<double>(size_) / sheet.cells;
-  for (std::uint32_t i = 0; i < outlines_.size(); ++i) {
-    if (packed.turn[i] < 0) {
-      packed.left_out += outlines_[i].area;
-      packed.refused.push_back(i);
-      continue;
-    }
-    put(sheet.masks[std::size_t{i} * kTurns + static_cast<std::size_t>(packed.turn[i])], i, cell,
-        packed);
-  }
+  for (std::uint32_t i = 0; i < outlines_.size(); ++i) note(sheet, i, packed);
 }
 
 Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most,
@@ -129,25 +135,24 @@ Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most
   packed.turn.assign(outlines_.size(), -1);
   packed.x.assign(outlines_.size(), 0), packed.y = packed.x;
   CellRows taken(sheet.cells, sheet.cells);
-  const double cell = static_cast<double>(size_) / sheet.cells;
   for (std::size_t n = 0; n < order.order.size(); ++n) {
     Heartbeat::beat();
     const std::uint32_t i = order.order[n];
     if (n < same) {
       packed.turn[i] = done->turn[i], packed.x[i] = done->x[i], packed.y[i] = done->y[i];
     } else {
-      look(taken, sheet, order, i, packed);
+      if (n == same && n > 0) taken.widen(0, sheet.cells);
+      look(taken, sheet, order, i, done != nullptr ? done->turn[i] : std::int8_t{-1}, packed);
     }
-    if (packed.turn[i] < 0) {
-      packed.left_out += outlines_[i].area;
-      packed.refused.push_back(i);
-      if (packed.left_out > most) return packed;
-      continue;
+    note(sheet, i, packed);
+    if (packed.left_out > most) return packed;
+    if (packed.turn[i] < 0) continue;
+    const ChartMask& mask = sheet.mask(i, packed.turn[i]);
+    if (n < same) {
+      taken.mark(mask, packed.x[i], packed.y[i]);
+    } else {
+      taken.take(mask, packed.x[i], packed.y[i]);
     }
-    const ChartMask& mask =
-        sheet.masks[std::size_t{i} * kTurns + static_cast<std::size_t>(packed.turn[i])];
-    taken.take(mask, packed.x[i], packed.y[i]);
-    put(mask, i, cell, packed);
   }
   return packed;
 }

@@ -1,8 +1,10 @@
 // Outlines drawn as masks at one scale, and packed one after another into a square of cells.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -38,15 +40,26 @@ struct Packed {
 
 /// Outlines drawn at one scale, at all turns.
 struct Sheet {
+  static constexpr std::uint32_t kTurns = 16;
+
   std::uint32_t cells = 0;
   double scale = 0;  ///< Cells per unit.
   std::vector<ChartMask> masks;
+
+  const ChartMask& mask(std::uint32_t outline, std::int8_t turn) const {
+    return masks[std::size_t{outline} * kTurns + static_cast<std::size_t>(turn)];
+  }
 };
+
+/// A random number in [0, n), the same on every machine.
+inline std::uint32_t random_below(std::mt19937& random, std::size_t n) {
+  return static_cast<std::uint32_t>(random() % n);
+}
 
 /// Draws outlines at any scale, and packs what it drew.
 class ChartSheets {
  public:
-  static constexpr std::uint32_t kTurns = 16, kRules = 3;
+  static constexpr std::uint32_t kTurns = Sheet::kTurns, kRules = 3;
 
   /// \param outlines  viewed, not copied
   /// \param size      texels of a side
@@ -77,7 +90,7 @@ class ChartSheets {
   void place(const Sheet& sheet, Packed& packed) const;
 
  private:
-  void put(const ChartMask& mask, std::uint32_t outline, double cell, Packed& packed) const;
+  void note(const Sheet& sheet, std::uint32_t outline, Packed& packed) const;
 
   std::span<const Outline> outlines_;
   std::uint32_t size_;

@@ -104,10 +104,10 @@ void PackingPress::move(std::uint32_t outline) {
   samples.fill({kAll, {}});
   for (std::uint32_t n = 0; n < samples_ && best.overlap > 0; ++n) {
     Spot spot;
-    spot.turn = turns_[outline][below(turns_[outline].size())];
+    spot.turn = turns_[outline][random_below(random_, turns_[outline].size())];
     const ChartMask& mask = mask_of(outline, spot.turn);
-    spot.x = below(sheet_.cells - mask.width + 1);
-    spot.y = below(sheet_.cells - mask.height + 1);
+    spot.x = random_below(random_, sheet_.cells - mask.width + 1);
+    spot.y = random_below(random_, sheet_.cells - mask.height + 1);
     const std::int64_t value = overlap(outline, spot, samples.back().overlap);
     if (value >= samples.back().overlap) continue;
     samples.back() = {value, spot};
@@ -160,7 +160,8 @@ bool PackingPress::run(std::uint32_t moves) {
         waiting.push_back(i);
     }
     if (waiting.empty()) return true;
-    for (std::size_t n = waiting.size(); n > 1; --n) std::swap(waiting[n - 1], waiting[below(n)]);
+    for (std::size_t n = waiting.size(); n > 1; --n)
+      std::swap(waiting[n - 1], waiting[random_below(random_, n)]);
     for (const std::uint32_t i : waiting) move(i);
     done += static_cast<std::uint32_t>(waiting.size());
   }

@@ -44,7 +44,6 @@ class PackingPress {
   };
 
   const ChartMask& mask_of(std::uint32_t outline, std::uint32_t turn) const;
-  std::uint32_t below(std::size_t n) { return static_cast<std::uint32_t>(random_() % n); }
   void add(std::uint32_t outline, std::int32_t weight);
   std::int64_t overlap(std::uint32_t outline, const Spot& spot, std::int64_t most) const;
   void descend(std::uint32_t outline, std::uint32_t step, Found& found) const;

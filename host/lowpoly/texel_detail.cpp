@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "base/parallel.h"
 #include "lowpoly/pairing.h"
@@ -85,14 +86,19 @@ bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& norm
 class TexelDetail::Walk {
  public:
   Walk(const TexelDetail& detail, const Mesh& low, const FlatTriangles& flat)
-      : detail_(detail), low_(low), flat_(flat), positions_(detail.frame_.to_frame(low)) {}
+      : detail_(detail),
+        low_(low),
+        flat_(flat),
+        positions_(detail.frame_.to_frame(low)),
+        normals_(corner_normals(low, positions_)),
+        tangents_(corner_tangents()) {}
 
   double area(std::size_t t) const {
     const auto& [a, b, c] = flat_.corners[t];
     return 0.5 * cross(b - a, c - a);
   }
 
-  /// The high poly's normal where a point of the layout is, from a triangle nearby.
+  /// The high poly's normal where a point of the layout is, in the low poly's frame. \param t  a triangle nearby
   bool normal_at(std::uint32_t t, const FlatPoint& at, Vec3d& normal) const {
     constexpr int kMostSteps = 200;
     for (int step = 0; step < kMostSteps && t != kNoIndex; ++step) {
@@ -112,17 +118,72 @@ class TexelDetail::Walk {
   }
 
  private:
+  /// By corner: where the layout's x goes on the surface, the mean over the triangles that lie round it.
+  std::vector<Vec3d> corner_tangents() const {
+    struct Corner {
+      std::uint32_t position = 0;
+      FlatPoint at;
+      std::size_t corner = 0;
+      auto key() const { return std::tie(position, at.x, at.y); }
+    };
+    std::vector<Corner> corners;
+    std::vector<Vec3d> own(3 * low_.triangles.size()), result(own.size());
+    for (std::size_t t = 0; t < low_.triangles.size(); ++t) {
+      const auto& [a, b, c] = flat_.corners[t];
+      const double whole = cross(b - a, c - a);
+      if (!(whole > 0)) continue;
+      const Vec3d p(positions_[low_.triangles[t][0]]);
+      const Vec3d tangent = (Vec3d(positions_[low_.triangles[t][1]]) - p) * (c - a).y -
+                            (Vec3d(positions_[low_.triangles[t][2]]) - p) * (b - a).y;
+      const double size = length(tangent);
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (size > 0) own[3 * t + k] = tangent * (1 / size);
+        corners.push_back({low_.triangles[t][k], flat_.corners[t][k], 3 * t + k});
+      }
+    }
+    std::stable_sort(corners.begin(), corners.end(),
+                     [](const Corner& a, const Corner& b) { return a.key() < b.key(); });
+    for (std::size_t i = 0; i < corners.size();) {
+      std::size_t end = i;
+      Vec3d sum;
+      for (; end < corners.size() && corners[end].key() == corners[i].key(); ++end) {
+        sum += own[corners[end].corner];
+      }
+      for (; i < end; ++i) result[corners[i].corner] = sum;
+    }
+    return result;
+  }
+
   bool looked_up(std::uint32_t t, const std::array<double, 3>& share, Vec3d& normal) const {
     std::array<Vec3d, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) p[k] = Vec3d(positions_[low_.triangles[t][k]]);
-    return detail_.normal_at(p[0] * share[0] + p[1] * share[1] + p[2] * share[2],
-                             cross(p[1] - p[0], p[2] - p[0]), normal);
+    Vec3d up, along;
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = Vec3d(positions_[low_.triangles[t][k]]);
+      up += Vec3d(normals_.normals[normals_.triangles[t][k]]) * share[k];
+      along += tangents_[3 * std::size_t{t} + k] * share[k];
+    }
+    Vec3d found;
+    if (!detail_.normal_at(p[0] * share[0] + p[1] * share[1] + p[2] * share[2],
+                           cross(p[1] - p[0], p[2] - p[0]), found)) {
+      return false;
+    }
+    const double height = length(up);
+    if (!(height > 0)) return false;
+    up = up * (1 / height);
+    along = along - up * dot(along, up);
+    const double size = length(along);
+    if (!(size > 0)) return false;
+    along = along * (1 / size);
+    normal = {dot(found, along), dot(found, cross(up, along)), dot(found, up)};
+    return true;
   }
 
   const TexelDetail& detail_;
   const Mesh& low_;
   const FlatTriangles& flat_;
   std::vector<Vec3> positions_;
+  CornerNormals normals_;
+  std::vector<Vec3d> tangents_;
 };
 
 std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangles& flat,

@@ -20,6 +20,7 @@ ChartMask random_mask(std::mt19937& random, std::uint32_t most) {
     mask.runs.push_back({row, std::min(a, b), std::max(a, b)});
     if (std::max(a, b) + 2 < mask.width) mask.runs.push_back({row, mask.width - 1, mask.width - 1});
   }
+  mask.arrange();
   return mask;
 }
 
@@ -73,7 +74,12 @@ TEST(CellRows, FindsWhatAPlainGridFinds) {
       ++(expected ? placed : refused);
       if (!expected) continue;
       grid.take(mask, expected->first, expected->second);
-      rows.take(mask, expected->first, expected->second);
+      if (i % 3 == 0) {
+        rows.mark(mask, expected->first, expected->second);
+        rows.widen(0, height);
+      } else {
+        rows.take(mask, expected->first, expected->second);
+      }
     }
     EXPECT_GT(placed, 3);
     EXPECT_GT(refused, 3);

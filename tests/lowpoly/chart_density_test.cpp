@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "kiln/threads.h"
 #include "lowpoly/charts_check.h"
+#include "lowpoly/pairing.h"
 #include "lowpoly/unwrap_charts.h"
 #include "support/shapes.h"
 
@@ -171,6 +173,55 @@ TEST(UnwrapByDetail, KeepsPaddingAndIsTheSameOnAllThreads) {
     const TexelDetail detail(high);
     EXPECT_EQ(unwrap_charts(low, options, nullptr, 1, &detail).uvs, once.uvs);
   }
+}
+
+/// A strip of quads along x, laid flat as it is.
+FlatTriangles laid(const Mesh& mesh) {
+  FlatTriangles flat;
+  for (const Triangle& t : mesh.triangles) {
+    std::array<FlatPoint, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& p = mesh.positions[t[k]];
+      corners[k] = {p.x, p.y};
+    }
+    flat.corners.push_back(corners);
+    std::array<std::uint32_t, 3> beside{kNoIndex, kNoIndex, kNoIndex};
+    for (std::uint32_t other = 0; other < mesh.triangles.size(); ++other) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t l = 0; l < 3; ++l) {
+          const Triangle& o = mesh.triangles[other];
+          if (o[l] == t[(k + 1) % 3] && o[(l + 1) % 3] == t[k]) beside[k] = other;
+        }
+      }
+    }
+    flat.beside.push_back(beside);
+  }
+  return flat;
+}
+
+TEST(TexelDetail, SeesWhereTheLowPolysNormalsTurn) {
+  // A flat high poly over a flat low poly whose own normals lean: a map in tangent space must turn back, and a
+  // texel over the ridge cannot.
+  const Mesh high = sheet(8, false);
+  Mesh low = sheet(2, false);
+  const FlatTriangles flat = laid(low);
+  const TexelDetail detail(high);
+  const auto sum = [&](std::size_t side) {
+    double total = 0;
+    for (const TexelErrors& e : detail.errors(low, flat, 16, 1)) total += e[side];
+    return total;
+  };
+  low.normals = {{0, 0, 1}};
+  low.normal_triangles.assign(low.triangles.size(), {0, 0, 0});
+  EXPECT_LT(sum(0), 1e-6);
+  low.normals.clear();
+  for (const Vec3& p : low.positions) {
+    const float lean = p.x == low.positions[0].x ? 0.6F : 0.0F;
+    low.normals.push_back({lean, 0, std::sqrt(1 - lean * lean)});
+  }
+  low.normal_triangles = low.triangles;
+  EXPECT_GT(sum(0), 0.05);
+  EXPECT_GT(sum(0), 2 * sum(2));
 }
 
 TEST(UnwrapByDetail, RefusesPairsAndBadHighPolys) {
