@@ -56,8 +56,9 @@ inline constexpr double kFirstLimit = 0.5;
 /// The first map is twice as large as its bytes ask for, up to this size: that takes little time, and its mip-maps
 /// tell of smaller maps.
 inline constexpr std::uint32_t kSmallFirst = 128;
-/// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) costs too much of it.
-inline constexpr double kEightBits = 0.5;
+/// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) asks for more texels than 16 bits cost:
+/// it adds to other errors as squares, and a texel of 16 bits takes four times the bytes.
+inline constexpr double kEightBits = 0.2;
 /// Samples a texel side by side: fewer for larger maps, whose texels show less.
 inline constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
 /// Where nothing reaches the error, bytes decide among what comes this near to the least.

@@ -69,8 +69,9 @@ std::shared_ptr<const NormalProbe> LightMaker::lay_out(std::size_t level, std::u
   return probe;
 }
 
-LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size, std::uint32_t laid_out_for,
-                  const std::shared_ptr<const NormalProbe>& probe, bool learn) {
+LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
+                                   std::uint32_t laid_out_for,
+                                   const std::shared_ptr<const NormalProbe>& probe, bool learn) {
   const LaidOut& laid_out = looks_.laid_out(level, options_, laid_out_for);
   LightMade made;
   made.level = level;

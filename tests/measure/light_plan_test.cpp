@@ -140,6 +140,24 @@ TEST(LightPlan, FarAwayItNeedsLess) {
   EXPECT_LT(2 * far.chosen.bytes.total(), near.chosen.bytes.total());
 }
 
+/// The rounding of 8 bits is 0.16 degrees on average, and a texel of 16 bits weighs four times as much.
+TEST(LightPlan, TakesSixteenBitsOnlyWhereEightAskForMoreBytes) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(6000, true);
+  const Source source(*test::device(), high);
+  LightPlanOptions options = light_options(0.4, 256);
+  options.may_leave_map_out = false;
+  const LightBake coarse = bake_light(source, high, options);
+  EXPECT_EQ(coarse.chosen.bits, 8U);
+  options.bits = 16;
+  const LightBake more = bake_light(source, high, options);
+  if (more.reached) EXPECT_TRUE(coarse.reached);
+  EXPECT_LT(coarse.chosen.bytes.total(), more.chosen.bytes.total());
+  options.bits = 0;
+  options.max_error = 0.15;
+  EXPECT_EQ(bake_light(source, high, options).chosen.bits, 16U);
+}
+
 /// A size on screen is the mesh's, from every side: a ball is as wide as that. Boxes around it are wider.
 TEST(LightPlan, SizesOnScreenAreThoseOfTheMesh) {
   KILN_REQUIRE_DEVICE();
