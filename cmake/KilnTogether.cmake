@@ -35,7 +35,7 @@ kiln_compile_together(host hot_6
 kiln_compile_together(host hot_7
   measure/assess.cpp measure/assess_rays.cpp measure/assess_uniformity.cpp measure/bounds.cpp
   measure/depth.cpp measure/light_bytes.cpp measure/light_check.cpp measure/light_looks.cpp
-  measure/light_model.cpp measure/light_plan.cpp measure/light_trials.cpp measure/measure.cpp measure/plan.cpp
+  measure/light_maker.cpp measure/light_model.cpp measure/light_plan.cpp measure/light_trials.cpp measure/measure.cpp measure/plan.cpp
   measure/probe_least.cpp measure/screen_pictures.cpp)
 kiln_compile_together(host hot_8
   detail/ao.cpp detail/band_reads.cpp detail/bent_normal.cpp detail/color.cpp detail/cut_out.cpp

@@ -12,10 +12,12 @@ inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 inline constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
 /// To begin with, at most this share of the faces of a high poly with many: with more, a low poly saves little.
 inline constexpr double kMostShare = 0.5;
-inline constexpr std::size_t kMostTrials = 4;
-/// And as long as none reaches the error.
+inline constexpr std::size_t kMostTrials = 6;
+/// Of all maps that are tried, faces that charts are laid out for, over those of the lightest that reaches the error.
+inline constexpr double kMostLaidOut = 6;
+/// Maps that are tried as long as none reaches the error.
 inline constexpr std::size_t kMostTrialsToReach = 10;
-/// Looks at meshes without a map, before one is made well and measured.
+/// Looks at meshes before one is made well and measured.
 inline constexpr int kMostLooks = 4;
 /// Meshes with flaws that are made anew, at most.
 inline constexpr int kMostMended = 2;
@@ -42,7 +44,9 @@ inline constexpr std::uint64_t kShown = 4;
 /// this factor, or so many times the error is expected of it: that is known from other meshes alone. More is allowed
 /// while few maps were tried.
 inline constexpr double kLighter = 0.93, kOtherFaces = 1.5, kPerhaps = 1.2, kPerhapsEarly = 1.4;
-inline constexpr std::size_t kFewTrials = 2;
+inline constexpr std::size_t kFewTrials = 3;
+/// Where this share of the lightest's bytes is expected to come within so many times the error, that is tried.
+inline constexpr double kMuchLighter = 0.85, kFlat = 1.05;
 /// Texels a face that a map has at least: with fewer it shows no more than vertices do.
 inline constexpr double kTexelsOfFace = 2;
 /// Fewer bytes than this share must be expected for another trial.
@@ -52,8 +56,9 @@ inline constexpr double kFirstLimit = 0.5;
 /// The first map is twice as large as its bytes ask for, up to this size: that takes little time, and its mip-maps
 /// tell of smaller maps.
 inline constexpr std::uint32_t kSmallFirst = 128;
-/// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) costs too much of it.
-inline constexpr double kEightBits = 0.5;
+/// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) asks for more texels than 16 bits cost:
+/// it adds to other errors as squares, and a texel of 16 bits takes four times the bytes.
+inline constexpr double kEightBits = 0.2;
 /// Samples a texel side by side: fewer for larger maps, whose texels show less.
 inline constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
 /// Where nothing reaches the error, bytes decide among what comes this near to the least.

@@ -22,7 +22,7 @@ namespace {
 constexpr double kShare = 0.96;
 constexpr std::uint32_t kFewestFaces = 12;
 /// Of pictures: their pixels, without a size on screen; and of coarse ones, with and without.
-constexpr std::uint32_t kPixels = 48, kCoarsePixels = 32, kCoarseScreenPixels = 16;
+constexpr std::uint32_t kPixels = 48, kCoarsePixels = 24, kCoarseScreenPixels = 16;
 /// Of visibility fields, to compare ways to match with.
 constexpr std::uint32_t kLookDirections = 32;
 /// And of those that maps are tried with: 64 and 512 give errors within a thousandth of each other.

@@ -15,7 +15,7 @@
 namespace kiln {
 
 /// What plans see of the high poly.
-/// \param screen  pixels that pictures are wide; 0: endlessly many
+/// \param screen  pixels that the high poly covers, the longer of width and height; 0: endlessly many
 /// \param coarse  fewer places: enough to compare low polys, not to say what one reaches
 DenseShown shown_to_plans(const Source& source, std::uint32_t screen, bool coarse = false);
 /// The same from given directions, unit vectors towards the eye.

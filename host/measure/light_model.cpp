@@ -18,11 +18,15 @@ constexpr double kGrowth = 3;
 constexpr std::size_t kMostSteps = 3;
 /// Where a search begins, faces.
 constexpr double kFirst = 1000;
+/// A rough fit's errors are within e to the power of this, times those of a good one.
+constexpr double kMostRough = 0.5;
 /// An error is at least this share of the limit above it.
 constexpr double kLeastAbove = 0.01;
 constexpr double kTiny = 1e-9;
 /// What a map of a mip-map's size has of its sharpness: its charts are farther apart.
 constexpr double kOfMip = 0.8;
+/// And of a map whose charts are laid out for half its size: these are nearer.
+constexpr double kOfWide = 1.12;
 /// Sharpness grows with a power of a map's texels a side: this one, at least: smaller maps told less than they seem to, since mip-maps are better than maps of their size.
 constexpr double kLeastGain = 1.2;
 /// Of sharpness against faces, both as logarithms: bounds, and the spread of faces that halves a slope.
@@ -39,16 +43,60 @@ LightModel::LightModel(std::vector<double> faces, std::function<Node(std::size_t
     : faces_(std::move(faces)), look_(std::move(look)) {}
 
 LightModel::Node LightModel::exactly(std::size_t level) {
-  const auto known = nodes_.find(level);
-  if (known != nodes_.end()) return known->second;
-  return nodes_[level] = look_(level);
+  auto known = nodes_.find(level);
+  if (known == nodes_.end()) known = nodes_.emplace(level, Found{look_(level)}).first;
+  return corrected(known->second);
+}
+
+LightModel::Node LightModel::corrected(const Found& found) const {
+  if (found.is_made || shares_ == 0) return found.node;
+  return {found.node.plain * std::exp(plain_share_ / shares_),
+          found.node.limit * std::exp(limit_share_ / shares_)};
+}
+
+void LightModel::know(std::size_t level, const Node& node) {
+  const Node looked = between_looks(level);
+  if (looked.plain > 0 && looked.limit > 0 && node.plain > 0 && node.limit > 0) {
+    const auto share = [](double made, double seen) {
+      return std::clamp(std::log(made / seen), -kMostRough, kMostRough);
+    };
+    plain_share_ += share(node.plain, looked.plain);
+    limit_share_ += share(node.limit, looked.limit);
+    ++shares_;
+  }
+  nodes_[level] = {node, true};
+}
+
+std::map<std::size_t, LightModel::Node> LightModel::known() const {
+  std::map<std::size_t, Node> result;
+  for (const auto& [level, found] : nodes_) result[level] = corrected(found);
+  return result;
+}
+
+LightModel::Node LightModel::on_line(std::size_t level, std::size_t a, const Node& at_a,
+                                     std::size_t b, const Node& at_b) const {
+  const double share = std::log(faces_[level] / faces_[a]) / std::log(faces_[b] / faces_[a]);
+  return {between(at_a.plain, at_b.plain, share), between(at_a.limit, at_b.limit, share)};
+}
+
+LightModel::Node LightModel::between_looks(std::size_t level) const {
+  std::map<std::size_t, Node> looks;
+  for (const auto& [at, found] : nodes_) {
+    if (!found.is_made) looks[at] = found.node;
+  }
+  const auto after = looks.lower_bound(level);
+  if (after == looks.end()) return {};
+  if (after->first == level) return after->second;
+  if (after == looks.begin()) return {};
+  const auto before = std::prev(after);
+  return on_line(level, before->first, before->second, after->first, after->second);
 }
 
 LightModel::Node LightModel::at(std::size_t level) {
   const std::size_t first = level / kStep * kStep;
   for (;;) {
     const auto after = nodes_.lower_bound(level);
-    if (after != nodes_.end() && after->first == level) return after->second;
+    if (after != nodes_.end() && after->first == level) return corrected(after->second);
     if (after == nodes_.end()) {
       exactly(first == level ? level : std::min(first + kStep, count() - 1));
     } else if (after == nodes_.begin()) {
@@ -65,48 +113,51 @@ LightModel::Node LightModel::at(std::size_t level) {
 
 LightModel::Node LightModel::guess(std::size_t level) const {
   auto after = nodes_.lower_bound(level);
-  if (after != nodes_.end() && after->first == level) return after->second;
-  if (nodes_.size() < 2) return nodes_.empty() ? Node{} : nodes_.begin()->second;
+  if (after != nodes_.end() && after->first == level) return corrected(after->second);
+  if (nodes_.size() < 2) return nodes_.empty() ? Node{} : corrected(nodes_.begin()->second);
   if (after == nodes_.begin()) ++after;
   if (after == nodes_.end()) --after;
   const auto before = std::prev(after);
-  const double share = std::log(faces_[level] / faces_[before->first]) /
-                       std::log(faces_[after->first] / faces_[before->first]);
-  return {between(before->second.plain, after->second.plain, share),
-          between(before->second.limit, after->second.limit, share)};
+  return on_line(level, before->first, corrected(before->second), after->first,
+                 corrected(after->second));
 }
 
-void LightModel::forget() { nodes_.clear(); }
+void LightModel::forget() {
+  nodes_.clear();
+  plain_share_ = limit_share_ = 0;
+  shares_ = 0;
+}
 
-void LightModel::measured(std::size_t level, std::uint32_t size, double error, bool mip) {
+void LightModel::measured(std::size_t level, std::uint32_t size, double error, Map map) {
   const Node node = exactly(level);
   const double above = std::max({error - node.limit, kLeastAbove * node.limit, kTiny});
   const double range = std::max(node.plain - node.limit, kTiny);
   Known& known = sharpness_[size];
-  if (known.mip) known.maps.clear();
-  known.mip = mip;
+  std::erase_if(known, [&](const Sharpness& other) {
+    return other.map == Map::mip || (other.map == Map::wide && other.level == level);
+  });
   // A map that is no better than none still tells that larger ones are needed.
-  const double share = mip ? kOfMip : 1;
-  known.maps.push_back({level, std::max(share / above - 1 / range, 0.01 / range)});
+  const double share = map == Map::mip ? kOfMip : map == Map::wide ? kOfWide : 1;
+  known.push_back({level, std::max(share / above - 1 / range, 0.01 / range), map});
 }
 
 /// From the map whose level is nearest, along the slope of all. Errors scatter, so maps of about as many faces
 /// tell little of it.
 double LightModel::at_level(const Known& known, std::size_t level) const {
-  Sharpness nearest = known.maps.front();
+  Sharpness nearest = known.front();
   double mean_x = 0, mean_y = 0;
   const auto apart = [&](const Sharpness& map) {
     return map.level > level ? map.level - level : level - map.level;
   };
-  for (const Sharpness& map : known.maps) {
+  for (const Sharpness& map : known) {
     if (apart(map) <= apart(nearest)) nearest = map;
     mean_x += std::log(faces_[map.level]);
     mean_y += std::log(map.value);
   }
-  mean_x /= static_cast<double>(known.maps.size());
-  mean_y /= static_cast<double>(known.maps.size());
+  mean_x /= static_cast<double>(known.size());
+  mean_y /= static_cast<double>(known.size());
   double products = 0, squares = kScatter;
-  for (const Sharpness& map : known.maps) {
+  for (const Sharpness& map : known) {
     const double x = std::log(faces_[map.level]) - mean_x;
     products += x * (std::log(map.value) - mean_y);
     squares += x * x;

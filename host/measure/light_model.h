@@ -29,17 +29,24 @@ class LightModel {
   Node guess(std::size_t level) const;
   /// Looks at the very level.
   Node exactly(std::size_t level);
-  /// What was found of a level in another way.
-  void know(std::size_t level, const Node& node) { nodes_[level] = node; }
-  const std::map<std::size_t, Node>& known() const { return nodes_; }
+  /// What was found of a level's mesh as it is made. Looks are at meshes that are fitted roughly: what the two differ
+  /// by at this level, they differ by at others.
+  void know(std::size_t level, const Node& node);
+  /// By level, looks corrected.
+  std::map<std::size_t, Node> known() const;
   bool knows(std::size_t level) const { return nodes_.contains(level); }
 
   /// Another way to match: limits are no longer known.
   void forget();
 
-  /// What a map turned out to reach.
-  /// \param mip  of a larger map's mip-map: counts until a map of that size is measured
-  void measured(std::size_t level, std::uint32_t size, double error, bool mip = false);
+  /// What a map is.
+  enum class Map {
+    own,   ///< Laid out for its size
+    mip,   ///< A larger map's mip-map
+    wide,  ///< Laid out for half its size
+  };
+  /// What a map turned out to reach. Mip-maps count until a map of their size is measured.
+  void measured(std::size_t level, std::uint32_t size, double error, Map map = Map::own);
   /// size = 0: without a map.
   double expected(std::size_t level, std::uint32_t size);
   /// By guess().
@@ -52,23 +59,34 @@ class LightModel {
                                     std::size_t finest = 0);
 
  private:
+  struct Found {
+    Node node;
+    bool is_made = false;  ///< And not only looked at
+  };
+  using Nodes = std::map<std::size_t, Found>;
+  Node corrected(const Found& found) const;
+  /// Along the line of the nearest two of all, or of those that were looked at, uncorrected.
+  Node between_looks(std::size_t level) const;
+  Node on_line(std::size_t level, std::size_t a, const Node& at_a, std::size_t b,
+               const Node& at_b) const;
   double with_map(const Node& node, std::size_t level, std::uint32_t size) const;
   /// 1 / what texels of a size add to the limit, where the mesh without a map is endlessly bad.
   double sharpness(std::size_t level, std::uint32_t size) const;
   struct Sharpness {
     std::size_t level = 0;
     double value = 0;
+    Map map = Map::own;
   };
-  /// Maps of one size: more faces have more charts, so fewer texels are used.
-  struct Known {
-    bool mip = false;
-    std::vector<Sharpness> maps;
-  };
+  /// Of maps of one size: more faces have more charts, so fewer texels are used.
+  using Known = std::vector<Sharpness>;
   double at_level(const Known& known, std::size_t level) const;
 
   std::vector<double> faces_;
   std::function<Node(std::size_t)> look_;
-  std::map<std::size_t, Node> nodes_;
+  Nodes nodes_;
+  /// Of meshes that were made and looks, as logarithms: their sums, and of how many.
+  double plain_share_ = 0, limit_share_ = 0;
+  int shares_ = 0;
   std::map<std::uint32_t, Known> sharpness_;
 };
 

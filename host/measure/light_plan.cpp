@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 
-#include "bake/pipeline.h"
 #include "kiln/plan.h"
 #include "kiln/progress.h"
-#include "lowpoly/keep_colors.h"
 #include "measure/bounds.h"
 #include "measure/light_check.h"
 #include "measure/light_limits.h"
 #include "measure/light_looks.h"
+#include "measure/light_maker.h"
 #include "measure/light_planner.h"
 #include "measure/light_trials.h"
 
@@ -24,18 +24,15 @@ class LightPlanner {
  public:
   LightPlanner(const Source& source, const Mesh& high, const LightPlanOptions& options,
                LevelCache& cache, std::uint64_t most_faces)
-      : source_(source),
-        high_(high),
-        options_(options),
+      : options_(options),
         most_faces_(most_faces),
         bake_(options.bake),
         alive_(bake_.progress),
-        looks_(source, high, bake_, plan_, cache) {
+        looks_(source, high, bake_, plan_, cache),
+        maker_(source, high, options_, bake_, looks_, plan_) {
     plan_.wanted = options.max_error;
     may_leave_map_out_ = options.may_leave_map_out && options.bounds.empty();
     if (options.choose_rays) leave_to_rays(options.bounds, bake_);
-    cost_.bits = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
-    cost_.channels = map_channels(bake_);
     largest_ = std::min(bake_.width, bake_.height);
     for (std::uint32_t size = kSmallestMap; size <= largest_; size *= 2) sizes_.push_back(size);
   }
@@ -46,15 +43,6 @@ class LightPlanner {
   }
 
  private:
-  /// A mesh laid out for a size, with its map.
-  struct Made {
-    std::size_t level = 0;
-    Mesh low;
-    UnwrapReport unwrapped;
-    BakeOptions bake;
-    LightTrial trial;
-  };
-
   LightBake planned() {
     looks_.take_pictures(options_.screen);
     first_map();
@@ -75,7 +63,7 @@ class LightPlanner {
     plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds);
     fill_trade(
         plan_, model(), all_sizes(),
-        [this](std::size_t level, std::uint32_t size) { return guess_of(level, size); },
+        [this](std::size_t level, std::uint32_t size) { return maker_.guess(level, size); },
         [this](std::uint32_t size) { return misses_at(size).aim(options_.max_error); });
     return std::move(plan_);
   }
@@ -97,16 +85,17 @@ class LightPlanner {
   /// Tries look from few directions. Where that told too little, from all of them.
   void search_and_bake() {
     search();
-    bake_all_maps();
+    maker_.bake_all_maps(*best_);
     if (plan_.chosen.measured <= options_.max_error || !best_reached() || all_directions_) return;
     all_directions_ = true;
+    maker_.look_from_all_directions();
     correct(plan_.trials, best_->trial = plan_.chosen);
     search();
-    bake_all_maps();
+    maker_.bake_all_maps(*best_);
   }
 
   void try_pairs() {
-    while (plan_.trials.size() - earlier_ < (best_reached() ? kMostTrials : kMostTrialsToReach)) {
+    while (may_try_another()) {
       std::optional<LightTrial> next = best_expected();
       for (int i = 0; i < kMostLooks && next && next->size == 0 && !model().knows(next_level_);
            ++i) {
@@ -116,14 +105,23 @@ class LightPlanner {
       // What was expected to do and did not: a little more of it.
       while (next && !best_reached() && was_tried(plan_.trials, next->faces, next->size) &&
              next_level_ > finest()) {
-        next = trial_of(--next_level_, next->size);
+        next = maker_.expect(--next_level_, next->size);
       }
       if (next && worth_trying(*next)) {
         try_pair(next_level_, next->size);
-      } else if (!best_reached() || !try_another_size()) {
+      } else if (!best_reached() || (!try_another_size() && !try_much_lighter())) {
         break;
       }
     }
+  }
+
+  /// Whether another map is worth its time. Layouts take most of it, and their faces tell how much.
+  bool may_try_another() const {
+    const std::size_t tried = plan_.trials.size() - earlier_;
+    if (!best_reached()) return tried < kMostTrialsToReach;
+    const auto laid_out = static_cast<double>(faces_laid_out(plan_.trials));
+    return tried < kMostTrials &&
+           laid_out <= kMostLaidOut * static_cast<double>(best_->trial.faces);
   }
 
   /// Errors of one size were known from other meshes alone: once, whether they are less. \returns false if none is
@@ -136,8 +134,8 @@ class LightPlanner {
       if (size == best_->trial.size) continue;
       const double most = kLighter * best_bytes();
       std::size_t level = finest();
-      while (level + 1 < levels().count() && weight(level, size) > most) ++level;
-      if (weight(level, size) > most || !has_texels(looks_.faces(level), size) ||
+      while (level + 1 < levels().count() && maker_.weight(level, size) > most) ++level;
+      if (maker_.weight(level, size) > most || !has_texels(looks_.faces(level), size) ||
           model().guessed(level, size) > perhaps * options_.max_error ||
           tried_about(plan_.trials, looks_.faces(level), size)) {
         continue;
@@ -148,6 +146,25 @@ class LightPlanner {
     return false;
   }
 
+  /// Where errors hardly grow with fewer faces, charts decide more than the model knows: whether a much lighter
+  /// mesh does with maps of the same size. \returns false if the model expects too much of an error
+  bool try_much_lighter() {
+    const std::uint32_t size = best_->trial.size;
+    std::size_t next = best_->level;
+    while (next < levels().count() && maker_.weight(next, size) > kMuchLighter * best_bytes())
+      ++next;
+    const double most = kFlat * options_.max_error;
+    if (size == 0 || next == levels().count() || !has_texels(looks_.faces(next), size) ||
+        misses_at(size).heaviest >= maker_.weight(next, size) ||
+        model().guessed(next, size) > most) {
+      return false;
+    }
+    model().exactly(next);
+    if (model().guessed(next, size) > most) return false;
+    try_map(next, size);
+    return true;
+  }
+
   /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
   /// as many bytes of texels as of vertices.
   void first_map() {
@@ -156,44 +173,16 @@ class LightPlanner {
     const std::size_t level = std::max(coarse.value_or(0), finest());
     if (options_.choose_match) looks_.choose_match(level, options_.height_field);
     if (may_leave_map_out_ && model().at(level).plain <= options_.max_error) {
-      measure_without_map(level);  // A map would spare few faces.
+      keep(maker_.without_map(level));  // A map would spare few faces.
       if (best_reached()) return;
     }
     std::uint32_t size = sizes_.front();
-    while (2 * size <= largest_ && bytes(level, 2 * size).texels < bytes(level, 0).total()) {
+    while (2 * size <= largest_ &&
+           maker_.bytes(level, 2 * size).texels < maker_.bytes(level, 0).total()) {
       size *= 2;
     }
     size *= 4 * size <= kSmallFirst ? 4 : 2;
-    try_map(level, std::min(size, sizes_.back()), /*learn=*/true);
-  }
-
-  std::uint32_t samples_for(std::uint32_t size) const {
-    if (!options_.choose_samples) return bake_.samples;
-    return std::clamp(kSampleBudget / size, 1U, kMostSamples);
-  }
-
-  LightBytes bytes(std::size_t level, std::uint32_t size) const {
-    return cost_.bytes(looks_.vertices(level), looks_.faces(level), size);
-  }
-
-  LightTrial trial_of(std::size_t level, std::uint32_t size) {
-    LightTrial trial = guess_of(level, size);
-    trial.expected = model().expected(level, size);
-    return trial;
-  }
-
-  LightTrial guess_of(std::size_t level, std::uint32_t size) const {
-    LightTrial trial;
-    trial.faces = looks_.faces(level);
-    trial.positions = looks_.vertices(level);
-    trial.vertices = cost_.vertices(trial.positions, size);
-    trial.size = size;
-    trial.samples = samples_for(size == 0 ? 1 : size);
-    trial.bits = cost_.bits;
-    trial.method = bake_.method;
-    trial.bytes = bytes(level, size);
-    trial.expected = model().guessed(level, size);
-    return trial;
+    try_first_map(level, std::min(size, sizes_.back()));
   }
 
   std::size_t finest() const { return looks_.finest(most_faces_); }
@@ -203,12 +192,8 @@ class LightPlanner {
     return LightMisses::of(plan_.trials, size, options_.max_error);
   }
 
-  double weight(std::size_t level, std::uint32_t size) const {
-    return static_cast<double>(bytes(level, size).total());
-  }
-
   double price(std::size_t level, std::uint32_t size) const {
-    return weight(level, size) * misses_at(size).price();
+    return maker_.weight(level, size) * misses_at(size).price();
   }
 
   /// Not below this level: with maps of this size, hardly finer meshes missed the error.
@@ -218,10 +203,11 @@ class LightPlanner {
     if (misses.count == 0) return level;
     std::size_t next = levels().count() - 1;
     const double least = misses.next_bytes(best_reached() ? best_bytes() : kEndless);
-    while (next > finest() && weight(next, size) < least) --next;
+    while (next > finest() && maker_.weight(next, size) < least) --next;
     const bool may_do = misses.nearly(options_.max_error) &&
                         model().guess(next).limit <= kNearlyLimit * options_.max_error;
-    if (may_do && (!level || weight(*level, size) > kLeap * weight(next, size))) return next;
+    if (may_do && (!level || maker_.weight(*level, size) > kLeap * maker_.weight(next, size)))
+      return next;
     return level ? std::min(*level, next) : level;
   }
 
@@ -242,12 +228,12 @@ class LightPlanner {
     double least = kEndless;
     for (const std::uint32_t size : sizes) {
       std::size_t from = finest();
-      while (from + 1 < levels().count() &&
-             (weight(from, size) > kFarMore * least || !has_texels(looks_.faces(from), size))) {
+      while (from + 1 < levels().count() && (maker_.weight(from, size) > kFarMore * least ||
+                                             !has_texels(looks_.faces(from), size))) {
         ++from;
       }
       const double aim = misses_at(size).aim(options_.max_error);
-      if (weight(from, size) > kFarMore * least) continue;
+      if (maker_.weight(from, size) > kFarMore * least) continue;
       if (from > finest() && model().guessed(from, size) > kSurely * aim) continue;
       const auto level = finer_than_misses(
           model().fewest([&](std::size_t i) { return model().expected(i, size) / aim; }, from),
@@ -279,7 +265,7 @@ class LightPlanner {
           return price(a.first, a.second) < price(b.first, b.second);
         });
     next_level_ = level;
-    return trial_of(level, size);
+    return maker_.expect(level, size);
   }
 
   /// Not what was made before, nor what is hardly lighter than the lightest that does.
@@ -292,92 +278,45 @@ class LightPlanner {
   bool best_reached() const { return best_ && best_->trial.measured <= options_.max_error; }
   double best_bytes() const { return static_cast<double>(best_->trial.bytes.total()); }
 
-  void measure_without_map(std::size_t level) {
-    Made made;
-    made.level = level;
-    made.low = looks_.mesh(level);
-    model().know(level, looks_.look_at(made.low));
-    made.trial = trial_of(level, 0);
-    made.trial.measured = model().exactly(level).plain;
-    keep(std::move(made));
+  void try_map(std::size_t level, std::uint32_t size) {
+    keep(maker_.measured_map(level, size, size, maker_.lay_out(level, size)));
   }
 
-  /// \param learn  from the map's mip-maps, too
-  void try_map(std::size_t level, std::uint32_t size, bool learn = false) {
-    Made made;
-    made.level = level;
-    const LaidOut& laid_out = looks_.laid_out(level, options_, size);
-    made.low = laid_out.mesh;
-    made.unwrapped = laid_out.report;
-    made.trial = trial_of(level, size);
-    made.bake = for_size(bake_, size, samples_for(size));
-    BakeOptions plain = normals_alone(made.bake);
-    if (!all_directions_) few_directions(plain);
-    plain.mips = learn;
-    const BakeResult result = bake_drawn(impl_of(source_), made.low, plain, nullptr);
-    const Stopwatch measuring;
-    const NormalProbe probe(impl_of(source_), made.low, looks_.shown());
-    const auto error = [&](const Image& map) {
-      return probe.with_map(rounded(map, cost_.bits), plain).mean_degrees;
-    };
-    if (!model().knows(level)) model().know(level, looks_.look_with(probe));
-    if (learn) {
-      for (const Image& map : result.maps.front().mips) {
-        if (map.width < kSmallestMap) break;
-        model().measured(level, map.width, error(map), /*mip=*/true);
-      }
-      made.trial.expected = model().expected(level, size);
+  /// A mesh laid out once tells of many sizes: its map, that map's mip-maps, and one of twice the size. Layouts for
+  /// small maps take less time.
+  void try_first_map(std::size_t level, std::uint32_t size) {
+    const std::uint32_t half = size / 2;
+    if (half < kSmallestMap || !has_texels(looks_.faces(level), half)) {
+      keep(maker_.measured_map(level, size, size, maker_.lay_out(level, size), /*learn=*/true));
+      return;
     }
-    made.trial.measured = error(result.maps.front().image);
-    model().measured(level, size, made.trial.measured);
-    made.trial.vertices = split_vertices(made.low);
-    made.trial.charts = made.unwrapped.charts;
-    made.trial.bytes = cost_.measured(made.trial);
-    plan_.seconds_measure += measuring.total();
-    keep(std::move(made));
+    const std::shared_ptr<const NormalProbe> probe = maker_.lay_out(level, half);
+    keep(maker_.measured_map(level, half, half, probe, /*learn=*/true));
+    keep(maker_.measured_map(level, size, half, probe));
   }
 
   void try_pair(std::size_t level, std::uint32_t size) {
-    size == 0 ? measure_without_map(level) : try_map(level, size);
+    size == 0 ? keep(maker_.without_map(level)) : try_map(level, size);
   }
 
-  void keep(Made made) {
+  void keep(LightMade made) {
     plan_.trials.push_back(made.trial);
     if (!best_ || is_better(made.trial, best_->trial, options_.max_error)) best_ = std::move(made);
   }
 
-  /// Bakes all maps, as asked for.
-  void bake_all_maps() {
-    plan_.low = best_->low;
-    keep_colors(high_, plan_.low);
-    plan_.chosen = best_->trial;
-    if (plan_.chosen.size == 0) return;
-    plan_.unwrapped = best_->unwrapped;
-    plan_.bake = best_->bake;
-    plan_.bake.progress = bake_.progress;
-    plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
-    plan_.drawn = rounded(std::move(plan_.drawn), cost_.bits);
-    const NormalProbe probe(impl_of(source_), plan_.low, looks_.shown());
-    plan_.chosen.measured = probe.with_map(plan_.drawn, plan_.bake).mean_degrees;
-    plan_.bounds =
-        reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
-  }
-
-  const Source& source_;
-  const Mesh& high_;
   const LightPlanOptions& options_;
   std::uint64_t most_faces_;
   BakeOptions bake_;
   ProgressScope alive_;
-  LightCost cost_;
   std::uint32_t largest_ = 0;
   std::vector<std::uint32_t> sizes_;
   bool may_leave_map_out_ = true, tried_another_ = false, all_directions_ = false;
   // `earlier_`: trials with maps that turned out too small for another map
   std::size_t next_level_ = 0, earlier_ = 0;
-  std::optional<Made> best_;
+  std::optional<LightMade> best_;
   LightBake plan_;
   LightLooks looks_;
+  LightMaker maker_;
 };
 
 }  // namespace

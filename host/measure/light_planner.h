@@ -7,20 +7,24 @@
 //    high poly itself, or at 200,000 faces.
 // 2. Pictures from 30 directions compare a few of them with the high poly: p(F) without a map, f(F) with an
 //    endless one. Both are nearly straight lines of log F. With a size on screen, a pixel has 3 x 3 rays, and
-//    mean normals are compared.
-// 3. One map with its mip-maps tells the sharpness h(s): e(F, s) = f + 1 / (1 / (p - f) + h(s)). Texels blur
-//    what the low poly lacks, and no more. Mip-maps count for 0.8 of their h: charts of small maps are farther
-//    apart. Beyond the sizes that are known, h follows the slope of the largest two: edges are blurred by a
-//    texel's width, smooth detail by its square. The first mesh leaves half of the error to texels.
+//    mean normals are compared. The mesh fills its pictures then, since a size on screen is its own.
+// 3. One layout tells the sharpness h(s) of many sizes: e(F, s) = f + 1 / (1 / (p - f) + h(s)). Texels blur
+//    what the low poly lacks, and no more. It is laid out for half the size that seems right, since that takes less
+//    time, and baked at both. The larger map counts for 1.12 of its h, since its charts are farther apart than
+//    need be. Mip-maps of the smaller count for 0.8 of theirs: charts of small maps are farther apart. Beyond the
+//    sizes that are known, h follows the slope of the largest two: edges are blurred by a texel's width, smooth
+//    detail by its square. The first mesh leaves half of the error to texels.
 // 4. For each size, the fewest faces with e(F, s) in bounds; of all sizes, the fewest bytes. A fine mesh is
 //    looked at only where the lines of 2 leave room for it: its guessed error is at most 1.3 times the one
 //    asked for, its bytes at most 1.5 times the least. A map has two texels a face at least.
 // 5. That pair is made and measured, which corrects h. Steps 4 and 5 repeat until nothing 7% lighter is
-//    expected: at most 4 maps, up to 10 as long as none is in bounds. Errors scatter with the charts. So maps
+//    expected: at most 6 maps, up to 10 as long as none is in bounds. Once one is, layouts have at most 6 times
+//    its faces in all: they take most of the time. Errors scatter with the charts. So maps
 //    are aimed 2% below the error, and each miss at a size leaves 3% more room and makes that size dearer. The
 //    next mesh for it weighs at least 5% more, after two misses 10%, then 15%. A size that missed by at most 12% is tried so, even if the model expects finer meshes.
 // 6. One size whose h is known from other faces alone is tried: with 93% of the bytes, where at most 1.2 times
 //    the error is expected.
+// 7. Where 85% of the bytes are expected to come within 1.05 times the error, that is tried.
 //
 // Tries of visibility and hybrid matches look from 64 directions, not 512: errors differ by less than a
 // thousandth. What is chosen is baked from all. Should it miss the error, the search goes on with all. Where a
@@ -28,8 +32,9 @@
 // parts smaller than a pixel, the error counts as 180 degrees.
 //
 // Vertices are fitted to the high poly, which takes longest. So each mesh is made and laid out once, for maps
-// and all levels of `--lod`. Meshes that are only looked at are fitted roughly, and compared at fewer places. What a head start left folded is
-// mended for the chosen mesh alone, which is then tried again. Searches skip levels while errors are far below
+// and all levels of `--lod`. Meshes that are only looked at are fitted roughly, and compared at fewer places. A mesh that was
+// made tells by how much its f and p differ from the looks around it, and all looks are corrected by that. What a
+// head start left folded is mended for the chosen mesh alone, which is then tried again. Searches skip levels while errors are far below
 // what is asked for. Between levels up to 8 times apart in faces, p and f are read off their lines.
 //
 // bake_lods() repeats this for half the size on screen, a quarter and so on. With shared UVs, further levels are

@@ -25,6 +25,16 @@ LightBytes LightCost::measured(const LightTrial& trial) {
   return light_bytes(trial.vertices, trial.faces, trial.size, channels, bits);
 }
 
+bool is_wide(const LightTrial& trial) { return trial.laid_out_for != trial.size; }
+
+std::uint64_t faces_laid_out(std::span<const LightTrial> trials) {
+  std::uint64_t faces = 0;
+  for (const LightTrial& trial : trials) {
+    if (trial.size != 0 && !is_wide(trial)) faces += trial.faces;
+  }
+  return faces;
+}
+
 bool has_texels(std::uint64_t faces, std::uint32_t size) {
   return size == 0 || 1.0 * size * size >= kTexelsOfFace * static_cast<double>(faces);
 }
@@ -32,11 +42,12 @@ bool has_texels(std::uint64_t faces, std::uint32_t size) {
 LightMisses LightMisses::of(std::span<const LightTrial> trials, std::uint32_t size, double wanted) {
   LightMisses misses{size};
   for (const LightTrial& trial : trials) {
-    if (trial.size != size || trial.measured <= wanted) continue;
+    if (trial.size != size || is_wide(trial) || trial.measured <= wanted) continue;
     const auto bytes = static_cast<double>(trial.bytes.total());
     misses.heaviest = std::max(misses.heaviest, bytes);
-    misses.nearest = misses.count == 0 ? trial.measured : std::min(misses.nearest, trial.measured);
-    ++misses.count;
+    misses.nearest =
+        misses.nearest == 0 ? trial.measured : std::min(misses.nearest, trial.measured);
+    if (trial.expected <= wanted) ++misses.count;
   }
   return misses;
 }
@@ -81,20 +92,23 @@ bool is_better(const LightTrial& next, const LightTrial& best, double wanted) {
 
 void correct(std::span<LightTrial> trials, const LightTrial& measured) {
   for (LightTrial& trial : trials) {
-    if (trial.faces == measured.faces && trial.size == measured.size) trial = measured;
+    if (trial.faces == measured.faces && trial.size == measured.size &&
+        trial.laid_out_for == measured.laid_out_for) {
+      trial = measured;
+    }
   }
 }
 
 bool was_tried(std::span<const LightTrial> trials, std::uint64_t faces, std::uint32_t size) {
   return std::any_of(trials.begin(), trials.end(), [&](const LightTrial& trial) {
-    return trial.faces == faces && trial.size == size;
+    return trial.faces == faces && trial.size == size && !is_wide(trial);
   });
 }
 
 bool tried_about(std::span<const LightTrial> trials, std::uint64_t faces, std::uint32_t size) {
   return std::any_of(trials.begin(), trials.end(), [&](const LightTrial& trial) {
     const double ratio = static_cast<double>(trial.faces) / static_cast<double>(faces);
-    return trial.size == size && ratio < kOtherFaces && ratio > 1 / kOtherFaces;
+    return trial.size == size && !is_wide(trial) && ratio < kOtherFaces && ratio > 1 / kOtherFaces;
   });
 }
 

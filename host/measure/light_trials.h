@@ -28,12 +28,18 @@ struct LightCost {
 /// Whether a map of this size can show more of so many faces than their vertices do; size = 0: always.
 bool has_texels(std::uint64_t faces, std::uint32_t size);
 
-/// Tries with maps of one size that did not reach the error.
+/// Whether charts are farther apart than its size asks for: laid out for its size it would be better.
+bool is_wide(const LightTrial& trial);
+
+/// Of all that were laid out.
+std::uint64_t faces_laid_out(std::span<const LightTrial> trials);
+
+/// Tries with maps of one size, laid out for it, that did not reach the error.
 struct LightMisses {
   std::uint32_t size = 0;  ///< 0: without a map
-  std::size_t count = 0;
-  double heaviest = 0;  ///< Bytes of the heaviest
-  double nearest = 0;   ///< The least error, degrees
+  std::size_t count = 0;   ///< Of those expected to reach it
+  double heaviest = 0;     ///< Bytes of the heaviest
+  double nearest = 0;      ///< The least error, degrees
 
   /// \param wanted  the error to reach, degrees
   static LightMisses of(std::span<const LightTrial> trials, std::uint32_t size, double wanted);

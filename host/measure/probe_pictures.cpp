@@ -39,6 +39,40 @@ Mesh box_of(const Source::Impl& source) {
   return box;
 }
 
+/// Positions that finite triangles use.
+std::vector<Vec3d> used_positions(const Source::Impl& source) {
+  std::vector<std::uint8_t> used(source.positions.size(), 0);
+  for (const Triangle& triangle : source.triangles) {
+    const bool finite = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t i) {
+      return is_finite(source.positions[i]);
+    });
+    if (!finite) continue;
+    for (const std::uint32_t i : triangle) used[i] = 1;
+  }
+  std::vector<Vec3d> positions;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (used[i] != 0) positions.emplace_back(source.positions[i]);
+  }
+  return positions;
+}
+
+/// Fits a picture to what it shows, without a margin: a size on screen is that of the mesh, not of a box around it.
+void fit_closely(const std::vector<Vec3d>& positions, Picture& picture) {
+  double left = 1e300, right = -1e300, bottom = 1e300, top = -1e300;
+  for (const Vec3d& p : positions) {
+    const double x = dot(p, picture.right), y = dot(p, picture.up);
+    left = std::min(left, x);
+    right = std::max(right, x);
+    bottom = std::min(bottom, y);
+    top = std::max(top, y);
+  }
+  const double side = std::max(right - left, top - bottom);
+  if (!(side > 0) || side > 2 * picture.half_side) return;
+  picture.half_side = side / 2;
+  picture.middle = picture.right * ((left + right) / 2) + picture.up * ((bottom + top) / 2) +
+                   picture.toward * dot(picture.middle, picture.toward);
+}
+
 }  // namespace
 
 Picture::Picture(const Camera& camera, const Frame& frame, std::uint32_t size)
@@ -94,12 +128,18 @@ std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<V
     RenderOptions options;
     options.azimuth_degrees = view.azimuth_degrees;
     options.elevation_degrees = view.elevation_degrees;
-    Picture& picture =
-        pictures.emplace_back(Camera::fit(target, options), source.frame, grid.pixels);
-    if (grid.screen == 0) continue;
-    picture.subpixels = kScreenSubpixels;
-    picture.footprint = 2 * picture.half_side / grid.screen;
+    pictures.emplace_back(Camera::fit(target, options), source.frame, grid.pixels);
   }
+  if (grid.screen == 0) return pictures;
+  const std::vector<Vec3d> positions = used_positions(source);
+  parallel_for(pictures.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Picture& picture = pictures[i];
+      fit_closely(positions, picture);
+      picture.subpixels = kScreenSubpixels;
+      picture.footprint = 2 * picture.half_side / grid.screen;
+    }
+  });
   return pictures;
 }
 

@@ -35,8 +35,9 @@ struct LightPlanOptions {
   std::vector<MapBound> bounds = {};
   /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
   bool choose_rays = true;
-  /// Pixels that the mesh's pictures are wide, at the largest size at which it will be seen, 16 to 16384. Then
-  /// what is finer than a pixel does not count: mean normals of pixels are compared. 0: endlessly many pixels.
+  /// Pixels that the mesh covers, the longer of width and height, at the largest size at which it will be seen: 16 to
+  /// 16384. It is as large from all sides. Then what is finer than a pixel does not count: mean normals of pixels are
+  /// compared. 0: endlessly many pixels.
   std::uint32_t screen = 0;
   /// Choose how to match; else BakeOptions::method does.
   bool choose_match = true;
@@ -58,11 +59,13 @@ struct LightPlanOptions {
 
 /// A low poly with a map of a size: expected, or made and measured.
 struct LightTrial {
-  std::uint64_t faces = 0;                ///< Triangles
-  std::uint64_t positions = 0;            ///< Vertices before seams split them
-  std::uint64_t vertices = 0;             ///< Vertices after that; expected where nothing was made
-  std::uint64_t charts = 0;               ///< Of its layout; 0 where nothing was laid out
-  std::uint32_t size = 0;                 ///< Texels a side; 0: no map
+  std::uint64_t faces = 0;      ///< Triangles
+  std::uint64_t positions = 0;  ///< Vertices before seams split them
+  std::uint64_t vertices = 0;   ///< Vertices after that; expected where nothing was made
+  std::uint64_t charts = 0;     ///< Of its layout; 0 where nothing was laid out
+  std::uint32_t size = 0;       ///< Texels a side; 0: no map
+  /// Texels a side that its charts are laid out for: `size`, or half of it, where they are farther apart than need be.
+  std::uint32_t laid_out_for = 0;
   std::uint32_t samples = 1;              ///< BakeOptions::samples
   std::uint32_t bits = 8;                 ///< A channel
   MatchMethod method = MatchMethod::ray;  ///< How points of the high poly are found
@@ -116,10 +119,10 @@ std::uint64_t split_vertices(const Mesh& mesh);
 ///
 /// One run of simplify() gives low polys of all numbers of faces. Of a few, pictures from kPlanViews directions
 /// are compared with the high poly's: p, the error of the mesh's own normals, and f, that of a map of endless
-/// size. A map of s texels a side then has the error e = f + 1 / (1 / (p - f) + h(s)). One bake with its mip-maps
-/// tells h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
+/// size. A map of s texels a side then has the error e = f + 1 / (1 / (p - f) + h(s)). One layout, baked at two
+/// sizes, and mip-maps tell h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
 /// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,
-/// at most four times, or ten as long as none does. What is returned is always measured on the very map.
+/// at most five times, or nine as long as none does. What is returned is always measured on the very map.
 /// Lifetimes, threads, tangents and welding as bake() and simplify(): nothing is kept, and several threads may
 /// plan from one Source. BakeOptions::progress comes on the caller's thread, ten times a second. Where it says
 /// stop, LightBake::cancelled is set.
@@ -134,7 +137,7 @@ LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOpti
 class ScreenPictures {
  public:
   /// \param source  must outlive this
-  /// \param screen  pixels that pictures are wide, 16 to 16384
+  /// \param screen  pixels that the high poly covers, the longer of width and height, 16 to 16384
   /// \param views   directions, 1 or more
   /// \throws Error(usage) for numbers out of range
   ScreenPictures(const Source& source, std::uint32_t screen, std::size_t views = 30);

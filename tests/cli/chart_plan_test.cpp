@@ -102,7 +102,7 @@ TEST(PlanChart, LooksAtTheSizeOnScreen) {
               std::string::npos);
     return report["meshes"][0];
   };
-  const json near = points_at("1024px"), far = points_at("32px");
+  const json near = points_at("1024px"), far = points_at("16px");
   // The same grid. Pixels of the far one hide what is finer, so its errors are less.
   ASSERT_EQ(near["points"].size(), far["points"].size());
   double errors_near = 0, errors_far = 0;

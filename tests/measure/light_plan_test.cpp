@@ -8,8 +8,7 @@
 #include <limits>
 
 #include "kiln/kiln.h"
-#include "lowpoly/simplify_levels.h"
-#include "measure/light_model.h"
+#include "measure/light_looks.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
@@ -52,6 +51,14 @@ TEST(LightPlan, ReachesTheErrorWithFewerBytesThanAGridFinds) {
   EXPECT_EQ(map.image.height, light.chosen.size);
   const double seen = by_pictures(high, light.low, &map.image);
   EXPECT_NEAR(seen, light.chosen.measured, 0.04 * wanted);
+  // The first two are maps of one layout, which takes longer than either.
+  ASSERT_GE(light.trials.size(), 2U);
+  EXPECT_EQ(light.trials[1].faces, light.trials[0].faces);
+  EXPECT_EQ(light.trials[1].size, 2 * light.trials[0].size);
+  EXPECT_EQ(light.trials[1].laid_out_for, light.trials[0].size);
+  for (std::size_t i = 0; i < light.trials.size(); ++i) {
+    if (i != 1) EXPECT_EQ(light.trials[i].laid_out_for, light.trials[i].size);
+  }
 
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
   for (const std::uint32_t size : {32U, 64U, 128U}) {
@@ -131,6 +138,46 @@ TEST(LightPlan, FarAwayItNeedsLess) {
   EXPECT_TRUE(near.reached);
   EXPECT_TRUE(far.reached);
   EXPECT_LT(2 * far.chosen.bytes.total(), near.chosen.bytes.total());
+}
+
+/// The rounding of 8 bits is 0.16 degrees on average, and a texel of 16 bits weighs four times as much.
+TEST(LightPlan, TakesSixteenBitsOnlyWhereEightAskForMoreBytes) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(6000, true);
+  const Source source(*test::device(), high);
+  LightPlanOptions options = light_options(0.4, 256);
+  options.may_leave_map_out = false;
+  const LightBake coarse = bake_light(source, high, options);
+  EXPECT_EQ(coarse.chosen.bits, 8U);
+  options.bits = 16;
+  const LightBake more = bake_light(source, high, options);
+  if (more.reached) EXPECT_TRUE(coarse.reached);
+  EXPECT_LT(coarse.chosen.bytes.total(), more.chosen.bytes.total());
+  options.bits = 0;
+  options.max_error = 0.15;
+  EXPECT_EQ(bake_light(source, high, options).chosen.bits, 16U);
+}
+
+/// A size on screen is the mesh's, from every side: a ball is as wide as that. Boxes around it are wider.
+TEST(LightPlan, SizesOnScreenAreThoseOfTheMesh) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::icosphere(5));
+  const auto extent = [&](const Picture& picture, const Vec3d& axis) {
+    double low = 1e300, high = -1e300;
+    for (const Vec3& p : impl_of(source).positions) {
+      low = std::min(low, dot(Vec3d(p) - picture.middle, axis));
+      high = std::max(high, dot(Vec3d(p) - picture.middle, axis));
+    }
+    EXPECT_NEAR(low + high, 0, 1e-5) << "in the middle";
+    return high - low;
+  };
+  const DenseShown shown = shown_to_plans(source, 50);
+  ASSERT_EQ(shown.pictures.size(), kPlanViews);
+  for (const Picture& picture : shown.pictures) {
+    const double wide = std::max(extent(picture, picture.right), extent(picture, picture.up));
+    EXPECT_NEAR(50 * picture.footprint, wide, 1e-5);
+    EXPECT_NEAR(2 * picture.half_side, wide, 1e-5);
+  }
 }
 
 TEST(LightPlan, ObeysWhatIsGiven) {
@@ -245,112 +292,6 @@ TEST(LightPlan, CountsBytes) {
   EXPECT_EQ(split_vertices(mesh), mesh.positions.size());
   const Mesh laid_out = unwrap(mesh, {.size = 64});
   EXPECT_GT(split_vertices(laid_out), mesh.positions.size());
-}
-
-TEST(SimplifyLevels, AreWhatSimplifyMakes) {
-  const Mesh high = test::BumpySphere::dense(6000);
-  const std::vector<std::uint32_t> faces = {2000, 700, 240};
-  const SimplifyLevels levels(high, faces, LevelRule::shape);
-  ASSERT_EQ(levels.count(), 3U);
-  for (const std::size_t i : {2U, 0U, 1U}) {
-    SimplifyReport report, direct_report;
-    const Mesh level = levels.mesh(i, &report);
-    const Mesh direct = simplify(high, {.faces = faces[i]}, &direct_report);
-    EXPECT_EQ(level.positions, direct.positions);
-    EXPECT_EQ(level.triangles, direct.triangles);
-    EXPECT_EQ(level.normals, direct.normals);
-    EXPECT_EQ(levels.faces(i), direct.triangles.size());
-    EXPECT_EQ(levels.vertices(i), direct.positions.size());
-    EXPECT_EQ(report.faces, direct_report.faces);
-    EXPECT_EQ(report.error, direct_report.error);
-    EXPECT_EQ(report.warnings.size(), direct_report.warnings.size());
-  }
-}
-
-TEST(SimplifyLevels, EndWhereTheShapeNeedsItsFaces) {
-  const std::vector<std::uint32_t> faces = {8, 6, 4, 3, 2};
-  const Mesh high = test::icosphere(1);
-  const SimplifyLevels levels(high, faces, LevelRule::shape);
-  ASSERT_GE(levels.count(), 1U);
-  for (std::size_t i = 1; i < levels.count(); ++i) EXPECT_LT(levels.faces(i), levels.faces(i - 1));
-  EXPECT_GE(levels.faces(levels.count() - 1), 4U);
-}
-
-/// Levels of 4% fewer faces each, whose errors follow powers.
-struct Powers {
-  std::vector<double> faces;
-  int looks = 0;
-  LightModel::Node look(std::size_t level) {
-    ++looks;
-    return {200 / std::sqrt(faces[level]), 900 / faces[level]};
-  }
-  LightModel model() {
-    faces.clear();
-    for (double f = 20000; f > 12; f *= 0.96) faces.push_back(std::floor(f));
-    return LightModel(faces, [this](std::size_t level) { return look(level); });
-  }
-};
-
-TEST(LightModel, FollowsPowersAndLooksSeldom) {
-  Powers powers;
-  LightModel model = powers.model();
-  const auto level = model.fewest([&](std::size_t i) { return model.at(i).limit; });
-  ASSERT_TRUE(level.has_value());
-  EXPECT_NEAR(powers.faces[*level], 900, 40);
-  EXPECT_LT(powers.looks, 6);
-  EXPECT_FALSE(model.fewest([](std::size_t) { return 2.0; }).has_value());
-  EXPECT_EQ(model.fewest([](std::size_t) { return 1.0; }), powers.faces.size() - 1);
-}
-
-TEST(LightModel, GuessesWithoutALook) {
-  Powers powers;
-  LightModel model = powers.model();
-  model.exactly(34);
-  model.exactly(51);
-  const int looks = powers.looks;
-  // Along the line between what is known, and beyond it to both sides.
-  for (const std::size_t level : {0U, 20U, 34U, 40U, 51U, 80U}) {
-    const LightModel::Node truth{200 / std::sqrt(powers.faces[level]), 900 / powers.faces[level]};
-    EXPECT_NEAR(model.guess(level).plain, truth.plain, 0.01 * truth.plain) << level;
-    EXPECT_NEAR(model.guess(level).limit, truth.limit, 0.01 * truth.limit) << level;
-    EXPECT_EQ(model.guessed(level, 0), model.guess(level).plain) << level;
-  }
-  EXPECT_EQ(powers.looks, looks);
-  // A level that is known is not looked at again, nor are those beside it.
-  model.at(34);
-  model.at(51);
-  EXPECT_EQ(powers.looks, looks);
-  model.at(85);  // A level where looks begin: itself alone.
-  EXPECT_EQ(powers.looks, looks + 1);
-}
-
-TEST(LightModel, LearnsFromMaps) {
-  Powers powers;
-  LightModel model = powers.model();
-  const std::size_t level = 50;
-  const LightModel::Node node = model.exactly(level);
-  // A mip-map's figure gives way to that of a map of its own.
-  model.measured(level, 64, node.limit + 3, /*mip=*/true);
-  model.measured(level, 128, node.limit + 1);
-  EXPECT_GT(model.expected(level, 64), node.limit + 3) << "charts of a small map are farther apart";
-  EXPECT_LT(model.expected(level, 64), node.limit + 4);
-  model.measured(level, 64, node.limit + 2);
-  EXPECT_NEAR(model.expected(level, 64), node.limit + 2, 0.01 * node.limit + 1e-6);
-  EXPECT_NEAR(model.expected(level, 128), node.limit + 1, 0.01 * node.limit + 1e-6);
-  EXPECT_EQ(model.expected(level, 0), node.plain);
-  EXPECT_LT(model.expected(level, 256), model.expected(level, 128));
-  EXPECT_GT(model.expected(level, 256), node.limit);
-  EXPECT_GT(model.expected(level, 32), model.expected(level, 64));
-  EXPECT_LE(model.expected(level, 16), node.plain);
-  // Two maps of a size tell how faces count: here, more of them leave each texel with more surface.
-  LightModel two = powers.model();
-  two.measured(level, 64, two.exactly(level).limit + 1);
-  const std::size_t finer = level - 17, finest = level - 34;
-  two.measured(finer, 64, two.exactly(finer).limit + 1.2);
-  EXPECT_NEAR(two.expected(finer, 64), two.exactly(finer).limit + 1.2, 1e-6);
-  LightModel one = powers.model();
-  one.measured(finer, 64, one.exactly(finer).limit + 1.2);
-  EXPECT_GT(two.expected(finest, 64), 1.05 * one.expected(finest, 64));
 }
 
 /// Cubes on a grid, far from each other.

@@ -36,29 +36,14 @@ LodOptions lod_options(double max_error, std::uint32_t screen, std::uint32_t lev
   return options;
 }
 
-/// Pictures of plans are as wide as this.
-Mesh box_around(const Mesh& mesh) {
-  Vec3 low = mesh.positions[0], high = low;
-  for (const Vec3& p : mesh.positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  Mesh box;
-  for (int i = 0; i < 8; ++i) {
-    box.positions.push_back({(i & 1) != 0 ? high.x : low.x, (i & 2) != 0 ? high.y : low.y,
-                             (i & 4) != 0 ? high.z : low.z});
-  }
-  box.triangles = {{0, 1, 2}, {3, 4, 5}, {5, 6, 7}};
-  return box;
-}
-
 /// Of pictures three times as fine as the screen, normals averaged over its pixels.
 double on_screen(const Mesh& high, const Mesh& low, const Image& map, NormalMapSpace space,
                  std::uint32_t screen) {
   RenderOptions options;
   options.size = 3 * screen;
-  const Mesh box = box_around(high);
-  options.frame = &box;
+  options.frame = &high;
+  options.zoom =
+      1 / 0.92;  // A size on screen is the mesh's own: without the margin of 4% on each side.
   options.samples = 1;
   options.show_normals = true;
   const auto draw = [&](const Scene& scene, const ViewAngles& view) {

@@ -45,7 +45,8 @@ void add_run_flags(Command& command, BakeArguments& a) {
   command
       .add_option("--screen", a.screen,
                   "With --max-error normal=DEGREES: the largest size at which the mesh will be "
-                  "seen, such as 600px; finer detail than a pixel then does not count")
+                  "seen, the longer of its width and height, such as 600px; finer detail than a "
+                  "pixel then does not count")
       ->group(group_low);
   command
       .add_option(

@@ -45,7 +45,7 @@ std::string kib(std::uint64_t bytes) {
 }
 
 bool same(const LightTrial& a, const LightTrial& b) {
-  return a.faces == b.faces && a.size == b.size;
+  return a.faces == b.faces && a.size == b.size && a.laid_out_for == b.laid_out_for;
 }
 
 Json trial_json(const LightTrial& trial) {
@@ -54,6 +54,7 @@ Json trial_json(const LightTrial& trial) {
           {"vertices", trial.vertices},
           {"charts", trial.charts},
           {"size", trial.size},
+          {"laid_out_for", trial.laid_out_for},
           {"samples", trial.samples},
           {"bits", trial.bits},
           {"match", match_name(trial.method)},

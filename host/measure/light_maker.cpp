@@ -1,0 +1,125 @@
+#include "measure/light_maker.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "bake/pipeline.h"
+#include "base/stopwatch.h"
+#include "lowpoly/keep_colors.h"
+#include "measure/bounds.h"
+#include "measure/light_limits.h"
+
+namespace kiln {
+
+using namespace light_limits;
+
+LightMaker::LightMaker(const Source& source, const Mesh& high, const LightPlanOptions& options,
+                       const BakeOptions& bake, LightLooks& looks, LightBake& plan)
+    : source_(source), high_(high), options_(options), bake_(bake), looks_(looks), plan_(plan) {
+  cost_.bits = options.bits != 0 ? options.bits : options.max_error < kEightBits ? 16 : 8;
+  cost_.channels = map_channels(bake);
+}
+
+std::uint32_t LightMaker::samples_for(std::uint32_t size) const {
+  if (!options_.choose_samples) return bake_.samples;
+  return std::clamp(kSampleBudget / size, 1U, kMostSamples);
+}
+
+LightBytes LightMaker::bytes(std::size_t level, std::uint32_t size) const {
+  return cost_.bytes(looks_.vertices(level), looks_.faces(level), size);
+}
+
+LightTrial LightMaker::expect(std::size_t level, std::uint32_t size) const {
+  LightTrial trial = guess(level, size);
+  trial.expected = model().expected(level, size);
+  return trial;
+}
+
+LightTrial LightMaker::guess(std::size_t level, std::uint32_t size) const {
+  LightTrial trial;
+  trial.faces = looks_.faces(level);
+  trial.positions = looks_.vertices(level);
+  trial.vertices = cost_.vertices(trial.positions, size);
+  trial.size = trial.laid_out_for = size;
+  trial.samples = samples_for(size == 0 ? 1 : size);
+  trial.bits = cost_.bits;
+  trial.method = bake_.method;
+  trial.bytes = bytes(level, size);
+  trial.expected = model().guessed(level, size);
+  return trial;
+}
+
+LightMade LightMaker::without_map(std::size_t level) {
+  LightMade made;
+  made.level = level;
+  made.low = looks_.mesh(level);
+  model().know(level, looks_.look_at(made.low));
+  made.trial = expect(level, 0);
+  made.trial.measured = model().exactly(level).plain;
+  return made;
+}
+
+std::shared_ptr<const NormalProbe> LightMaker::lay_out(std::size_t level, std::uint32_t size) {
+  const Mesh& low = looks_.laid_out(level, options_, size).mesh;
+  const Stopwatch watch;
+  auto probe = std::make_shared<const NormalProbe>(impl_of(source_), low, looks_.shown());
+  if (!model().knows(level)) model().know(level, looks_.look_with(*probe));
+  plan_.seconds_measure += watch.total();
+  return probe;
+}
+
+LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
+                                   std::uint32_t laid_out_for,
+                                   const std::shared_ptr<const NormalProbe>& probe, bool learn) {
+  const LaidOut& laid_out = looks_.laid_out(level, options_, laid_out_for);
+  LightMade made;
+  made.level = level;
+  made.low = laid_out.mesh;
+  made.unwrapped = laid_out.report;
+  made.unwrapped.border_texels *= size / laid_out_for;
+  made.trial = expect(level, size);
+  made.trial.laid_out_for = laid_out_for;
+  made.bake = for_size(bake_, size, samples_for(size));
+  made.probe = probe;
+  BakeOptions plain = normals_alone(made.bake);
+  if (!all_directions_) few_directions(plain);
+  plain.mips = learn;
+  const BakeResult result = bake_drawn(impl_of(source_), made.low, plain, nullptr);
+  const Stopwatch measuring;
+  const auto error = [&](const Image& map) {
+    return probe->with_map(rounded(map, cost_.bits), plain).mean_degrees;
+  };
+  if (learn) {
+    for (const Image& map : result.maps.front().mips) {
+      if (map.width < kSmallestMap) break;
+      model().measured(level, map.width, error(map), LightModel::Map::mip);
+    }
+    made.trial.expected = model().expected(level, size);
+  }
+  made.trial.measured = error(result.maps.front().image);
+  model().measured(level, size, made.trial.measured,
+                   size == laid_out_for ? LightModel::Map::own : LightModel::Map::wide);
+  made.trial.vertices = split_vertices(made.low);
+  made.trial.charts = made.unwrapped.charts;
+  made.trial.bytes = cost_.measured(made.trial);
+  plan_.seconds_measure += measuring.total();
+  return made;
+}
+
+void LightMaker::bake_all_maps(const LightMade& made) {
+  plan_.low = made.low;
+  keep_colors(high_, plan_.low);
+  plan_.chosen = made.trial;
+  if (plan_.chosen.size == 0) return;
+  plan_.unwrapped = made.unwrapped;
+  plan_.bake = made.bake;
+  plan_.bake.progress = bake_.progress;
+  plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
+  plan_.drawn = rounded(std::move(plan_.drawn), cost_.bits);
+  plan_.chosen.measured = made.probe->with_map(plan_.drawn, plan_.bake).mean_degrees;
+  plan_.bounds =
+      reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
+}
+
+}  // namespace kiln

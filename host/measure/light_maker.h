@@ -1,0 +1,70 @@
+// Makes low polys with their maps, and measures them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "kiln/light_plan.h"
+#include "measure/light_looks.h"
+#include "measure/light_trials.h"
+#include "measure/normal_probe.h"
+
+namespace kiln {
+
+/// A mesh laid out for a size, with its map.
+struct LightMade {
+  std::size_t level = 0;
+  Mesh low;
+  UnwrapReport unwrapped;
+  BakeOptions bake;
+  LightTrial trial;
+  std::shared_ptr<const NormalProbe> probe;  ///< Of `low`; null without a map
+};
+
+/// What tells the model of errors what maps reach. All that it is made with outlives it.
+class LightMaker {
+ public:
+  LightMaker(const Source& source, const Mesh& high, const LightPlanOptions& options,
+             const BakeOptions& bake, LightLooks& looks, LightBake& plan);
+
+  LightBytes bytes(std::size_t level, std::uint32_t size) const;
+  double weight(std::size_t level, std::uint32_t size) const {
+    return static_cast<double>(bytes(level, size).total());
+  }
+  /// What is expected of a level with a map of a size; 0: without one. guess() looks at nothing.
+  LightTrial expect(std::size_t level, std::uint32_t size) const;
+  LightTrial guess(std::size_t level, std::uint32_t size) const;
+
+  LightMade without_map(std::size_t level);
+
+  /// Lays a level out, and finds what pictures show of it: for measured_map().
+  std::shared_ptr<const NormalProbe> lay_out(std::size_t level, std::uint32_t size);
+  /// Bakes a map and measures it.
+  /// \param laid_out_for  the size that charts were laid out for: `size`, or half of it
+  /// \param probe         of that layout
+  /// \param learn         from the map's mip-maps, too
+  LightMade measured_map(std::size_t level, std::uint32_t size, std::uint32_t laid_out_for,
+                         const std::shared_ptr<const NormalProbe>& probe, bool learn = false);
+
+  /// Tries look from few directions, until this is called.
+  void look_from_all_directions() { all_directions_ = true; }
+
+  /// Bakes all maps, as asked for: the plan's result.
+  void bake_all_maps(const LightMade& made);
+
+ private:
+  LightModel& model() const { return looks_.model(); }
+  std::uint32_t samples_for(std::uint32_t size) const;
+
+  const Source& source_;
+  const Mesh& high_;
+  const LightPlanOptions& options_;
+  const BakeOptions& bake_;
+  LightLooks& looks_;
+  LightBake& plan_;
+  LightCost cost_;
+  bool all_directions_ = false;
+};
+
+}  // namespace kiln

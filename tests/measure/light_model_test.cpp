@@ -1,0 +1,152 @@
+// What plans of low polys build on: meshes of many numbers of faces, and the model of their errors.
+#include "measure/light_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "lowpoly/simplify_levels.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+TEST(SimplifyLevels, AreWhatSimplifyMakes) {
+  const Mesh high = test::BumpySphere::dense(6000);
+  const std::vector<std::uint32_t> faces = {2000, 700, 240};
+  const SimplifyLevels levels(high, faces, LevelRule::shape);
+  ASSERT_EQ(levels.count(), 3U);
+  for (const std::size_t i : {2U, 0U, 1U}) {
+    SimplifyReport report, direct_report;
+    const Mesh level = levels.mesh(i, &report);
+    const Mesh direct = simplify(high, {.faces = faces[i]}, &direct_report);
+    EXPECT_EQ(level.positions, direct.positions);
+    EXPECT_EQ(level.triangles, direct.triangles);
+    EXPECT_EQ(level.normals, direct.normals);
+    EXPECT_EQ(levels.faces(i), direct.triangles.size());
+    EXPECT_EQ(levels.vertices(i), direct.positions.size());
+    EXPECT_EQ(report.faces, direct_report.faces);
+    EXPECT_EQ(report.error, direct_report.error);
+    EXPECT_EQ(report.warnings.size(), direct_report.warnings.size());
+  }
+}
+
+TEST(SimplifyLevels, EndWhereTheShapeNeedsItsFaces) {
+  const std::vector<std::uint32_t> faces = {8, 6, 4, 3, 2};
+  const Mesh high = test::icosphere(1);
+  const SimplifyLevels levels(high, faces, LevelRule::shape);
+  ASSERT_GE(levels.count(), 1U);
+  for (std::size_t i = 1; i < levels.count(); ++i) EXPECT_LT(levels.faces(i), levels.faces(i - 1));
+  EXPECT_GE(levels.faces(levels.count() - 1), 4U);
+}
+
+/// Levels of 4% fewer faces each, whose errors follow powers.
+struct Powers {
+  std::vector<double> faces;
+  int looks = 0;
+  LightModel::Node look(std::size_t level) {
+    ++looks;
+    return {200 / std::sqrt(faces[level]), 900 / faces[level]};
+  }
+  LightModel model() {
+    faces.clear();
+    for (double f = 20000; f > 12; f *= 0.96) faces.push_back(std::floor(f));
+    return LightModel(faces, [this](std::size_t level) { return look(level); });
+  }
+};
+
+TEST(LightModel, FollowsPowersAndLooksSeldom) {
+  Powers powers;
+  LightModel model = powers.model();
+  const auto level = model.fewest([&](std::size_t i) { return model.at(i).limit; });
+  ASSERT_TRUE(level.has_value());
+  EXPECT_NEAR(powers.faces[*level], 900, 40);
+  EXPECT_LT(powers.looks, 6);
+  EXPECT_FALSE(model.fewest([](std::size_t) { return 2.0; }).has_value());
+  EXPECT_EQ(model.fewest([](std::size_t) { return 1.0; }), powers.faces.size() - 1);
+}
+
+TEST(LightModel, GuessesWithoutALook) {
+  Powers powers;
+  LightModel model = powers.model();
+  model.exactly(34);
+  model.exactly(51);
+  const int looks = powers.looks;
+  // Along the line between what is known, and beyond it to both sides.
+  for (const std::size_t level : {0U, 20U, 34U, 40U, 51U, 80U}) {
+    const LightModel::Node truth{200 / std::sqrt(powers.faces[level]), 900 / powers.faces[level]};
+    EXPECT_NEAR(model.guess(level).plain, truth.plain, 0.01 * truth.plain) << level;
+    EXPECT_NEAR(model.guess(level).limit, truth.limit, 0.01 * truth.limit) << level;
+    EXPECT_EQ(model.guessed(level, 0), model.guess(level).plain) << level;
+  }
+  EXPECT_EQ(powers.looks, looks);
+  // A level that is known is not looked at again, nor are those beside it.
+  model.at(34);
+  model.at(51);
+  EXPECT_EQ(powers.looks, looks);
+  model.at(85);  // A level where looks begin: itself alone.
+  EXPECT_EQ(powers.looks, looks + 1);
+}
+
+TEST(LightModel, LearnsFromMaps) {
+  Powers powers;
+  LightModel model = powers.model();
+  const std::size_t level = 50;
+  const LightModel::Node node = model.exactly(level);
+  // A mip-map's figure gives way to that of a map of its own.
+  model.measured(level, 64, node.limit + 3, LightModel::Map::mip);
+  model.measured(level, 128, node.limit + 1);
+  EXPECT_GT(model.expected(level, 64), node.limit + 3) << "charts of a small map are farther apart";
+  EXPECT_LT(model.expected(level, 64), node.limit + 4);
+  model.measured(level, 64, node.limit + 2);
+  EXPECT_NEAR(model.expected(level, 64), node.limit + 2, 0.01 * node.limit + 1e-6);
+  EXPECT_NEAR(model.expected(level, 128), node.limit + 1, 0.01 * node.limit + 1e-6);
+  EXPECT_EQ(model.expected(level, 0), node.plain);
+  EXPECT_LT(model.expected(level, 256), model.expected(level, 128));
+  EXPECT_GT(model.expected(level, 256), node.limit);
+  EXPECT_GT(model.expected(level, 32), model.expected(level, 64));
+  EXPECT_LE(model.expected(level, 16), node.plain);
+  // Two maps of a size tell how faces count: here, more of them leave each texel with more surface.
+  LightModel two = powers.model();
+  two.measured(level, 64, two.exactly(level).limit + 1);
+  const std::size_t finer = level - 17, finest = level - 34;
+  two.measured(finer, 64, two.exactly(finer).limit + 1.2);
+  EXPECT_NEAR(two.expected(finer, 64), two.exactly(finer).limit + 1.2, 1e-6);
+  LightModel one = powers.model();
+  one.measured(finer, 64, one.exactly(finer).limit + 1.2);
+  EXPECT_GT(two.expected(finest, 64), 1.05 * one.expected(finest, 64));
+}
+
+TEST(LightModel, CountsAMapThatIsLaidOutForHalfItsSizeAsALittleWorse) {
+  Powers powers;
+  LightModel model = powers.model();
+  const double limit = model.exactly(50).limit;
+  model.measured(50, 128, limit + 2, LightModel::Map::wide);
+  EXPECT_LT(model.expected(50, 128), limit + 1.9);
+  EXPECT_GT(model.expected(50, 128), limit + 1.6);
+  // Its own layout decides at that level, and both tell how faces count.
+  model.measured(50, 128, limit + 1.9);
+  EXPECT_NEAR(model.expected(50, 128), limit + 1.9, 1e-6);
+}
+
+/// Looks are at rough fits. A mesh that is made well tells how much worse these are, at other levels, too.
+TEST(LightModel, CorrectsRoughLooks) {
+  Powers powers;
+  LightModel model = powers.model();
+  const LightModel::Node coarse = model.exactly(85), fine = model.exactly(51);
+  const LightModel::Node seen = model.guess(70);
+  model.know(70, {0.9 * seen.plain, 0.7 * seen.limit});
+  EXPECT_NEAR(model.guess(70).limit, 0.7 * seen.limit, 1e-9);
+  EXPECT_NEAR(model.exactly(85).limit, 0.7 * coarse.limit, 1e-9);
+  EXPECT_NEAR(model.exactly(51).plain, 0.9 * fine.plain, 1e-9);
+  EXPECT_NEAR(model.known().at(51).limit, 0.7 * fine.limit, 1e-9);
+  // Between a mesh that was made and a look there is no jump.
+  EXPECT_NEAR(model.guess(60).limit / (900 / powers.faces[60]), 0.7, 0.03);
+  model.forget();
+  EXPECT_NEAR(model.exactly(51).plain, fine.plain, 1e-9);
+}
+
+}  // namespace
+}  // namespace kiln
