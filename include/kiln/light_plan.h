@@ -35,7 +35,7 @@ struct LightPlanOptions {
   std::vector<MapBound> bounds = {};
   /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
   bool choose_rays = true;
-  /// Pixels that the mesh covers, the longer of width and height, at the largest size at which it will be seen: 16 to
+  /// Pixels that the mesh covers, the longer of width and height, at the largest size at which it is seen. 16 to
   /// 16384. It is as large from all sides. Then what is finer than a pixel does not count: mean normals of pixels are
   /// compared. 0: endlessly many pixels.
   std::uint32_t screen = 0;

@@ -19,7 +19,9 @@ bool has(const std::vector<ChartSetting>& settings, const std::string& name) {
 TEST(ChartSettings, HaveEveryMatchThatNeedsNoDirection) {
   const std::vector<ChartSetting> settings = chart_settings();
   for (const MatchInfo& row : matches()) {
-    const auto uses = [&](const ChartSetting& setting) { return setting.bake.method == row.method; };
+    const auto uses = [&](const ChartSetting& setting) {
+      return setting.bake.method == row.method;
+    };
     EXPECT_EQ(std::any_of(settings.begin(), settings.end(), uses), !row.needs_direction)
         << row.method.name;
   }
