@@ -235,4 +235,28 @@ std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {
   return result;
 }
 
+bool is_finely_curved(const Work& work) {
+  constexpr double kCosine = 0.99996192306;  // of half a degree
+  constexpr std::size_t kShare = 15, kAll = 100;
+  std::vector<Vec3d> first(work.points.size(),
+                           Vec3d{0, 0, 0});  // normal of a vertex's first triangle
+  std::size_t alike = 0, all = 0;
+  for (const Triangle& t : work.triangles) {
+    const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
+    const Vec3d across = cross(b - a, c - a);
+    const double size = length(across);
+    if (!(size > 0)) continue;
+    const Vec3d normal = across * (1 / size);
+    for (const std::uint32_t v : t) {
+      if (dot(first[v], first[v]) == 0) {
+        first[v] = normal;
+        continue;
+      }
+      ++all;
+      if (dot(first[v], normal) > kCosine) ++alike;
+    }
+  }
+  return kAll * alike >= kShare * all && all > 0;
+}
+
 }  // namespace kiln

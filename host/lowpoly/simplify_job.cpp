@@ -20,8 +20,9 @@
 namespace kiln {
 namespace {
 
-/// Denser meshes are first brought down to kDirectLimit or, on the way to few faces, less.
-constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000;
+/// Denser meshes are first brought down to kDirectLimit or, on the way to few faces, less. Finely curved ones, which
+/// a head start does no good, only above kFineLimit.
+constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 350'000;
 /// But to no less than so many times the goal: up to the limit, and above it.
 constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
 /// Samples of the high poly that the deviation is measured at, at most.
@@ -153,13 +154,22 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
   return flaws.none() && report_.holes == 0;
 }
 
+/// From how many triangles on a head start pays.
+std::size_t SimplifyJob::direct_limit() const {
+  const std::size_t count = dense_.triangles.size();
+  const bool direct = count > kDirectLimit && count <= kFineLimit && !options_.height_field &&
+                      is_finely_curved(dense_);
+  return direct ? kFineLimit : kDirectLimit;
+}
+
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
 /// \param parts  whether none of its parts may vanish
-Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts) const {
+/// \param limit  with how many triangles it goes without a head start
+Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts,
+                        std::size_t limit) const {
   const std::size_t near_goal = goal_of_start(faces);
   Work work = dense_;
-  if (work.triangles.size() > std::max(kDirectLimit, near_goal) && !options_.keep_uvs &&
-      !options_.hull) {
+  if (work.triangles.size() > std::max(limit, near_goal) && !options_.keep_uvs && !options_.hull) {
     const double error = options_.faces == 0 ? 0.1 * options_.max_error : 1.0;
     if (options_.height_field && untouched.empty() && grid_start(work, near_goal, error)) {
       return work;
@@ -171,7 +181,7 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
 
 std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> faces) const {
   std::vector<SimplifyResult> results;
-  const Work work = start(faces.empty() ? 0 : faces.front(), {}, false);
+  const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, direct_limit());
   Shrinking shrinking(work, layout(), options_, scale_);
   for (const std::uint32_t goal : faces) {
     const std::size_t before = shrinking.faces();
@@ -188,7 +198,7 @@ bool SimplifyJob::improve(SimplifyResult& result) {
   return is_good(result);
 }
 
-bool SimplifyJob::may_solve() const { return dense_.triangles.size() > kDirectLimit; }
+bool SimplifyJob::may_solve() const { return dense_.triangles.size() > direct_limit(); }
 
 DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
   return measure(result, kMostSamples);
@@ -228,8 +238,9 @@ std::vector<Place> SimplifyJob::flawed_places(const SimplifyResult& result,
 SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
   std::vector<Place> places;
+  const std::size_t limit = direct_limit();
   for (int attempt = 0; attempt < kMostStarts; ++attempt) {
-    const Work work = start(options_.faces, places);
+    const Work work = start(options_.faces, places, true, limit);
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (try_from(work, false, result)) return result;
     if (result.triangles.empty()) break;
@@ -250,7 +261,8 @@ bool SimplifyJob::drop_crumbs() {
   const PartSizes parts(dense_);
   // No low poly is off by more than its triangles are long.
   if (parts.count_below(mean_edge(dense_, options_.faces)) == 0) return false;
-  const double size = measure(to_count(start(options_.faces)), kGuidingSamples).largest;
+  const double size =
+      measure(to_count(start(options_.faces, {}, true, kDirectLimit)), kGuidingSamples).largest;
   report_.dropped_parts = parts.count_below(size);
   if (report_.dropped_parts == 0) return false;
   dense_ = parts.without(dense_, size);

@@ -124,7 +124,9 @@ class SimplifyJob {
   SimplifyResult unchanged() const { return {dense_.points, dense_.triangles, layout_, {}, {}}; }
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work) const;
-  Work start(std::size_t faces, std::span<const Place> untouched = {}, bool parts = true) const;
+  std::size_t direct_limit() const;
+  Work start(std::size_t faces, std::span<const Place> untouched, bool parts,
+             std::size_t limit) const;
   bool drop_crumbs();
   bool is_fitted(const SimplifyResult& result) const;
   SurfaceFit surface_fit() const;
