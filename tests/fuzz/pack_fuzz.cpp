@@ -2,8 +2,10 @@
 // kiln::Error(usage).
 #include <cstdint>
 #include <cstdlib>
+#include <span>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "arguments/packs.h"
 
@@ -11,7 +13,7 @@ namespace {
 
 constexpr kiln::MapInfo kMaps[] = {{.kind = {"normal"}, .channels = 3},
                                    {.kind = {"ao"}, .channels = 1},
-                                   {.kind = {"color"}, .channels = 4},
+                                   {.kind = {"color"}, .channels = 4, .takes_color = true},
                                    {.kind = {"uv"}, .channels = 2}};
 
 }  // namespace
@@ -23,6 +25,9 @@ const kiln::MapInfo& kiln::find_map(std::string_view name) {
   }
   throw Error(ErrorCode::usage, "There is no such map.");
 }
+std::span<const kiln::MapInfo> kiln::maps() { return kMaps; }
+std::vector<std::string> kiln::cli::default_maps() { return {}; }
+std::string kiln::cli::default_match() { return "ray"; }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   kiln::cli::BakeArguments arguments;
