@@ -77,7 +77,7 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
   made.level = level;
   made.low = laid_out.mesh;
   made.unwrapped = laid_out.report;
-  made.unwrapped.border_texels *= size / laid_out_for;
+  made.unwrapped.border_texels *= static_cast<double>(size) / laid_out_for;
   made.trial = expect(level, size);
   made.trial.laid_out_for = laid_out_for;
   made.bake = for_size(bake_, size, samples_for(size));

@@ -94,7 +94,7 @@ std::string Program::explain(const UsageError& error) const {
                         ? "The flag for the output is --out"
                         : "A list has commas and no blanks, such as normal,ao");
   }
-  const std::string text = error.what();
+  std::string text = error.what();
   constexpr std::string_view kMissing = " is required";
   if (chosen != nullptr && text.ends_with(kMissing)) {
     const Option* const missing =
