@@ -19,7 +19,7 @@ std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
 std::string mebibytes(std::uint64_t bytes);
 
 /// Says that memory is short; must throw. \param problem  such as "The maps would take 3 MiB of memory, but
-/// only 2 MiB are left of the memory limit"
+/// only 2 MiB are left"
 using MemoryFailure = std::function<void(const std::string& problem)>;
 
 /// For stages. \throws Error(internal)

@@ -34,8 +34,8 @@ struct OutlinePacking {
 PackState search_packing(std::span<const Outline> outlines, std::uint32_t size, double padding,
                          std::uint32_t effort, std::uint32_t seed, const PackState* from = nullptr);
 
-/// Packs outlines into [0, size] x [0, size], `padding` apart and half of it from the sides, at the
-/// largest scale that the search finds. They are never mirrored.
+/// Packs outlines into [0, size] x [0, size] at the largest scale that the search finds: `padding` apart,
+/// and half of it from the sides. They are never mirrored.
 ///
 /// Each outline goes, in some order, to the lowest place that is free at any of up to 16 turns. A few
 /// searches with other seeds run side by side, more where little is covered. Then outlines are drawn

@@ -10,8 +10,8 @@
 
 namespace kiln {
 
-/// Rows of cells, 64 a word. Of each row all widenings to the left by a power of two are kept, so that a
-/// run of cells is tried at 64 places by two words.
+/// Rows of cells, 64 a word. Of each row all widenings to the left by a power of two are kept. So a run
+/// of cells is tried at 64 places by two words.
 class CellRows {
  public:
   /// \param width  cells, at most 1024

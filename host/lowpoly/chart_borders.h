@@ -10,8 +10,8 @@
 namespace kiln {
 
 /// Discs whose borders are rings. They start as single triangles; two become one along a run of edges
-/// that both have, so that a disc stays a disc, whatever the surface is: edges that are shared beyond
-/// the run stay open, as a seam inside the chart.
+/// that both have. Edges that they share beyond the run stay open, as a seam inside the chart. So a disc
+/// stays a disc, whatever the surface is.
 class ChartBorders {
  public:
   explicit ChartBorders(const ChartSurface& surface);

@@ -24,7 +24,7 @@ struct ChosenCharts {
   std::optional<PackState> packed = std::nullopt;  ///< How they were packed, if they were.
 };
 
-/// Grows charts in a few ways, cuts each at a few prices, packs what comes out roughly, and takes the charts
+/// Grows charts in a few ways, cuts each at a few prices, and packs what comes out roughly. Takes the charts
 /// that use most texels for their vertices. Deterministic.
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads);
 

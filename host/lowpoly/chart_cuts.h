@@ -30,8 +30,8 @@ struct CutCharts {
 
 /// Cuts charts in two along edges near straight lines: limbs off bodies, bends apart (after Limper, Vining,
 /// Sheffer, "Box Cutter", 2018). A chart wastes what its smallest box has beyond it. The cut that
-/// saves most for its length comes first, then both parts are looked at, until none is worth its price. Every part is a disc, laid
-/// out as it was, so it stays injective. Deterministic.
+/// saves most for its length comes first. Then both parts are looked at, until none is worth its price. Every part
+/// is a disc, laid out as it was, so it stays injective. Deterministic.
 /// \param borders  as grow_charts() left them
 /// \param prices   each is followed by itself; parts that several come to are looked at once
 /// \returns one a price

@@ -20,8 +20,8 @@ struct TexelNeed {
 /// Sides of the densest chart's texels are no less than this share of those of the least dense.
 inline constexpr double kMostDenser = 4;
 
-/// Sides of pieces on the map, times what they are with texels spread evenly, so that the sum of errors is least
-/// for as many texels. The error of a piece falls like a power p of its side s, as its three errors do best; then
+/// Sides of pieces on the map, times what they are with texels spread evenly. The sum of errors is least for
+/// as many texels. The error of a piece falls like a power p of its side s, as its three errors do best; then
 /// s follows (p e)^(1 / (2 + p)), by Lagrange, for an error e at the side 1. The largest is at most kMostDenser
 /// times the least. The sum of area s^2 is that of the areas.
 std::vector<double> texel_scales(std::span<const TexelNeed> needs);

@@ -18,8 +18,8 @@ struct ChartWay {
 
 /// Grows charts in three passes, each of which keeps every chart a disc:
 ///
-/// 1. Patches: greedy merges, the least rise of normals' variance for the longest edge removed first,
-///    while the normals of the smoothed surface agree.
+/// 1. Patches: greedy merges while the normals of the smoothed surface agree. The least rise of normals'
+///    variance for the longest edge removed comes first.
 /// 2. Patches that have no flat map within the limits are split as they were merged.
 /// 3. Charts: greedy merges in the same order, each tried: both sides are laid edge to edge and relaxed;
 ///    where they overlap, the whole is relaxed from Tutte's map. The merge stands where the result is injective

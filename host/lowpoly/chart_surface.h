@@ -19,8 +19,8 @@ struct ChartSurface {
   std::vector<double> length;       ///< Per half-edge.
   std::vector<double> area;         ///< Per triangle.
   std::vector<Vec3d> normal;        ///< Per triangle, unit.
-  /// Per triangle, means over its corners: how far each is from lying flat, the logarithm of the angle around
-  /// it over a full turn, and its square. 0 at borders.
+  /// Per triangle, means over its corners: how far each is from lying flat, and the square of that. It is the
+  /// logarithm of the angle around the corner over a full turn. 0 at borders.
   std::vector<double> bend, bend_squared;
   double total_area = 0;
 };

@@ -7,11 +7,10 @@
 
 namespace kiln {
 
-/// Where a seam between two charts turns round a vertex, the one or two triangles on one side of it go
-/// to the chart on the other side, if that makes the seam shorter: by an edge and a vertex, or in
-/// length. They are laid into the notch beside what is there, and stay where they were if that would
-/// bend them beyond the limits or touch the border elsewhere. Charts stay discs and injective.
-/// Deterministic.
+/// Where a seam between two charts turns round a vertex, one or two triangles lie on one side of it. They
+/// go to the chart on the other side if that makes the seam shorter: by an edge and a vertex, or in
+/// length. They are laid into the notch beside what is there. They stay where they were if that would bend
+/// them beyond the limits, or touch the border elsewhere. Charts stay discs and injective. Deterministic.
 /// \param borders  rings need not be those of the charts, and are at the end
 void trim_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                  std::vector<FlatChart>& charts);

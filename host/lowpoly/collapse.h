@@ -18,14 +18,14 @@
 
 namespace kiln {
 
-/// Reduces a triangle mesh step by step: the edge whose collapse costs least goes first, to the point
+/// Reduces a triangle mesh step by step. The edge whose collapse costs least goes first, to the point
 /// that its quadric calls best (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error
-/// Metrics"), with planes that hold open borders in place (section 6). Without a rule or a distance,
+/// Metrics"). Planes hold open borders in place (section 6). Without a rule or a distance,
 /// quadrics are made anew whenever half of the triangles are gone.
 ///
-/// Kept at every step: the topology (link condition; borders do not pinch, components do not vanish),
-/// triangles that do not turn over, fold onto a neighbour or lose their area, and, unless that costs
-/// several times as much, ones that do not become slivers or turn far.
+/// Kept at every step: the topology (link condition; borders do not pinch, components do not vanish).
+/// Triangles do not turn over, fold onto a neighbour or lose their area. Unless that costs several times
+/// as much, they do not become slivers or turn far either.
 /// Edges with any number of triangles are allowed. Deterministic: ties go to the lower vertices.
 /// Coordinates should be of about unit size; arithmetic is in double precision.
 /// Cost: about 5 microseconds a collapse, n log n in all: a vertex of very many triangles stays where it
@@ -40,13 +40,13 @@ class EdgeCollapser {
   /// \param rule  what must be kept beside the shape; may be null; must outlive this
   explicit EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule = nullptr, Snap snap = {});
 
-  /// Collapses until at most `faces` triangles are left, the next collapse would stray from the planes
-  /// by more than `distance` (root mean square, by its quadric), or nothing more is allowed. May be
+  /// Collapses until at most `faces` triangles are left, or nothing more is allowed. Ends before a collapse
+  /// that strays from the planes by more than `distance` (root mean square, by its quadric). May be
   /// called again with lower `faces` or a longer `distance`, and goes on where it stopped.
   void run(std::size_t faces, double distance = std::numeric_limits<double>::infinity());
 
-  /// Moves a corner of a bad triangle or collapses one of its sides, whatever strays least, so that no
-  /// triangle around is bad. False where there is no such way.
+  /// Moves a corner of a bad triangle or collapses one of its sides, whatever strays least. No triangle
+  /// around is bad then. False where there is no such way.
   bool mend(std::uint32_t triangle, const std::function<bool(const TriangleCorners&)>& bad);
 
  private:

@@ -19,8 +19,8 @@ class CollapseShape {
 
   explicit CollapseShape(const CollapseMesh& mesh);
 
-  /// Whether the triangles that survive have an area, turn little enough for `leniency`, do not face away
-  /// from the surface that they stand for, and do not fold onto a neighbour where none did.
+  /// Whether the triangles that survive have an area and turn little enough for `leniency`. Nor may they face
+  /// away from the surface that they stand for, or fold onto a neighbour where none did.
   /// \param fixed  an end that does not move: its triangles stay as they are; or kNoVertex
   bool keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
              std::uint32_t fixed, std::uint32_t leniency);

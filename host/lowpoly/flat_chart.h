@@ -85,9 +85,9 @@ bool rigid_rounds(FlatChart& chart, int rounds);
 /// Dirichlet energy, but finite where triangles are flipped.
 double rigid_energy(const FlatChart& chart);
 
-/// Rounds of scalable locally injective mapping (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017):
-/// each lowers the symmetric Dirichlet energy along a line that stops before a triangle flips (Smith,
-/// Schaefer 2015) and before the border meets itself. The chart must be injective, and stays so.
+/// Rounds of scalable locally injective mapping (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017).
+/// Each lowers the symmetric Dirichlet energy along a line. That stops before a triangle flips (Smith,
+/// Schaefer 2015), and before the border meets itself. The chart must be injective, and stays so.
 /// \param until  where given, they end as soon as the chart is within, or cannot become so at their pace
 void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until = nullptr);
 

@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-/// Where a height field is a full grid, of two triangles for each cell, replaces it by right triangles, small ones where
-/// the heights need them (Evans, Kirkpatrick and Townsend 2001, "Right-Triangulated Irregular Networks"). All face up,
+/// Where a height field is a full grid, of two triangles for each cell, replaces it by right triangles. They are
+/// small where the heights need that (Evans, Kirkpatrick and Townsend 2001, "Right-Triangulated Irregular Networks"). All face up,
 /// the rectangle stays. Linear in the number of cells. Rows and columns may be unevenly spaced.
 /// \param work   in, out; heights along z
 /// \param faces  how many triangles to leave, about

@@ -14,8 +14,8 @@ namespace kiln {
 /// Brings a mesh near `faces`, or less near if that would deviate by more than `error`, by
 /// meshoptimizer: it places vertices less well than EdgeCollapser but is ten times as fast. Meshes of 250,000 triangles and more go piece by
 /// piece, on all threads; the pieces depend on the mesh alone. Nothing is done
-/// where it would not help, where it would turn a triangle of a height field over, or where vertices have so
-/// many triangles that EdgeCollapser is faster (a fan of 120,000: 2.8 s more with it).
+/// where it would not help, or would turn a triangle of a height field over. Nor where vertices have so many
+/// triangles that EdgeCollapser is faster (a fan of 120,000: 2.8 s more with it).
 /// \param untouched  where triangles stay as they are
 /// \param parts      whether parts of which nothing would be left stay as they are; else they vanish
 void head_start(Work& work, std::size_t faces, double error, bool height_field,

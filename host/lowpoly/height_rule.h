@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// Vertices on the sides of the bounding rectangle in x and y stay on them, corners where they are, and no
+/// Vertices on the sides of the bounding rectangle in x and y stay on them, corners where they are. No
 /// triangle turns over as seen from +z, or nearly loses its area there.
 class HeightRule : public CollapseRule {
  public:

@@ -23,8 +23,8 @@ std::optional<Vec3d> least_within(const Quadric& quadric, const Vec3d& a, const 
                                   std::span<const HalfSpace> spaces, double slack);
 
 /// After Sander, Gu, Gortler, Hoppe and Snyder 2000 ("Silhouette Clipping", section 4.1): a vertex comes to lie
-/// outside of, or on, the planes of all triangles around the edge. So each step only adds tetrahedra to the solid, and
-/// the winding number of the surface around any point never falls, also where the surface crosses itself. Where
+/// outside of, or on, the planes of all triangles around the edge. So each step only adds tetrahedra to the solid.
+/// The winding number of the surface around any point never falls, also where the surface crosses itself. Where
 /// the surface is open, or its triangles disagree on what is outside, vertices stay in place.
 class HullRule : public CollapseRule {
  public:

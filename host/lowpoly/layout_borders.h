@@ -19,8 +19,8 @@ class LayoutBorders {
   LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle> corners,
                 std::span<const std::uint32_t> charts, std::vector<std::uint8_t> on_border);
 
-  /// Whether no corner of a border lies in the triangle that a border sweeps over when it goes from
-  /// `before` straight to `after`, without `gone` between them. That is enough where no borders cross:
+  /// A border that goes from `before` straight to `after`, without `gone` between them, sweeps over a
+  /// triangle. Whether no corner of a border lies in it. That is enough where no borders cross:
   /// what entered the triangle would have to leave it through one of the old sides.
   bool free(std::span<const Vec2> uvs, std::uint32_t before, std::uint32_t gone,
             std::uint32_t after) const;

@@ -21,11 +21,11 @@ struct Layout {
   std::vector<std::uint32_t> charts;    ///< By triangle.
 };
 
-/// Keeps seams, the ends and crossings of seams, open borders, and borders between groups where they are
-/// on the surface and in the layout; and lets no UV triangle turn over or charts come to overlap.
+/// Keeps seams, their ends and crossings, open borders, and borders between groups where they are: on the
+/// surface and in the layout. Lets no UV triangle turn over, and no charts come to overlap.
 ///
-/// Inside a chart, the UV of a moved vertex is the one that the affine maps of its triangles call best, and
-/// their error counts (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes",
+/// Inside a chart, a moved vertex gets the UV that the affine maps of its triangles call best.
+/// Their error counts (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes",
 /// section 3). Vertices of seams and borders only move along these, onto their next: both sides together.
 class LayoutRule : public CollapseRule {
  public:

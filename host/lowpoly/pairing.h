@@ -27,16 +27,15 @@ struct TriangleShape {
 };
 TriangleShape triangle_shape(const Vec3& a, const Vec3& b, const Vec3& c);
 
-/// How far the map from a right triangle with legs `width` and `height` in the texture to a surface
-/// triangle is from keeping lengths: the mean over the axes of the squared logarithm of the singular
-/// values. 0: none. `leg_u` and `leg_v` are the squared lengths of the surface's legs, `hypotenuse`
+/// A right triangle with legs `width` and `height` in the texture is mapped to a surface triangle. How far
+/// that is from keeping lengths: the mean over the axes of the squared logarithm of the singular values. 0: none. `leg_u` and `leg_v` are the squared lengths of the surface's legs, `hypotenuse`
 /// that of its third side.
 double stretch(double width, double height, double leg_u, double leg_v, double hypotenuse);
 
 /// Pairs triangles greedily, least stretched first, then lengthens alternating paths so that few stay
 /// single. Only triangles of positive area that run along the shared edge in opposite senses (a
-/// consistent orientation) are paired, and no pair whose stretch exceeds a limit: such triangles are
-/// better off single. Vertices at exactly the same position count as one. Deterministic.
+/// consistent orientation) are paired. No pair's stretch exceeds a limit: such triangles are better off
+/// single. Vertices at exactly the same position count as one. Deterministic.
 /// Cost: n log n; about 1 s for a million triangles.
 Pairing pair_triangles(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const TriangleShape> shapes);

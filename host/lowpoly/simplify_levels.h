@@ -18,10 +18,10 @@ enum class LevelRule {
   height_field,  ///< SimplifyOptions::height_field; levels have UVs by x and y over the field's rectangle.
 };
 
-/// The meshes that simplify() passes on its way down. Each is the very mesh that simplify() makes of that
-/// number of faces where the high poly has at most 100,000, or where all have the same head start (none has more than
-/// 5,000 faces) and nothing is left to mend; else the smaller ones may differ a little, since finer meshes need a finer
-/// head start.
+/// The meshes that simplify() passes on its way down. Where the high poly needs no head start, each is the
+/// mesh that simplify() makes of that number of faces. So it is where all have the same head start (none has
+/// more than 5,000 faces) and nothing is left to mend. Else the smaller ones may differ a little, since finer meshes
+/// need a finer head start.
 class SimplifyLevels {
  public:
   /// \param high   must outlive this

@@ -34,8 +34,8 @@ class TexelDetail {
   /// \throws Error(input) where no triangle has an extent
   explicit TexelDetail(const Mesh& high);
 
-  /// Of each triangle, what texels of several sides leave out: at a few places on it, the high poly's normal
-  /// at the nearest point, against the mean of those at the corners of a square as large as a texel. The corners
+  /// Of each triangle, what texels of several sides leave out. At a few places on it, the high poly's normal at
+  /// the nearest point is held against a mean: of those at the corners of a square as large as a texel. The corners
   /// lie on the same chart, or do not count. Normals are seen in the frame of the low poly, as maps in tangent
   /// space keep them: where its normals turn, such a map turns too, even over a flat. Where nothing of the high
   /// poly faces as the triangle does, 0.

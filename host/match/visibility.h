@@ -2,7 +2,7 @@
 // "Visibility Based Methods and Assessment for Detail-Recovery", 2003, section 3.3).
 //
 // The forms used here follow the method's description, and were not checked against the equations as
-// printed. With directions d of likelihood w, c(d) the pixels or cosines by which a place is seen, V the
+// printed. d is a direction of likelihood w, c(d) the pixels or cosines by which a place is seen. V are the
 // directions that see it:
 //   face    v_f = sum over V of w c_f(d) d / sum of w c_f(d); a vertex takes the mean of its faces' v_f,
 //           weighted by their angles there

@@ -13,7 +13,7 @@ inline constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
 /// To begin with, at most this share of the faces of a high poly with many: with more, a low poly saves little.
 inline constexpr double kMostShare = 0.5;
 inline constexpr std::size_t kMostTrials = 6;
-/// Of all maps that are tried, faces that charts are laid out for, over those of the lightest that reaches the error.
+/// Faces of all meshes that are laid out, over those of the lightest within the error.
 inline constexpr double kMostLaidOut = 6;
 /// Maps that are tried as long as none reaches the error.
 inline constexpr std::size_t kMostTrialsToReach = 10;
@@ -29,8 +29,8 @@ inline constexpr double kMissPrice = 0.25;
 /// so on up to so many misses.
 inline constexpr double kFiner = 0.05;
 inline constexpr std::size_t kFinerMisses = 3;
-/// Times the error: a size whose maps came so near is tried with somewhat finer meshes, though much finer ones are
-/// expected to be needed: with so many times the bytes, or none at all.
+/// Times the error: a size whose maps came so near is tried with somewhat finer meshes. Much finer ones are
+/// expected to be needed then: with so many times the bytes, or none at all.
 inline constexpr double kNearly = 1.12, kLeap = 1.1;
 /// The limit of such a mesh, as a share of the error.
 inline constexpr double kNearlyLimit = 0.8;
@@ -40,9 +40,9 @@ inline constexpr double kFarMore = 1.5;
 inline constexpr double kSurely = 1.3;
 /// Times the lightest: what of other sizes is shown beside it.
 inline constexpr std::uint64_t kShown = 4;
-/// Another size is tried once with this share of the lightest's bytes, unless a map of it was made with faces within
-/// this factor, or so many times the error is expected of it: that is known from other meshes alone. More is allowed
-/// while few maps were tried.
+/// Another size is tried once with this share of the lightest's bytes. It is not, if a map of it was made with faces
+/// within this factor. Nor if so many times the error is expected of it. That is known from other meshes alone: more is
+/// allowed while few maps were tried.
 inline constexpr double kLighter = 0.93, kOtherFaces = 1.5, kPerhaps = 1.2, kPerhapsEarly = 1.4;
 inline constexpr std::size_t kFewTrials = 3;
 /// Where this share of the lightest's bytes is expected to come within so many times the error, that is tried.

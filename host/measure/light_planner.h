@@ -20,8 +20,9 @@
 // 5. That pair is made and measured, which corrects h. Steps 4 and 5 repeat until nothing 7% lighter is
 //    expected: at most 6 maps, up to 10 as long as none is in bounds. Once one is, layouts have at most 6 times
 //    its faces in all: they take most of the time. Errors scatter with the charts. So maps
-//    are aimed 2% below the error, and each miss at a size leaves 3% more room and makes that size dearer. The
-//    next mesh for it weighs at least 5% more, after two misses 10%, then 15%. A size that missed by at most 12% is tried so, even if the model expects finer meshes.
+//    are aimed 2% below the error. Each miss at a size leaves 3% more room, and makes that size dearer. The next
+//    mesh for it weighs at least 5% more, after two misses 10%, then 15%. A size that missed by at most 12% is
+//    tried so, even if the model expects finer meshes.
 // 6. One size whose h is known from other faces alone is tried: with 93% of the bytes, where at most 1.2 times
 //    the error is expected.
 // 7. Where 85% of the bytes are expected to come within 1.05 times the error, that is tried.
@@ -32,10 +33,10 @@
 // parts smaller than a pixel, the error counts as 180 degrees.
 //
 // Vertices are fitted to the high poly, which takes longest. So each mesh is made and laid out once, for maps
-// and all levels of `--lod`. Meshes that are only looked at are fitted roughly, and compared at fewer places. A mesh that was
-// made tells by how much its f and p differ from the looks around it, and all looks are corrected by that. What a
-// head start left folded is mended for the chosen mesh alone, which is then tried again. Searches skip levels while errors are far below
-// what is asked for. Between levels up to 8 times apart in faces, p and f are read off their lines.
+// and all levels of `--lod`. Meshes that are only looked at are fitted roughly, and compared at fewer places. A
+// mesh that was made tells by how much its f and p differ from the looks around it. All looks are corrected by
+// that. What a head start left folded is mended for the chosen mesh alone, which is then tried again. Searches skip
+// levels while errors are far below what is asked for. Between levels up to 8 times apart in faces, p and f are read off their lines.
 //
 // bake_lods() repeats this for half the size on screen, a quarter and so on. With shared UVs, further levels are
 // the fewest faces that the first level's map still fits: simplified with its layout kept, found by bisection,

@@ -24,8 +24,7 @@ struct DenseShown {
 
 /// Places that pictures from many sides show on both meshes: points of the low poly with their texture
 /// coordinates, and the high poly's normal in the same pixel. What a picture of the low poly would show
-/// is looked up there (bilinear, as kernels/render.cl does it), so that measuring one more map casts no
-/// ray. Pixels are point samples, so fewer of them estimate the same mean.
+/// is looked up there (bilinear, as kernels/render.cl does it). So measuring one more map casts no ray. Pixels are point samples, so fewer of them estimate the same mean.
 ///
 /// The same pixels tell how good a way to match can get without baking any map: its matches of these very
 /// points are what a map of endless size would show.
@@ -63,10 +62,10 @@ class NormalProbe {
   /// \throws as make_matcher
   Limit limit(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const;
 
-  /// The share of a way's error that no map whatever can get below, however it is matched: a place of the
-  /// low poly shows one normal to all directions, but the high poly has another behind it from each. Of
-  /// some places and the pictures' directions that see them, the mean error of each place's best normal,
-  /// over that of the normals that the way found. A little too low where few directions see a place.
+  /// The share of a way's error that no map whatever can get below, however it is matched. A place of the low
+  /// poly shows one normal to all directions. The high poly has another behind it from each. It is the mean
+  /// error of each place's best normal, over that of the normals that the way found. Some places are asked, from
+  /// the pictures' directions that see them. A little too low where few directions see a place.
   double least_share(const Limit& limit) const;
 
   std::uint32_t places() const { return band_.sample_count; }

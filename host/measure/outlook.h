@@ -7,7 +7,7 @@
 namespace kiln {
 
 /// How errors fall with the size of the map: e(s) = limit + 1 / (1 / range + rate s^2). A tiny map is as bad
-/// as can be, a large one is off by the square of its texels' size.
+/// as can be. A large one is off by the square of its texels' size.
 class Outlook {
  public:
   /// \param plain  the error without any map: what a tiny one comes to, as long as nothing else is known

@@ -25,8 +25,8 @@ Image parse_image(const ByteSource& source, const std::string& file,
 /// and colour profiles are left alone. \throws Error(input), as below
 Image parse_png(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
-/// The first part, scan lines or tiles: R G B A, R G B, R G, R, Y, or Y A, or X Y Z, bare or in the first
-/// layer that has such; half, float or unsigned int. The image is the display window where the data
+/// The first part, scan lines or tiles; half, float or unsigned int. Channels: R G B A, R G B, R G or R; Y or
+/// Y A; X Y Z. They are bare, or in the first layer that has such. The image is the display window where the data
 /// window lies inside (zero outside the data), else the data window.
 /// \throws Error(input) that names the file. A header may promise more than the file's bytes can hold,
 ///         the limits allow or memory has. It is refused before memory is taken, and named by its field.

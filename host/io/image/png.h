@@ -26,8 +26,8 @@ struct PngOptions {
 /// No gamma, colour-space or time chunk is written: maps are data, and the same image gives the same
 /// bytes.
 ///
-/// Bands of rows are filtered and deflated on `threads` threads (0: all), each ending on a byte
-/// boundary (Z_SYNC_FLUSH), and joined to one zlib stream: the bands do not depend on the number of
+/// Bands of rows are filtered and deflated on `threads` threads (0: all). Each ends on a byte boundary
+/// (Z_SYNC_FLUSH), and they are joined to one zlib stream. The bands do not depend on the number of
 /// threads, so neither do the bytes. Cost and size for 4096^2 RGB16: see the source.
 /// \throws Error(output)
 void save_png(const Image& image, const std::filesystem::path& path, const PngOptions& options);
