@@ -81,6 +81,12 @@ bool on_circle(FlatChart& chart);
 /// May flip triangles.
 bool rigid_rounds(FlatChart& chart, int rounds);
 
+/// Pulls borders off each other where they overlap a little, and turns single triangles that are flipped: as
+/// rigidly as possible, but what touches is pushed into its own chart, and what is flipped weighs more, each
+/// time more.
+/// \returns whether the chart has become injective, with its borders apart
+bool untangle(FlatChart& chart, int rounds);
+
 /// Mean squared distance of the map's derivatives to rotations: for small distortion about the symmetric
 /// Dirichlet energy, but finite where triangles are flipped.
 double rigid_energy(const FlatChart& chart);
