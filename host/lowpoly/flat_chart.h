@@ -81,9 +81,9 @@ bool on_circle(FlatChart& chart);
 /// May flip triangles.
 bool rigid_rounds(FlatChart& chart, int rounds);
 
-/// Pulls borders off each other where they overlap a little, and turns single triangles that are flipped: as
-/// rigidly as possible, but what touches is pushed into its own chart, and what is flipped weighs more, each
-/// time more.
+/// Pulls borders off each other where they overlap a little, and turns single triangles that are flipped. Rounds
+/// are as rigid as possible. What touches is pushed into its own chart; what is flipped weighs more. Both grow
+/// each time.
 /// \returns whether the chart has become injective, with its borders apart
 bool untangle(FlatChart& chart, int rounds);
 
