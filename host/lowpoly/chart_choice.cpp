@@ -41,6 +41,8 @@ constexpr CutChoice kFlatChoice{0.02, 0};
 constexpr double kFlat = 1e-3;
 /// Share of texels used from which on no other way is tried. What is missing of it weighs twice.
 constexpr double kGoodEnough = 0.77;
+/// Cuts add to what a way begins with: one with so many more vertices a position is not looked at further.
+constexpr double kMoreVertices = 0.01;
 /// Of the choices, so many that pack best at once are packed in more orders.
 constexpr std::size_t kPromising = 5;
 constexpr std::uint32_t kCutEffort = 20;
@@ -128,13 +130,24 @@ std::vector<std::size_t> different(const std::vector<Tried>& tried) {
   return result;
 }
 
+/// Vertices a position.
+double vertices_of(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
+  double count = 0;
+  for (const FlatChart& chart : charts) count += static_cast<double>(chart.points.size());
+  return count / static_cast<double>(surface.positions.size());
+}
+
 /// Grows charts in one way, and cuts them so that they pack well for few vertices.
+/// \param fewest  vertices a position before cuts, of all ways so far; a way with many more is not cut
 Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const ChartWay& way,
-              int threads) {
+              double& fewest, int threads) {
   Tried grown{{ChartBorders(surface), {}}};
   grown.chosen.charts = grow_charts(surface, grown.chosen.borders, {}, way, threads);
   relax_charts(grown.chosen.charts, threads);
   trim_charts(surface, grown.chosen.borders, {}, grown.chosen.charts);
+  const double vertices = vertices_of(surface, grown.chosen.charts);
+  if (vertices > fewest + kMoreVertices) return grown;
+  fewest = std::min(fewest, vertices);
   const std::vector<CutChoice> choices = choices_for(surface, grown.chosen.charts);
   if (choices.empty()) {
     grown.worth = -vertex_price(surface, grown.chosen.charts);
@@ -168,8 +181,9 @@ Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const C
 
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads) {
   std::vector<Tried> tried;
+  double fewest = std::numeric_limits<double>::infinity();
   for (const ChartWay& way : kWays) {
-    tried.push_back(try_way(surface, options, way, threads));
+    tried.push_back(try_way(surface, options, way, fewest, threads));
     const auto& packed = tried.back().chosen.packed;
     if (packed && packed->share >= kGoodEnough) break;
   }

@@ -316,6 +316,10 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
   box = whole.smallest_box();
 }
 
+bool CutShape::may_gain(const CutPrice& price) const {
+  return area >= 2 * price.least && box - kLeastBox * area + 0.5 * price.size * area * area > 0;
+}
+
 std::vector<ChartCut> CutShape::best_cuts(std::size_t direction,
                                           std::span<const CutPrice> prices) const {
   return Sweep(*this, prices).run(direction);

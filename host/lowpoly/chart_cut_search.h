@@ -52,6 +52,8 @@ class CutShape {
   /// \param chart  viewed, not copied
   CutShape(const ChartSurface& surface, const FlatChart& chart, const ChartNeighbours& neighbour);
 
+  /// Whether a cut could be worth its price, whatever its length.
+  bool may_gain(const CutPrice& price) const;
   /// The best cut along lines across one direction, at each price.
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 

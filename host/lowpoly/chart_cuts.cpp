@@ -136,8 +136,13 @@ class CutTree {
       for (std::size_t i = from; i < to; ++i) {
         const std::size_t n = i / CutShape::kDirections;
         std::vector<CutPrice> prices;
-        for (const std::uint32_t p : nodes_[begin + n].prices) prices.push_back(prices_[p]);
-        cuts[i] = shapes[n]->best_cuts(i % CutShape::kDirections, prices);
+        bool any = false;
+        for (const std::uint32_t p : nodes_[begin + n].prices) {
+          prices.push_back(prices_[p]);
+          any = any || shapes[n]->may_gain(prices_[p]);
+        }
+        cuts[i] = any ? shapes[n]->best_cuts(i % CutShape::kDirections, prices)
+                      : std::vector<ChartCut>(prices.size());
       }
     };
     parallel_for(cuts.size(), 1, look, threads_);

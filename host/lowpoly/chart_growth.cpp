@@ -18,7 +18,9 @@ constexpr std::size_t kTogether = 4;
 /// Pieces of work that patches are laid flat in.
 constexpr std::size_t kPieces = 32;
 /// Rounds that may bring a chart within its limits.
-constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
+constexpr int kRigidRounds = 5, kInjectiveRounds = 15, kPullRounds = 10;
+/// Charts are not relaxed from a circle that have more border vertices than this, times the root of triangles.
+constexpr double kMostBorder = 6;
 
 /// Relaxes a chart from Tutte's map on, where there is hope. \returns whether it is injective and within
 bool relax_from_circle(FlatChart& chart, const ChartLimits& limits) {
@@ -154,7 +156,20 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders, const F
 /// Relaxes a joined chart. \returns whether it is injective and within
 bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
   if (!rigid_rounds(chart, kRigidRounds)) return false;
-  return is_injective(chart) ? within(chart, limits) : relax_from_circle(chart, limits);
+  if (is_injective(chart)) return within(chart, limits);
+  if (rigid_energy(chart) > limits.energy + chart.forced) return false;
+  FlatChart pulled = chart;
+  if (untangle(pulled, kPullRounds)) {
+    if (!within(pulled, limits)) injective_rounds(pulled, kInjectiveRounds, &limits);
+    if (within(pulled, limits)) {
+      chart = std::move(pulled);
+      return true;
+    }
+  }
+  // On the way from a circle, what is long and winding gets stuck.
+  const double width = std::sqrt(static_cast<double>(chart.triangles.size()));
+  if (static_cast<double>(chart.boundary.size()) > kMostBorder * width) return false;
+  return relax_from_circle(chart, limits);
 }
 
 }  // namespace

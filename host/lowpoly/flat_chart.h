@@ -81,6 +81,12 @@ bool on_circle(FlatChart& chart);
 /// May flip triangles.
 bool rigid_rounds(FlatChart& chart, int rounds);
 
+/// Pulls borders off each other where they overlap a little, and turns single triangles that are flipped. Rounds
+/// are as rigid as possible. What touches is pushed into its own chart; what is flipped weighs more. Both grow
+/// each time.
+/// \returns whether the chart has become injective, with its borders apart
+bool untangle(FlatChart& chart, int rounds);
+
 /// Mean squared distance of the map's derivatives to rotations: for small distortion about the symmetric
 /// Dirichlet energy, but finite where triangles are flipped.
 double rigid_energy(const FlatChart& chart);

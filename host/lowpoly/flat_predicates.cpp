@@ -18,26 +18,9 @@ int side(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, double apar
   return det > bound ? 1 : det < -bound ? -1 : 0;
 }
 
-}  // namespace
-
-bool surely_left(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
-  return side(a, b, c) > 0;
-}
-
-bool surely_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d,
-                  double apart) {
-  const int first = side(a, b, c, apart), second = side(a, b, d, apart);
-  if (first != 0 && first == second) return true;
-  const int third = side(c, d, a, apart), fourth = side(c, d, b, apart);
-  return third != 0 && third == fourth;
-}
-
-bool is_simple(std::span<const FlatPoint> polygon, double apart) {
-  return polygon.size() >= 3 && !first_touch(polygon, apart);
-}
-
-std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const FlatPoint> polygon,
-                                                               double apart) {
+/// Calls `found(a, b)` for sides that touch, until it returns false.
+template <typename Found>
+void each_touch(std::span<const FlatPoint> polygon, double apart, const Found& found) {
   const std::size_t count = polygon.size();
   const auto end = [&](std::size_t i) -> const FlatPoint& { return polygon[(i + 1) % count]; };
   std::vector<std::uint32_t> order(count);
@@ -60,18 +43,55 @@ std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const F
         const std::uint32_t first = follows ? a : b, second = follows ? b : a;
         if (side(polygon[first], end(first), end(second)) == 0 &&
             dot(end(first) - polygon[first], end(second) - polygon[second]) <= 0) {
-          return std::pair<std::size_t, std::size_t>{a, b};
+          if (!found(a, b)) return;
         }
         continue;
       }
       // A short side may stand between two that are next but one.
       const bool near = (a + 2) % count == b || (b + 2) % count == a;
       if (!surely_apart(polygon[a], end(a), polygon[b], end(b), near ? 0 : apart)) {
-        return std::pair<std::size_t, std::size_t>{a, b};
+        if (!found(a, b)) return;
       }
     }
   }
-  return std::nullopt;
+}
+
+}  // namespace
+
+bool surely_left(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
+  return side(a, b, c) > 0;
+}
+
+bool surely_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d,
+                  double apart) {
+  const int first = side(a, b, c, apart), second = side(a, b, d, apart);
+  if (first != 0 && first == second) return true;
+  const int third = side(c, d, a, apart), fourth = side(c, d, b, apart);
+  return third != 0 && third == fourth;
+}
+
+bool is_simple(std::span<const FlatPoint> polygon, double apart) {
+  return polygon.size() >= 3 && !first_touch(polygon, apart);
+}
+
+std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const FlatPoint> polygon,
+                                                               double apart) {
+  std::optional<std::pair<std::size_t, std::size_t>> touch;
+  each_touch(polygon, apart, [&](std::size_t a, std::size_t b) {
+    touch = {a, b};
+    return false;
+  });
+  return touch;
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const FlatPoint> polygon,
+                                                         double apart, std::size_t most) {
+  std::vector<std::pair<std::size_t, std::size_t>> found;
+  each_touch(polygon, apart, [&](std::size_t a, std::size_t b) {
+    found.emplace_back(a, b);
+    return found.size() < most;
+  });
+  return found;
 }
 
 }  // namespace kiln

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "lowpoly/flat_chart.h"
 
@@ -27,5 +28,9 @@ bool is_simple(std::span<const FlatPoint> polygon, double apart = 0);
 /// The first two sides found that touch, by the numbers of their first corners.
 std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const FlatPoint> polygon,
                                                                double apart = 0);
+
+/// All that are found, up to a number.
+std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const FlatPoint> polygon,
+                                                         double apart, std::size_t most);
 
 }  // namespace kiln

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -96,6 +97,57 @@ TEST(FlatChart, RoundsStopBeforeTheBorderMeetsItself) {
   injective_rounds(chart, 8);
   EXPECT_TRUE(is_injective(chart));
   EXPECT_LT(distortion(chart).energy, before);
+}
+
+/// A ring whose rest shape turns by more than a full turn, laid out as that, so that its ends overlap.
+FlatChart overlapping_ring(double degrees, const ChartSurface& surface) {
+  FlatChart chart = sheet(surface);
+  for (std::size_t v = 0; v < chart.points.size(); ++v) {
+    const Vec3d& p = surface.positions[chart.vertex[v]];
+    chart.points[v] = {p.x, p.y};
+  }
+  EXPECT_FALSE(is_injective(chart)) << degrees;
+  EXPECT_LT(rigid_energy(chart), 0.01);
+  return chart;
+}
+
+ChartSurface ring_surface(double degrees) {
+  return bent(90, 3, 1, 1, [degrees](double x, double y) {
+    const double radius = 3 - y, angle = x * degrees * std::numbers::pi / 180;
+    return Vec3d{radius * std::cos(angle), radius * std::sin(angle), 1e-3 * x};
+  });
+}
+
+TEST(FlatChart, EndsThatOverlapALittleArePulledApart) {
+  const ChartSurface surface = ring_surface(366);
+  FlatChart chart = overlapping_ring(366, surface);
+  ASSERT_TRUE(untangle(chart, 20));
+  EXPECT_TRUE(is_injective(chart, chart.apart));
+  const ChartLimits limits;
+  EXPECT_LT(distortion(chart).energy, limits.energy);
+  EXPECT_LT(distortion(chart).worst, limits.worst);
+}
+
+TEST(FlatChart, EndsThatOverlapMuchAreLeft) {
+  const ChartSurface surface = ring_surface(500);
+  FlatChart chart = overlapping_ring(500, surface);
+  EXPECT_FALSE(untangle(chart, 10));
+}
+
+TEST(FlatChart, AFlippedTriangleIsTurned) {
+  const ChartSurface surface = bent(6, 6, 1, 1, [](double x, double y) { return Vec3d{x, y, 0}; });
+  FlatChart chart = sheet(surface);
+  project(chart, surface);
+  ASSERT_TRUE(is_injective(chart));
+  std::uint32_t inner = 0;
+  while (std::find(chart.boundary.begin(), chart.boundary.end(), inner) != chart.boundary.end()) {
+    ++inner;
+  }
+  chart.points[inner] = chart.points[inner] + FlatPoint{0.2, 0.25};
+  ASSERT_FALSE(is_injective(chart));
+  ASSERT_TRUE(untangle(chart, 10));
+  injective_rounds(chart, 8);
+  EXPECT_LT(distortion(chart).energy, 1e-3);
 }
 
 TEST(FlatChart, CrumpledSheetsLieOnACircleOneToOne) {
