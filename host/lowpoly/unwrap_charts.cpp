@@ -196,28 +196,88 @@ void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t
   }
 }
 
-/// Marks triangles that rounding has flattened or flipped; where none is, but the border touches itself, those
-/// at the two places. \returns whether any was
-bool mark_failures(const FlatChart& chart, std::vector<std::uint8_t>& lone) {
-  bool any = false;
-  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    const Triangle& t = chart.triangles[i];
-    if (surely_left(chart.points[t[0]], chart.points[t[1]], chart.points[t[2]])) continue;
-    lone[chart.source[i]] = 1;
-    any = true;
+/// Charts in whole steps, mended where rounding flattened a triangle or let the border touch itself.
+class RoundedChart {
+ public:
+  explicit RoundedChart(FlatChart& chart) : chart_(chart) {}
+
+  /// Moves vertices by a few steps. \returns whether that mends all
+  bool mend() {
+    for (int attempt = 0; attempt < kMostMends; ++attempt) {
+      const std::vector<std::size_t> flat = flattened();
+      const auto touch = flat.empty() ? first_touch(outline_of(chart_)) : std::nullopt;
+      if (flat.empty() && !touch) return true;
+      for (const std::size_t i : flat) widen(chart_.triangles[i]);
+      if (touch) part(touch->first), part(touch->second);
+    }
+    return false;
   }
-  if (any) return true;
-  const auto touch = first_touch(outline_of(chart));
-  if (!touch) return false;
-  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = chart.triangles[i][k];
-      if (from != chart.boundary[touch->first] && from != chart.boundary[touch->second]) continue;
-      lone[chart.source[i]] = 1;
+
+  /// Marks the flattened triangles; where none is, those at two places where the border touches itself.
+  void mark(std::vector<std::uint8_t>& lone) const {
+    const std::vector<std::size_t> flat = flattened();
+    for (const std::size_t i : flat) lone[chart_.source[i]] = 1;
+    if (!flat.empty()) return;
+    const auto touch = first_touch(outline_of(chart_));
+    if (!touch) return;
+    for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t from = chart_.triangles[i][k];
+        if (from != chart_.boundary[touch->first] && from != chart_.boundary[touch->second])
+          continue;
+        lone[chart_.source[i]] = 1;
+      }
     }
   }
-  return true;
-}
+
+ private:
+  /// A hundredth of a texel of 16384 altogether.
+  static constexpr int kMostMends = 64;
+  static constexpr double kMendSteps = 3;
+
+  std::vector<std::size_t> flattened() const {
+    std::vector<std::size_t> result;
+    for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
+      const Triangle& t = chart_.triangles[i];
+      if (!surely_left(chart_.points[t[0]], chart_.points[t[1]], chart_.points[t[2]]))
+        result.push_back(i);
+    }
+    return result;
+  }
+
+  /// Moves a vertex to the left of a direction.
+  void move(std::uint32_t v, const FlatPoint& along) {
+    const double size = std::hypot(along.x, along.y);
+    const FlatPoint left =
+        size > 0 ? FlatPoint{-along.y, along.x} * (kMendSteps / size) : FlatPoint{0, kMendSteps};
+    FlatPoint& p = chart_.points[v];
+    p = {std::round(p.x + left.x), std::round(p.y + left.y)};
+  }
+
+  /// Moves the corner opposite to the longest side away from that.
+  void widen(const Triangle& t) {
+    std::size_t longest = 0;
+    FlatPoint along;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const FlatPoint side = chart_.points[t[(k + 1) % 3]] - chart_.points[t[k]];
+      if (dot(side, side) <= dot(along, along)) continue;
+      along = side;
+      longest = k;
+    }
+    move(t[(longest + 2) % 3], along);
+  }
+
+  /// Moves a side of the border inwards.
+  void part(std::size_t side) {
+    const std::uint32_t a = chart_.boundary[side],
+                        b = chart_.boundary[(side + 1) % chart_.boundary.size()];
+    const FlatPoint along = chart_.points[b] - chart_.points[a];
+    move(a, along);
+    move(b, along);
+  }
+
+  FlatChart& chart_;
+};
 
 Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
@@ -285,7 +345,10 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
     bool failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
-      failed = mark_failures(charts[i], lone) || failed;
+      RoundedChart rounded(charts[i]);
+      if (rounded.mend()) continue;
+      rounded.mark(lone);
+      failed = true;
     }
     if (failed) continue;
     if (report != nullptr) describe(surface, charts, layout.padding, options, *report);
