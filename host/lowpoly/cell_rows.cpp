@@ -128,7 +128,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   const std::uint32_t top = std::min(height_, window.top);
   if (mask.height > top) return std::nullopt;
   const std::uint32_t end = top - mask.height + 1;
-  for (std::uint32_t y = first_with_room(mask, 0, end); y < end;
+  for (std::uint32_t y = first_with_room(mask, window.bottom, end); y < end;
        y = first_with_room(mask, y + 1, end)) {
     blocked = outside;
     bool free = true;
@@ -169,8 +169,10 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find(const Char
       return find_in<4>(mask, window);
     case 8:
       return find_in<8>(mask, window);
-    default:
+    case 16:
       return find_in<16>(mask, window);
+    default:
+      return find_in<32>(mask, window);
   }
 }
 

@@ -12,10 +12,10 @@
 
 #include "base/parallel.h"
 #include "lowpoly/bitmap_packing.h"
-#include "lowpoly/box_packing.h"
 #include "lowpoly/chart_choice.h"
 #include "lowpoly/chart_density.h"
 #include "lowpoly/flat_predicates.h"
+#include "lowpoly/many_packing.h"
 #include "lowpoly/pairing.h"
 
 namespace kiln {
@@ -24,8 +24,8 @@ namespace {
 /// UVs are whole multiples of 2^-24: single precision holds them exactly up to 1, and double precision
 /// decides the side of a point without rounding.
 constexpr double kSteps = 16777216;
-/// Above this many charts they are packed by their boxes.
-constexpr std::size_t kBitmapLimit = 1000;
+/// Above this many charts they are packed in few orders.
+constexpr std::size_t kManyCharts = 200;
 /// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
 constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Texels by detail are left alone where they are expected to gain less than this.
@@ -107,8 +107,8 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
                  const PackState* from, int threads) {
   // Rounding to UV steps may move two borders towards each other.
   const double apart = padding + 4 * size / kSteps;
-  Layout layout{outlines.size() > kBitmapLimit
-                    ? pack_boxes(outlines, size, apart)
+  Layout layout{outlines.size() > kManyCharts
+                    ? pack_many(outlines, size, apart, threads)
                     : pack_outlines(outlines, size, apart, from, threads),
                 padding};
   const double side = layout.packing.scale / size;
