@@ -31,8 +31,8 @@ class CellRows {
   void take(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
   /// The first step of take(), for many masks at once. Places are found again after widen() of their rows.
   void mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
-  /// The second step of take(), for rows from `first` to before `end`.
-  void widen(std::uint32_t first, std::uint32_t end);
+  /// The second step of take(), for rows from `first` to before `end` with marks from cell `left` to `right`.
+  void widen(std::uint32_t first, std::uint32_t end, std::uint32_t left, std::uint32_t right);
   void clear();
 
  private:

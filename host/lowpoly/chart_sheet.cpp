@@ -171,7 +171,7 @@ Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most
     if (n < same) {
       packed.turn[i] = done->turn[i], packed.x[i] = done->x[i], packed.y[i] = done->y[i];
     } else {
-      if (n == same && n > 0) taken.widen(0, sheet.cells);
+      if (n == same && n > 0) taken.widen(0, sheet.cells, 0, sheet.cells - 1);
       look(taken, sheet, order, i, done != nullptr ? done->turn[i] : std::int8_t{-1}, bottom,
            packed);
     }

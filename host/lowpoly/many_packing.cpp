@@ -15,13 +15,14 @@
 namespace kiln {
 namespace {
 
-/// Cells a side, for up to kFewer outlines and for more: what an outline loses to cells grows with their number.
-constexpr std::uint32_t kCells = 1024, kMoreCells = 2048;
-constexpr std::size_t kFewer = 1000;
+/// Cells a side: finer ones than for few outlines, since each outline loses about half a cell all around.
+constexpr std::uint32_t kCells = 2048;
 /// Orders packed side by side, and rounds of them: so many over the number of outlines, but some.
-constexpr std::uint32_t kTogether = 4, kRounds = 12000, kLeastRounds = 3, kMostRounds = 40;
+constexpr std::uint32_t kTogether = 4, kRounds = 4500, kLeastRounds = 3, kMostRounds = 20;
 /// Share of the square tried first, and steps to other shares.
-constexpr double kFirstShare = 0.75, kStep = 1.015, kLeastStep = 1.003;
+constexpr double kFirstShare = 0.75, kStep = 1.006, kLeastStep = 1.003;
+/// Outlines change places that differ in size by this share.
+constexpr double kMix = 0.3;
 constexpr int kMostStarts = 24;
 /// Above a step, packing goes on after so many rounds in vain by a smaller one.
 constexpr std::uint32_t kPatience = 3;
@@ -29,10 +30,7 @@ constexpr std::uint32_t kPatience = 3;
 class ManyPacking {
  public:
   ManyPacking(std::span<const Outline> outlines, std::uint32_t size, double padding, int threads)
-      : sheets_(outlines, size, padding),
-        size_(size),
-        cells_(std::min(size, outlines.size() > kFewer ? kMoreCells : kCells)),
-        threads_(threads) {}
+      : sheets_(outlines, size, padding), size_(size), cells_(kCells), threads_(threads) {}
 
   OutlinePacking run() {
     begin();
@@ -62,12 +60,14 @@ class ManyPacking {
   }
 
   /// The largest first: by area, or by area and the box's longer side.
-  PackOrder by_size(bool by_box) const {
+  /// \param random  mixes outlines of nearly the same size; or null
+  PackOrder by_size(bool by_box, std::mt19937* random = nullptr) const {
     std::vector<std::pair<double, std::uint32_t>> keys;
     for (std::uint32_t i = 0; i < sheets_.outlines().size(); ++i) {
       const ChartMask& mask = sheet_.masks[std::size_t{i} * ChartSheets::kTurns];
       const double box = by_box ? std::max(mask.width, mask.height) : 1;
-      keys.emplace_back(-box * std::sqrt(sheets_.outlines()[i].area), i);
+      const double by = random != nullptr ? 1 + kMix * random_below(*random, 1024) / 1024 : 1;
+      keys.emplace_back(-by * box * std::sqrt(sheets_.outlines()[i].area), i);
     }
     std::sort(keys.begin(), keys.end());
     PackOrder plan;
@@ -108,6 +108,11 @@ class ManyPacking {
       return plan;
     }
     std::mt19937 random(seed);
+    if (which >= kTogether / 2) {
+      PackOrder plan = by_size(which % 2 == 0, &random);
+      plan.rule = order_.rule;
+      return plan;
+    }
     PackOrder plan = order_;
     // What found no place goes earlier.
     for (const std::uint32_t i : current_.refused) {

@@ -12,6 +12,7 @@
 
 #include "base/parallel.h"
 #include "lowpoly/bitmap_packing.h"
+#include "lowpoly/box_packing.h"
 #include "lowpoly/chart_choice.h"
 #include "lowpoly/chart_density.h"
 #include "lowpoly/flat_predicates.h"
@@ -24,8 +25,8 @@ namespace {
 /// UVs are whole multiples of 2^-24: single precision holds them exactly up to 1, and double precision
 /// decides the side of a point without rounding.
 constexpr double kSteps = 16777216;
-/// Above this many charts they are packed in few orders.
-constexpr std::size_t kManyCharts = 200;
+/// Above this many charts they are packed in few orders; above that many, by their boxes.
+constexpr std::size_t kManyCharts = 200, kBoxesLimit = 20000;
 /// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
 constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Texels by detail are left alone where they are expected to gain less than this.
@@ -107,9 +108,8 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
                  const PackState* from, int threads) {
   // Rounding to UV steps may move two borders towards each other.
   const double apart = padding + 4 * size / kSteps;
-  Layout layout{outlines.size() > kManyCharts
-                    ? pack_many(outlines, size, apart, threads)
-                    : pack_outlines(outlines, size, apart, from, threads),
+  Layout layout{outlines.size() > kManyCharts ? pack_many(outlines, size, apart, threads)
+                                              : pack_outlines(outlines, size, apart, from, threads),
                 padding};
   const double side = layout.packing.scale / size;
   for (const Outline& outline : outlines) layout.coverage += outline.area * side * side;
@@ -208,7 +208,7 @@ class RoundedChart {
       const auto touch = flat.empty() ? first_touch(outline_of(chart_)) : std::nullopt;
       if (flat.empty() && !touch) return true;
       for (const std::size_t i : flat) widen(chart_.triangles[i]);
-      if (touch) part(touch->first), part(touch->second);
+      if (touch) part(touch->first, touch->second);
     }
     return false;
   }
@@ -267,14 +267,40 @@ class RoundedChart {
     move(t[(longest + 2) % 3], along);
   }
 
-  /// Moves a side of the border inwards.
-  void part(std::size_t side) {
-    const std::uint32_t a = chart_.boundary[side],
-                        b = chart_.boundary[(side + 1) % chart_.boundary.size()];
-    const FlatPoint along = chart_.points[b] - chart_.points[a];
-    move(a, along);
-    move(b, along);
+  const FlatPoint& border(std::size_t i) const {
+    return chart_.points[chart_.boundary[i % chart_.boundary.size()]];
   }
+
+  /// Of a side and a corner of the border: how near they are, and which way the corner comes from.
+  struct Near {
+    double squared = std::numeric_limits<double>::max();
+    std::size_t side = 0, corner = 0;
+  };
+
+  /// Moves a side and the corner of another that is nearest to it apart.
+  void part(std::size_t a, std::size_t b) {
+    Near near;
+    for (const std::size_t end : {0, 1}) {
+      for (const auto& [side, corner] : {std::pair{a, b + end}, std::pair{b, a + end}}) {
+        const FlatPoint along = border(side + 1) - border(side), to = border(corner) - border(side);
+        const double at = std::clamp(dot(to, along) / std::max(dot(along, along), 1.0), 0.0, 1.0);
+        const FlatPoint off = to - along * at;
+        if (corner % count() == side || corner % count() == (side + 1) % count()) continue;
+        if (dot(off, off) < near.squared) near = {dot(off, off), side, corner % count()};
+      }
+    }
+    if (near.squared == std::numeric_limits<double>::max()) return;
+    // The corner goes back to where its neighbours are, mostly outside of the side.
+    const FlatPoint from = border(near.side), along = border(near.side + 1) - from;
+    const double inside = cross(along, border(near.corner + count() - 1) - from) +
+                          cross(along, border(near.corner + 1) - from);
+    const FlatPoint away = inside > 0 ? along * -1 : along;
+    move(chart_.boundary[near.corner], away * -1);
+    move(chart_.boundary[near.side], away);
+    move(chart_.boundary[(near.side + 1) % count()], away);
+  }
+
+  std::size_t count() const { return chart_.boundary.size(); }
 
   FlatChart& chart_;
 };
