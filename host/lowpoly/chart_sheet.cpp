@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kAllTurns = 12, kHalfTurns = 32;
 
 /// Of more outlines than this, places are looked for from where the last one of nearly the same size went.
-constexpr std::size_t kManyOutlines = 200;
+constexpr std::size_t kManyOutlines = 100;
 /// Sizes are the same up to this factor.
 constexpr double kSameSize = 1.25;
 
