@@ -26,7 +26,7 @@ namespace {
 /// decides the side of a point without rounding.
 constexpr double kSteps = 16777216;
 /// Above this many charts they are packed in few orders; above that many, by their boxes.
-constexpr std::size_t kManyCharts = 100, kBoxesLimit = 20000;
+constexpr std::size_t kMostSearched = 100, kMostBitmaps = 20000;
 /// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
 constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Texels by detail are left alone where they are expected to gain less than this.
@@ -108,9 +108,12 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
                  const PackState* from, int threads) {
   // Rounding to UV steps may move two borders towards each other.
   const double apart = padding + 4 * size / kSteps;
-  Layout layout{outlines.size() > kManyCharts ? pack_many(outlines, size, apart, threads)
-                                              : pack_outlines(outlines, size, apart, from, threads),
-                padding};
+  const auto packed = [&] {
+    if (outlines.size() > kMostBitmaps) return pack_boxes(outlines, size, apart);
+    if (outlines.size() > kMostSearched) return pack_many(outlines, size, apart, threads);
+    return pack_outlines(outlines, size, apart, from, threads);
+  };
+  Layout layout{packed(), padding};
   const double side = layout.packing.scale / size;
   for (const Outline& outline : outlines) layout.coverage += outline.area * side * side;
   return layout;
