@@ -89,11 +89,10 @@ void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
     for (std::uint32_t at = first; at < end; ++at) {
       std::uint64_t* const wide = row(k, at);
       const std::uint64_t* const narrow = row(k - 1, at);
+      // What comes from beyond the row's end is of places outside.
+      const std::uint64_t* const beside = narrow + whole;
       for (std::uint32_t w = first_word; w < last_word; ++w) {
-        std::uint64_t value = narrow[w];
-        if (w + whole < words_) value |= narrow[w + whole] >> part;
-        if (part != 0 && w + whole + 1 < words_) value |= narrow[w + whole + 1] << (64 - part);
-        wide[w] = value;
+        wide[w] = narrow[w] | beside[w] >> part | beside[w + 1] << 1 << (63 - part);
       }
     }
   }

@@ -46,6 +46,8 @@ constexpr std::size_t kPromising = 5;
 constexpr std::uint32_t kCutEffort = 20;
 /// Above this many charts only the first, or none where vertices weigh already.
 constexpr std::size_t kManyCharts = 150;
+/// Where none is tried, and of more triangles than this, charts are grown in one way: the other hardly gains.
+constexpr std::size_t kManyTriangles = 10000;
 /// Vertices that seams may add before they weigh all of kVertexPrice: this, times the square root of positions.
 constexpr double kFreeVertices = 9.3;
 /// What those before weigh, of kVertexPrice.
@@ -172,6 +174,7 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
     tried.push_back(try_way(surface, options, way, threads));
     const auto& packed = tried.back().chosen.packed;
     if (packed && packed->share >= kGoodEnough) break;
+    if (!packed && surface.triangles.size() > kManyTriangles) break;
   }
   return std::move(best_of(tried).chosen);
 }

@@ -18,7 +18,7 @@ namespace {
 /// Cells a side: finer ones than for few outlines, since each outline loses about half a cell all around.
 constexpr std::uint32_t kCells = 2048;
 /// Orders packed side by side, and rounds of them: so many over the number of outlines, but some.
-constexpr std::uint32_t kTogether = 4, kRounds = 9000, kLeastRounds = 3, kMostRounds = 26;
+constexpr std::uint32_t kTogether = 4, kRounds = 9000, kLeastRounds = 3, kMostRounds = 16;
 /// Share of the square tried first, and steps to other shares.
 constexpr double kFirstShare = 0.75, kStep = 1.006, kLeastStep = 1.003;
 /// Outlines change places that differ in size by this share.
