@@ -56,7 +56,8 @@ struct PlainGrid {
 
 TEST(CellRows, FindsWhatAPlainGridFinds) {
   std::mt19937 random(3);
-  for (const std::uint32_t width : {7U, 63U, 64U, 65U, 100U, 128U, 200U, 512U, 700U, 1024U, 2048U}) {
+  for (const std::uint32_t width :
+       {7U, 63U, 64U, 65U, 100U, 128U, 200U, 512U, 700U, 1024U, 2048U}) {
     SCOPED_TRACE("width " + std::to_string(width));
     constexpr std::uint32_t height = 40;
     CellRows rows(width, height);
