@@ -143,6 +143,10 @@ Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const C
     return grown;
   }
   std::vector<Tried> tried = cut(surface, options, choices, grown.chosen, threads);
+  if (grown.chosen.charts.size() > kManyCharts) {  // One choice: nothing to compare by packing.
+    tried[0].worth = -vertex_price(surface, tried[0].chosen.charts);
+    return std::move(tried[0]);
+  }
   const auto pack_some = [&](std::span<const std::size_t> which, std::uint32_t effort) {
     const auto pack_one = [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {

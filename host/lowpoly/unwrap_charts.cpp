@@ -26,7 +26,7 @@ namespace {
 /// decides the side of a point without rounding.
 constexpr double kSteps = 16777216;
 /// Above this many charts they are packed in few orders; above that many, by their boxes.
-constexpr std::size_t kMostSearched = 100, kMostBitmaps = 20000;
+constexpr std::size_t kMostSearched = 100, kMostBitmaps = 10000;
 /// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
 constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Texels by detail are left alone where they are expected to gain less than this.
