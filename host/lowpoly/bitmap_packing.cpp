@@ -24,9 +24,8 @@ constexpr std::uint32_t kSearches = 4, kSearchTries = 120;
 /// They go on by other numbers until they cover this share: so many times at most, the last from orders by size.
 constexpr double kWanted = 0.785;
 constexpr std::uint32_t kSearchRounds = 3;
-/// Presses side by side, and the moves of each; of more outlines than this, none.
+/// Presses side by side, and the moves of each.
 constexpr std::uint32_t kPresses = 2, kPressMoves = 1000;
-constexpr std::size_t kMostPressed = 200;
 /// Random places that a move looks at.
 constexpr std::uint32_t kSamples = 24;
 /// A press enlarges outlines by this; by less and less where they do not fit after so many moves.
@@ -352,9 +351,7 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
   }
   const ChartSheets sheets(outlines, size, padding, best.angles);
   const Pressed coarse{std::move(best.packed), best.share, std::min(size, kSearchCells)};
-  if (size <= kSearchCells || outlines.size() > kMostPressed) {
-    return finish(sheets, coarse, size, threads);
-  }
+  if (size <= kSearchCells) return finish(sheets, coarse, size, threads);
   const PressRule rule{std::min(size, kPressCells), kPressMoves, kPressPatience, kSamples,
                        kPressStep};
   std::array<Pressed, kPresses> presses;

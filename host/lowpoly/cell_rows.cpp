@@ -11,6 +11,9 @@ namespace {
 
 constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 
+/// Of rows of more words, only those with room are looked at after some runs.
+constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
+
 /// Words a row: a power of two, so that there are few kinds.
 std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
 
@@ -63,7 +66,7 @@ void CellRows::clear() {
 
 void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
   mark(mask, x, y);
-  widen(y, y + mask.height);
+  widen(y, y + mask.height, x, x + mask.width - 1);
 }
 
 void CellRows::mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
@@ -77,17 +80,19 @@ void CellRows::mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
   }
 }
 
-void CellRows::widen(std::uint32_t first, std::uint32_t end) {
+void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
+                     std::uint32_t right) {
+  const std::uint32_t last_word = std::min(right / 64 + 1, words_);
   for (std::uint32_t k = 1; k < levels_; ++k) {
     const std::uint32_t shift = 1U << (k - 1), whole = shift / 64, part = shift % 64;
+    const std::uint32_t first_word = (left - std::min(left, (1U << k) - 1)) / 64;
     for (std::uint32_t at = first; at < end; ++at) {
       std::uint64_t* const wide = row(k, at);
       const std::uint64_t* const narrow = row(k - 1, at);
-      for (std::uint32_t w = 0; w < words_; ++w) {
-        std::uint64_t value = narrow[w];
-        if (w + whole < words_) value |= narrow[w + whole] >> part;
-        if (part != 0 && w + whole + 1 < words_) value |= narrow[w + whole + 1] << (64 - part);
-        wide[w] = value;
+      // What comes from beyond the row's end is of places outside.
+      const std::uint64_t* const beside = narrow + whole;
+      for (std::uint32_t w = first_word; w < last_word; ++w) {
+        wide[w] = narrow[w] | beside[w] >> part | beside[w + 1] << 1 << (63 - part);
       }
     }
   }
@@ -128,25 +133,44 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   const std::uint32_t top = std::min(height_, window.top);
   if (mask.height > top) return std::nullopt;
   const std::uint32_t end = top - mask.height + 1;
-  for (std::uint32_t y = first_with_room(mask, 0, end); y < end;
+  for (std::uint32_t y = first_with_room(mask, window.bottom, end); y < end;
        y = first_with_room(mask, y + 1, end)) {
     blocked = outside;
     bool free = true;
+    std::array<std::uint32_t, words> open{};
+    std::uint32_t count = 0;
     for (std::size_t r = 0; r < mask.runs.size() && free; ++r) {
       const ChartMask::Run& run = mask.runs[r];
-      const std::uint32_t count = run.last - run.first + 1;
-      const auto k = static_cast<std::uint32_t>(std::bit_width(count)) - 1;
+      const std::uint32_t length = run.last - run.first + 1;
+      const auto k = static_cast<std::uint32_t>(std::bit_width(length)) - 1;
       const std::uint32_t a = run.first, b = run.last + 1 - (1U << k);
       const std::uint64_t* const from = row(k, y + run.row);
       // What comes from beyond the row's end is outside anyway.
       const std::uint64_t *const at_a = from + a / 64, *const at_b = from + b / 64;
-      std::uint64_t all = kAllOnes;
-      for (std::uint32_t w = 0; w < words; ++w) {
-        blocked[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) | at_b[w] >> b % 64 |
-                      at_b[w + 1] << 1 << (63 - b % 64);
-        all &= blocked[w];
+      const auto block = [&](std::uint32_t w) {
+        return blocked[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) |
+                             at_b[w] >> b % 64 | at_b[w + 1] << 1 << (63 - b % 64);
+      };
+      if (words > kFewWords && r > kWholeRuns) {
+        // Of wide rows, only the words that still have a place.
+        std::uint32_t left = 0;
+        for (std::uint32_t n = 0; n < count; ++n) {
+          const std::uint32_t w = open[n];
+          open[left] = w;
+          left += block(w) != kAllOnes ? 1 : 0;
+        }
+        count = left;
+        free = count > 0;
+        continue;
       }
+      std::uint64_t all = kAllOnes;
+      for (std::uint32_t w = 0; w < words; ++w) all &= block(w);
       free = all != kAllOnes;
+      if (words <= kFewWords || r < kWholeRuns) continue;
+      for (std::uint32_t w = 0; w < words; ++w) {
+        open[count] = w;
+        count += blocked[w] != kAllOnes ? 1 : 0;
+      }
     }
     if (!free) continue;
     for (std::uint32_t w = 0; w < words; ++w) {
@@ -169,8 +193,10 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find(const Char
       return find_in<4>(mask, window);
     case 8:
       return find_in<8>(mask, window);
-    default:
+    case 16:
       return find_in<16>(mask, window);
+    default:
+      return find_in<32>(mask, window);
   }
 }
 

@@ -14,13 +14,14 @@ namespace kiln {
 /// of cells is tried at 64 places by two words.
 class CellRows {
  public:
-  /// \param width  cells, at most 1024
+  /// \param width  cells, at most 2048
   CellRows(std::uint32_t width, std::uint32_t height);
 
   /// Where to look for a place.
   struct Window {
     std::uint32_t top = 0;                      ///< The mask's, at most.
     std::uint32_t first = 0, last = kNoWindow;  ///< Its left side.
+    std::uint32_t bottom = 0;                   ///< The mask's, at least.
   };
   static constexpr std::uint32_t kNoWindow = ~std::uint32_t{0};
 
@@ -30,8 +31,8 @@ class CellRows {
   void take(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
   /// The first step of take(), for many masks at once. Places are found again after widen() of their rows.
   void mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
-  /// The second step of take(), for rows from `first` to before `end`.
-  void widen(std::uint32_t first, std::uint32_t end);
+  /// The second step of take(), for rows from `first` to before `end` with marks from cell `left` to `right`.
+  void widen(std::uint32_t first, std::uint32_t end, std::uint32_t left, std::uint32_t right);
   void clear();
 
  private:

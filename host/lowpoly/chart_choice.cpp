@@ -48,6 +48,8 @@ constexpr std::size_t kPromising = 5;
 constexpr std::uint32_t kCutEffort = 20;
 /// Above this many charts only the first, or none where vertices weigh already.
 constexpr std::size_t kManyCharts = 150;
+/// Where none is tried, and of more triangles than this, charts are grown in one way: the other hardly gains.
+constexpr std::size_t kManyTriangles = 10000;
 /// Vertices that seams may add before they weigh all of kVertexPrice: this, times the square root of positions.
 constexpr double kFreeVertices = 9.3;
 /// What those before weigh, of kVertexPrice.
@@ -154,6 +156,10 @@ Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const C
     return grown;
   }
   std::vector<Tried> tried = cut(surface, options, choices, grown.chosen, threads);
+  if (grown.chosen.charts.size() > kManyCharts) {  // One choice: nothing to compare by packing.
+    tried[0].worth = -vertex_price(surface, tried[0].chosen.charts);
+    return std::move(tried[0]);
+  }
   const auto pack_some = [&](std::span<const std::size_t> which, std::uint32_t effort) {
     const auto pack_one = [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
@@ -186,6 +192,7 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
     tried.push_back(try_way(surface, options, way, fewest, threads));
     const auto& packed = tried.back().chosen.packed;
     if (packed && packed->share >= kGoodEnough) break;
+    if (!packed && surface.triangles.size() > kManyTriangles) break;
   }
   return std::move(best_of(tried).chosen);
 }

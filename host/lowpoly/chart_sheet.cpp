@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -16,12 +17,37 @@ namespace {
 /// So many of the largest are drawn at all turns, and so many at half of them.
 constexpr std::size_t kAllTurns = 12, kHalfTurns = 32;
 
+/// Of more outlines than this, places are looked for from where the last one of nearly the same size went.
+constexpr std::size_t kManyOutlines = 100;
+/// Sizes are the same up to this factor.
+constexpr double kSameSize = 1.25;
+
 /// The score of a place, less is better.
 std::uint32_t score(const ChartMask& mask, std::uint32_t x, std::uint32_t y, std::uint32_t rule) {
   if (rule == 0) return 2 * (y + mask.height);
   if (rule == 1) return 2 * y + mask.height;
   return std::max(2 * (y + mask.height), x + mask.width);
 }
+
+/// Where the next outlines of a size may find room.
+class LowestRows {
+ public:
+  explicit LowestRows(std::size_t count) : many_(count > kManyOutlines) {}
+
+  /// The row to look from. \param mask  of the outline, at any turn
+  std::uint32_t& of(const Outline& outline, const ChartMask& mask) {
+    if (!many_) return none_ = 0;  // From below.
+    const auto step = [](double size) {
+      return static_cast<int>(std::log(size) / std::log(kSameSize));
+    };
+    return rows_[{step(outline.area), step(std::max(mask.width, mask.height))}];
+  }
+
+ private:
+  bool many_;
+  std::uint32_t none_ = 0;
+  std::map<std::pair<int, int>, std::uint32_t> rows_;
+};
 
 CellRows::Window window_of(const PackOrder& order, std::uint32_t outline, std::uint32_t cells) {
   CellRows::Window window{cells};
@@ -35,10 +61,12 @@ CellRows::Window window_of(const PackOrder& order, std::uint32_t outline, std::u
 /// Looks for an outline's best place by the order's rule, at all turns that it may have.
 /// \param guess  a turn that is likely the best, or -1: with a good place known, less is looked at. The answer
 ///               does not depend on it
+/// \param bottom  the lowest row
 void look(const CellRows& taken, const Sheet& sheet, const PackOrder& order, std::uint32_t i,
-          std::int8_t guess, Packed& packed) {
+          std::int8_t guess, std::uint32_t bottom, Packed& packed) {
   std::uint32_t best = 0;
   CellRows::Window window = window_of(order, i, sheet.cells);
+  window.bottom = bottom;
   const auto look_at = [&](std::int8_t turn) {
     const ChartMask& mask = sheet.mask(i, turn);
     if (mask.runs.empty()) return;
@@ -135,14 +163,17 @@ Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most
   packed.turn.assign(outlines_.size(), -1);
   packed.x.assign(outlines_.size(), 0), packed.y = packed.x;
   CellRows taken(sheet.cells, sheet.cells);
+  LowestRows lowest(outlines_.size());
   for (std::size_t n = 0; n < order.order.size(); ++n) {
     Heartbeat::beat();
     const std::uint32_t i = order.order[n];
+    std::uint32_t& bottom = lowest.of(outlines_[i], sheet.masks[std::size_t{i} * kTurns]);
     if (n < same) {
       packed.turn[i] = done->turn[i], packed.x[i] = done->x[i], packed.y[i] = done->y[i];
     } else {
-      if (n == same && n > 0) taken.widen(0, sheet.cells);
-      look(taken, sheet, order, i, done != nullptr ? done->turn[i] : std::int8_t{-1}, packed);
+      if (n == same && n > 0) taken.widen(0, sheet.cells, 0, sheet.cells - 1);
+      look(taken, sheet, order, i, done != nullptr ? done->turn[i] : std::int8_t{-1}, bottom,
+           packed);
     }
     note(sheet, i, packed);
     if (packed.left_out > most) return packed;
@@ -152,6 +183,8 @@ Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most
       taken.mark(mask, packed.x[i], packed.y[i]);
     } else {
       taken.take(mask, packed.x[i], packed.y[i]);
+      // An outline of another shape may fit a little lower.
+      bottom = std::max(bottom, packed.y[i] - std::min(packed.y[i], mask.height));
     }
   }
   return packed;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "lowpoly/pairing.h"
@@ -12,9 +13,38 @@
 namespace kiln {
 namespace {
 
-/// Opposite half-edges. An edge is inner where exactly two triangles meet and run along it in
-/// opposite senses.
-void find_mates(ChartSurface& surface) {
+/// At edges of more triangles than this, none are mates.
+constexpr std::size_t kMostSheets = 32;
+
+/// Of the half-edges at an edge of more than two triangles, mates by two: those that bend least first. Sheets that
+/// touch go on by themselves there.
+void pair_sheets(ChartSurface& surface,
+                 std::span<const std::pair<std::uint64_t, std::uint32_t>> edges) {
+  struct Bend {
+    double cosine = 0;
+    std::uint32_t a = 0, b = 0;
+  };
+  std::vector<Bend> bends;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    for (std::size_t j = i + 1; j < edges.size(); ++j) {
+      const std::uint32_t a = edges[i].second, b = edges[j].second;
+      if (start_of(surface, a) != end_of(surface, b)) continue;
+      bends.push_back({dot(surface.normal[a / 3], surface.normal[b / 3]), a, b});
+    }
+  }
+  std::stable_sort(bends.begin(), bends.end(),
+                   [](const Bend& p, const Bend& q) { return p.cosine > q.cosine; });
+  for (const Bend& bend : bends) {
+    if (surface.mate[bend.a] != kNoIndex || surface.mate[bend.b] != kNoIndex) continue;
+    surface.mate[bend.a] = bend.b;
+    surface.mate[bend.b] = bend.a;
+  }
+}
+
+/// Opposite half-edges: they run along an edge in opposite senses.
+/// \returns of each vertex, whether it is at an edge of more than two triangles
+std::vector<std::uint8_t> find_mates(ChartSurface& surface) {
+  std::vector<std::uint8_t> at_sheets(surface.positions.size(), 0);
   const std::size_t count = surface.triangles.size() * 3;
   surface.mate.assign(count, kNoIndex);
   std::vector<std::pair<std::uint64_t, std::uint32_t>> edges(count);
@@ -30,9 +60,13 @@ void find_mates(ChartSurface& surface) {
     if (end - i == 2 && start_of(surface, a) == end_of(surface, b)) {
       surface.mate[a] = b;
       surface.mate[b] = a;
+    } else if (end - i > 2) {
+      at_sheets[start_of(surface, a)] = at_sheets[end_of(surface, a)] = 1;
+      if (end - i <= kMostSheets) pair_sheets(surface, std::span(edges).subspan(i, end - i));
     }
     i = end;
   }
+  return at_sheets;
 }
 
 void measure(ChartSurface& surface) {
@@ -52,11 +86,11 @@ void measure(ChartSurface& surface) {
 }
 
 /// Angles around inner vertices; a vertex where discs meet in one point counts as it is.
-void find_bends(ChartSurface& surface) {
+/// \param open  of each vertex, whether its angles say nothing; those at borders are added
+void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
   constexpr double kLeastTurn = 0.1;
   const std::size_t count = surface.positions.size();
   std::vector<double> turn(count, 0);
-  std::vector<std::uint8_t> open(count, 0);
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
     const double to = surface.length[h], from = surface.length[h % 3 == 0 ? h + 2 : h - 1],
                  across = surface.length[next_half_edge(h)];
@@ -107,9 +141,8 @@ ChartSurface chart_surface(const Mesh& mesh) {
   for (const std::uint32_t v : kept) {
     surface.positions.push_back((Vec3d(mesh.positions[v]) - low) * scale);
   }
-  find_mates(surface);
   measure(surface);
-  find_bends(surface);
+  find_bends(surface, find_mates(surface));
   return surface;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 namespace kiln {
@@ -18,29 +17,39 @@ int side(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, double apar
   return det > bound ? 1 : det < -bound ? -1 : 0;
 }
 
+/// A side of a polygon, and its box.
+struct Side {
+  double left = 0, right = 0, low = 0, high = 0;
+  std::uint32_t first = 0;
+  bool operator<(const Side& other) const {
+    return left < other.left || (left == other.left && first < other.first);
+  }
+};
+
 /// Calls `found(a, b)` for sides that touch, until it returns false.
 template <typename Found>
 void each_touch(std::span<const FlatPoint> polygon, double apart, const Found& found) {
   const std::size_t count = polygon.size();
-  const auto end = [&](std::size_t i) -> const FlatPoint& { return polygon[(i + 1) % count]; };
-  std::vector<std::uint32_t> order(count);
-  std::iota(order.begin(), order.end(), 0U);
-  const auto left = [&](std::uint32_t i) { return std::min(polygon[i].x, end(i).x); };
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return left(a) < left(b); });
+  const auto end = [&](std::size_t i) -> const FlatPoint& {
+    return polygon[i + 1 < count ? i + 1 : 0];
+  };
+  std::vector<Side> sides(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const FlatPoint &p = polygon[i], &q = end(i);
+    sides[i] = {std::min(p.x, q.x), std::max(p.x, q.x), std::min(p.y, q.y), std::max(p.y, q.y), i};
+  }
+  std::sort(sides.begin(), sides.end());
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t a = order[i];
-    const double right = std::max(polygon[a].x, end(a).x) + apart;
-    const double low = std::min(polygon[a].y, end(a).y) - apart,
-                 high = std::max(polygon[a].y, end(a).y) + apart;
-    for (std::size_t j = i + 1; j < count && left(order[j]) <= right; ++j) {
-      const std::uint32_t b = order[j];
-      if (std::max(polygon[b].y, end(b).y) < low || std::min(polygon[b].y, end(b).y) > high)
-        continue;
+    const std::size_t a = sides[i].first;
+    const double right = sides[i].right + apart, low = sides[i].low - apart,
+                 high = sides[i].high + apart;
+    for (std::size_t j = i + 1; j < count && sides[j].left <= right; ++j) {
+      if (sides[j].high < low || sides[j].low > high) continue;
+      const std::size_t b = sides[j].first;
       const bool follows = (a + 1) % count == b;
       if (follows || (b + 1) % count == a) {
         // Neighbours share a corner; they overlap only where they fold back onto each other.
-        const std::uint32_t first = follows ? a : b, second = follows ? b : a;
+        const std::size_t first = follows ? a : b, second = follows ? b : a;
         if (side(polygon[first], end(first), end(second)) == 0 &&
             dot(end(first) - polygon[first], end(second) - polygon[second]) <= 0) {
           if (!found(a, b)) return;

@@ -155,11 +155,14 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
 }
 
 /// From how many triangles on a head start pays.
-std::size_t SimplifyJob::direct_limit() const {
-  const std::size_t count = dense_.triangles.size();
-  const bool direct = count > kDirectLimit && count <= kFineLimit && !options_.height_field &&
-                      is_finely_curved(dense_);
-  return direct ? kFineLimit : kDirectLimit;
+std::size_t SimplifyJob::direct_limit() {
+  if (!direct_limit_) {
+    const std::size_t count = dense_.triangles.size();
+    const bool direct = count > kDirectLimit && count <= kFineLimit && !options_.height_field &&
+                        is_finely_curved(dense_);
+    direct_limit_ = direct ? kFineLimit : kDirectLimit;
+  }
+  return *direct_limit_;
 }
 
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
@@ -179,7 +182,7 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
   return work;
 }
 
-std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> faces) const {
+std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> faces) {
   std::vector<SimplifyResult> results;
   const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, direct_limit());
   Shrinking shrinking(work, layout(), options_, scale_);
@@ -198,7 +201,7 @@ bool SimplifyJob::improve(SimplifyResult& result) {
   return is_good(result);
 }
 
-bool SimplifyJob::may_solve() const { return dense_.triangles.size() > direct_limit(); }
+bool SimplifyJob::may_solve() { return dense_.triangles.size() > direct_limit(); }
 
 DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
   return measure(result, kMostSamples);
@@ -266,6 +269,7 @@ bool SimplifyJob::drop_crumbs() {
   report_.dropped_parts = parts.count_below(size);
   if (report_.dropped_parts == 0) return false;
   dense_ = parts.without(dense_, size);
+  direct_limit_.reset();
   dense_positions_ = to_floats(dense_.points);
   check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
   std::array<char, 32> text{};

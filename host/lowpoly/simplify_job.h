@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -100,13 +101,13 @@ class SimplifyJob {
   Mesh run(bool with_deviation);
 
   /// One mesh a number of faces, not yet mended, as long as each has fewer than the one before.
-  std::vector<SimplifyResult> levels(std::span<const std::uint32_t> faces) const;
+  std::vector<SimplifyResult> levels(std::span<const std::uint32_t> faces);
   /// Fits one of them, and mends what that does not. \returns whether it is good
   bool improve(SimplifyResult& result);
   /// Fits one roughly, to look at.
   void fit_roughly(SimplifyResult& result) const;
   /// Whether solve() may find what improve() does not: levels come from one head start, which it makes anew.
-  bool may_solve() const;
+  bool may_solve();
   /// The low poly, mended; where a head start left what cannot be mended, from one that leaves the high poly as it is
   /// there; where that does not end, from the high poly itself.
   SimplifyResult solve();
@@ -124,7 +125,7 @@ class SimplifyJob {
   SimplifyResult unchanged() const { return {dense_.points, dense_.triangles, layout_, {}, {}}; }
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work) const;
-  std::size_t direct_limit() const;
+  std::size_t direct_limit();
   Work start(std::size_t faces, std::span<const Place> untouched, bool parts,
              std::size_t limit) const;
   bool drop_crumbs();
@@ -149,6 +150,7 @@ class SimplifyJob {
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
+  std::optional<std::size_t> direct_limit_;  ///< Once asked for.
 };
 
 }  // namespace kiln

@@ -16,6 +16,7 @@
 #include "lowpoly/chart_choice.h"
 #include "lowpoly/chart_density.h"
 #include "lowpoly/flat_predicates.h"
+#include "lowpoly/many_packing.h"
 #include "lowpoly/pairing.h"
 
 namespace kiln {
@@ -24,8 +25,8 @@ namespace {
 /// UVs are whole multiples of 2^-24: single precision holds them exactly up to 1, and double precision
 /// decides the side of a point without rounding.
 constexpr double kSteps = 16777216;
-/// Above this many charts they are packed by their boxes.
-constexpr std::size_t kBitmapLimit = 1000;
+/// Above this many charts they are packed in few orders; above that many, by their boxes.
+constexpr std::size_t kMostSearched = 100, kMostBitmaps = 10000;
 /// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
 constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Texels by detail are left alone where they are expected to gain less than this.
@@ -107,10 +108,12 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
                  const PackState* from, int threads) {
   // Rounding to UV steps may move two borders towards each other.
   const double apart = padding + 4 * size / kSteps;
-  Layout layout{outlines.size() > kBitmapLimit
-                    ? pack_boxes(outlines, size, apart)
-                    : pack_outlines(outlines, size, apart, from, threads),
-                padding};
+  const auto packed = [&] {
+    if (outlines.size() > kMostBitmaps) return pack_boxes(outlines, size, apart);
+    if (outlines.size() > kMostSearched) return pack_many(outlines, size, apart, threads);
+    return pack_outlines(outlines, size, apart, from, threads);
+  };
+  Layout layout{packed(), padding};
   const double side = layout.packing.scale / size;
   for (const Outline& outline : outlines) layout.coverage += outline.area * side * side;
   return layout;
@@ -196,28 +199,114 @@ void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t
   }
 }
 
-/// Marks triangles that rounding has flattened or flipped; where none is, but the border touches itself, those
-/// at the two places. \returns whether any was
-bool mark_failures(const FlatChart& chart, std::vector<std::uint8_t>& lone) {
-  bool any = false;
-  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    const Triangle& t = chart.triangles[i];
-    if (surely_left(chart.points[t[0]], chart.points[t[1]], chart.points[t[2]])) continue;
-    lone[chart.source[i]] = 1;
-    any = true;
+/// Charts in whole steps, mended where rounding flattened a triangle or let the border touch itself.
+class RoundedChart {
+ public:
+  explicit RoundedChart(FlatChart& chart) : chart_(chart) {}
+
+  /// Moves vertices by a few steps. \returns whether that mends all
+  bool mend() {
+    for (int attempt = 0; attempt < kMostMends; ++attempt) {
+      const std::vector<std::size_t> flat = flattened();
+      const auto touch = flat.empty() ? first_touch(outline_of(chart_)) : std::nullopt;
+      if (flat.empty() && !touch) return true;
+      for (const std::size_t i : flat) widen(chart_.triangles[i]);
+      if (touch) part(touch->first, touch->second);
+    }
+    return false;
   }
-  if (any) return true;
-  const auto touch = first_touch(outline_of(chart));
-  if (!touch) return false;
-  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = chart.triangles[i][k];
-      if (from != chart.boundary[touch->first] && from != chart.boundary[touch->second]) continue;
-      lone[chart.source[i]] = 1;
+
+  /// Marks the flattened triangles; where none is, those at two places where the border touches itself.
+  void mark(std::vector<std::uint8_t>& lone) const {
+    const std::vector<std::size_t> flat = flattened();
+    for (const std::size_t i : flat) lone[chart_.source[i]] = 1;
+    if (!flat.empty()) return;
+    const auto touch = first_touch(outline_of(chart_));
+    if (!touch) return;
+    for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t from = chart_.triangles[i][k];
+        if (from != chart_.boundary[touch->first] && from != chart_.boundary[touch->second])
+          continue;
+        lone[chart_.source[i]] = 1;
+      }
     }
   }
-  return true;
-}
+
+ private:
+  /// A hundredth of a texel of 16384 altogether.
+  static constexpr int kMostMends = 64;
+  static constexpr double kMendSteps = 3;
+
+  std::vector<std::size_t> flattened() const {
+    std::vector<std::size_t> result;
+    for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
+      const Triangle& t = chart_.triangles[i];
+      if (!surely_left(chart_.points[t[0]], chart_.points[t[1]], chart_.points[t[2]]))
+        result.push_back(i);
+    }
+    return result;
+  }
+
+  /// Moves a vertex to the left of a direction.
+  void move(std::uint32_t v, const FlatPoint& along) {
+    const double size = std::hypot(along.x, along.y);
+    const FlatPoint left =
+        size > 0 ? FlatPoint{-along.y, along.x} * (kMendSteps / size) : FlatPoint{0, kMendSteps};
+    FlatPoint& p = chart_.points[v];
+    p = {std::round(p.x + left.x), std::round(p.y + left.y)};
+  }
+
+  /// Moves the corner opposite to the longest side away from that.
+  void widen(const Triangle& t) {
+    std::size_t longest = 0;
+    FlatPoint along;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const FlatPoint side = chart_.points[t[(k + 1) % 3]] - chart_.points[t[k]];
+      if (dot(side, side) <= dot(along, along)) continue;
+      along = side;
+      longest = k;
+    }
+    move(t[(longest + 2) % 3], along);
+  }
+
+  const FlatPoint& border(std::size_t i) const {
+    return chart_.points[chart_.boundary[i % chart_.boundary.size()]];
+  }
+
+  /// Of a side and a corner of the border: how near they are, and which way the corner comes from.
+  struct Near {
+    double squared = std::numeric_limits<double>::max();
+    std::size_t side = 0, corner = 0;
+  };
+
+  /// Moves a side and the corner of another that is nearest to it apart.
+  void part(std::size_t a, std::size_t b) {
+    Near near;
+    for (const std::size_t end : {0, 1}) {
+      for (const auto& [side, corner] : {std::pair{a, b + end}, std::pair{b, a + end}}) {
+        const FlatPoint along = border(side + 1) - border(side), to = border(corner) - border(side);
+        const double at = std::clamp(dot(to, along) / std::max(dot(along, along), 1.0), 0.0, 1.0);
+        const FlatPoint off = to - along * at;
+        if (corner % count() == side || corner % count() == (side + 1) % count()) continue;
+        if (dot(off, off) < near.squared) near = {dot(off, off), side, corner % count()};
+      }
+    }
+    if (near.squared == std::numeric_limits<double>::max()) return;
+    // The corner goes back to where its neighbours are, mostly outside of the side.
+    const FlatPoint from = border(near.side), along = border(near.side + 1) - from;
+    const double inside = cross(along, border(near.corner + count() - 1) - from) +
+                          cross(along, border(near.corner + 1) - from);
+    const FlatPoint away = inside > 0 ? along * -1 : along;
+    move(chart_.boundary[near.corner], away * -1);
+    move(chart_.boundary[near.side], away);
+    move(chart_.boundary[(near.side + 1) % count()], away);
+  }
+
+  std::size_t count() const { return chart_.boundary.size(); }
+
+  FlatChart& chart_;
+};
 
 Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
@@ -285,7 +374,10 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
     bool failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
-      failed = mark_failures(charts[i], lone) || failed;
+      RoundedChart rounded(charts[i]);
+      if (rounded.mend()) continue;
+      rounded.mark(lone);
+      failed = true;
     }
     if (failed) continue;
     if (report != nullptr) describe(surface, charts, layout.padding, options, *report);

@@ -38,7 +38,7 @@ struct PlainGrid {
   }
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find(
       const ChartMask& mask, const CellRows::Window& window) const {
-    for (std::uint32_t y = 0; y + mask.height <= std::min(height, window.top); ++y) {
+    for (std::uint32_t y = window.bottom; y + mask.height <= std::min(height, window.top); ++y) {
       for (std::uint32_t x = window.first; x + mask.width <= width && x <= window.last; ++x) {
         if (free(mask, x, y)) return std::pair{x, y};
       }
@@ -56,7 +56,8 @@ struct PlainGrid {
 
 TEST(CellRows, FindsWhatAPlainGridFinds) {
   std::mt19937 random(3);
-  for (const std::uint32_t width : {7U, 63U, 64U, 65U, 100U, 128U, 200U, 512U, 700U, 1024U}) {
+  for (const std::uint32_t width :
+       {7U, 63U, 64U, 65U, 100U, 128U, 200U, 512U, 700U, 1024U, 2048U}) {
     SCOPED_TRACE("width " + std::to_string(width));
     constexpr std::uint32_t height = 40;
     CellRows rows(width, height);
@@ -69,6 +70,7 @@ TEST(CellRows, FindsWhatAPlainGridFinds) {
         window.first = static_cast<std::uint32_t>(random() % width);
         window.last = window.first + static_cast<std::uint32_t>(random() % width);
       }
+      if (i % 5 == 0) window.bottom = static_cast<std::uint32_t>(random() % 8);
       const auto expected = grid.find(mask, window);
       ASSERT_EQ(rows.find(mask, window), expected) << "mask " << i;
       ++(expected ? placed : refused);
@@ -76,7 +78,7 @@ TEST(CellRows, FindsWhatAPlainGridFinds) {
       grid.take(mask, expected->first, expected->second);
       if (i % 3 == 0) {
         rows.mark(mask, expected->first, expected->second);
-        rows.widen(0, height);
+        rows.widen(0, height, 0, width - 1);
       } else {
         rows.take(mask, expected->first, expected->second);
       }

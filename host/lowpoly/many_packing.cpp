@@ -1,0 +1,183 @@
+#include "lowpoly/many_packing.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.h"
+#include "lowpoly/box_packing.h"
+
+namespace kiln {
+namespace {
+
+/// Cells a side: finer ones than for few outlines, since each outline loses about half a cell all around.
+constexpr std::uint32_t kCells = 2048;
+/// Orders packed side by side, and rounds of them: so many over the number of outlines, but some.
+constexpr std::uint32_t kTogether = 4, kRounds = 9000, kLeastRounds = 3, kMostRounds = 16;
+/// Share of the square tried first, and steps to other shares.
+constexpr double kFirstShare = 0.75, kStep = 1.006, kLeastStep = 1.003;
+/// Outlines change places that differ in size by this share.
+constexpr double kMix = 0.3;
+constexpr int kMostStarts = 24;
+/// Above a step, packing goes on after so many rounds in vain by a smaller one.
+constexpr std::uint32_t kPatience = 3;
+
+class ManyPacking {
+ public:
+  ManyPacking(std::span<const Outline> outlines, std::uint32_t size, double padding, int threads)
+      : sheets_(outlines, size, padding), size_(size), cells_(kCells), threads_(threads) {}
+
+  OutlinePacking run() {
+    begin();
+    if (share_ == 0) return {};
+    const auto count = static_cast<std::uint32_t>(sheets_.outlines().size());
+    const std::uint32_t rounds = std::clamp(kRounds / count, kLeastRounds, kMostRounds);
+    double step = kStep;
+    std::uint32_t waited = 0;
+    draw(share_ * step);
+    for (std::uint32_t round = 0; round < rounds; ++round) {
+      if (improve(round)) {
+        draw(share_ * step);
+        waited = 0;
+      } else if (++waited == kPatience) {
+        step = std::max(kLeastStep, std::sqrt(step));
+        draw(share_ * step);
+        waited = 0;
+      }
+    }
+    return {std::sqrt(share_ / sheets_.area()) * size_, std::move(best_.places)};
+  }
+
+ private:
+  void draw(double share) {
+    drawn_share_ = share;
+    sheet_ = sheets_.draw(cells_, std::sqrt(share / sheets_.area()) * cells_);
+  }
+
+  /// The largest first: by area, or by area and the box's longer side.
+  /// \param random  mixes outlines of nearly the same size; or null
+  PackOrder by_size(bool by_box, std::mt19937* random = nullptr) const {
+    std::vector<std::pair<double, std::uint32_t>> keys;
+    for (std::uint32_t i = 0; i < sheets_.outlines().size(); ++i) {
+      const ChartMask& mask = sheet_.masks[std::size_t{i} * ChartSheets::kTurns];
+      const double box = by_box ? std::max(mask.width, mask.height) : 1;
+      const double by = random != nullptr ? 1 + kMix * random_below(*random, 1024) / 1024 : 1;
+      keys.emplace_back(-by * box * std::sqrt(sheets_.outlines()[i].area), i);
+    }
+    std::sort(keys.begin(), keys.end());
+    PackOrder plan;
+    for (const auto& [key, i] : keys) plan.order.push_back(i);
+    plan.turn.assign(keys.size(), -1);
+    return plan;
+  }
+
+  /// The largest share, or nearly, at which an order by size fits.
+  void begin() {
+    double share = kFirstShare, fails = 1;
+    for (int i = 0; i < kMostStarts && share > 0; ++i) {
+      draw(share);
+      PackOrder plan = by_size(true);
+      Packed packed = sheets_.pack(sheet_, plan);
+      const double left_out = packed.left_out / sheets_.area();
+      if (left_out > 0) {
+        fails = share;
+        const double less = share * std::clamp(1 - left_out, 0.5, 0.99);
+        share = share_ > 0 ? 0.5 * (share_ + fails) : less;
+      } else {
+        share_ = share;
+        order_ = std::move(plan);
+        const double rows = static_cast<double>(packed.height) / cells_;
+        best_ = std::move(packed);
+        share = std::min(share / rows, 0.5 * (share + fails));
+      }
+      if (share_ > 0 && (share < share_ * kStep || fails < share_ * kStep)) break;
+    }
+    current_ = best_;
+  }
+
+  PackOrder changed(std::uint32_t round, std::uint32_t which) const {
+    const std::uint32_t seed = round * kTogether + which;
+    if (round == 0) {
+      PackOrder plan = by_size(which % 2 == 0);
+      plan.rule = which / 2;
+      return plan;
+    }
+    std::mt19937 random(seed);
+    if (which >= kTogether / 2) {
+      PackOrder plan = by_size(which % 2 == 0, &random);
+      plan.rule = order_.rule;
+      return plan;
+    }
+    PackOrder plan = order_;
+    // What found no place goes earlier.
+    for (const std::uint32_t i : current_.refused) {
+      const auto at = std::find(plan.order.begin(), plan.order.end(), i);
+      const auto place = static_cast<std::size_t>(at - plan.order.begin());
+      std::rotate(plan.order.begin() + random_below(random, place + 1), at, at + 1);
+    }
+    const auto count = static_cast<std::uint32_t>(plan.order.size());
+    for (std::uint32_t n = 0; n <= which; ++n) {
+      const std::uint32_t a = random_below(random, count),
+                          b = std::min(count - 1, a + 1 + random_below(random, 8));
+      std::swap(plan.order[a], plan.order[b]);
+    }
+    return plan;
+  }
+
+  /// Packs some orders. \returns whether one fits
+  bool improve(std::uint32_t round) {
+    std::array<PackOrder, kTogether> plans;
+    std::array<Packed, kTogether> results;
+    const auto body = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        plans[i] = changed(round, static_cast<std::uint32_t>(i));
+        results[i] = sheets_.pack(sheet_, plans[i]);
+      }
+    };
+    parallel_for(kTogether, 1, body, threads_);
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < kTogether; ++i) {
+      if (std::tie(results[i].left_out, results[i].weight) <
+          std::tie(results[best].left_out, results[best].weight))
+        best = i;
+    }
+    if (results[best].refused.empty()) {
+      share_ = drawn_share_;
+      best_ = current_ = std::move(results[best]);
+      order_ = std::move(plans[best]);
+      return true;
+    }
+    if (current_.refused.empty() || results[best].left_out <= current_.left_out) {
+      current_ = std::move(results[best]);
+      order_ = std::move(plans[best]);
+    }
+    return false;
+  }
+
+  ChartSheets sheets_;
+  std::uint32_t size_, cells_;
+  int threads_;
+  double share_ = 0;  ///< Of the square: what fits.
+  Packed best_;       ///< And how.
+  // What is tried: a little too large.
+  double drawn_share_ = 0;
+  Sheet sheet_;
+  PackOrder order_;
+  Packed current_;
+};
+
+}  // namespace
+
+OutlinePacking pack_many(std::span<const Outline> outlines, std::uint32_t size, double padding,
+                         int threads) {
+  OutlinePacking boxes = pack_boxes(outlines, size, padding);
+  OutlinePacking packing = ManyPacking(outlines, size, padding, threads).run();
+  return packing.scale > boxes.scale ? std::move(packing) : std::move(boxes);
+}
+
+}  // namespace kiln
