@@ -34,7 +34,7 @@ constexpr double kAgreement = 0.2;
 /// With less, normals are nearer where there is no map, and bend more from face to face, which a map has to undo.
 constexpr double kTowardsFaces = 0.6;
 /// Cosine of the angle between a normal and each face around it: tangent space reaches no farther than 90 degrees.
-constexpr double kLeastFacing = 0.2;
+constexpr double kLeastFacing = 0.05;
 
 double fraction(double x) { return x - std::floor(x); }
 
@@ -83,7 +83,8 @@ class Fans {
   }
 
   /// Joins normals over seams where they part by less at both ends.
-  void soften(const Normals& normals, const std::vector<std::uint32_t>& slots, double least_cosine) {
+  void soften(const Normals& normals, const std::vector<std::uint32_t>& slots,
+              double least_cosine) {
     std::size_t kept = 0;
     for (const Seam& seam : seams_) {
       const auto near = [&](const std::array<std::uint32_t, 2>& corners) {
@@ -135,7 +136,8 @@ class Fans {
           const std::uint32_t b = SideLists::higher(sides[0]);
           for (std::size_t i = 1; i < sides.size(); ++i) {
             const std::uint32_t one = sides[i - 1].index / 3, other = sides[i].index / 3;
-            const Seam seam{{{corner(one, a), corner(other, a)}, {corner(one, b), corner(other, b)}}};
+            const Seam seam{
+                {{corner(one, a), corner(other, a)}, {corner(one, b), corner(other, b)}}};
             const bool parts = sets_.find(seam[0][0]) != sets_.find(seam[0][1]) ||
                                sets_.find(seam[1][0]) != sets_.find(seam[1][1]);
             if (parts && a != b) seams_.push_back(seam);

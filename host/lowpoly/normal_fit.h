@@ -32,8 +32,8 @@ class NormalFit {
   const Mesh& high_;
   Frame frame_;
   std::vector<Vec3> positions_;
-  CornerNormals smooth_;           ///< Where the mesh has none and is small; else empty
-  std::vector<double> area_until_; ///< Doubled, of all triangles up to each
+  CornerNormals smooth_;            ///< Where the mesh has none and is small; else empty
+  std::vector<double> area_until_;  ///< Doubled, of all triangles up to each
 };
 
 }  // namespace kiln
