@@ -13,6 +13,7 @@
 #include "lowpoly/height_layout.h"
 #include "lowpoly/keep_colors.h"
 #include "lowpoly/keep_names.h"
+#include "lowpoly/normal_fit.h"
 #include "lowpoly/simplify_job.h"
 #include "lowpoly/simplify_levels.h"
 
@@ -60,6 +61,7 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
   Mesh mesh = SimplifyJob(high, options, out).run(report != nullptr);
   keep_names(high, mesh);
   keep_colors(high, mesh);
+  if (options.fit_normals) NormalFit(high).run(mesh);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return mesh;
 }
@@ -100,9 +102,15 @@ struct SimplifyLevels::Impl {
     return meshes[level] = std::move(next);
   }
 
-  Mesh finished(const SimplifyResult& result) {
+  const NormalFit& normals() {
+    if (!fit) fit.emplace(high);
+    return *fit;
+  }
+
+  Mesh finished(const SimplifyResult& result, bool rough = false) {
     Mesh mesh = job->finish(result);
     keep_names(high, mesh);
+    normals().run(mesh, {}, nullptr, rough);
     if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
     return mesh;
   }
@@ -112,6 +120,7 @@ struct SimplifyLevels::Impl {
   SimplifyOptions options;
   SimplifyReport report, of_high;
   std::optional<SimplifyJob> job;
+  std::optional<NormalFit> fit;  ///< Made where it is first needed
   std::vector<SimplifyResult> results;
   std::map<std::size_t, Made> meshes;  ///< By level
 };
@@ -149,8 +158,10 @@ Mesh SimplifyLevels::glance(std::size_t level) const {
   impl_->turn_to(level);
   SimplifyResult result = impl_->results.at(level);
   impl_->job->fit_roughly(result);
-  return impl_->finished(result);
+  return impl_->finished(result, /*rough=*/true);
 }
+
+void SimplifyLevels::fit_normals(Mesh& low) const { impl_->normals().run(low); }
 
 bool SimplifyLevels::is_flawed(std::size_t level) const { return impl_->made(level).flawed; }
 

@@ -46,6 +46,9 @@ class SimplifyLevels {
   /// A level to look at, not to keep: fitted roughly, nothing mended.
   Mesh glance(std::size_t level) const;
 
+  /// As kiln::fit_normals(), of any low poly, such as a level with UVs.
+  void fit_normals(Mesh& low) const;
+
   /// Whether mesh() has flaws that simplify() may not have.
   bool is_flawed(std::size_t level) const;
   /// Makes a flawed level as simplify() does, from other head starts or the high poly itself, which takes long.

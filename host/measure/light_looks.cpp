@@ -120,6 +120,7 @@ const LaidOut& LightLooks::laid_out(std::size_t level, const LightPlanOptions& o
     if (options.density == TexelDensity::detail && !detail_) detail_.emplace(high_);
     next.mesh = unwrap_for(simplified, {options.unwrap, size, std::max(2U, size / 256)},
                            detail_ ? &*detail_ : nullptr, &next.report);
+    levels().fit_normals(next.mesh);
   }
   plan_.seconds_unwrap += watch.total();
   return known_->laid_out[{level, size}] = std::move(next);

@@ -29,6 +29,9 @@ struct SimplifyOptions {
   bool hull = false;
   /// Leave out no part for its size. Else, with `faces`, crumbs are left out (see simplify()).
   bool keep_parts = false;
+  /// Whether normals are those of fit_normals(). Else they are angle-weighted: quicker, where unwrap() and
+  /// fit_normals() follow.
+  bool fit_normals = true;
 };
 
 /// What simplify() came to.
@@ -74,7 +77,7 @@ struct SimplifyReport {
 /// high poly has no such edge; of a height field, triangles that face down. New holes are counted. The
 /// report counts them; what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
-/// The result has smooth angle-weighted normals and the input's name, place and units (same
+/// The result has the normals of fit_normals(), and the input's name, place and units (same
 /// origin); UVs with `keep_uvs`, else none. Its groups, objects and materials are those of most of
 /// the high poly under each triangle; where the high poly has vertex colours, its own come nearest
 /// to them (least squares in linear light). Its triangle count is the target, or one below it where
@@ -97,6 +100,39 @@ struct SimplifyReport {
 /// triangles, however many of them meet at a vertex.
 Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);
+
+/// Where fit_normals() parts normals.
+struct FitNormalsOptions {
+  /// UV seams are hard edges where normals fitted to each side alone part by this or more, degrees. 0: all
+  /// seams; 180: none.
+  double hard_degrees = 20;
+};
+
+/// What fit_normals() came to.
+struct FitNormalsReport {
+  std::uint64_t normals = 0;     ///< How many the mesh has
+  std::uint64_t hard_edges = 0;  ///< UV seams that part them
+};
+
+/// Gives a low poly the normals that come nearest to the high poly's, by least squares over the surface.
+///
+/// Shaded without a map, the low poly then looks as near as its faces allow. With one, the map turns
+/// less: flats are flat in it, and coarse maps are nearer. Samples of the high poly, of even area, are
+/// matched with the nearest point of the low poly. Where they are few, area-weighted normals of the
+/// faces decide. No normal turns farther from a face around it than tangent space reaches.
+///
+/// UV seams are hard edges where that helps: see FitNormalsOptions. Vertices are split at seams in
+/// any case, so hard edges cost none. Corners that share a position and UVs share their normal; a
+/// mesh without UVs is smooth everywhere.
+///
+/// Normals that the mesh had are replaced, and its tangents, which went with them, left out. All else is kept.
+/// Deterministic: the same on every run and number of threads. Lifetimes and threads as simplify().
+/// \param high  that the low poly stands for; read during the call
+/// \param report  where to write what was done; may be null
+/// \throws Error(usage) for options out of range, Error(input) where no triangle of `high` has any area
+/// Cost: about 0.3 microseconds a sample; 16 a triangle of `low`, 32,768 at least.
+Mesh fit_normals(const Mesh& low, const Mesh& high, const FitNormalsOptions& options = {},
+                 FitNormalsReport* report = nullptr);
 
 /// How texture coordinates are made.
 enum class UnwrapMethod : std::uint8_t {

@@ -89,11 +89,12 @@ void bake_chosen(const Device& device, const std::string& path, const LightTrial
   const Mesh high = load_mesh(path);
   SimplifyOptions options;
   options.faces = static_cast<std::uint32_t>(chosen.faces);
+  options.fit_normals = chosen.size == 0;  // Else once there are seams.
   SimplifyReport report;
   const Mesh low = simplify(high, options, &report);
   if (chosen.size == 0) return;
   const Source source(device, high);
-  bake(source, laid_out(low, chosen.size), bake_options(chosen, chosen.size));
+  bake(source, fit_normals(laid_out(low, chosen.size), high), bake_options(chosen, chosen.size));
 }
 
 /// Measures by pictures that plans do not see.
@@ -189,7 +190,8 @@ class Grid {
       point.degrees = pictures_.degrees(mesh);
       return point;
     }
-    const Mesh low = laid_out(mesh, size);
+    Mesh low = laid_out(mesh, size);
+    levels_.fit_normals(low);
     BakeOptions options = bake_options(chosen_, size);
     options.recall = 0;
     const BakeResult result = bake(source_, low, options);

@@ -122,6 +122,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     // Points at the same UV: the low poly needs the layout of the high poly.
     options.keep_uvs =
         match_has(arguments, &MatchInfo::needs_uvs) && !dense.heights && !high.uv_triangles.empty();
+    options.fit_normals = dense.heights || options.keep_uvs;  // Else once there are seams.
     if (const std::string bound = deviation_bound(arguments); !bound.empty()) {
       options.max_error = parse_error_bound(bound);
     }
@@ -141,6 +142,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
   low.made = true;
   low.unwrapped.emplace();
   low.mesh = unwrap(low.mesh, layout, &*low.unwrapped);
+  if (low.simplified) low.mesh = fit_normals(low.mesh, high);
   if (arguments.split_at_seams) low.mesh = split_at_seams(low.mesh);
   low.mesh.name = low.stem;
   return low;

@@ -20,6 +20,7 @@ struct SimplifyArguments {
   std::string high, out, size = "2048", unwrap = "charts", density = "area", json;
   std::uint32_t faces = 0;
   std::string max_error;
+  double hard_angle = FitNormalsOptions{}.hard_degrees;
   bool hull = false, keep_parts = false;
   bool keep_uvs = false, laid_out = false;  // laid_out: --size, --unwrap or --density was given.
   bool by_density = false;                  // --density was given.
@@ -65,12 +66,17 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.keep_uvs = arguments.keep_uvs;
   options.hull = arguments.hull;
   options.keep_parts = arguments.keep_parts;
+  options.fit_normals = arguments.keep_uvs;  // Else once there are seams.
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
   const UnwrapOptions layout = unwrap_options(arguments.unwrap, std::min(width, height),
                                               arguments.density == kByDetail ? &high : nullptr);
   Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
+  FitNormalsReport normals;
+  Stopwatch fitting;
+  if (!arguments.keep_uvs) low = fit_normals(low, high, {arguments.hard_angle}, &normals);
+  const double seconds_normals = fitting.total();
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   move_material_files(low, std::filesystem::path(arguments.high).parent_path(),
                       std::filesystem::path(out).parent_path());
@@ -107,6 +113,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"seconds",
                   {{"simplify", report.seconds},
                    {"unwrap", unwrap_report.seconds},
+                   {"normals", seconds_normals},
                    {"total", watch.total()}}},
                  {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
                  {"warnings", describe(warnings)}};
@@ -114,6 +121,7 @@ int run_simplify(const SimplifyArguments& arguments) {
       json["border_texels"] = unwrap_report.border_texels;
       json["density"] = arguments.density;
       json["density_spread"] = unwrap_report.density_spread;
+      json["hard_edges"] = normals.hard_edges;
     }
     save_report(arguments.json, json);
   }
@@ -159,6 +167,12 @@ Run add_simplify(Command& app) {
       ->needs(faces)
       ->excludes(keep)
       ->excludes(hull);
+  command
+      ->add_option("--hard-angle", arguments->hard_angle,
+                   "Seams where normals part by so many degrees are hard edges (0: all, 180: none)")
+      ->check(range(0.0, 180.0))
+      ->capture_default_str()
+      ->excludes(keep);
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
   command->add_option("--json", arguments->json,
                       "Write a report to this file, or - for standard output");

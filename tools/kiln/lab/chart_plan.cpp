@@ -160,7 +160,8 @@ class PlanCharter {
       chart_.points.push_back(point);
       return true;
     }
-    const Mesh low = unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
+    Mesh low = unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
+    if (way == PlanWay::kiln) low = fit_normals(low, high_);
     BakeOptions bake_with;
     bake_with.width = bake_with.height = size;
     bake_with.recall = 0;

@@ -79,7 +79,7 @@ class LowMeshes {
       options.method = UnwrapMethod::pairs;
       options.size = std::max(size, 16U);
       UnwrapReport report;
-      mesh_ = unwrap(simple_, options, &report);
+      mesh_ = fit_normals(unwrap(simple_, options, &report), high_);
       warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
       size_ = size;
     } else if (faces != faces_) {

@@ -1,0 +1,39 @@
+// Normals of a low poly that come nearest to the high poly's.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "kiln/lowpoly.h"
+#include "mesh/frame.h"
+#include "mesh/normals.h"
+
+namespace kiln {
+
+/// A high poly ready to be sampled: see fit_normals(). Immutable; keeps the mesh by reference.
+class NormalFit {
+ public:
+  /// \throws Error(input) where no triangle has an extent
+  explicit NormalFit(const Mesh& high);
+
+  /// Gives a low poly normals. Deterministic on any number of threads.
+  /// \param rough  with a quarter of the samples, for meshes that are only looked at
+  void run(Mesh& low, const FitNormalsOptions& options = {}, FitNormalsReport* report = nullptr,
+           bool rough = false) const;
+
+ private:
+  struct Place;
+  std::vector<Place> places(std::size_t count, const Mesh& low) const;
+  bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
+                 Vec3d& normal) const;
+
+  const Mesh& high_;
+  Frame frame_;
+  std::vector<Vec3> positions_;
+  CornerNormals smooth_;            ///< Where the mesh has none and is small; else empty
+  std::vector<double> area_until_;  ///< Doubled, of all triangles up to each
+};
+
+}  // namespace kiln
