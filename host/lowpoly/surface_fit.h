@@ -38,12 +38,11 @@ class SurfaceFit {
   /// A point of the high poly, and where it was matched.
   struct Sample {
     Vec3d point, normal;
-    double weight = 0;  ///< Its area; 0: matched with nothing.
+    double weight = 0;  ///< Its area, more where it is bent; 0: matched with nothing.
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Of the triangle's corners.
   };
-  std::vector<Sample> samples(std::size_t wanted, const std::vector<Vec3d>& points,
-                              const std::vector<Triangle>& low) const;
+  std::vector<Sample> samples(std::size_t wanted, bool by_area) const;
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
                         const std::vector<Triangle>& low);
   static double surely_within(const Sample& known, const Vec3d& point,
