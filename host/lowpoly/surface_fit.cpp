@@ -29,6 +29,11 @@ constexpr double kAcross = 0.002, kStay = 0.02;
 /// How much more a sample at a side weighs than one in the middle of a triangle. Outlines are made of sides: without
 /// this, silhouettes of smooth shapes are a little too wide.
 constexpr double kAtSides = 6;
+/// Weight of a vertex's distance from the high poly's nearest plane, against that of the faces around. Outlines are made
+/// of vertices that stick out.
+constexpr double kOntoPlane = 0.05;
+/// How much more samples weigh for each unit of curvature: of outlines, vertices have more to lose here than collapses.
+constexpr double kBentSampleWeight = 1;
 /// A step's length, against that of the shortest side around.
 constexpr double kLongestStep = 0.3;
 /// Cosine of the largest turn of a triangle in one step.
@@ -145,7 +150,7 @@ class Moving {
   std::vector<std::uint8_t> fixed_;
 };
 
-/// How much the places of a high poly weigh, as in the collapse's planes (bent_planes).
+/// How much the places of a high poly weigh: more where they are curved, as bent_planes() does.
 class BentWeights {
  public:
   BentWeights(std::span<const Vec3> positions, std::span<const Triangle> triangles)
@@ -167,7 +172,7 @@ class BentWeights {
       const double turn = dot(facing_[b] - facing_[a], side), square = dot(side, side);
       if (square > 0) bent += (turn > 0 ? turn : -kHollowWeight * turn) / square;
     }
-    return 1 + kBentWeight * bent / 3;
+    return 1 + kBentSampleWeight * bent / 3;
   }
 
  private:
@@ -288,15 +293,21 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
     for (std::uint32_t v = 0; v < points.size(); ++v) {
       if (moving.fixed(v)) continue;
       Pull pull;
+      const Sample* nearest = nullptr;
+      double least = std::numeric_limits<double>::infinity();
       for (const VertexLists::Item& corner : moving.corners(v)) {
         for (const VertexLists::Item& item : of_triangle.of(corner.index / 3)) {
           const Sample& s = found[item.index];
           if (s.weight == 0) continue;
+          const Vec3d way = s.point - points[v];
+          if (const double square = dot(way, way); square < least) least = square, nearest = &s;
           pull.add(s.normal, s.point - place_of(s, points, low), s.share[corner.index % 3],
                    s.weight);
         }
       }
       if (!(pull.weight > 0)) continue;
+      const double onto = height_field ? 0 : kOntoPlane * pull.weight;
+      pull.add(nearest->normal, nearest->point - points[v], 1, onto);
       Vec3d step = pull.step();
       const double size = length(step), longest = moving.longest_step(v);
       if (!(size > 0)) continue;  // Also where it is not a number.

@@ -17,6 +17,7 @@ namespace kiln {
 
 /// Quadrics put each vertex where the planes around it meet; between vertices, a bent surface is then missed on
 /// one side. This evens it out: samples of the high poly are matched with their nearest points of the low poly.
+/// Samples of curved places weigh more (quadric.h), but on height fields.
 /// Vertices move, one after another, to where the squared distances along the high poly's normals are least (Hoppe,
 /// DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). A few rounds, each matched anew. Coordinates of about unit size.
 class SurfaceFit {
