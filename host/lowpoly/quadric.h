@@ -25,7 +25,7 @@ struct Quadric {
 };
 
 /// How much more the planes of a bent surface weigh than a flat one's, for each unit of curvature.
-/// A place is on the outline of a view as often as it is curved, and a bent place that is off shows wrong normals.
+/// A place is on the outline of a view as often as it is curved. A bent place that is off shows wrong normals.
 /// The sum over all views of what outlines miss is the integral of distance times curvature. So flat places alone
 /// weigh by area. Coordinates whose bounds have a diagonal of about 1.
 inline constexpr double kBentWeight = 0.3;
@@ -33,7 +33,7 @@ inline constexpr double kBentWeight = 0.3;
 inline constexpr double kHollowWeight = 0.5;
 
 /// The planes of two triangles at an edge from a to b, for one of its ends. Their weight is the edge's length times
-/// the angle between them, which does not depend on how finely a curved surface is cut into triangles.
+/// the angle between them. It does not depend on how finely a curved surface is cut into triangles.
 /// \param c, d  third corners: the triangles are abc and bad
 Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 
