@@ -69,8 +69,17 @@ void EdgeCollapser::build_quadrics() {
   }
   const SideLists sides(triangles, points.size());
   sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> of_edge) {
-    if (of_edge.size() != 1) return;
     const std::uint32_t b = SideLists::higher(of_edge[0]);
+    if (of_edge.size() == 2 && rule_ == nullptr) {
+      const auto far = [&](const SideLists::Item& side) -> const Vec3d& {
+        return points[triangles[side.index / 3][(side.index + 2) % 3]];
+      };
+      const auto [from, to] = SideLists::forward(of_edge[0]) ? std::pair(a, b) : std::pair(b, a);
+      const Quadric bent = bent_planes(points[from], points[to], far(of_edge[0]), far(of_edge[1]));
+      quadrics_[a] += bent;
+      quadrics_[b] += bent;
+    }
+    if (of_edge.size() != 1) return;
     border_[a] = border_[b] = 1;
     const Triangle& v = triangles[of_edge[0].index / 3];
     const Vec3d edge = points[b] - points[a];

@@ -1,6 +1,7 @@
 #include "lowpoly/quadric.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kiln {
 namespace {
@@ -59,6 +60,21 @@ Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   const double at_a = at(pa), at_b = at(pb), at_middle = at(middle);
   if (at_middle <= at_a && at_middle <= at_b) return middle;
   return at_a <= at_b ? pa : pb;
+}
+
+Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+  const Vec3d n = cross(b - a, c - a), m = cross(a - b, d - b);
+  const double size_n = length(n), size_m = length(m), edge = length(b - a);
+  Quadric sum;
+  if (!(size_n > 0) || !(size_m > 0)) return sum;
+  const double angle = std::atan2(length(cross(n, m)), dot(n, m));
+  const double share = dot(n, d - a) < 0 ? kBentWeight : kBentWeight * kHollowWeight;
+  // A half for each triangle, and of that a half for each end.
+  const double weight = share * angle * edge / 4;
+  sum.add_plane(n * (1 / size_n), a, weight);
+  sum.add_plane(m * (1 / size_m), a, weight);
+  sum.area = 2 * weight;
+  return sum;
 }
 
 }  // namespace kiln

@@ -9,7 +9,7 @@ namespace kiln {
 /// and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics", section 5).
 struct Quadric {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, x = 0, y = 0, z = 0, c = 0;
-  double area = 0;  ///< Of the surface that the planes stand for; what rules add has none.
+  double area = 0;  ///< Weight of the planes that the surface has; what rules add has none.
 
   /// \param normal  unit length
   void add_plane(const Vec3d& normal, const Vec3d& through, double weight);
@@ -23,5 +23,18 @@ struct Quadric {
   /// where the planes leave a direction free. One of a, b and the middle where that is far off.
   Vec3d best_near(const Vec3d& a, const Vec3d& b) const;
 };
+
+/// How much more the planes of a bent surface weigh than a flat one's, for each unit of curvature.
+/// A place is on the outline of a view as often as it is curved. A bent place that is off shows wrong normals.
+/// The sum over all views of what outlines miss is the integral of distance times curvature. So flat places alone
+/// weigh by area. Coordinates whose bounds have a diagonal of about 1.
+inline constexpr double kBentWeight = 0.3;
+/// The same of hollows, against that: they are on no outline, but show normals.
+inline constexpr double kHollowWeight = 0.5;
+
+/// The planes of two triangles at an edge from a to b, for one of its ends. Their weight is the edge's length times
+/// the angle between them. It does not depend on how finely a curved surface is cut into triangles.
+/// \param c, d  third corners: the triangles are abc and bad
+Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 
 }  // namespace kiln

@@ -5,17 +5,19 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "base/heartbeat.h"
 #include "base/parallel.h"
 #include "lowpoly/height_rule.h"
+#include "lowpoly/quadric.h"
 #include "mesh/surface_distance.h"
 
 namespace kiln {
 namespace {
 
 /// Samples of the high poly for each face, and at least.
-constexpr std::size_t kSamplesOfFace = 15, kLeastSamples = 1 << 14;
+constexpr std::size_t kSamplesOfFace = 24, kLeastSamples = 1 << 15;
 constexpr int kRounds = 4;
 /// The same of what is only looked at.
 constexpr std::size_t kRoughSamplesOfFace = 6, kLeastRoughSamples = 1 << 11;
@@ -27,6 +29,11 @@ constexpr double kAcross = 0.002, kStay = 0.02;
 /// How much more a sample at a side weighs than one in the middle of a triangle. Outlines are made of sides: without
 /// this, silhouettes of smooth shapes are a little too wide.
 constexpr double kAtSides = 6;
+/// Weight of a vertex's distance from the high poly's nearest plane, against that of the faces around. Outlines are made
+/// of vertices that stick out.
+constexpr double kOntoPlane = 0.05;
+/// How much more samples weigh for each unit of curvature: of outlines, vertices have more to lose here than collapses.
+constexpr double kBentSampleWeight = 1;
 /// A step's length, against that of the shortest side around.
 constexpr double kLongestStep = 0.3;
 /// Cosine of the largest turn of a triangle in one step.
@@ -143,86 +150,56 @@ class Moving {
   std::vector<std::uint8_t> fixed_;
 };
 
-/// How many faces of a low poly there are for each unit of area, about: by the smallest face in a cell of a grid over
-/// [-1, 1]^3.
-class FaceDensity {
+/// How much the places of a high poly weigh: more where they are curved, as bent_planes() does.
+class BentWeights {
  public:
-  FaceDensity(const std::vector<Vec3d>& points, const std::vector<Triangle>& low) {
-    double area = 0;
-    for (const Triangle& t : low) {
-      area += length(normal_of(points[t[0]], points[t[1]], points[t[2]])) / 2;
+  BentWeights(std::span<const Vec3> positions, std::span<const Triangle> triangles)
+      : positions_(positions), facing_(positions.size()) {
+    for (const Triangle& t : triangles) {
+      const Vec3d normal = normal_of(at(t[0]), at(t[1]), at(t[2]));
+      for (const std::uint32_t v : t) facing_[v] += normal;
     }
-    mean_ = area > 0 ? static_cast<double>(low.size()) / area : 1;
-    for (const Triangle& t : low) add({points[t[0]], points[t[1]], points[t[2]]});
+    for (Vec3d& normal : facing_) {
+      if (const double size = length(normal); size > 0) normal = normal * (1 / size);
+    }
   }
-  double at(const Vec3d& p) const {
-    const float found = cells_[cell(p)];
-    return found > 0 ? found : mean_;
+  /// For each unit of area: 1 where it is flat. Curvature is the mean of that along the sides.
+  double of(const Triangle& t) const {
+    double bent = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      const Vec3d side = at(b) - at(a);
+      const double turn = dot(facing_[b] - facing_[a], side), square = dot(side, side);
+      if (square > 0) bent += (turn > 0 ? turn : -kHollowWeight * turn) / square;
+    }
+    return 1 + kBentSampleWeight * bent / 3;
   }
 
  private:
-  static constexpr int kCells = 64;
-  static constexpr double kCell = 2.0 / kCells;
-  /// The most, against the mean.
-  static constexpr double kMost = 64;
+  Vec3d at(std::uint32_t vertex) const { return Vec3d(positions_[vertex]); }
 
-  static std::size_t cell(const Vec3d& p) {
-    const auto along = [](double x) {
-      return static_cast<std::size_t>(std::clamp((x + 1) / kCell, 0.0, kCells - 1.0));
-    };
-    return (along(p.z) * kCells + along(p.y)) * kCells + along(p.x);
-  }
-  /// In rows beside the longest side, a cell apart.
-  void add(const std::array<Vec3d, 3>& corners) {
-    std::size_t first = 0;
-    double longest = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double size = length(corners[(k + 1) % 3] - corners[k]);
-      if (size > longest) longest = size, first = k;
-    }
-    if (!(longest > 0)) return;
-    const Vec3d a = corners[first], ab = corners[(first + 1) % 3] - a,
-                ac = corners[(first + 2) % 3] - a;
-    const double doubled = length(cross(ab, ac));
-    const auto density =
-        static_cast<float>(2 / doubled < kMost * mean_ ? 2 / doubled : kMost * mean_);
-    const int rows = static_cast<int>(doubled / longest / kCell) + 1;
-    const int steps = static_cast<int>(longest / kCell) + 1;
-    for (int i = 0; i <= rows; ++i) {
-      const double v = static_cast<double>(i) / rows;
-      for (int j = 0; j <= steps; ++j) {
-        const double u = (1 - v) * j / steps;
-        float& most = cells_[cell(a + ab * u + ac * v)];
-        most = std::max(most, density);
-      }
-    }
-  }
-
-  double mean_ = 1;
-  std::vector<float> cells_ = std::vector<float>(std::size_t{kCells} * kCells * kCells, 0.0F);
+  std::span<const Vec3> positions_;
+  std::vector<Vec3d> facing_;  ///< Unit normals of vertices.
 };
 
 }  // namespace
 
-/// As many of every face, about: evenly spaced in the list of triangles, by area and by how many faces are around.
-/// Small faces along fillets would have next to none by area alone, and move at random. Where there are few triangles,
-/// three of each.
-std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted,
-                                                    const std::vector<Vec3d>& points,
-                                                    const std::vector<Triangle>& low) const {
+/// Evenly spaced in the list of triangles, by weight: fillets, rims and edges have next to no area, and faces there would
+/// move at random by one or two samples. Where there are few triangles, three of each.
+std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted, bool by_area) const {
   using Shares = std::array<double, 3>;
   constexpr std::array<Shares, 3> kThree{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
   constexpr std::array<Shares, 1> kOne{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
   const bool all = kThree.size() * triangles_.size() < wanted;
   std::vector<double> share(triangles_.size());  // Of the samples.
-  const FaceDensity density(points, low);
+  std::optional<BentWeights> bent;
+  if (!by_area) bent.emplace(positions_, triangles_);
   parallel_for(share.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles_[i];
       const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
-      const double size = length(normal_of(a, b, c));
-      share[i] = size > 0 && !all ? size * density.at((a + b + c) * (1.0 / 3)) : size;
+      share[i] = length(normal_of(a, b, c)) * (bent ? bent->of(t) : 1);
     }
   });
   const double step =
@@ -248,7 +225,7 @@ std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted,
       sample.normal = normal * (1 / size);
       // A triangle stands for those that are left out.
       sample.weight =
-          size * (all ? 1 : std::max(1.0, step / share[i])) / static_cast<double>(places.size());
+          (all ? share[i] : std::max(share[i], step)) / static_cast<double>(places.size());
     }
   }
   return result;
@@ -305,7 +282,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
   const std::vector<Sample> given =
       samples(rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * low.size())
                     : std::max(kLeastSamples, kSamplesOfFace * low.size()),
-              points, low);
+              height_field);
   std::vector<Sample> found;
   const Moving moving(points, low, height_field);
   for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
@@ -316,15 +293,21 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
     for (std::uint32_t v = 0; v < points.size(); ++v) {
       if (moving.fixed(v)) continue;
       Pull pull;
+      const Sample* nearest = nullptr;
+      double least = std::numeric_limits<double>::infinity();
       for (const VertexLists::Item& corner : moving.corners(v)) {
         for (const VertexLists::Item& item : of_triangle.of(corner.index / 3)) {
           const Sample& s = found[item.index];
           if (s.weight == 0) continue;
+          const Vec3d way = s.point - points[v];
+          if (const double square = dot(way, way); square < least) least = square, nearest = &s;
           pull.add(s.normal, s.point - place_of(s, points, low), s.share[corner.index % 3],
                    s.weight);
         }
       }
       if (!(pull.weight > 0)) continue;
+      const double onto = height_field ? 0 : kOntoPlane * pull.weight;
+      pull.add(nearest->normal, nearest->point - points[v], 1, onto);
       Vec3d step = pull.step();
       const double size = length(step), longest = moving.longest_step(v);
       if (!(size > 0)) continue;  // Also where it is not a number.

@@ -17,6 +17,7 @@ namespace kiln {
 
 /// Quadrics put each vertex where the planes around it meet; between vertices, a bent surface is then missed on
 /// one side. This evens it out: samples of the high poly are matched with their nearest points of the low poly.
+/// Samples of curved places weigh more (quadric.h), but on height fields.
 /// Vertices move, one after another, to where the squared distances along the high poly's normals are least (Hoppe,
 /// DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). A few rounds, each matched anew. Coordinates of about unit size.
 class SurfaceFit {
@@ -38,12 +39,11 @@ class SurfaceFit {
   /// A point of the high poly, and where it was matched.
   struct Sample {
     Vec3d point, normal;
-    double weight = 0;  ///< Its area; 0: matched with nothing.
+    double weight = 0;  ///< Its area, more where it is bent; 0: matched with nothing.
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Of the triangle's corners.
   };
-  std::vector<Sample> samples(std::size_t wanted, const std::vector<Vec3d>& points,
-                              const std::vector<Triangle>& low) const;
+  std::vector<Sample> samples(std::size_t wanted, bool by_area) const;
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
                         const std::vector<Triangle>& low);
   static double surely_within(const Sample& known, const Vec3d& point,
