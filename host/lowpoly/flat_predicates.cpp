@@ -18,10 +18,10 @@ int side(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, double apar
 }
 
 /// A side of a polygon, and its box.
-struct Side {
+struct BoxedSide {
   double left = 0, right = 0, low = 0, high = 0;
   std::uint32_t first = 0;
-  bool operator<(const Side& other) const {
+  bool operator<(const BoxedSide& other) const {
     return left < other.left || (left == other.left && first < other.first);
   }
 };
@@ -33,7 +33,7 @@ void each_touch(std::span<const FlatPoint> polygon, double apart, const Found& f
   const auto end = [&](std::size_t i) -> const FlatPoint& {
     return polygon[i + 1 < count ? i + 1 : 0];
   };
-  std::vector<Side> sides(count);
+  std::vector<BoxedSide> sides(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const FlatPoint &p = polygon[i], &q = end(i);
     sides[i] = {std::min(p.x, q.x), std::max(p.x, q.x), std::min(p.y, q.y), std::max(p.y, q.y), i};
