@@ -32,7 +32,9 @@ inline constexpr double kFiner = 0.05;
 inline constexpr std::size_t kFinerMisses = 3;
 /// Times the error: a size whose maps came so near is tried with finer meshes, whatever the model expects. Much finer
 /// ones are expected to be needed then: with so many times the bytes, or none at all.
+/// After more such tries than the last, the model decides alone.
 inline constexpr double kNearly = 1.2, kLeap = 1.1;
+inline constexpr std::size_t kMostNear = 2;
 /// Errors of one size fall with this power of the faces, in many meshes.
 inline constexpr double kFallsWithFaces = 0.4;
 /// The limit of such a mesh, as a share of the error.

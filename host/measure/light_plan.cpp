@@ -124,8 +124,9 @@ class LightPlanner {
     const std::uint32_t size = reach.size(next.size);
     std::size_t level = size == next.size ? next_level_ : finest();
     const double most = kLighter * static_cast<double>(next.bytes.total());
-    while (level + 1 < levels().count() && (!reach.faces(looks_.faces(level)) ||
-                                            (size != next.size && maker_.weight(level, size) > most))) {
+    while (level + 1 < levels().count() &&
+           (!reach.faces(looks_.faces(level)) ||
+            (size != next.size && maker_.weight(level, size) > most))) {
       ++level;
     }
     const bool is_new = !tried_about(plan_.trials, looks_.faces(level), size);
@@ -260,8 +261,7 @@ class LightPlanner {
       const double faces = misses.next_faces(options_.max_error);
       while (finer > finest() && static_cast<double>(looks_.faces(finer)) < faces) --finer;
     }
-    const bool may_do =
-        nearly && model().guess(finer).limit <= kNearlyLimit * options_.max_error;
+    const bool may_do = nearly && model().guess(finer).limit <= kNearlyLimit * options_.max_error;
     if (may_do && (!level || maker_.weight(*level, size) > kLeap * maker_.weight(finer, size)))
       return finer;
     return level ? std::min(*level, next) : level;

@@ -69,6 +69,7 @@ LightMisses LightMisses::of(std::span<const LightTrial> trials, std::uint32_t si
       misses.nearest_faces = static_cast<double>(trial.faces);
     }
     if (trial.expected <= wanted) ++misses.count;
+    if (trial.measured <= kNearly * wanted) ++misses.near;
   }
   return misses;
 }
@@ -86,7 +87,7 @@ double LightMisses::next_bytes(double best) const {
 double LightMisses::price() const { return 1 + kMissPrice * static_cast<double>(count); }
 
 bool LightMisses::nearly(double wanted) const {
-  return size != 0 && nearest != 0 && nearest <= kNearly * wanted;
+  return size != 0 && near > 0 && near <= kMostNear && nearest <= kNearly * wanted;
 }
 
 double LightMisses::next_faces(double wanted) const {

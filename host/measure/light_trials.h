@@ -16,7 +16,7 @@ namespace kiln {
 struct LightCost {
   std::uint32_t bits = 8;
   std::vector<std::uint32_t> channels;  ///< Of each map
-  double seams = 10;  ///< Vertices that seams add, over the square root of positions
+  double seams = 10;         ///< Vertices that seams add, over the square root of positions
   bool seams_known = false;  ///< Of a mesh that was laid out; else `seams` is a guess
 
   /// Seams split vertices along lines, so about as many as the square root.
@@ -48,10 +48,11 @@ std::uint64_t faces_laid_out(std::span<const LightTrial> trials);
 
 /// Tries with maps of one size, laid out for it, that did not reach the error.
 struct LightMisses {
-  std::uint32_t size = 0;  ///< 0: without a map
-  std::size_t count = 0;   ///< Of those expected to reach it
-  double heaviest = 0;     ///< Bytes of the heaviest
-  double nearest = 0;      ///< The least error, degrees
+  std::uint32_t size = 0;    ///< 0: without a map
+  std::size_t count = 0;     ///< Of those expected to reach it
+  std::size_t near = 0;      ///< Of those within kNearly times the error
+  double heaviest = 0;       ///< Bytes of the heaviest
+  double nearest = 0;        ///< The least error, degrees
   double nearest_faces = 0;  ///< Of the mesh with that
 
   /// \param wanted  the error to reach, degrees

@@ -88,9 +88,9 @@ TEST(PlanChart, NamesTheBitsOfMaps) {
   const fs::path scene = make_scene(1000);
   const fs::path out = scene / "out";
   // Below 0.2 degrees plans take 16 bits.
-  const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
-                                         "6,0.1", "--size", "64", "--out", out},
-                                        test::without_python());
+  const ProcessResult result = run_kiln(
+      {"chart", scene / "high.obj", "--plan", "--max-error", "6,0.1", "--size", "64", "--out", out},
+      test::without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json mesh = read_json(out / "chart.json")["meshes"][0];
   for (const json& p : mesh["points"]) {
@@ -123,6 +123,10 @@ TEST(PlanChart, NamesTheBitsOfMaps) {
     EXPECT_NE(line.find(cells), std::string::npos) << line;
   }
   EXPECT_EQ(seen, (std::vector<int>{8, 16}));
+  // Finer and heavier than all of the grid: the picture has room for it.
+  const json shown = read_json(out / "chart_plot.json");
+  const double heaviest = panel["rings"]["x"][1];
+  EXPECT_GE(shown["x_ticks"].back(), heaviest);
 }
 
 TEST(PlanChart, LooksAtTheSizeOnScreen) {

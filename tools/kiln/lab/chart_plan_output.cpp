@@ -76,10 +76,10 @@ Json panel(const PlanChart& chart) {
         curve(map_text(sizes[i]),
               {{"thin", static_cast<double>(i) / static_cast<double>(sizes.size())}}, points));
   }
-  json["curves"].push_back(
-      curve("Kiln: the front of faces and sizes, " + grid_bits(), "kiln", front_of(chart, PlanWay::kiln)));
-  json["curves"].push_back(
-      curve("meshoptimizer and a plain bake: the front, " + grid_bits(), "paper", front_of(chart, PlanWay::plain)));
+  json["curves"].push_back(curve("Kiln: the front of faces and sizes, " + grid_bits(), "kiln",
+                                 front_of(chart, PlanWay::kiln)));
+  json["curves"].push_back(curve("meshoptimizer and a plain bake: the front, " + grid_bits(),
+                                 "paper", front_of(chart, PlanWay::plain)));
   for (const PlanStand& stand : chart.plans) {
     json["rings"]["x"].push_back(kib(stand.chosen.bytes.total()));
     json["rings"]["y"].push_back(stand.degrees);
@@ -105,16 +105,17 @@ std::string plan_chart_data(const std::vector<PlanChart>& charts) {
     const auto line = [&](const char* kind, const auto& made, std::uint32_t bits,
                           const LightBytes& bytes, double degrees,
                           const std::vector<std::string>& rest) {
-      text += join(
-          {std::to_string(i + 1), kind, std::to_string(made.faces), std::to_string(made.vertices),
-           std::to_string(made.size), made.size == 0 ? "" : std::to_string(bits),
-           std::to_string(bytes.vertices), std::to_string(bytes.texels),
-           std::to_string(bytes.total()), exact_text(degrees)},
-          ",");
+      text +=
+          join({std::to_string(i + 1), kind, std::to_string(made.faces),
+                std::to_string(made.vertices), std::to_string(made.size),
+                made.size == 0 ? "" : std::to_string(bits), std::to_string(bytes.vertices),
+                std::to_string(bytes.texels), std::to_string(bytes.total()), exact_text(degrees)},
+               ",");
       text += "," + join(rest, ",") + "\n";
     };
     for (const PlanPoint& p : charts[i].points) {
-      line(way_name(p.way), p, kGridBits, p.bytes, p.degrees, {p.front ? "1" : "0", "", "", "", ""});
+      line(way_name(p.way), p, kGridBits, p.bytes, p.degrees,
+           {p.front ? "1" : "0", "", "", "", ""});
     }
     for (const PlanStand& s : charts[i].plans) {
       const auto known = [](double bytes) { return bytes > 0 ? exact_text(bytes) : std::string(); };
@@ -132,7 +133,8 @@ std::string plan_chart_table(const std::vector<PlanChart>& charts, const DeviceI
   for (const PlanChart& chart : charts) {
     text += "\n## " + markdown_cell(chart.name) + ", " + with_commas(chart.faces) + " faces" +
             seen(chart) +
-            "\n\nPlans; over: their bytes, times those of a front at the same angle. Maps of the fronts "
+            "\n\nPlans; over: their bytes, times those of a front at the same angle. Maps of the "
+            "fronts "
             "have " +
             grid_bits() +
             " a channel.\n\n"
@@ -166,10 +168,12 @@ Plot plan_chart_plot(const std::vector<PlanChart>& charts) {
   double least = 1e300, most = 0;
   for (const PlanChart& chart : charts) {
     data["panels"].push_back(panel(chart));
-    for (const PlanPoint& point : chart.points) {
-      least = std::min(least, kib(point.bytes.total()));
-      most = std::max(most, kib(point.bytes.total()));
-    }
+    const auto show = [&](const LightBytes& bytes) {
+      least = std::min(least, kib(bytes.total()));
+      most = std::max(most, kib(bytes.total()));
+    };
+    for (const PlanPoint& point : chart.points) show(point.bytes);
+    for (const PlanStand& stand : chart.plans) show(stand.chosen.bytes);
   }
   // Powers of four around all of it.
   double tick = 1.0 / 256;
@@ -188,9 +192,8 @@ std::vector<std::string> summary(const PlanChart& chart) {
         "%7.3g degrees: %s faces, %s, %.1f KiB, measured %.3g; %s times the grid's front, "
         "%s times meshoptimizer's",
         s.wanted, with_commas(s.chosen.faces).c_str(),
-        map_text(s.chosen.size, s.chosen.bits).c_str(),
-        kib(s.chosen.bytes.total()), s.degrees, times(s, s.front_bytes).c_str(),
-        times(s, s.plain_bytes).c_str());
+        map_text(s.chosen.size, s.chosen.bits).c_str(), kib(s.chosen.bytes.total()), s.degrees,
+        times(s, s.front_bytes).c_str(), times(s, s.plain_bytes).c_str());
     lines.emplace_back(text);
   }
   return lines;
