@@ -39,7 +39,7 @@ inline constexpr std::size_t kMostNear = 2;
 inline constexpr double kFallsWithFaces = 0.4;
 /// The limit of such a mesh, as a share of the error.
 inline constexpr double kNearlyLimit = 0.8;
-/// The next mesh with a map has at most so many times the faces of the finest that was laid out. Its map has at most
+/// The next mesh with a map has at most so many times the faces of the finest laid out. Its map has at most
 /// twice the size of the largest.
 inline constexpr double kMostLeap = 3;
 /// Times the lightest: what weighs more is not looked at.
