@@ -13,8 +13,9 @@ inline constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
 /// To begin with, at most this share of the faces of a high poly with many: with more, a low poly saves little.
 inline constexpr double kMostShare = 0.5;
 inline constexpr std::size_t kMostTrials = 6;
-/// Faces of all meshes that are laid out, over those of the lightest within the error.
-inline constexpr double kMostLaidOut = 6;
+/// Faces of all meshes that are laid out after the first, over those of the lightest within the error: so many end the
+/// search. Another size is tried where they stay within the second with it.
+inline constexpr double kMostLaidOut = 3, kMostOfAnother = 4;
 /// Maps that are tried as long as none reaches the error.
 inline constexpr std::size_t kMostTrialsToReach = 10;
 /// Looks at meshes before one is made well and measured.
@@ -29,11 +30,18 @@ inline constexpr double kMissPrice = 0.25;
 /// so on up to so many misses.
 inline constexpr double kFiner = 0.05;
 inline constexpr std::size_t kFinerMisses = 3;
-/// Times the error: a size whose maps came so near is tried with somewhat finer meshes. Much finer ones are
-/// expected to be needed then: with so many times the bytes, or none at all.
-inline constexpr double kNearly = 1.12, kLeap = 1.1;
+/// Times the error: a size whose maps came so near is tried with finer meshes, whatever the model expects. Much finer
+/// ones are expected to be needed then: with so many times the bytes, or none at all.
+/// After more such tries than the last, the model decides alone.
+inline constexpr double kNearly = 1.2, kLeap = 1.1;
+inline constexpr std::size_t kMostNear = 2;
+/// Errors of one size fall with this power of the faces, in many meshes.
+inline constexpr double kFallsWithFaces = 0.4;
 /// The limit of such a mesh, as a share of the error.
 inline constexpr double kNearlyLimit = 0.8;
+/// The next mesh with a map has at most so many times the faces of the finest laid out. Its map has at most
+/// twice the size of the largest.
+inline constexpr double kMostLeap = 3;
 /// Times the lightest: what weighs more is not looked at.
 inline constexpr double kFarMore = 1.5;
 /// A mesh whose guessed error is so many times the one wanted is not looked at.

@@ -50,6 +50,27 @@ LightTrial LightMaker::guess(std::size_t level, std::uint32_t size) const {
   return trial;
 }
 
+std::optional<std::size_t> LightMaker::lightest_without_map(std::span<const std::uint32_t> sizes,
+                                                            std::size_t finest, std::size_t first,
+                                                            std::uint32_t laid_out_for) {
+  std::size_t next = model().count();  // The level after the one in question
+  while (next > finest && model().guess(next - 1).plain > options_.max_error) --next;
+  const auto size = std::find_if(sizes.begin(), sizes.end(), [&](std::uint32_t side) {
+    return has_texels(looks_.faces(first), side);
+  });
+  if (next == finest) return std::nullopt;
+  if (size == sizes.end()) return next - 1;
+  const double most = kWorthwhile * weight(next - 1, 0);
+  if (weight(first, *size) < most) return std::nullopt;
+  if (model().knows(next - 1) && !cost_.seams_known) {
+    LightTrial trial = guess(first, laid_out_for);
+    trial.vertices = split_vertices(looks_.laid_out(first, options_, laid_out_for).mesh);
+    cost_.measured(trial);
+    if (weight(first, *size) < most) return std::nullopt;
+  }
+  return next - 1;
+}
+
 LightMade LightMaker::without_map(std::size_t level) {
   LightMade made;
   made.level = level;

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "kiln/light_plan.h"
 #include "measure/light_looks.h"
@@ -36,6 +38,14 @@ class LightMaker {
   LightTrial expect(std::size_t level, std::uint32_t size) const;
   LightTrial guess(std::size_t level, std::uint32_t size) const;
 
+  /// By guesses. None where the first mesh that maps are tried with may be lighter with one of these sizes. It is laid
+  /// out to count its seams, if that decides.
+  /// \param sizes         rising
+  /// \param finest        levels before it are not in question
+  /// \param laid_out_for  a size that the first mesh is laid out for anyway
+  std::optional<std::size_t> lightest_without_map(std::span<const std::uint32_t> sizes,
+                                                  std::size_t finest, std::size_t first,
+                                                  std::uint32_t laid_out_for);
   LightMade without_map(std::size_t level);
 
   /// Lays a level out, and finds what pictures show of it: for measured_map().

@@ -139,31 +139,38 @@ void LightModel::measured(std::size_t level, std::uint32_t size, double error, M
   // A map that is no better than none still tells that larger ones are needed.
   const double share = map == Map::mip ? kOfMip : map == Map::wide ? kOfWide : 1;
   known.push_back({level, std::max(share / above - 1 / range, 0.01 / range), map});
+  slope_ = slope();
+}
+
+/// Maps of all sizes gain or lose alike with more faces: slopes of one size differ by scatter.
+double LightModel::slope() const {
+  double products = 0, squares = kScatter;
+  for (const auto& [size, known] : sharpness_) {
+    double mean_x = 0, mean_y = 0;
+    for (const Sharpness& map : known) {
+      mean_x += std::log(faces_[map.level]) / static_cast<double>(known.size());
+      mean_y += std::log(map.value) / static_cast<double>(known.size());
+    }
+    for (const Sharpness& map : known) {
+      const double x = std::log(faces_[map.level]) - mean_x;
+      products += x * (std::log(map.value) - mean_y);
+      squares += x * x;
+    }
+  }
+  return std::clamp(products / squares, kLeastSlope, kMostSlope);
 }
 
 /// From the map whose level is nearest, along the slope of all. Errors scatter, so maps of about as many faces
 /// tell little of it.
 double LightModel::at_level(const Known& known, std::size_t level) const {
   Sharpness nearest = known.front();
-  double mean_x = 0, mean_y = 0;
   const auto apart = [&](const Sharpness& map) {
     return map.level > level ? map.level - level : level - map.level;
   };
   for (const Sharpness& map : known) {
     if (apart(map) <= apart(nearest)) nearest = map;
-    mean_x += std::log(faces_[map.level]);
-    mean_y += std::log(map.value);
   }
-  mean_x /= static_cast<double>(known.size());
-  mean_y /= static_cast<double>(known.size());
-  double products = 0, squares = kScatter;
-  for (const Sharpness& map : known) {
-    const double x = std::log(faces_[map.level]) - mean_x;
-    products += x * (std::log(map.value) - mean_y);
-    squares += x * x;
-  }
-  const double slope = std::clamp(products / squares, kLeastSlope, kMostSlope);
-  return nearest.value * std::pow(faces_[level] / faces_[nearest.level], slope);
+  return nearest.value * std::pow(faces_[level] / faces_[nearest.level], slope_);
 }
 
 double LightModel::sharpness(std::size_t level, std::uint32_t size) const {

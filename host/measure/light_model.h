@@ -80,6 +80,8 @@ class LightModel {
   /// Of maps of one size: more faces have more charts, so fewer texels are used.
   using Known = std::vector<Sharpness>;
   double at_level(const Known& known, std::size_t level) const;
+  /// Of sharpness against faces, both as logarithms.
+  double slope() const;
 
   std::vector<double> faces_;
   std::function<Node(std::size_t)> look_;
@@ -88,6 +90,7 @@ class LightModel {
   double plain_share_ = 0, limit_share_ = 0;
   int shares_ = 0;
   std::map<std::uint32_t, Known> sharpness_;
+  double slope_ = 0;  ///< slope() of them
 };
 
 }  // namespace kiln

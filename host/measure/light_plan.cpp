@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -102,6 +103,7 @@ class LightPlanner {
         model().exactly(next_level_);
         next = best_expected();
       }
+      if (next && next->size != 0) next = within_leap(*next);
       // What was expected to do and did not: a little more of it.
       while (next && !best_reached() && was_tried(plan_.trials, next->faces, next->size) &&
              next_level_ > finest()) {
@@ -115,29 +117,59 @@ class LightPlanner {
     }
   }
 
+  /// Of a mesh or a map far finer than all that were made little is known, and its layout takes long: what lies
+  /// between tells more of it first.
+  LightTrial within_leap(const LightTrial& next) {
+    const LightReach reach = LightReach::of(plan_.trials);
+    const std::uint32_t size = reach.size(next.size);
+    std::size_t level = size == next.size ? next_level_ : finest();
+    const double most = kLighter * static_cast<double>(next.bytes.total());
+    while (level + 1 < levels().count() &&
+           (!reach.faces(looks_.faces(level)) ||
+            (size != next.size && maker_.weight(level, size) > most))) {
+      ++level;
+    }
+    const bool is_new = !tried_about(plan_.trials, looks_.faces(level), size);
+    if ((level == next_level_ && size == next.size) || !is_new) return next;
+    next_level_ = level;
+    return maker_.expect(level, size);
+  }
+
   /// Whether another map is worth its time. Layouts take most of it, and their faces tell how much.
   bool may_try_another() const {
     const std::size_t tried = plan_.trials.size() - earlier_;
     if (!best_reached()) return tried < kMostTrialsToReach;
-    const auto laid_out = static_cast<double>(faces_laid_out(plan_.trials));
-    return tried < kMostTrials &&
-           laid_out <= kMostLaidOut * static_cast<double>(best_->trial.faces);
+    return tried < kMostTrials && laid_out_since_first() <= kMostLaidOut * faces_of_best();
   }
+
+  /// How fine the first mesh had to be was not known.
+  double laid_out_since_first() const {
+    return static_cast<double>(faces_laid_out(std::span(plan_.trials).subspan(1)));
+  }
+  double faces_of_best() const { return static_cast<double>(best_->trial.faces); }
 
   /// Errors of one size were known from other meshes alone: once, whether they are less. \returns false if none is
   bool try_another_size() {
+    const LightReach reach = LightReach::of(plan_.trials);
+    if (reach.largest == 0) return false;  // Nothing is known of any map.
     if (std::exchange(tried_another_, true)) return false;
     // The fewer maps were tried, the less guesses are worth.
     const double perhaps = plan_.trials.size() < kFewTrials ? kPerhapsEarly : kPerhaps;
+    const double most_faces = kMostOfAnother * faces_of_best() - laid_out_since_first();
     for (std::size_t i = sizes_.size(); i-- > 0;) {
       const std::uint32_t size = sizes_[i];
       if (size == best_->trial.size) continue;
       const double most = kLighter * best_bytes();
       std::size_t level = finest();
-      while (level + 1 < levels().count() && maker_.weight(level, size) > most) ++level;
-      if (maker_.weight(level, size) > most || !has_texels(looks_.faces(level), size) ||
-          model().guessed(level, size) > perhaps * options_.max_error ||
-          tried_about(plan_.trials, looks_.faces(level), size)) {
+      while (level + 1 < levels().count() &&
+             (maker_.weight(level, size) > most || !reach.faces(looks_.faces(level)))) {
+        ++level;
+      }
+      const std::uint64_t faces = looks_.faces(level);
+      const double guess = std::min(model().guessed(level, size), misses_at(size).falling(faces));
+      if (maker_.weight(level, size) > most || !has_texels(faces, size) ||
+          static_cast<double>(faces) > most_faces || guess > perhaps * options_.max_error ||
+          tried_about(plan_.trials, faces, size)) {
         continue;
       }
       try_map(level, size);
@@ -182,7 +214,24 @@ class LightPlanner {
       size *= 2;
     }
     size *= 4 * size <= kSmallFirst ? 4 : 2;
-    try_first_map(level, std::min(size, sizes_.back()));
+    size = std::min(size, sizes_.back());
+    if (!no_map_is_lightest(level, size)) try_first_map(level, size);
+  }
+
+  /// Keeps the lightest mesh without a map, where no map is expected to be lighter than the faces that it spares.
+  bool no_map_is_lightest(std::size_t first, std::uint32_t size) {
+    const std::uint32_t laid_out_for = is_laid_out_for_half(first, size) ? size / 2 : size;
+    for (int i = 0; may_leave_map_out_ && i < kMostLooks; ++i) {
+      const auto level = maker_.lightest_without_map(sizes_, finest(), first, laid_out_for);
+      if (!level) return false;
+      if (!model().knows(*level)) {
+        model().exactly(*level);
+        continue;
+      }
+      keep(maker_.without_map(*level));
+      if (best_reached()) return true;
+    }
+    return false;
   }
 
   std::size_t finest() const { return looks_.finest(most_faces_); }
@@ -200,14 +249,21 @@ class LightPlanner {
   std::optional<std::size_t> finer_than_misses(std::optional<std::size_t> level,
                                                std::uint32_t size) const {
     const LightMisses misses = misses_at(size);
-    if (misses.count == 0) return level;
+    const bool nearly = misses.nearly(options_.max_error);
+    if (misses.count == 0 && !nearly) return level;
     std::size_t next = levels().count() - 1;
-    const double least = misses.next_bytes(best_reached() ? best_bytes() : kEndless);
-    while (next > finest() && maker_.weight(next, size) < least) --next;
-    const bool may_do = misses.nearly(options_.max_error) &&
-                        model().guess(next).limit <= kNearlyLimit * options_.max_error;
-    if (may_do && (!level || maker_.weight(*level, size) > kLeap * maker_.weight(next, size)))
-      return next;
+    if (misses.count > 0) {
+      const double least = misses.next_bytes(best_reached() ? best_bytes() : kEndless);
+      while (next > finest() && maker_.weight(next, size) < least) --next;
+    }
+    std::size_t finer = next;
+    if (nearly) {
+      const double faces = misses.next_faces(options_.max_error);
+      while (finer > finest() && static_cast<double>(looks_.faces(finer)) < faces) --finer;
+    }
+    const bool may_do = nearly && model().guess(finer).limit <= kNearlyLimit * options_.max_error;
+    if (may_do && (!level || maker_.weight(*level, size) > kLeap * maker_.weight(finer, size)))
+      return finer;
     return level ? std::min(*level, next) : level;
   }
 
@@ -282,11 +338,15 @@ class LightPlanner {
     keep(maker_.measured_map(level, size, size, maker_.lay_out(level, size)));
   }
 
+  bool is_laid_out_for_half(std::size_t level, std::uint32_t size) const {
+    return size / 2 >= kSmallestMap && has_texels(looks_.faces(level), size / 2);
+  }
+
   /// A mesh laid out once tells of many sizes: its map, that map's mip-maps, and one of twice the size. Layouts for
   /// small maps take less time.
   void try_first_map(std::size_t level, std::uint32_t size) {
     const std::uint32_t half = size / 2;
-    if (half < kSmallestMap || !has_texels(looks_.faces(level), half)) {
+    if (!is_laid_out_for_half(level, size)) {
       keep(maker_.measured_map(level, size, size, maker_.lay_out(level, size), /*learn=*/true));
       return;
     }

@@ -18,18 +18,21 @@
 //    looked at only where the lines of 2 leave room for it: its guessed error is at most 1.3 times the one
 //    asked for, its bytes at most 1.5 times the least. A map has two texels a face at least.
 // 5. That pair is made and measured, which corrects h. Steps 4 and 5 repeat until nothing 7% lighter is
-//    expected: at most 6 maps, up to 10 as long as none is in bounds. Once one is, layouts have at most 6 times
-//    its faces in all: they take most of the time. Errors scatter with the charts. So maps
+//    expected: at most 6 maps, up to 10 as long as none is in bounds. Once one is, the search ends where layouts
+//    after the first have 3 times its faces: they take most of the time. A mesh has at most 3 times the faces of the
+//    finest that was laid out. A map has at most twice the largest size. Errors scatter with the charts. So maps
 //    are aimed 2% below the error. Each miss at a size leaves 3% more room, and makes that size dearer. The next
-//    mesh for it weighs at least 5% more, after two misses 10%, then 15%. A size that missed by at most 12% is
-//    tried so, even if the model expects finer meshes.
+//    mesh for it weighs at least 5% more, after two misses 10%, then 15%. A size that missed by at most 20% is
+//    tried so up to twice, whatever the model expects. Its errors are taken to fall with the 0.4th power
+//    of the faces.
 // 6. One size whose h is known from other faces alone is tried: with 93% of the bytes, where at most 1.2 times
 //    the error is expected.
 // 7. Where 85% of the bytes are expected to come within 1.05 times the error, that is tried.
 //
 // Tries of visibility and hybrid matches look from 64 directions, not 512: errors differ by less than a
 // thousandth. What is chosen is baked from all. Should it miss the error, the search goes on with all. Where a
-// mesh without a map is already within the error, no map is tried first. Where no pixel shows both meshes, as of
+// mesh without a map is already within the error, no map is tried first. Nor is one, where that would be
+// heavier: the first mesh of 3, with the smallest map, than the lightest mesh without. Where no pixel shows both meshes, as of
 // parts smaller than a pixel, the error counts as 180 degrees.
 //
 // Vertices are fitted to the high poly, which takes longest. So each mesh is made and laid out once, for maps

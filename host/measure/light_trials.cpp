@@ -20,12 +20,31 @@ LightBytes LightCost::bytes(std::uint64_t positions, std::uint64_t faces,
 }
 
 LightBytes LightCost::measured(const LightTrial& trial) {
+  seams_known = true;
   seams = static_cast<double>(trial.vertices - trial.positions) /
           std::sqrt(static_cast<double>(trial.positions));
   return light_bytes(trial.vertices, trial.faces, trial.size, channels, bits);
 }
 
 bool is_wide(const LightTrial& trial) { return trial.laid_out_for != trial.size; }
+
+LightReach LightReach::of(std::span<const LightTrial> trials) {
+  LightReach reach;
+  for (const LightTrial& trial : trials) {
+    if (trial.size == 0) continue;
+    reach.finest = std::max(reach.finest, trial.faces);
+    reach.largest = std::max(reach.largest, trial.size);
+  }
+  return reach;
+}
+
+bool LightReach::faces(std::uint64_t count) const {
+  return finest == 0 || static_cast<double>(count) <= kMostLeap * static_cast<double>(finest);
+}
+
+std::uint32_t LightReach::size(std::uint32_t wanted) const {
+  return largest == 0 ? wanted : std::min(wanted, 2 * largest);
+}
 
 std::uint64_t faces_laid_out(std::span<const LightTrial> trials) {
   std::uint64_t faces = 0;
@@ -45,9 +64,12 @@ LightMisses LightMisses::of(std::span<const LightTrial> trials, std::uint32_t si
     if (trial.size != size || is_wide(trial) || trial.measured <= wanted) continue;
     const auto bytes = static_cast<double>(trial.bytes.total());
     misses.heaviest = std::max(misses.heaviest, bytes);
-    misses.nearest =
-        misses.nearest == 0 ? trial.measured : std::min(misses.nearest, trial.measured);
+    if (misses.nearest == 0 || trial.measured < misses.nearest) {
+      misses.nearest = trial.measured;
+      misses.nearest_faces = static_cast<double>(trial.faces);
+    }
     if (trial.expected <= wanted) ++misses.count;
+    if (trial.measured <= kNearly * wanted) ++misses.near;
   }
   return misses;
 }
@@ -64,7 +86,18 @@ double LightMisses::next_bytes(double best) const {
 
 double LightMisses::price() const { return 1 + kMissPrice * static_cast<double>(count); }
 
-bool LightMisses::nearly(double wanted) const { return count > 0 && nearest <= kNearly * wanted; }
+bool LightMisses::nearly(double wanted) const {
+  return size != 0 && near > 0 && near <= kMostNear && nearest <= kNearly * wanted;
+}
+
+double LightMisses::next_faces(double wanted) const {
+  return nearest_faces * std::pow(nearest / aim(wanted), 1 / kFallsWithFaces);
+}
+
+double LightMisses::falling(std::uint64_t faces) const {
+  if (nearest == 0) return kEndless;
+  return nearest * std::pow(nearest_faces / static_cast<double>(faces), kFallsWithFaces);
+}
 
 void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::uint32_t> sizes,
                 const std::function<LightTrial(std::size_t, std::uint32_t)>& guess,

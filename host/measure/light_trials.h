@@ -16,7 +16,8 @@ namespace kiln {
 struct LightCost {
   std::uint32_t bits = 8;
   std::vector<std::uint32_t> channels;  ///< Of each map
-  double seams = 10;  ///< Vertices that seams add, over the square root of positions
+  double seams = 10;         ///< Vertices that seams add, over the square root of positions
+  bool seams_known = false;  ///< Of a mesh that was laid out; else `seams` is a guess
 
   /// Seams split vertices along lines, so about as many as the square root.
   std::uint64_t vertices(std::uint64_t positions, std::uint32_t size) const;
@@ -31,15 +32,28 @@ bool has_texels(std::uint64_t faces, std::uint32_t size);
 /// Whether charts are farther apart than its size asks for: laid out for its size it would be better.
 bool is_wide(const LightTrial& trial);
 
+/// How far what was made with maps tells of finer meshes and larger maps.
+struct LightReach {
+  std::uint64_t finest = 0;   ///< Faces; 0: nothing was made
+  std::uint32_t largest = 0;  ///< Texels a side
+
+  static LightReach of(std::span<const LightTrial> trials);
+  bool faces(std::uint64_t count) const;
+  /// Of a size, as much as is in reach.
+  std::uint32_t size(std::uint32_t wanted) const;
+};
+
 /// Of all that were laid out.
 std::uint64_t faces_laid_out(std::span<const LightTrial> trials);
 
 /// Tries with maps of one size, laid out for it, that did not reach the error.
 struct LightMisses {
-  std::uint32_t size = 0;  ///< 0: without a map
-  std::size_t count = 0;   ///< Of those expected to reach it
-  double heaviest = 0;     ///< Bytes of the heaviest
-  double nearest = 0;      ///< The least error, degrees
+  std::uint32_t size = 0;    ///< 0: without a map
+  std::size_t count = 0;     ///< Of those expected to reach it
+  std::size_t near = 0;      ///< Of those within kNearly times the error
+  double heaviest = 0;       ///< Bytes of the heaviest
+  double nearest = 0;        ///< The least error, degrees
+  double nearest_faces = 0;  ///< Of the mesh with that
 
   /// \param wanted  the error to reach, degrees
   static LightMisses of(std::span<const LightTrial> trials, std::uint32_t size, double wanted);
@@ -53,8 +67,12 @@ struct LightMisses {
   double next_bytes(double best) const;
   /// Each miss makes maps of its size dearer by this factor: another may do at once.
   double price() const;
-  /// Whether somewhat finer meshes may do, whatever the model says.
+  /// Whether finer meshes may do, whatever the model says.
   bool nearly(double wanted) const;
+  /// Of a mesh that may.
+  double next_faces(double wanted) const;
+  /// The error with more faces, if it falls as it does in many meshes; endless where nothing was tried.
+  double falling(std::uint64_t faces) const;
 };
 
 /// LightBake::trade, outlook and levels. Nothing is looked at for this: what is not known is guessed.

@@ -83,6 +83,51 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
   EXPECT_EQ(shown["panels"][0]["rings"]["x"].size(), 2U);
 }
 
+TEST(PlanChart, NamesTheBitsOfMaps) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(12000);
+  const fs::path out = scene / "out";
+  const ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
+                                         "6,3,1.5", "--size", "128", "--out", out},
+                                        test::without_python());
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json mesh = read_json(out / "chart.json")["meshes"][0];
+  for (const json& p : mesh["points"]) {
+    EXPECT_EQ(p["bits"], p["size"] == 0 ? json() : json(8)) << p;
+  }
+  const json panel = read_json(out / "chart_plot.json")["panels"][0];
+  std::string table;
+  for (const std::string& line : read_lines(out / "chart.md")) table += line + "\n";
+  const std::vector<std::string> data = read_lines(out / "chart.csv");
+  EXPECT_NE(table.find("Maps of the fronts have 8 bits a channel."), std::string::npos) << table;
+  std::vector<int> seen;
+  for (std::size_t i = 0; i < mesh["plans"].size(); ++i) {
+    const json& plan = mesh["plans"][i];
+    const std::string label = panel["rings"]["labels"][i];
+    if (plan["size"] == 0) {
+      EXPECT_NE(label.find("no map"), std::string::npos) << label;
+      continue;
+    }
+    const int bits = plan["bits"];
+    seen.push_back(bits);
+    const std::string map = std::to_string(plan["size"].get<int>()) + "²";
+    const std::string words = map + ", " + std::to_string(bits) + " bits";
+    EXPECT_NE(label.find(words), std::string::npos) << label;
+    EXPECT_NE(table.find("| " + words + " |"), std::string::npos) << table;
+    EXPECT_NE(result.output.find(words), std::string::npos) << result.output;
+    const std::string& line = data[1 + mesh["points"].size() + i];
+    const std::string cells = "," + std::to_string(plan["size"].get<int>()) + "," +
+                              std::to_string(bits) + "," +
+                              std::to_string(plan["bytes"]["vertices"].get<int>()) + ",";
+    EXPECT_NE(line.find(cells), std::string::npos) << line;
+  }
+  EXPECT_FALSE(seen.empty());
+  // The picture has room for the plans.
+  const json shown = read_json(out / "chart_plot.json");
+  const double heaviest = panel["rings"]["x"].back();
+  EXPECT_GE(shown["x_ticks"].back(), heaviest);
+}
+
 TEST(PlanChart, LooksAtTheSizeOnScreen) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(4000);

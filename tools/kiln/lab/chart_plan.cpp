@@ -53,10 +53,11 @@ Mesh by_meshoptimizer(const Mesh& high, std::uint32_t faces) {
   return mesh;
 }
 
-/// As a file of 8 bits a channel holds it.
+/// As a file of kGridBits a channel holds it.
 Image rounded(Image map) {
+  constexpr auto kSteps = static_cast<float>((1U << kGridBits) - 1);
   for (float& value : map.pixels) {
-    value = std::floor(std::clamp(value, 0.0F, 1.0F) * 255 + 0.5F) / 255;
+    value = std::floor(std::clamp(value, 0.0F, 1.0F) * kSteps + 0.5F) / kSteps;
   }
   return map;
 }
@@ -148,7 +149,7 @@ class PlanCharter {
     point.faces = simple.triangles.size();
     point.size = size;
     const LightBytes plain =
-        light_bytes(simple.positions.size(), point.faces, size, {kChannels}, 8);
+        light_bytes(simple.positions.size(), point.faces, size, {kChannels}, kGridBits);
     if (size != 0 && (plain.texels > kMostApart * plain.vertices ||
                       plain.vertices > kMostApart * plain.texels)) {
       return true;
@@ -171,7 +172,7 @@ class PlanCharter {
     const BakeResult result = bake(source_, low, bake_with);
     if (result.cancelled) return false;
     point.vertices = split_vertices(low);
-    point.bytes = light_bytes(point.vertices, point.faces, size, {kChannels}, 8);
+    point.bytes = light_bytes(point.vertices, point.faces, size, {kChannels}, kGridBits);
     point.degrees = measured(low, rounded(result.maps[0].image), bake_with);
     chart_.points.push_back(point);
     return true;

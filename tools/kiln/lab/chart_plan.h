@@ -19,6 +19,9 @@ enum class PlanWay {
 };
 const char* way_name(PlanWay way);
 
+/// Bits a channel of all maps of the grids. Plans choose their own.
+constexpr std::uint32_t kGridBits = 8;
+
 struct PlanChartOptions {
   /// LightPlanOptions::screen, of plans and of what the grid is measured by; 0: points of 128² pictures
   std::uint32_t screen = 0;

@@ -14,6 +14,14 @@ std::string map_text(std::uint32_t size) {
   return size == 0 ? "no map" : std::to_string(size) + "²";
 }
 
+/// With the bits of its channels: "256², 8 bits".
+std::string map_text(std::uint32_t size, std::uint32_t bits) {
+  return map_text(size) + (size == 0 ? "" : ", " + std::to_string(bits) + " bits");
+}
+
+/// Of all maps of the grids.
+std::string grid_bits() { return std::to_string(kGridBits) + " bits"; }
+
 /// ", 600 pixels wide", where that was asked for.
 std::string seen(const PlanChart& chart) {
   return chart.screen == 0 ? "" : ", " + with_commas(chart.screen) + " pixels wide";
@@ -68,16 +76,16 @@ Json panel(const PlanChart& chart) {
         curve(map_text(sizes[i]),
               {{"thin", static_cast<double>(i) / static_cast<double>(sizes.size())}}, points));
   }
-  json["curves"].push_back(
-      curve("Kiln: the front of faces and sizes", "kiln", front_of(chart, PlanWay::kiln)));
-  json["curves"].push_back(
-      curve("meshoptimizer and a plain bake: the front", "paper", front_of(chart, PlanWay::plain)));
+  json["curves"].push_back(curve("Kiln: the front of faces and sizes, " + grid_bits(), "kiln",
+                                 front_of(chart, PlanWay::kiln)));
+  json["curves"].push_back(curve("meshoptimizer and a plain bake: the front, " + grid_bits(),
+                                 "paper", front_of(chart, PlanWay::plain)));
   for (const PlanStand& stand : chart.plans) {
     json["rings"]["x"].push_back(kib(stand.chosen.bytes.total()));
     json["rings"]["y"].push_back(stand.degrees);
     json["rings"]["labels"].push_back("for " + text_of(stand.wanted) +
                                       "°: " + with_commas(stand.chosen.faces) + " faces, " +
-                                      map_text(stand.chosen.size));
+                                      map_text(stand.chosen.size, stand.chosen.bits));
   }
   return json;
 }
@@ -91,24 +99,27 @@ std::string times(const PlanStand& stand, double bytes) {
 
 std::string plan_chart_data(const std::vector<PlanChart>& charts) {
   std::string text =
-      "mesh,kind,faces,vertices,size,bytes_vertices,bytes_texels,bytes,mean_degrees,front,"
+      "mesh,kind,faces,vertices,size,bits,bytes_vertices,bytes_texels,bytes,mean_degrees,front,"
       "wanted_degrees,front_bytes,plain_front_bytes,seconds\n";
   for (std::size_t i = 0; i < charts.size(); ++i) {
-    const auto line = [&](const char* kind, const auto& made, const LightBytes& bytes,
-                          double degrees, const std::vector<std::string>& rest) {
-      text += join(
-          {std::to_string(i + 1), kind, std::to_string(made.faces), std::to_string(made.vertices),
-           std::to_string(made.size), std::to_string(bytes.vertices), std::to_string(bytes.texels),
-           std::to_string(bytes.total()), exact_text(degrees)},
-          ",");
+    const auto line = [&](const char* kind, const auto& made, std::uint32_t bits,
+                          const LightBytes& bytes, double degrees,
+                          const std::vector<std::string>& rest) {
+      text +=
+          join({std::to_string(i + 1), kind, std::to_string(made.faces),
+                std::to_string(made.vertices), std::to_string(made.size),
+                made.size == 0 ? "" : std::to_string(bits), std::to_string(bytes.vertices),
+                std::to_string(bytes.texels), std::to_string(bytes.total()), exact_text(degrees)},
+               ",");
       text += "," + join(rest, ",") + "\n";
     };
     for (const PlanPoint& p : charts[i].points) {
-      line(way_name(p.way), p, p.bytes, p.degrees, {p.front ? "1" : "0", "", "", "", ""});
+      line(way_name(p.way), p, kGridBits, p.bytes, p.degrees,
+           {p.front ? "1" : "0", "", "", "", ""});
     }
     for (const PlanStand& s : charts[i].plans) {
       const auto known = [](double bytes) { return bytes > 0 ? exact_text(bytes) : std::string(); };
-      line("plan", s.chosen, s.chosen.bytes, s.degrees,
+      line("plan", s.chosen, s.chosen.bits, s.chosen.bytes, s.degrees,
            {"", exact_text(s.wanted), known(s.front_bytes), known(s.plain_bytes),
             exact_text(s.seconds)});
     }
@@ -122,12 +133,16 @@ std::string plan_chart_table(const std::vector<PlanChart>& charts, const DeviceI
   for (const PlanChart& chart : charts) {
     text += "\n## " + markdown_cell(chart.name) + ", " + with_commas(chart.faces) + " faces" +
             seen(chart) +
-            "\n\nPlans; over: their bytes, times those of a front at the same angle.\n\n"
+            "\n\nPlans; over: their bytes, times those of a front at the same angle. Maps of the "
+            "fronts "
+            "have " +
+            grid_bits() +
+            " a channel.\n\n"
             "| wanted | measured | faces | map | KiB | over the grid's front | over "
             "meshoptimizer's |\n| --: | --: | --: | --- | --: | --: | --: |\n";
     for (const PlanStand& s : chart.plans) {
       text += "| " + text_of(s.wanted) + "° | " + fixed_text(s.degrees, 3) + "° | " +
-              with_commas(s.chosen.faces) + " | " + map_text(s.chosen.size) + " | " +
+              with_commas(s.chosen.faces) + " | " + map_text(s.chosen.size, s.chosen.bits) + " | " +
               fixed_text(kib(s.chosen.bytes.total()), 1) + " | " + times(s, s.front_bytes) + " | " +
               times(s, s.plain_bytes) + " |\n";
     }
@@ -153,10 +168,12 @@ Plot plan_chart_plot(const std::vector<PlanChart>& charts) {
   double least = 1e300, most = 0;
   for (const PlanChart& chart : charts) {
     data["panels"].push_back(panel(chart));
-    for (const PlanPoint& point : chart.points) {
-      least = std::min(least, kib(point.bytes.total()));
-      most = std::max(most, kib(point.bytes.total()));
-    }
+    const auto show = [&](const LightBytes& bytes) {
+      least = std::min(least, kib(bytes.total()));
+      most = std::max(most, kib(bytes.total()));
+    };
+    for (const PlanPoint& point : chart.points) show(point.bytes);
+    for (const PlanStand& stand : chart.plans) show(stand.chosen.bytes);
   }
   // Powers of four around all of it.
   double tick = 1.0 / 256;
@@ -174,9 +191,9 @@ std::vector<std::string> summary(const PlanChart& chart) {
         text, sizeof text,
         "%7.3g degrees: %s faces, %s, %.1f KiB, measured %.3g; %s times the grid's front, "
         "%s times meshoptimizer's",
-        s.wanted, with_commas(s.chosen.faces).c_str(), map_text(s.chosen.size).c_str(),
-        kib(s.chosen.bytes.total()), s.degrees, times(s, s.front_bytes).c_str(),
-        times(s, s.plain_bytes).c_str());
+        s.wanted, with_commas(s.chosen.faces).c_str(),
+        map_text(s.chosen.size, s.chosen.bits).c_str(), kib(s.chosen.bytes.total()), s.degrees,
+        times(s, s.front_bytes).c_str(), times(s, s.plain_bytes).c_str());
     lines.emplace_back(text);
   }
   return lines;
@@ -193,6 +210,7 @@ Json describe(const PlanChart& chart) {
                               {"faces", p.faces},
                               {"vertices", p.vertices},
                               {"size", p.size},
+                              {"bits", p.size == 0 ? Json() : Json(kGridBits)},
                               {"bytes", bytes(p.bytes)},
                               {"mean_degrees", p.degrees},
                               {"front", p.front}});

@@ -268,7 +268,7 @@ def draw_study(data, _):
     for i, panel in enumerate(panels):
         axes = page.axes(i * (left + width + right) + left, top, width, height)
         values = [y for curve in panel["curves"] for y in curve["y"]]
-        values += [level["y"] for level in panel["levels"]]
+        values += [level["y"] for level in panel["levels"]] + panel["rings"]["y"]
         is_log = min(values) > 0 and max(values) >= 3 * min(values)
         if "title" in panel:
             axes.set_title(panel["title"], size=NORMAL, color=INK)
