@@ -22,7 +22,7 @@ namespace {
 
 /// Denser meshes are first brought down to kDirectLimit or, on the way to few faces, less. Finely curved ones, which
 /// a head start does no good, only above kFineLimit.
-constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 350'000;
+constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 600'000;
 /// But to no less than so many times the goal: up to the limit, and above it.
 constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
 /// Samples of the high poly that the deviation is measured at, at most.
