@@ -25,6 +25,7 @@ class NormalFit {
 
  private:
   struct Place;
+  class Solver;
   std::vector<Place> places(std::size_t count, const Mesh& low) const;
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;

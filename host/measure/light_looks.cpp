@@ -191,10 +191,8 @@ const Mesh& LightLooks::mesh(std::size_t level) {
   return known_->meshes[level] = std::move(made);
 }
 
-/// The very mesh where there is one.
+/// Also where the very mesh is known: what a plan does must not depend on what plans before it made.
 const Mesh& LightLooks::glance(std::size_t level) {
-  const auto whole = known_->meshes.find(level);
-  if (whole != known_->meshes.end()) return whole->second;
   const auto found = known_->glances.find(level);
   if (found != known_->glances.end()) return found->second;
   const Stopwatch watch;

@@ -194,7 +194,7 @@ TEST(NormalFit, LooksWhereItsFacesLook) {
     }
   }
   for (std::size_t v = 0; v < before.size(); ++v) {
-    EXPECT_GT(facing[v], std::min(0.2, before[v]) - 1e-5) << v;
+    EXPECT_GT(facing[v], std::min(0.05, before[v]) - 1e-5) << v;
   }
 }
 

@@ -1,0 +1,65 @@
+// Which corners of a low poly share a normal, and how far normals turn from faces.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "base/disjoint_sets.h"
+#include "kiln/mesh.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// Rows of normals.
+using Normals = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+/// A triangle's normal, twice its area long.
+inline Vec3d face_of(const std::vector<Vec3>& positions, const Triangle& t) {
+  const Vec3d a(positions[t[0]]);
+  return cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
+}
+
+/// Makes rows unit; (0, 0, 1) where one has no direction.
+void normalize(Normals& normals);
+
+/// Takes normals towards the angle-weighted ones, where a face would look too far from its normal.
+/// \param slots  of each corner, its normal's row
+void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
+                 const std::vector<std::uint32_t>& slots, Normals& normals);
+
+/// Which corners share a normal: those that share a vertex and its UVs. Normals that part at seams thus cost no
+/// vertices.
+class NormalFans {
+ public:
+  explicit NormalFans(const Mesh& low);
+
+  /// Joins normals over seams where they part by less at both ends.
+  void soften(const Normals& normals, const std::vector<std::uint32_t>& slots, double least_cosine);
+
+  /// Of each corner, its normal's number; numbered in the order of vertices.
+  std::vector<std::uint32_t> slots();
+  std::size_t count() const { return count_; }
+  /// UV seams that part normals.
+  std::size_t hard() const { return seams_.size(); }
+
+ private:
+  /// Of both ends of an edge, the corners on its two sides.
+  using Seam = std::array<std::array<std::uint32_t, 2>, 2>;
+
+  std::uint32_t corner(std::uint32_t triangle, std::uint32_t vertex) const {
+    const Triangle& t = welded_[triangle];
+    return 3 * triangle + (t[0] == vertex ? 0U : t[1] == vertex ? 1U : 2U);
+  }
+  void find_seams(std::size_t vertices);
+
+  DisjointSets sets_;
+  std::vector<Triangle> welded_;
+  std::vector<std::uint32_t> order_;  ///< Corners by vertex
+  std::vector<Seam> seams_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace kiln
