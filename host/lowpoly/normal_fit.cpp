@@ -31,8 +31,8 @@ constexpr double kAgreement = 0.2;
 /// the samples, and at most. With less on rough surfaces, normals are nearer where there is no map, and bend more from
 /// face to face, which a map has to undo.
 constexpr double kLeastTowardsFaces = 0.001, kMostTowardsFaces = 0.6;
-/// The mean square of what normals leave at which half of that is due: that of 5 degrees.
-constexpr double kRoughness = 0.0076;
+/// The mean square of what normals leave at which half of that is due: that of 1.6 degrees.
+constexpr double kRoughness = 0.0008;
 
 double fraction(double x) { return x - std::floor(x); }
 

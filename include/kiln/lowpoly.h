@@ -105,7 +105,7 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
 struct FitNormalsOptions {
   /// UV seams are hard edges where normals fitted to each side alone part by this or more, degrees. 0: all
   /// seams; 180: none.
-  double hard_degrees = 20;
+  double hard_degrees = 10;
 };
 
 /// What fit_normals() came to.
