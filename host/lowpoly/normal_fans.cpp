@@ -114,7 +114,7 @@ NormalFans::NormalFans(const Mesh& low) : sets_(3 * low.triangles.size()), welde
 }
 
 void NormalFans::soften(const Normals& normals, const std::vector<std::uint32_t>& slots,
-            double least_cosine) {
+                        double least_cosine) {
   std::size_t kept = 0;
   for (const Seam& seam : seams_) {
     const auto near = [&](const std::array<std::uint32_t, 2>& corners) {
@@ -147,8 +147,7 @@ void NormalFans::find_seams(std::size_t vertices) {
         const std::uint32_t b = SideLists::higher(sides[0]);
         for (std::size_t i = 1; i < sides.size(); ++i) {
           const std::uint32_t one = sides[i - 1].index / 3, other = sides[i].index / 3;
-          const Seam seam{
-              {{corner(one, a), corner(other, a)}, {corner(one, b), corner(other, b)}}};
+          const Seam seam{{{corner(one, a), corner(other, a)}, {corner(one, b), corner(other, b)}}};
           const bool parts = sets_.find(seam[0][0]) != sets_.find(seam[0][1]) ||
                              sets_.find(seam[1][0]) != sets_.find(seam[1][1]);
           if (parts && a != b) seams_.push_back(seam);

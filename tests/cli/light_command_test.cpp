@@ -307,7 +307,7 @@ TEST(LightCommand, ExitsWith1WhereTheErrorIsOutOfReach) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const ProcessResult done =
-      dense.bake("bad", {"--max-error", "normal=0.01", "--match", "closest"});
+      dense.bake("bad", {"--max-error", "normal=0.00001", "--match", "closest"});
   EXPECT_EQ(done.exit_code, 1);
   EXPECT_NE(done.errors.find("not reached"), std::string::npos) << done.errors;
   EXPECT_EQ(dense.report("bad")["plan"]["chosen"]["match"], "closest");
