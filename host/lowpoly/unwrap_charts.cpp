@@ -14,6 +14,7 @@
 #include "lowpoly/bitmap_packing.h"
 #include "lowpoly/box_packing.h"
 #include "lowpoly/chart_choice.h"
+#include "lowpoly/chart_creases.h"
 #include "lowpoly/chart_density.h"
 #include "lowpoly/flat_predicates.h"
 #include "lowpoly/many_packing.h"
@@ -32,10 +33,6 @@ constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Texels by detail are left alone where they are expected to gain less than this.
 constexpr double kLeastGain = 0.01;
 
-/// Creases turn by 60 degrees at least, and are longer than this, over the side of a square with the mean
-/// triangle's area. Triangles are flat whose neighbour turns by less than half a degree.
-constexpr double kCreaseTurn = 0.5, kCreaseLength = 3, kFlatTurn = 0.99996;
-
 /// A triangle by itself, as an equilateral one: what is too small for a place in a chart.
 FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::uint32_t t,
                      double side, std::vector<std::uint32_t>& local) {
@@ -44,30 +41,6 @@ FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::ui
   for (std::uint32_t k = 0; k < 3; ++k) side = std::max(side, surface.length[3 * t + k]);
   chart.points = {{0, 0}, {side, 0}, {0.5 * side, std::sqrt(0.75) * side}};
   return chart;
-}
-
-/// Parts a surface at long creases between flats: a texel across one would have half of what each side has, and
-/// a renderer's filter does that, too. Rough surfaces have sharp edges, but hardly a flat beside one.
-void part_at_creases(ChartSurface& surface) {
-  const double side = std::sqrt(surface.total_area / static_cast<double>(surface.triangles.size()));
-  const auto turn = [&](std::uint32_t h) {
-    const std::uint32_t m = surface.mate[h];
-    return m == kNoIndex ? 0.0 : dot(surface.normal[h / 3], surface.normal[m / 3]);
-  };
-  std::vector<std::uint8_t> flat(surface.triangles.size(), 0);
-  for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
-    if (turn(h) > kFlatTurn) flat[h / 3] = 1;
-  }
-  std::vector<std::uint32_t> creases;
-  for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
-    const std::uint32_t m = surface.mate[h];
-    if (m == kNoIndex || m < h || surface.length[h] < kCreaseLength * side) continue;
-    if (turn(h) < kCreaseTurn && flat[h / 3] != 0 && flat[m / 3] != 0) creases.push_back(h);
-  }
-  for (const std::uint32_t h : creases) {
-    surface.mate[surface.mate[h]] = kNoIndex;
-    surface.mate[h] = kNoIndex;
-  }
 }
 
 ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lone) {
