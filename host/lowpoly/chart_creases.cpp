@@ -81,8 +81,9 @@ class Creases {
 
   ChartSurface& surface_;
   double side_;
-  std::vector<std::uint8_t> flat_;    ///< Triangles beside one in their plane.
-  std::vector<std::uint8_t> bent_;    ///< With a neighbour that turns more than smooth ones, but no crease.
+  std::vector<std::uint8_t> flat_;  ///< Triangles beside one in their plane.
+  std::vector<std::uint8_t>
+      bent_;  ///< With a neighbour that turns more than smooth ones, but no crease.
   std::vector<std::uint8_t> smooth_;  ///< With one that turns little.
 };
 
