@@ -152,7 +152,7 @@ TEST(NormalFit, HardAngleDecidesAndCostsNoVertices) {
   const Mesh low = unwrap(simplify(high, {.faces = 200, .fit_normals = false}));
   FitNormalsReport all, some, none;
   const Mesh hard = fit_normals(low, high, {0}, &all);
-  const Mesh usual = fit_normals(low, high, {30}, &some);
+  const Mesh usual = fit_normals(low, high, {}, &some);
   const Mesh smooth = fit_normals(low, high, {180}, &none);
   EXPECT_EQ(none.hard_edges, 0U);
   EXPECT_EQ(smooth.normals.size(), low.positions.size());
