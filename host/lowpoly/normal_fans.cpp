@@ -86,12 +86,14 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
   }
 }
 
-NormalFans::NormalFans(const Mesh& low) : sets_(3 * low.triangles.size()), welded_(low.triangles) {
+NormalFans::NormalFans(const Mesh& low, double least_turn)
+    : sets_(3 * low.triangles.size()), welded_(low.triangles) {
   const std::vector<std::uint32_t> first = weld_positions(low.positions);
   for (Triangle& t : welded_) {
     for (std::uint32_t& vertex : t) vertex = first[vertex];
   }
   const bool laid_out = low.uv_triangles.size() == low.triangles.size() && !low.uvs.empty();
+  const bool creased = !laid_out && least_turn > -1;
   const std::vector<std::uint32_t> uvs = laid_out ? first_uvs(low) : std::vector<std::uint32_t>{};
   const auto uv_of = [&](std::size_t corner) {
     return laid_out ? uvs[low.uv_triangles[corner / 3][corner % 3]] : 0;
@@ -105,12 +107,30 @@ NormalFans::NormalFans(const Mesh& low) : sets_(3 * low.triangles.size()), welde
     const auto around = corners.of(v);
     for (std::size_t i = 0; i < around.size(); ++i) {
       order_.push_back(around[i].index);
+      if (creased) continue;
       if (i > 0 && around[i].key == around[i - 1].key) {
         sets_.join(around[i - 1].index, around[i].index);
       }
     }
   }
-  if (laid_out) find_seams(low.positions.size());
+  if (creased) join_over_edges(low, least_turn);
+  if (laid_out || creased) find_seams(low.positions.size());
+}
+
+void NormalFans::join_over_edges(const Mesh& low, double least_turn) {
+  SideLists(welded_, low.positions.size())
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        const std::uint32_t b = SideLists::higher(sides[0]);
+        for (std::size_t i = 1; i < sides.size(); ++i) {
+          const std::uint32_t one = sides[i - 1].index / 3, other = sides[i].index / 3;
+          const Vec3d n = face_of(low.positions, low.triangles[one]);
+          const Vec3d m = face_of(low.positions, low.triangles[other]);
+          if (dot(n, m) < least_turn * length(n) * length(m)) continue;
+          for (const std::uint32_t vertex : {a, b}) {
+            sets_.join(corner(one, vertex), corner(other, vertex));
+          }
+        }
+      });
 }
 
 void NormalFans::soften(const Normals& normals, const std::vector<std::uint32_t>& slots,

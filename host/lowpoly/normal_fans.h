@@ -31,10 +31,11 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
                  const std::vector<std::uint32_t>& slots, Normals& normals);
 
 /// Which corners share a normal: those that share a vertex and its UVs. Normals that part at seams thus cost no
-/// vertices.
+/// vertices. Without UVs, normals may part at creases.
 class NormalFans {
  public:
-  explicit NormalFans(const Mesh& low);
+  /// \param least_turn  cosine: without UVs, edges whose faces turn by more part normals; -1: none
+  explicit NormalFans(const Mesh& low, double least_turn = -1);
 
   /// Joins normals over seams where they part by less at both ends.
   void soften(const Normals& normals, const std::vector<std::uint32_t>& slots, double least_cosine);
@@ -54,6 +55,7 @@ class NormalFans {
     return 3 * triangle + (t[0] == vertex ? 0U : t[1] == vertex ? 1U : 2U);
   }
   void find_seams(std::size_t vertices);
+  void join_over_edges(const Mesh& low, double least_turn);
 
   DisjointSets sets_;
   std::vector<Triangle> welded_;

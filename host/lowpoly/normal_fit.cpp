@@ -34,6 +34,11 @@ constexpr double kLeastTowardsFaces = 0.001, kMostTowardsFaces = 0.6;
 /// The mean square of what normals leave at which half of that is due: that of 1.6 degrees.
 constexpr double kRoughness = 0.0008;
 
+/// By how much normals part at creases, degrees: less is not worth vertices.
+constexpr double kCreaseParts = 45;
+
+double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
+
 double fraction(double x) { return x - std::floor(x); }
 
 /// Places on triangles, evenly spread: the sequence that follows from the plastic number (Roberts 2018).
@@ -247,11 +252,13 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
   const std::vector<Vec3> positions = frame_.to_frame(low);
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles);
-  NormalFans fans(low);
+  const bool laid_out = !low.uv_triangles.empty();
+  const bool creased = !laid_out && options.crease_degrees < 180;
+  NormalFans fans(low, creased ? cosine_of(options.crease_degrees) : -1);
   std::vector<std::uint32_t> slots = fans.slots();
   Normals normals = solver.solve(slots, fans.count());
   solver.look(normals, slots);
-  fans.soften(normals, slots, std::cos(options.hard_degrees * std::numbers::pi / 180));
+  fans.soften(normals, slots, cosine_of(creased ? kCreaseParts : options.hard_degrees));
   slots = fans.slots();
   normals = solver.solve(slots, fans.count());
   low.normals.resize(fans.count());
@@ -275,6 +282,11 @@ Mesh fit_normals(const Mesh& low, const Mesh& high, const FitNormalsOptions& opt
   if (!(options.hard_degrees >= 0 && options.hard_degrees <= 180)) {
     throw Error(ErrorCode::usage, "fit_normals: hard_degrees is " +
                                       std::to_string(options.hard_degrees) +
+                                      "; it must be between 0 and 180");
+  }
+  if (!(options.crease_degrees >= 0 && options.crease_degrees <= 180)) {
+    throw Error(ErrorCode::usage, "fit_normals: crease_degrees is " +
+                                      std::to_string(options.crease_degrees) +
                                       "; it must be between 0 and 180");
   }
   validate(low);

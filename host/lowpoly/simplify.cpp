@@ -22,6 +22,9 @@ namespace {
 
 // Measured with 2 million faces: 160 beside the mesh.
 constexpr std::uint64_t kBytesOfFace = 160;
+/// Levels may do without a map, and without UVs: edges whose faces turn by so many degrees are hard then. Charts end
+/// at such edges, so levels look as they do with UVs.
+constexpr double kCrease = 75;
 
 void check(const Mesh& high, const SimplifyOptions& options) {
   if (options.faces == 0 && !(options.max_error > 0 && options.max_error <= 1)) {
@@ -110,7 +113,7 @@ struct SimplifyLevels::Impl {
   Mesh finished(const SimplifyResult& result, bool rough = false) {
     Mesh mesh = job->finish(result);
     keep_names(high, mesh);
-    normals().run(mesh, {}, nullptr, rough);
+    normals().run(mesh, {.crease_degrees = kCrease}, nullptr, rough);
     if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
     return mesh;
   }

@@ -20,12 +20,14 @@ LightBytes light_bytes(std::uint64_t vertices, std::uint64_t faces, std::uint32_
 }
 
 std::uint64_t split_vertices(const Mesh& mesh) {
-  if (mesh.uv_triangles.size() != mesh.triangles.size()) return mesh.positions.size();
+  const bool laid_out = mesh.uv_triangles.size() == mesh.triangles.size();
+  const std::vector<Triangle>& with = laid_out ? mesh.uv_triangles : mesh.normal_triangles;
+  if (with.size() != mesh.triangles.size()) return mesh.positions.size();
   std::vector<std::uint64_t> pairs;
   pairs.reserve(3 * mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      pairs.push_back(std::uint64_t{mesh.triangles[t][k]} << 32 | mesh.uv_triangles[t][k]);
+      pairs.push_back(std::uint64_t{mesh.triangles[t][k]} << 32 | with[t][k]);
     }
   }
   std::sort(pairs.begin(), pairs.end());

@@ -76,7 +76,12 @@ LightMade LightMaker::without_map(std::size_t level) {
   made.level = level;
   made.low = looks_.mesh(level);
   model().know(level, looks_.look_at(made.low));
+  // Vertices have several normals at creases.
+  const std::uint64_t vertices = split_vertices(made.low);
+  cost_.splits = static_cast<double>(vertices) / static_cast<double>(made.low.positions.size());
   made.trial = expect(level, 0);
+  made.trial.vertices = vertices;
+  made.trial.bytes = light_bytes(vertices, made.trial.faces, 0, cost_.channels, cost_.bits);
   made.trial.measured = model().exactly(level).plain;
   return made;
 }

@@ -11,7 +11,7 @@ using namespace light_limits;
 
 std::uint64_t LightCost::vertices(std::uint64_t positions, std::uint32_t size) const {
   const auto count = static_cast<double>(positions);
-  return static_cast<std::uint64_t>(count + (size == 0 ? 0 : seams * std::sqrt(count)));
+  return static_cast<std::uint64_t>(size == 0 ? splits * count : count + seams * std::sqrt(count));
 }
 
 LightBytes LightCost::bytes(std::uint64_t positions, std::uint64_t faces,

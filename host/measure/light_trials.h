@@ -16,6 +16,7 @@ namespace kiln {
 struct LightCost {
   std::uint32_t bits = 8;
   std::vector<std::uint32_t> channels;  ///< Of each map
+  double splits = 1;         ///< Without a map: vertices a position, more where there are creases
   double seams = 10;         ///< Vertices that seams add, over the square root of positions
   bool seams_known = false;  ///< Of a mesh that was laid out; else `seams` is a guess
 

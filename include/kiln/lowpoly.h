@@ -106,6 +106,9 @@ struct FitNormalsOptions {
   /// UV seams are hard edges where normals fitted to each side alone part by this or more, degrees. 0: all
   /// seams; 180: none.
   double hard_degrees = 10;
+  /// Of a mesh without UVs: edges whose faces turn by this or more are hard where normals part by 45 degrees.
+  /// Vertices have several normals there. 180: none.
+  double crease_degrees = 180;
 };
 
 /// What fit_normals() came to.
@@ -122,8 +125,8 @@ struct FitNormalsReport {
 /// faces decide. No normal turns farther from a face around it than tangent space reaches.
 ///
 /// UV seams are hard edges where that helps: see FitNormalsOptions. Vertices are split at seams in
-/// any case, so hard edges cost none. Corners that share a position and UVs share their normal; a
-/// mesh without UVs is smooth everywhere.
+/// any case, so hard edges cost none. Corners that share a position and UVs share their normal. A
+/// mesh without UVs is smooth, but for creases that are asked for.
 ///
 /// Normals that the mesh had are replaced, and its tangents, which went with them, left out. All else is kept.
 /// Deterministic: the same on every run and number of threads. Lifetimes and threads as simplify().

@@ -293,6 +293,9 @@ TEST(LightPlan, CountsBytes) {
   Mesh mesh = test::cube();
   mesh.uvs.clear();
   mesh.uv_triangles.clear();
+  EXPECT_EQ(split_vertices(mesh), 24U);  // A cube's corners have three normals.
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
   EXPECT_EQ(split_vertices(mesh), mesh.positions.size());
   const Mesh laid_out = unwrap(mesh, {.size = 64});
   EXPECT_GT(split_vertices(laid_out), mesh.positions.size());

@@ -186,7 +186,7 @@ class Grid {
     const Mesh& mesh = made != meshes_.end() ? made->second : meshes_[level] = levels_.mesh(level);
     Point point{mesh.triangles.size(), size};
     if (size == 0) {
-      point.bytes = light_bytes(mesh.positions.size(), point.faces, 0, {3}, chosen_.bits).total();
+      point.bytes = light_bytes(split_vertices(mesh), point.faces, 0, {3}, chosen_.bits).total();
       point.degrees = pictures_.degrees(mesh);
       return point;
     }
