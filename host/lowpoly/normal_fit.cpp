@@ -187,7 +187,7 @@ class NormalFit::Solver {
     for (const Place& place : places_) {
       if (!place.counts()) continue;
       for (std::size_t k = 0; k < 3; ++k) {
-        right.row(slots[3 * place.triangle + k]) +=
+        right.row(slots[3 * std::size_t{place.triangle} + k]) +=
             sample_area_ * place.share[k] * row_of(place.normal);
       }
     }
@@ -217,7 +217,7 @@ class NormalFit::Solver {
       if (!place.counts()) continue;
       Eigen::RowVector3d left = row_of(place.normal);
       for (std::size_t k = 0; k < 3; ++k) {
-        left -= place.share[k] * normals.row(slots[3 * place.triangle + k]);
+        left -= place.share[k] * normals.row(slots[3 * std::size_t{place.triangle} + k]);
       }
       left_[place.triangle] += left.squaredNorm();
       ++number[place.triangle];

@@ -5,6 +5,8 @@
 // 1. One run of collapses gives meshes of all numbers of faces F, 4% apart (SimplifyLevels): from a high
 //    poly of up to 25,000 faces on, else from half of its faces. Where that is too coarse, another begins at the
 //    high poly itself, or at 200,000 faces.
+//    Their normals are fitted, and part at creases of 75 degrees, where charts end, too. So p(F) below is that of
+//    a mesh with and without UVs; vertices at creases are counted.
 // 2. Pictures from 30 directions compare a few of them with the high poly: p(F) without a map, f(F) with an
 //    endless one. Both are nearly straight lines of log F. With a size on screen, a pixel has 3 x 3 rays, and
 //    mean normals are compared. The mesh fills its pictures then, since a size on screen is its own.
