@@ -12,12 +12,6 @@
 
 namespace kiln {
 
-/// What normals are for.
-enum class NormalUse : std::uint8_t {
-  seen,    ///< Shaded as they are. Where samples say little, area-weighted normals: flats look flat
-  mapped,  ///< A map is to bend them. Angle-weighted ones: they turn evenly, and coarse maps follow
-};
-
 /// A high poly ready to be sampled: see fit_normals(). Immutable; keeps the mesh by reference.
 class NormalFit {
  public:
@@ -25,17 +19,16 @@ class NormalFit {
   explicit NormalFit(const Mesh& high);
 
   /// Gives a low poly normals. Deterministic on any number of threads.
-  /// For a map where the mesh has UVs, to be seen where it has none.
   void run(Mesh& low, const FitNormalsOptions& options = {},
            FitNormalsReport* report = nullptr) const;
-  /// The same for a mesh that is only looked at, with a quarter of the samples; for each use one mesh.
+  /// The same for a mesh that is only looked at, with a quarter of the samples: for shading and for a map.
   std::array<Mesh, 2> look(const Mesh& low, const FitNormalsOptions& options) const;
 
  private:
   struct Place;
   class Solver;
   std::vector<Place> places(std::size_t count, const Mesh& low) const;
-  void fit(Mesh& low, const std::vector<Place>& found, NormalUse use,
+  void fit(Mesh& low, const std::vector<Place>& found, NormalPurpose purpose,
            const FitNormalsOptions& options, FitNormalsReport* report) const;
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;

@@ -44,8 +44,8 @@ class SimplifyLevels {
   /// \param report  where to write what was done; may be null (which saves measuring)
   Mesh mesh(std::size_t level, SimplifyReport* report = nullptr) const;
 
-  /// A level to look at, not to keep: fitted roughly, nothing mended. First with normals to be seen without a map,
-  /// then with those for one.
+  /// A level to look at, not to keep: fitted roughly, nothing mended. First with normals for shading, then with
+  /// those for a map.
   std::array<Mesh, 2> glance(std::size_t level) const;
 
   /// As kiln::fit_normals(), of any low poly, such as a level with UVs.

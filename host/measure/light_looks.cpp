@@ -215,8 +215,7 @@ LightModel::Node LightLooks::look(std::size_t level) {
   const auto& [seen, mapped] = glance(level);
   const double plain = without_map(seen, coarse_);
   const Stopwatch watch;
-  LightModel::Node node =
-      limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse_));
+  LightModel::Node node = limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse_));
   node.plain = plain;
   plan_.seconds_measure += watch.total();
   return node;

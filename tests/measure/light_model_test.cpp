@@ -158,10 +158,11 @@ TEST(LightModel, CorrectsRoughLooks) {
   LightModel model = powers.model();
   const LightModel::Node coarse = model.exactly(85), fine = model.exactly(51);
   const LightModel::Node seen = model.guess(70);
-  model.know(70, {0.9 * seen.plain, 0.7 * seen.limit});
+  model.know(70, {0.9 * seen.plain, 0.8 * seen.bare, 0.7 * seen.limit});
   EXPECT_NEAR(model.guess(70).limit, 0.7 * seen.limit, 1e-9);
   EXPECT_NEAR(model.exactly(85).limit, 0.7 * coarse.limit, 1e-9);
   EXPECT_NEAR(model.exactly(51).plain, 0.9 * fine.plain, 1e-9);
+  EXPECT_NEAR(model.exactly(51).bare, 0.8 * fine.bare, 1e-9);
   EXPECT_NEAR(model.known().at(51).limit, 0.7 * fine.limit, 1e-9);
   // Between a mesh that was made and a look there is no jump.
   EXPECT_NEAR(model.guess(60).limit / (900 / powers.faces[60]), 0.7, 0.03);
