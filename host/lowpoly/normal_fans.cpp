@@ -21,19 +21,6 @@ std::vector<std::uint32_t> first_uvs(const Mesh& low) {
   return weld_positions(flat);
 }
 
-/// Angle-weighted normals, which look the way of all faces around, if any does.
-Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
-                       const std::vector<std::uint32_t>& slots, std::size_t count) {
-  Normals result = Normals::Zero(static_cast<Eigen::Index>(count), 3);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const CornerWeights weights = corner_weights(positions, triangles[t]);
-    const Eigen::RowVector3d face(weights.normal.x, weights.normal.y, weights.normal.z);
-    for (std::size_t k = 0; k < 3; ++k) result.row(slots[3 * t + k]) += face * weights.angles[k];
-  }
-  normalize(result);
-  return result;
-}
-
 /// Of each normal, the least cosine of its angles to the faces around.
 std::vector<double> least_facing(const std::vector<Vec3>& positions,
                                  const std::vector<Triangle>& triangles,
@@ -63,6 +50,18 @@ void normalize(Normals& normals) {
       normals.row(i) = Eigen::RowVector3d(0, 0, 1);
     }
   }
+}
+
+Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
+                       const std::vector<std::uint32_t>& slots, std::size_t count) {
+  Normals result = Normals::Zero(static_cast<Eigen::Index>(count), 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const CornerWeights weights = corner_weights(positions, triangles[t]);
+    const Eigen::RowVector3d face(weights.normal.x, weights.normal.y, weights.normal.z);
+    for (std::size_t k = 0; k < 3; ++k) result.row(slots[3 * t + k]) += face * weights.angles[k];
+  }
+  normalize(result);
+  return result;
 }
 
 void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,

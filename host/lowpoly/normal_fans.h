@@ -25,6 +25,11 @@ inline Vec3d face_of(const std::vector<Vec3>& positions, const Triangle& t) {
 /// Makes rows unit; (0, 0, 1) where one has no direction.
 void normalize(Normals& normals);
 
+/// Angle-weighted normals, which look the way of all faces around, if any does.
+/// \param slots  of each corner, its normal's row, of `count`
+Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
+                       const std::vector<std::uint32_t>& slots, std::size_t count);
+
 /// Takes normals towards the angle-weighted ones, where a face would look too far from its normal.
 /// \param slots  of each corner, its normal's row
 void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,

@@ -148,9 +148,10 @@ class NormalFit::Solver {
  public:
   /// \param sample_area  of each place
   Solver(const std::vector<Place>& places, double sample_area, const std::vector<Vec3>& positions,
-         const std::vector<Triangle>& triangles)
+         const std::vector<Triangle>& triangles, NormalPurpose purpose)
       : places_(places),
         sample_area_(sample_area),
+        purpose_(purpose),
         positions_(positions),
         triangles_(triangles),
         sums_(triangles.size(), std::array<double, 6>{}),
@@ -176,13 +177,15 @@ class NormalFit::Solver {
       if (!std::isfinite(doubled)) continue;
       for (std::size_t i = 0; i < 3; ++i) {
         const std::uint32_t slot = slots[3 * t + i];
-        faces.row(slot) += row_of(face);
+        if (purpose_ == NormalPurpose::shading) faces.row(slot) += row_of(face);
         weights[slot] += doubled / 3 * towards_faces(left_[t]);
         for (std::size_t k = 0; k < 3; ++k) {
           entries.emplace_back(slot, slots[3 * t + k], sums_[t][kPair[i][k]]);
         }
       }
     }
+    if (purpose_ == NormalPurpose::map)
+      faces = angle_weighted(positions_, triangles_, slots, count);
     normalize(faces);
     for (const Place& place : places_) {
       if (!place.counts()) continue;
@@ -239,21 +242,37 @@ class NormalFit::Solver {
 
   const std::vector<Place>& places_;
   double sample_area_;
+  NormalPurpose purpose_;  ///< Not by_uvs
   const std::vector<Vec3>& positions_;
   const std::vector<Triangle>& triangles_;
   std::vector<std::array<double, 6>> sums_;  ///< Of products of shares, by triangle
   std::vector<double> left_;                 ///< Of the samples of each triangle, mean squares
 };
 
-void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsReport* report,
-                    bool rough) const {
+void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsReport* report) const {
   const std::size_t wanted = std::max(kLeastSamples, kSamplesOfFace * low.triangles.size());
-  const std::vector<Place> found = places(rough ? wanted / kRough : wanted, low);
+  NormalPurpose purpose = options.purpose;
+  if (purpose == NormalPurpose::by_uvs) {
+    purpose = low.uv_triangles.empty() ? NormalPurpose::shading : NormalPurpose::map;
+  }
+  fit(low, places(wanted, low), purpose, options, report);
+}
+
+std::array<Mesh, 2> NormalFit::look(const Mesh& low, const FitNormalsOptions& options) const {
+  const std::size_t wanted = std::max(kLeastSamples, kSamplesOfFace * low.triangles.size());
+  const std::vector<Place> found = places(wanted / kRough, low);
+  std::array<Mesh, 2> result{low, low};
+  fit(result[0], found, NormalPurpose::shading, options, nullptr);
+  fit(result[1], found, NormalPurpose::map, options, nullptr);
+  return result;
+}
+
+void NormalFit::fit(Mesh& low, const std::vector<Place>& found, NormalPurpose purpose,
+                    const FitNormalsOptions& options, FitNormalsReport* report) const {
   const std::vector<Vec3> positions = frame_.to_frame(low);
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
-  Solver solver(found, sample_area, positions, low.triangles);
-  const bool laid_out = !low.uv_triangles.empty();
-  const bool creased = !laid_out && options.crease_degrees < 180;
+  Solver solver(found, sample_area, positions, low.triangles, purpose);
+  const bool creased = low.uv_triangles.empty() && options.crease_degrees < 180;
   NormalFans fans(low, creased ? cosine_of(options.crease_degrees) : -1);
   std::vector<std::uint32_t> slots = fans.slots();
   Normals normals = solver.solve(slots, fans.count());

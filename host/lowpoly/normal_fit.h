@@ -19,14 +19,17 @@ class NormalFit {
   explicit NormalFit(const Mesh& high);
 
   /// Gives a low poly normals. Deterministic on any number of threads.
-  /// \param rough  with a quarter of the samples, for meshes that are only looked at
-  void run(Mesh& low, const FitNormalsOptions& options = {}, FitNormalsReport* report = nullptr,
-           bool rough = false) const;
+  void run(Mesh& low, const FitNormalsOptions& options = {},
+           FitNormalsReport* report = nullptr) const;
+  /// The same for a mesh that is only looked at, with a quarter of the samples: for shading and for a map.
+  std::array<Mesh, 2> look(const Mesh& low, const FitNormalsOptions& options) const;
 
  private:
   struct Place;
   class Solver;
   std::vector<Place> places(std::size_t count, const Mesh& low) const;
+  void fit(Mesh& low, const std::vector<Place>& found, NormalPurpose purpose,
+           const FitNormalsOptions& options, FitNormalsReport* report) const;
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;
 

@@ -110,12 +110,16 @@ struct SimplifyLevels::Impl {
     return *fit;
   }
 
-  Mesh finished(const SimplifyResult& result, bool rough = false) {
+  Mesh finished(const SimplifyResult& result) {
     Mesh mesh = job->finish(result);
     keep_names(high, mesh);
-    normals().run(mesh, {.crease_degrees = kCrease}, nullptr, rough);
-    if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
+    normals().run(mesh, {.crease_degrees = kCrease});
+    lay_out(mesh);
     return mesh;
+  }
+
+  void lay_out(Mesh& mesh) const {
+    if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
   }
 
   const Mesh& high;
@@ -157,11 +161,14 @@ Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
   return mesh;
 }
 
-Mesh SimplifyLevels::glance(std::size_t level) const {
+std::array<Mesh, 2> SimplifyLevels::glance(std::size_t level) const {
   impl_->turn_to(level);
   SimplifyResult result = impl_->results.at(level);
   impl_->job->fit_roughly(result);
-  return impl_->finished(result, /*rough=*/true);
+  std::array<Mesh, 2> looks =
+      impl_->normals().look(impl_->job->finish(result), {.crease_degrees = kCrease});
+  for (Mesh& look : looks) impl_->lay_out(look);
+  return looks;
 }
 
 void SimplifyLevels::fit_normals(Mesh& low) const { impl_->normals().run(low); }

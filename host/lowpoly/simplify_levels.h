@@ -1,6 +1,7 @@
 // Many low polys of one high poly, from one run of collapses.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -43,8 +44,9 @@ class SimplifyLevels {
   /// \param report  where to write what was done; may be null (which saves measuring)
   Mesh mesh(std::size_t level, SimplifyReport* report = nullptr) const;
 
-  /// A level to look at, not to keep: fitted roughly, nothing mended.
-  Mesh glance(std::size_t level) const;
+  /// A level to look at, not to keep: fitted roughly, nothing mended. First with normals for shading, then with
+  /// those for a map.
+  std::array<Mesh, 2> glance(std::size_t level) const;
 
   /// As kiln::fit_normals(), of any low poly, such as a level with UVs.
   void fit_normals(Mesh& low) const;

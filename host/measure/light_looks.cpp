@@ -120,8 +120,8 @@ const LaidOut& LightLooks::laid_out(std::size_t level, const LightPlanOptions& o
     if (options.density == TexelDensity::detail && !detail_) detail_.emplace(high_);
     next.mesh = unwrap_for(simplified, {options.unwrap, size, std::max(2U, size / 256)},
                            detail_ ? &*detail_ : nullptr, &next.report);
-    levels().fit_normals(next.mesh);
   }
+  levels().fit_normals(next.mesh);
   plan_.seconds_unwrap += watch.total();
   return known_->laid_out[{level, size}] = std::move(next);
 }
@@ -192,11 +192,11 @@ const Mesh& LightLooks::mesh(std::size_t level) {
 }
 
 /// Also where the very mesh is known: what a plan does must not depend on what plans before it made.
-const Mesh& LightLooks::glance(std::size_t level) {
+const std::array<Mesh, 2>& LightLooks::glance(std::size_t level) {
   const auto found = known_->glances.find(level);
   if (found != known_->glances.end()) return found->second;
   const Stopwatch watch;
-  Mesh made = levels().glance(level);
+  std::array<Mesh, 2> made = levels().glance(level);
   plan_.seconds_simplify += watch.total();
   return known_->glances[level] = std::move(made);
 }
@@ -212,21 +212,33 @@ void LightLooks::solve(std::size_t level) {
 
 LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
-  return look_at(glance(level), coarse_);
-}
-
-LightModel::Node LightLooks::look_at(const Mesh& low, const DenseShown& shown) {
+  const auto& [seen, mapped] = glance(level);
+  const double plain = without_map(seen, coarse_);
   const Stopwatch watch;
-  const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown);
-  const LightModel::Node node = look_with(probe);
+  LightModel::Node node = limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse_));
+  node.plain = plain;
   plan_.seconds_measure += watch.total();
   return node;
 }
 
-LightModel::Node LightLooks::look_with(const NormalProbe& probe) const {
+double LightLooks::without_map(const Mesh& low, const DenseShown& shown) {
+  const Stopwatch watch;
+  const double error =
+      NormalProbe(impl_of(source_), with_some_uvs(low), shown).without_map().mean_degrees;
+  plan_.seconds_measure += watch.total();
+  return error;
+}
+
+LightModel::Node LightLooks::look_with(std::size_t level, const NormalProbe& mapped) {
+  LightModel::Node node = limits_of(mapped);
+  node.plain = without_map(mesh(level), shown_);
+  return node;
+}
+
+LightModel::Node LightLooks::limits_of(const NormalProbe& mapped) const {
   std::shared_ptr<const VisibilityField> field;
-  return {probe.without_map().mean_degrees,
-          probe.limit(limit_options(bake_.method), field).error.mean_degrees};
+  return {.bare = mapped.without_map().mean_degrees,
+          .limit = mapped.limit(limit_options(bake_.method), field).error.mean_degrees};
 }
 
 BakeOptions LightLooks::limit_options(MatchMethod method) const {
@@ -240,7 +252,7 @@ BakeOptions LightLooks::limit_options(MatchMethod method) const {
 }
 
 void LightLooks::choose_match(std::size_t level, bool height_field) {
-  const Mesh& low = mesh(level);
+  const Mesh& low = glance(level)[1];
   const Stopwatch watch;
   const DenseShown& shown = shown_.pictures.front().subpixels > 1 ? coarse_ : shown_;
   const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown);

@@ -52,9 +52,11 @@ class LightLooks {
   /// The first of the ways that gets nearest, on one mesh.
   void choose_match(std::size_t level, bool height_field);
 
-  /// What a low poly of any layout can do.
-  LightModel::Node look_with(const NormalProbe& probe) const;
-  LightModel::Node look_at(const Mesh& low) { return look_at(low, shown_); }
+  /// What a level without a map does, measured, and one whose normals are for a map.
+  /// \param mapped  of the latter, whatever its layout
+  LightModel::Node look_with(std::size_t level, const NormalProbe& mapped);
+  /// The first of these alone.
+  double plain(const Mesh& low) { return without_map(low, shown_); }
 
   /// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
   /// Made once.
@@ -80,9 +82,10 @@ class LightLooks {
   /// \param share  of the high poly's faces, which it has at most, too
   void make_levels(std::uint32_t most, double share, bool height_field);
   void say(double done, const char* doing) const;
-  const Mesh& glance(std::size_t level);
+  const std::array<Mesh, 2>& glance(std::size_t level);
   LightModel::Node look(std::size_t level);
-  LightModel::Node look_at(const Mesh& low, const DenseShown& shown);
+  double without_map(const Mesh& low, const DenseShown& shown);
+  LightModel::Node limits_of(const NormalProbe& mapped) const;
   BakeOptions limit_options(MatchMethod method) const;
 
   const Source& source_;

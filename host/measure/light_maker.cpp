@@ -75,7 +75,7 @@ LightMade LightMaker::without_map(std::size_t level) {
   LightMade made;
   made.level = level;
   made.low = looks_.mesh(level);
-  model().know(level, looks_.look_at(made.low));
+  model().know_plain(level, looks_.plain(made.low));
   // Vertices have several normals at creases.
   const std::uint64_t vertices = split_vertices(made.low);
   cost_.splits = static_cast<double>(vertices) / static_cast<double>(made.low.positions.size());
@@ -90,7 +90,7 @@ std::shared_ptr<const NormalProbe> LightMaker::lay_out(std::size_t level, std::u
   const Mesh& low = looks_.laid_out(level, options_, size).mesh;
   const Stopwatch watch;
   auto probe = std::make_shared<const NormalProbe>(impl_of(source_), low, looks_.shown());
-  if (!model().knows(level)) model().know(level, looks_.look_with(*probe));
+  if (!model().knows(level)) model().know(level, looks_.look_with(level, *probe));
   plan_.seconds_measure += watch.total();
   return probe;
 }

@@ -42,29 +42,51 @@ double between(double a, double b, double share) {
 LightModel::LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look)
     : faces_(std::move(faces)), look_(std::move(look)) {}
 
+void LightModel::Shares::add(double made, double looked) {
+  if (!(made > 0) || !(looked > 0)) return;
+  sum += std::clamp(std::log(made / looked), -kMostRough, kMostRough);
+  ++count;
+}
+
+double LightModel::Shares::mean() const { return count == 0 ? 1 : std::exp(sum / count); }
+
 LightModel::Node LightModel::exactly(std::size_t level) {
   auto known = nodes_.find(level);
-  if (known == nodes_.end()) known = nodes_.emplace(level, Found{look_(level)}).first;
+  if (known == nodes_.end()) {
+    Found found;
+    found.looked = look_(level);
+    found.is_looked = true;
+    known = nodes_.emplace(level, found).first;
+  }
   return corrected(known->second);
 }
 
 LightModel::Node LightModel::corrected(const Found& found) const {
-  if (found.is_made || shares_ == 0) return found.node;
-  return {found.node.plain * std::exp(plain_share_ / shares_),
-          found.node.limit * std::exp(limit_share_ / shares_)};
+  Node node = found.made;
+  if (!found.is_plain_made) node.plain = found.looked.plain * plain_share_.mean();
+  if (!found.is_made) {
+    node.bare = found.looked.bare * bare_share_.mean();
+    node.limit = found.looked.limit * limit_share_.mean();
+  }
+  return node;
 }
 
 void LightModel::know(std::size_t level, const Node& node) {
   const Node looked = between_looks(level);
-  if (looked.plain > 0 && looked.limit > 0 && node.plain > 0 && node.limit > 0) {
-    const auto share = [](double made, double seen) {
-      return std::clamp(std::log(made / seen), -kMostRough, kMostRough);
-    };
-    plain_share_ += share(node.plain, looked.plain);
-    limit_share_ += share(node.limit, looked.limit);
-    ++shares_;
-  }
-  nodes_[level] = {node, true};
+  plain_share_.add(node.plain, looked.plain);
+  bare_share_.add(node.bare, looked.bare);
+  limit_share_.add(node.limit, looked.limit);
+  Found& found = nodes_[level];
+  found.made = node;
+  found.is_made = found.is_plain_made = true;
+}
+
+void LightModel::know_plain(std::size_t level, double plain) {
+  exactly(level);
+  Found& found = nodes_[level];
+  if (found.is_looked) plain_share_.add(plain, found.looked.plain);
+  found.made.plain = plain;
+  found.is_plain_made = true;
 }
 
 std::map<std::size_t, LightModel::Node> LightModel::known() const {
@@ -76,13 +98,14 @@ std::map<std::size_t, LightModel::Node> LightModel::known() const {
 LightModel::Node LightModel::on_line(std::size_t level, std::size_t a, const Node& at_a,
                                      std::size_t b, const Node& at_b) const {
   const double share = std::log(faces_[level] / faces_[a]) / std::log(faces_[b] / faces_[a]);
-  return {between(at_a.plain, at_b.plain, share), between(at_a.limit, at_b.limit, share)};
+  return {between(at_a.plain, at_b.plain, share), between(at_a.bare, at_b.bare, share),
+          between(at_a.limit, at_b.limit, share)};
 }
 
 LightModel::Node LightModel::between_looks(std::size_t level) const {
   std::map<std::size_t, Node> looks;
   for (const auto& [at, found] : nodes_) {
-    if (!found.is_made) looks[at] = found.node;
+    if (found.is_looked) looks[at] = found.looked;
   }
   const auto after = looks.lower_bound(level);
   if (after == looks.end()) return {};
@@ -124,14 +147,13 @@ LightModel::Node LightModel::guess(std::size_t level) const {
 
 void LightModel::forget() {
   nodes_.clear();
-  plain_share_ = limit_share_ = 0;
-  shares_ = 0;
+  plain_share_ = bare_share_ = limit_share_ = {};
 }
 
 void LightModel::measured(std::size_t level, std::uint32_t size, double error, Map map) {
   const Node node = exactly(level);
   const double above = std::max({error - node.limit, kLeastAbove * node.limit, kTiny});
-  const double range = std::max(node.plain - node.limit, kTiny);
+  const double range = std::max(node.bare - node.limit, kTiny);
   Known& known = sharpness_[size];
   std::erase_if(known, [&](const Sharpness& other) {
     return other.map == Map::mip || (other.map == Map::wide && other.level == level);
@@ -209,7 +231,7 @@ double LightModel::guessed(std::size_t level, std::uint32_t size) const {
 
 double LightModel::with_map(const Node& node, std::size_t level, std::uint32_t size) const {
   if (size == 0) return node.plain;
-  const double range = std::max(node.plain - node.limit, kTiny);
+  const double range = std::max(node.bare - node.limit, kTiny);
   return node.limit + 1 / (1 / range + sharpness(level, size));
 }
 

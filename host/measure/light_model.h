@@ -14,7 +14,8 @@ namespace kiln {
 class LightModel {
  public:
   struct Node {
-    double plain = 0;  ///< Without a map
+    double plain = 0;  ///< Made to be seen without a map
+    double bare = 0;   ///< Made for a map, without it: normals are others
     double limit = 0;  ///< With a map of endless size
   };
   /// \param faces  of each level
@@ -32,6 +33,8 @@ class LightModel {
   /// What was found of a level's mesh as it is made. Looks are at meshes that are fitted roughly: what the two differ
   /// by at this level, they differ by at others.
   void know(std::size_t level, const Node& node);
+  /// The same of one that is made without a map: what it does with one is still by looks.
+  void know_plain(std::size_t level, double plain);
   /// By level, looks corrected.
   std::map<std::size_t, Node> known() const;
   bool knows(std::size_t level) const { return nodes_.contains(level); }
@@ -60,8 +63,15 @@ class LightModel {
 
  private:
   struct Found {
-    Node node;
-    bool is_made = false;  ///< And not only looked at
+    Node looked, made;
+    bool is_looked = false, is_made = false, is_plain_made = false;
+  };
+  /// A mean of ratios, and of how many, by their logarithms.
+  struct Shares {
+    double sum = 0;
+    int count = 0;
+    void add(double made, double looked);
+    double mean() const;
   };
   using Nodes = std::map<std::size_t, Found>;
   Node corrected(const Found& found) const;
@@ -86,9 +96,8 @@ class LightModel {
   std::vector<double> faces_;
   std::function<Node(std::size_t)> look_;
   Nodes nodes_;
-  /// Of meshes that were made and looks, as logarithms: their sums, and of how many.
-  double plain_share_ = 0, limit_share_ = 0;
-  int shares_ = 0;
+  /// Of meshes that were made over looks.
+  Shares plain_share_, bare_share_, limit_share_;
   std::map<std::uint32_t, Known> sharpness_;
   double slope_ = 0;  ///< slope() of them
 };

@@ -48,6 +48,7 @@
 // each measured. tools/bench/README.md has what a brute-force grid finds.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -67,9 +68,9 @@ struct LaidOut {
 
 /// Low polys of all numbers of faces, and those that were made: fitting one takes longest.
 struct KnownLevels {
-  std::shared_ptr<const SimplifyLevels> levels;                       ///< Null until they are made
-  std::map<std::size_t, Mesh> meshes;                                 ///< By level
-  std::map<std::size_t, Mesh> glances;                                ///< The same, fitted roughly
+  std::shared_ptr<const SimplifyLevels> levels;        ///< Null until they are made
+  std::map<std::size_t, Mesh> meshes;                  ///< By level
+  std::map<std::size_t, std::array<Mesh, 2>> glances;  ///< Of SimplifyLevels::glance()
   std::map<std::pair<std::size_t, std::uint32_t>, LaidOut> laid_out;  ///< By level and size
 };
 

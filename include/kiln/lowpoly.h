@@ -101,7 +101,14 @@ struct SimplifyReport {
 Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);
 
-/// Where fit_normals() parts normals.
+/// What normals of a low poly are for.
+enum class NormalPurpose : std::uint8_t {
+  by_uvs,  ///< A map where the mesh has UVs, else shading
+  map,  ///< A normal map bends them: they turn evenly from face to face, so that coarse maps can follow
+  shading,  ///< They are seen as they are: flats look flat
+};
+
+/// Where fit_normals() parts normals, and what for.
 struct FitNormalsOptions {
   /// UV seams are hard edges where normals fitted to each side alone part by this or more, degrees. 0: all
   /// seams; 180: none.
@@ -109,6 +116,7 @@ struct FitNormalsOptions {
   /// Of a mesh without UVs: edges whose faces turn by this or more are hard where normals part by 45 degrees.
   /// Vertices have several normals there. 180: none.
   double crease_degrees = 180;
+  NormalPurpose purpose = NormalPurpose::by_uvs;  ///< What they are for
 };
 
 /// What fit_normals() came to.
@@ -121,8 +129,9 @@ struct FitNormalsReport {
 ///
 /// Shaded without a map, the low poly then looks as near as its faces allow. With one, the map turns
 /// less: flats are flat in it, and coarse maps are nearer. Samples of the high poly, of even area, are
-/// matched with the nearest point of the low poly. Where they are few, area-weighted normals of the
-/// faces decide. No normal turns farther from a face around it than tangent space reaches.
+/// matched with the nearest point of the low poly. Where they are few, normals of the faces decide:
+/// angle-weighted ones for maps, area-weighted ones for shading (NormalPurpose). No normal turns
+/// farther from a face around it than tangent space reaches.
 ///
 /// UV seams are hard edges where that helps: see FitNormalsOptions. Vertices are split at seams in
 /// any case, so hard edges cost none. Corners that share a position and UVs share their normal. A

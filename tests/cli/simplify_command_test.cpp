@@ -63,6 +63,30 @@ TEST(SimplifyCommand, TexelsGoByAreaOrDetail) {
   }
 }
 
+TEST(SimplifyCommand, NormalsAreForAMapOrForShading) {
+  const fs::path scene = make_scene(4000);
+  EXPECT_EQ(simplify_to(scene, {})["normals"], "map");
+  const Mesh mapped = load_mesh(scene / "made.obj");
+  EXPECT_EQ(simplify_to(scene, {"--normals", "shading"})["normals"], "shading");
+  const Mesh shaded = load_mesh(scene / "made.obj");
+  EXPECT_EQ(shaded.positions, mapped.positions);
+  EXPECT_EQ(shaded.uvs, mapped.uvs);
+  EXPECT_NE(shaded.normals, mapped.normals);
+  // Kept UVs are no reason to do else.
+  const auto kept = [&](const char* purpose) {
+    const ProcessResult result =
+        run_kiln({"simplify", scene / "low.obj", "--keep-uvs", "--faces", "200", "--normals",
+                  purpose, "--out", scene / "kept.obj", "--force"});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return load_mesh(scene / "kept.obj").normals;
+  };
+  EXPECT_NE(kept("map"), kept("shading"));
+  const ProcessResult bad = run_kiln({"simplify", scene / "high.obj", "--faces", "99", "--normals",
+                                      "flat", "--out", scene / "bad.obj"});
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_NE(bad.errors.find("--normals"), std::string::npos) << bad.errors;
+}
+
 /// A rough ball, and a tetrahedron beside it that is smaller than 100 faces are off by.
 fs::path with_crumb() {
   fs::path scene = make_scene(4000);

@@ -116,6 +116,19 @@ TEST(NormalFit, IsAsGoodAsTheFacesOnABall) {
   EXPECT_LT(off(fit_normals(low, high), high), off(with_face_normals(low), high) + 0.3);
 }
 
+TEST(NormalFit, FlatsLookFlatOnlyWhereNoMapIsToBendThem) {
+  const Mesh high = rounded_box();
+  const Mesh low = simplify(high, {.faces = 100, .fit_normals = false});
+  const Mesh seen = fit_normals(low, high, {.purpose = NormalPurpose::shading});
+  const Mesh mapped = fit_normals(low, high, {.purpose = NormalPurpose::map});
+  EXPECT_LT(off(seen, high), 0.9 * off(mapped, high));
+  // What the purpose is where nothing is said.
+  EXPECT_EQ(fit_normals(low, high).normals, seen.normals);
+  const Mesh laid_out = unwrap(low);
+  EXPECT_EQ(fit_normals(laid_out, high).normals,
+            fit_normals(laid_out, high, {.purpose = NormalPurpose::map}).normals);
+}
+
 TEST(NormalFit, IsWhatSimplifyGives) {
   const Mesh high = test::icosphere(5);
   const Mesh plain = simplify(high, {.faces = 400, .fit_normals = false});

@@ -45,10 +45,12 @@ TEST(SimplifyLevels, EndWhereTheShapeNeedsItsFaces) {
 /// Levels of 4% fewer faces each, whose errors follow powers.
 struct Powers {
   std::vector<double> faces;
+  double bare_share = 1;  ///< Of a mesh for a map, without it, over one that is made to have none
   int looks = 0;
   LightModel::Node look(std::size_t level) {
     ++looks;
-    return {200 / std::sqrt(faces[level]), 900 / faces[level]};
+    const double plain = 200 / std::sqrt(faces[level]);
+    return {plain, bare_share * plain, 900 / faces[level]};
   }
   LightModel model() {
     faces.clear();
@@ -76,7 +78,8 @@ TEST(LightModel, GuessesWithoutALook) {
   const int looks = powers.looks;
   // Along the line between what is known, and beyond it to both sides.
   for (const std::size_t level : {0U, 20U, 34U, 40U, 51U, 80U}) {
-    const LightModel::Node truth{200 / std::sqrt(powers.faces[level]), 900 / powers.faces[level]};
+    const LightModel::Node truth = powers.look(level);
+    --powers.looks;
     EXPECT_NEAR(model.guess(level).plain, truth.plain, 0.01 * truth.plain) << level;
     EXPECT_NEAR(model.guess(level).limit, truth.limit, 0.01 * truth.limit) << level;
     EXPECT_EQ(model.guessed(level, 0), model.guess(level).plain) << level;
@@ -88,6 +91,24 @@ TEST(LightModel, GuessesWithoutALook) {
   EXPECT_EQ(powers.looks, looks);
   model.at(85);  // A level where looks begin: itself alone.
   EXPECT_EQ(powers.looks, looks + 1);
+}
+
+TEST(LightModel, KnowsMeshesMadeForMapsFromThoseWithout) {
+  Powers powers;
+  powers.bare_share = 3;
+  LightModel model = powers.model();
+  const std::size_t level = 50;
+  const LightModel::Node node = model.exactly(level);
+  // Tiny maps hardly better what they are made for, though a mesh without a map is nearer.
+  model.measured(level, 64, node.limit + 0.5 * (node.bare - node.limit));
+  EXPECT_GT(model.expected(level, 16), 0.9 * node.bare);
+  EXPECT_EQ(model.expected(level, 0), node.plain);
+  // A mesh that is made without a map tells of others without one, and of those alone.
+  model.know_plain(level, 1.2 * node.plain);
+  EXPECT_NEAR(model.exactly(level).plain, 1.2 * node.plain, 1e-9);
+  EXPECT_NEAR(model.exactly(level - 17).plain, 1.2 * powers.look(level - 17).plain, 1e-9);
+  EXPECT_EQ(model.exactly(level).bare, node.bare);
+  EXPECT_EQ(model.exactly(level - 17).limit, powers.look(level - 17).limit);
 }
 
 TEST(LightModel, LearnsFromMaps) {
@@ -137,10 +158,11 @@ TEST(LightModel, CorrectsRoughLooks) {
   LightModel model = powers.model();
   const LightModel::Node coarse = model.exactly(85), fine = model.exactly(51);
   const LightModel::Node seen = model.guess(70);
-  model.know(70, {0.9 * seen.plain, 0.7 * seen.limit});
+  model.know(70, {0.9 * seen.plain, 0.8 * seen.bare, 0.7 * seen.limit});
   EXPECT_NEAR(model.guess(70).limit, 0.7 * seen.limit, 1e-9);
   EXPECT_NEAR(model.exactly(85).limit, 0.7 * coarse.limit, 1e-9);
   EXPECT_NEAR(model.exactly(51).plain, 0.9 * fine.plain, 1e-9);
+  EXPECT_NEAR(model.exactly(51).bare, 0.8 * fine.bare, 1e-9);
   EXPECT_NEAR(model.known().at(51).limit, 0.7 * fine.limit, 1e-9);
   // Between a mesh that was made and a look there is no jump.
   EXPECT_NEAR(model.guess(60).limit / (900 / powers.faces[60]), 0.7, 0.03);

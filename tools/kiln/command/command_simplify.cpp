@@ -16,8 +16,12 @@
 namespace kiln::cli {
 namespace {
 
+/// Of `--normals`.
+constexpr const char *kForMap = "map", *kForShading = "shading";
+
 struct SimplifyArguments {
   std::string high, out, size = "2048", unwrap = "charts", density = "area", json;
+  std::string normals = kForMap;
   std::uint32_t faces = 0;
   std::string max_error;
   double hard_angle = FitNormalsOptions{}.hard_degrees;
@@ -66,7 +70,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.keep_uvs = arguments.keep_uvs;
   options.hull = arguments.hull;
   options.keep_parts = arguments.keep_parts;
-  options.fit_normals = arguments.keep_uvs;  // Else once there are seams.
+  options.fit_normals = false;  // Once there are seams.
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
@@ -75,7 +79,11 @@ int run_simplify(const SimplifyArguments& arguments) {
   Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
   FitNormalsReport normals;
   Stopwatch fitting;
-  if (!arguments.keep_uvs) low = fit_normals(low, high, {arguments.hard_angle}, &normals);
+  low = fit_normals(
+      low, high,
+      {.hard_degrees = arguments.hard_angle,
+       .purpose = arguments.normals == kForMap ? NormalPurpose::map : NormalPurpose::shading},
+      &normals);
   const double seconds_normals = fitting.total();
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   move_material_files(low, std::filesystem::path(arguments.high).parent_path(),
@@ -107,6 +115,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
                  {"hull", arguments.hull},
                  {"dropped_parts", report.dropped_parts},
+                 {"normals", arguments.normals},
                  {"charts", charts},
                  {"coverage", coverage},
                  {"flaws", describe_flaws(report)},
@@ -173,6 +182,11 @@ Run add_simplify(Command& app) {
       ->check(range(0.0, 180.0))
       ->capture_default_str()
       ->excludes(keep);
+  command
+      ->add_option("--normals", arguments->normals,
+                   "What normals are for: a normal map, or shading without one")
+      ->check(one_of({kForMap, kForShading}))
+      ->capture_default_str();
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
   command->add_option("--json", arguments->json,
                       "Write a report to this file, or - for standard output");
