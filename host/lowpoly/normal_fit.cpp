@@ -14,6 +14,7 @@
 #include "lowpoly/normal_fans.h"
 #include "lowpoly/point_shares.h"
 #include "mesh/surface_distance.h"
+#include "mesh/triangle_spread.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -38,16 +39,6 @@ constexpr double kRoughness = 0.0008;
 constexpr double kCreaseParts = 45;
 
 double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
-
-double fraction(double x) { return x - std::floor(x); }
-
-/// Places on triangles, evenly spread: the sequence that follows from the plastic number (Roberts 2018).
-std::array<double, 3> spread_shares(std::size_t i) {
-  double u = fraction(0.5 + 0.7548776662466927 * static_cast<double>(i));
-  double v = fraction(0.5 + 0.5698402909980532 * static_cast<double>(i));
-  if (u + v > 1) u = 1 - u, v = 1 - v;
-  return {1 - u - v, u, v};
-}
 
 }  // namespace
 
@@ -126,7 +117,8 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
       const Triangle& c = high_.triangles[t];
       const Vec3d face = face_of(positions_, c);
       const Vec3d unit = face * (1 / length(face));
-      const std::array<double, 3> share = spread_shares(i);
+      const TriangleSpread spread(static_cast<double>(i));
+      const std::array<double, 3> share{1 - spread.u - spread.v, spread.u, spread.v};
       Vec3d normal;
       if (!normal_at(t, share, unit, normal)) continue;
       const Vec3d point = Vec3d(positions_[c[0]]) * share[0] + Vec3d(positions_[c[1]]) * share[1] +

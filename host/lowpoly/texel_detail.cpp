@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "lowpoly/pairing.h"
 #include "lowpoly/point_shares.h"
+#include "mesh/triangle_spread.h"
 
 namespace kiln {
 namespace {
@@ -38,22 +39,17 @@ std::vector<Triangle> those(const std::vector<Triangle>& triangles,
   return result;
 }
 
-double fraction(double value) { return value - std::floor(value); }
+/// Places on a triangle, begun elsewhere on each, and turns of the texel around them.
+struct Spread : TriangleSpread {
+  double turn;
+  Spread(std::size_t triangle, std::size_t place)
+      : Spread(static_cast<double>(triangle), static_cast<double>(place)) {}
 
-/// Places on a triangle, evenly spread: the sequence that follows from the plastic number (Roberts 2018), begun
-/// elsewhere on each triangle.
-struct Spread {
-  double u, v, turn;
-  Spread(std::size_t triangle, std::size_t place) {
-    const auto t = static_cast<double>(triangle), i = static_cast<double>(place);
-    u = fraction(0.5 + 0.7548776662466927 * i + 0.6180339887498949 * t);
-    v = fraction(0.5 + 0.5698402909980532 * i + 0.4142135623730950 * t);
-    turn = 0.5 * std::numbers::pi * fraction(0.8191725133961645 * i + 0.7320508075688772 * t);
-    if (u + v > 1) {
-      u = 1 - u;
-      v = 1 - v;
-    }
-  }
+ private:
+  Spread(double t, double i)
+      : TriangleSpread(i, 0.6180339887498949 * t, 0.4142135623730950 * t),
+        turn(0.5 * std::numbers::pi *
+             fraction_of(0.8191725133961645 * i + 0.7320508075688772 * t)) {}
 };
 
 }  // namespace
