@@ -147,8 +147,8 @@ double vertices_of(const ChartSurface& surface, const std::vector<FlatChart>& ch
 void pack(const ChartSurface& surface, const UnwrapOptions& options, std::uint32_t effort,
           Tried& one) {
   PackState packed =
-      search_packing(outlines_of(one.chosen.charts), options.size, options.border_texels, effort,
-                     1, one.chosen.packed ? &*one.chosen.packed : nullptr);
+      search_packing(outlines_of(one.chosen.charts), options.size, options.border_texels, effort, 1,
+                     one.chosen.packed ? &*one.chosen.packed : nullptr);
   one.worth = packed.share - std::max(0.0, kGoodEnough - packed.share) -
               vertex_price(surface, one.chosen.charts);
   if (packed.share > 0) one.chosen.packed = std::move(packed);
@@ -170,7 +170,8 @@ std::optional<Tried> join(const ChartSurface& surface, const UnwrapOptions& opti
   const auto worth = [&](std::span<const std::uint32_t> glued, const FlatChart& a,
                          const FlatChart& b, const FlatChart& both) {
     double saved = smallest_box(a) + smallest_box(b) - smallest_box(both);
-    for (const std::uint32_t h : glued) saved += surface.length[h] * (2 * price.margin + price.seam);
+    for (const std::uint32_t h : glued)
+      saved += surface.length[h] * (2 * price.margin + price.seam);
     return saved > 2 * price.size * flat_area(a) * flat_area(b);
   };
   join_charts(surface, borders, {}, surface.normal, worth, joined.chosen.charts, threads);
