@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "base/parallel.h"
+#include "lowpoly/chart_cut_search.h"
 #include "lowpoly/chart_cuts.h"
 #include "lowpoly/chart_growth.h"
 #include "lowpoly/chart_trims.h"
@@ -36,6 +38,8 @@ constexpr std::array<CutChoice, 10> kCutChoices{{{0.005, 0.3},
 /// And where a chart has more than kLarge of the area, so that little fits beside it.
 constexpr CutChoice kLargeChoice{0.02, 1};
 constexpr double kLarge = 0.3;
+/// At which the best charts are joined again: cuts leave pieces that go together otherwise than they grew.
+constexpr CutChoice kJoinChoice{0.03, 0.3};
 /// Where all of the surface is one chart with less energy than this: what is flat stays whole.
 constexpr CutChoice kFlatChoice{0.02, 0};
 constexpr double kFlat = 1e-3;
@@ -139,6 +143,44 @@ double vertices_of(const ChartSurface& surface, const std::vector<FlatChart>& ch
   return count / static_cast<double>(surface.positions.size());
 }
 
+/// Packs charts on from where they were, and says what they are worth then.
+void pack(const ChartSurface& surface, const UnwrapOptions& options, std::uint32_t effort,
+          Tried& one) {
+  PackState packed =
+      search_packing(outlines_of(one.chosen.charts), options.size, options.border_texels, effort, 1,
+                     one.chosen.packed ? &*one.chosen.packed : nullptr);
+  one.worth = packed.share - std::max(0.0, kGoodEnough - packed.share) -
+              vertex_price(surface, one.chosen.charts);
+  if (packed.share > 0) one.chosen.packed = std::move(packed);
+}
+
+/// The charts with neighbours joined where what seam and boxes save is worth it, packed anew.
+/// \returns nothing where none are joined
+std::optional<Tried> join(const ChartSurface& surface, const UnwrapOptions& options,
+                          const ChosenCharts& chosen, int threads) {
+  Tried joined{{chosen.borders, chosen.charts}};
+  ChartBorders& borders = joined.chosen.borders;
+  std::vector<std::uint8_t> ringed(surface.mate.size(), 0);
+  for (std::uint32_t h = 0; h < ringed.size(); ++h) {
+    if (borders.is_glued(h) || ringed[h] != 0) continue;
+    borders.trace(h);
+    for (std::uint32_t n = h; ringed[n] == 0; n = borders.next(n)) ringed[n] = 1;
+  }
+  const CutPrice price = price_of(surface, options, kJoinChoice);
+  const auto worth = [&](std::span<const std::uint32_t> glued, const FlatChart& a,
+                         const FlatChart& b, const FlatChart& both) {
+    double saved = smallest_box(a) + smallest_box(b) - smallest_box(both);
+    for (const std::uint32_t h : glued)
+      saved += surface.length[h] * (2 * price.margin + price.seam);
+    return saved > 2 * price.size * flat_area(a) * flat_area(b);
+  };
+  join_charts(surface, borders, {}, surface.normal, worth, joined.chosen.charts, threads);
+  if (joined.chosen.charts.size() == chosen.charts.size()) return std::nullopt;
+  trim_charts(surface, borders, {}, joined.chosen.charts);
+  pack(surface, options, kCutEffort, joined);
+  return joined;
+}
+
 /// Grows charts in one way, and cuts them so that they pack well for few vertices.
 /// \param fewest  vertices a position before cuts, of all ways so far; a way with many more is not cut
 Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const ChartWay& way,
@@ -162,15 +204,7 @@ Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const C
   }
   const auto pack_some = [&](std::span<const std::size_t> which, std::uint32_t effort) {
     const auto pack_one = [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n) {
-        Tried& one = tried[which[n]];
-        PackState packed =
-            search_packing(outlines_of(one.chosen.charts), options.size, options.border_texels,
-                           effort, 1, one.chosen.packed ? &*one.chosen.packed : nullptr);
-        one.worth = packed.share - std::max(0.0, kGoodEnough - packed.share) -
-                    vertex_price(surface, one.chosen.charts);
-        if (packed.share > 0) one.chosen.packed = std::move(packed);
-      }
+      for (std::size_t n = begin; n < end; ++n) pack(surface, options, effort, tried[which[n]]);
     };
     parallel_for(which.size(), 1, pack_one, threads);
   };
@@ -193,6 +227,13 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
     const auto& packed = tried.back().chosen.packed;
     if (packed && packed->share >= kGoodEnough) break;
     if (!packed && surface.triangles.size() > kManyTriangles) break;
+  }
+  const Tried& best = best_of(tried);
+  if (best.chosen.packed) {
+    std::optional<Tried> joined = join(surface, options, best.chosen, threads);
+    if (joined && joined->chosen.packed && joined->worth > best.worth) {
+      return std::move(joined->chosen);
+    }
   }
   return std::move(best_of(tried).chosen);
 }

@@ -25,6 +25,11 @@ constexpr double kIsland = 0.002;
 
 using Reach = CutShape::Reach;
 
+FlatPoint direction_of(std::size_t d) {
+  const double angle = static_cast<double>(d) * std::numbers::pi / CutShape::kDirections;
+  return {std::cos(angle), std::sin(angle)};
+}
+
 /// The best cut along lines across one direction. The lines make bands of triangles; what hangs together in
 /// a band is a node. Each line is then tried on the few nodes.
 class Sweep {
@@ -283,6 +288,19 @@ double CutShape::Reach::smallest_box() const {
   return least;
 }
 
+double smallest_box(const FlatChart& chart) {
+  Reach whole;
+  for (std::size_t d = 0; d < CutShape::kDirections; ++d) {
+    const FlatPoint to = direction_of(d);
+    for (const std::uint32_t v : chart.boundary) {
+      const auto along = static_cast<float>(dot(to, chart.points[v]));
+      whole.to[d] = std::max(whole.to[d], along);
+      whole.to[d + CutShape::kDirections] = std::max(whole.to[d + CutShape::kDirections], -along);
+    }
+  }
+  return whole.smallest_box();
+}
+
 CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
                    const ChartNeighbours& neighbour)
     : chart(given), reach(given.points.size()) {
@@ -296,8 +314,7 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
     area += chart.rest[i].area;
   }
   for (std::size_t d = 0; d < kDirections; ++d) {
-    const double angle = static_cast<double>(d) * std::numbers::pi / kDirections;
-    const FlatPoint to{std::cos(angle), std::sin(angle)};
+    const FlatPoint to = direction_of(d);
     for (std::size_t v = 0; v < reach.size(); ++v) {
       const auto along = static_cast<float>(dot(to, chart.points[v]));
       reach[v].to[d] = along;

@@ -26,6 +26,9 @@ struct ChartCut {
   double gain_at(double other) const { return gain > 0 ? gain / length * other : 0; }
 };
 
+/// The area of the smallest upright box around a chart, of those along a few directions.
+double smallest_box(const FlatChart& chart);
+
 /// A chart as the search sees it.
 class CutShape {
  public:

@@ -196,6 +196,14 @@ std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& bo
   const std::vector<Vec3d> guide = guide_normals(surface, way.smoothing);
   std::vector<FlatChart> charts =
       grow_patches(surface, guide, limits, way.variance, borders, threads);
+  const auto always = [](auto&&...) { return true; };
+  join_charts(surface, borders, limits, guide, always, charts, threads);
+  return charts;
+}
+
+void join_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
+                 std::span<const Vec3d> guide, const JoinWorth& worth,
+                 std::vector<FlatChart>& charts, int threads) {
   ChartMerger merger(surface, borders);
   for (std::uint32_t c = 0; c < charts.size(); ++c) {
     ChartPatch patch;
@@ -218,7 +226,8 @@ std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& bo
       for (std::size_t i = begin; i < end; ++i) {
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
         laid[i] = join(surface, borders, a, b, locals[i]);
-        accepted[i] = lay_joined(laid[i], limits) ? 1 : 0;
+        const auto gains = [&] { return worth(joined[i].glued, a, b, laid[i]); };
+        accepted[i] = gains() && lay_joined(laid[i], limits) && gains() ? 1 : 0;
       }
     };
     parallel_for(joined.size(), 1, lay, threads);
@@ -231,7 +240,6 @@ std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& bo
   merger.run(
       kTogether, [](double, const Vec3d&) { return true; }, accept);
   std::erase_if(charts, [](const FlatChart& chart) { return chart.source.empty(); });
-  return charts;
 }
 
 }  // namespace kiln

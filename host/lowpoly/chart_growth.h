@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "lowpoly/chart_borders.h"
@@ -31,6 +33,16 @@ struct ChartWay {
 std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& borders,
                                    const ChartLimits& limits, const ChartWay& way = {},
                                    int threads = 0);
+
+/// Whether two charts are worth joining: the half-edges that this glues, both, and the two laid as one.
+using JoinWorth = std::function<bool(std::span<const std::uint32_t> glued, const FlatChart& a,
+                                     const FlatChart& b, const FlatChart& joined)>;
+
+/// The third pass alone, for charts that are there already: joins neighbours where that is worth it.
+/// \param borders  what is glued of the charts, and their rings; at the end, of those joined
+void join_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
+                 std::span<const Vec3d> guide, const JoinWorth& worth,
+                 std::vector<FlatChart>& charts, int threads = 0);
 
 /// Lays a chart flat from nothing: projected or conformal, then relaxed.
 /// \returns whether it is injective
