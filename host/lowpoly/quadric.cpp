@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kiln {
 namespace {
@@ -73,6 +74,16 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
   const double weight = share * angle * edge / 4;
   sum.add_plane(n * (1 / size_n), a, weight);
   sum.add_plane(m * (1 / size_m), a, weight);
+  sum.area = 2 * weight;
+  return sum;
+}
+
+Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face, const Vec3d& standing) {
+  Quadric sum;
+  // One triangle instead of two, and a half for each end.
+  const double weight = kBentWeight * std::numbers::pi * length(b - a) / 2;
+  sum.add_plane(standing, a, weight);
+  sum.add_plane(face * (1 / length(face)), a, weight);
   sum.area = 2 * weight;
   return sum;
 }
