@@ -84,15 +84,9 @@ void EdgeCollapser::build_quadrics() {
     const Triangle& v = triangles[of_edge[0].index / 3];
     const Vec3d edge = points[b] - points[a];
     const Vec3d face = cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]);
-    Vec3d normal = cross(edge, face);
-    normal = normal * (1 / length(normal));
-    if (!std::isfinite(normal.x + normal.y + normal.z)) return;
-    Quadric border;
-    if (rule_ == nullptr) {
-      border = border_planes(points[a], points[b], face, normal);
-    } else {
-      border.add_plane(normal, points[a], kBorderWeight * dot(edge, edge) / 2);
-    }
+    const Quadric border = rule_ == nullptr ? border_planes(points[a], points[b], face)
+                                            : standing_plane(points[a], points[b], face,
+                                                             kBorderWeight * dot(edge, edge) / 2);
     quadrics_[a] += border;
     quadrics_[b] += border;
   });
