@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-/// Weight of the planes that stand on open borders, against a triangle's own.
+/// Under a rule, weight of the planes that stand on open borders, against a triangle's own.
 constexpr double kBorderWeight = 10;
 /// Share of the squared edge length that counts as deviation: where the surface is flat, short edges
 /// go first and triangles stay even. With 1e-5, faces stayed there that curved places need.
@@ -83,12 +83,12 @@ void EdgeCollapser::build_quadrics() {
     border_[a] = border_[b] = 1;
     const Triangle& v = triangles[of_edge[0].index / 3];
     const Vec3d edge = points[b] - points[a];
-    Vec3d normal = cross(edge, cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]));
-    normal = normal * (1 / length(normal));
-    if (!std::isfinite(normal.x + normal.y + normal.z)) return;
-    for (const std::uint32_t vertex : {a, b}) {
-      quadrics_[vertex].add_plane(normal, points[a], kBorderWeight * dot(edge, edge) / 2);
-    }
+    const Vec3d face = cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]);
+    const Quadric border = rule_ == nullptr ? border_planes(points[a], points[b], face)
+                                            : standing_plane(points[a], points[b], face,
+                                                             kBorderWeight * dot(edge, edge) / 2);
+    quadrics_[a] += border;
+    quadrics_[b] += border;
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kiln {
 namespace {
@@ -73,6 +74,25 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
   const double weight = share * angle * edge / 4;
   sum.add_plane(n * (1 / size_n), a, weight);
   sum.add_plane(m * (1 / size_m), a, weight);
+  sum.area = 2 * weight;
+  return sum;
+}
+
+Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight) {
+  Quadric sum;
+  const Vec3d across = cross(b - a, face);
+  const Vec3d normal = across * (1 / length(across));
+  if (std::isfinite(normal.x + normal.y + normal.z)) sum.add_plane(normal, a, weight);
+  return sum;
+}
+
+Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face) {
+  // One triangle instead of two, and a half for each end.
+  const double weight = kBentWeight * std::numbers::pi * length(b - a) / 2;
+  Quadric sum = standing_plane(a, b, face, weight);
+  const double size = length(face);
+  if (!(size > 0)) return sum;
+  sum.add_plane(face * (1 / size), a, weight);
   sum.area = 2 * weight;
   return sum;
 }

@@ -37,4 +37,12 @@ inline constexpr double kHollowWeight = 0.5;
 /// \param c, d  third corners: the triangles are abc and bad
 Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 
+/// The plane that stands on an open border from a to b; none where that has no direction.
+/// \param face  the triangle's normal, of any length
+Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight);
+
+/// What bent_planes() are at an open border: it is on the outline of every view from which it is seen, as an edge that
+/// turns back is. The triangle's plane holds it as much as the standing one.
+Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face);
+
 }  // namespace kiln
