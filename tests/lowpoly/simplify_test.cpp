@@ -214,7 +214,7 @@ TEST(Simplify, VerticesSplitByTheFileAreWelded) {
     for (const std::uint32_t v : t) split.positions.push_back(high.positions[v]);
     split.triangles.push_back({first, first + 1, first + 2});
   }
-  const Mesh low = simplify(split, {.faces = 600});
+  const Mesh low = simplify(split, {.faces = 400});
   EXPECT_EQ(low.triangles.size(), 400u);
   EXPECT_EQ(edges(low).open, 0u);
 }
@@ -251,7 +251,7 @@ TEST(Simplify, FanOfManyTrianglesAtOneEdge) {
     mesh.triangles.push_back({0, v + 1, 1});
   }
   SimplifyReport report;
-  const Mesh low = simplify(mesh, {.faces = 600}, &report);
+  const Mesh low = simplify(mesh, {.faces = 400}, &report);
   expect_usable(low);
   EXPECT_GE(low.triangles.size(), 1u);
   EXPECT_EQ(low.triangles.size() > 400, warns(report, "faces-not-reached", low.triangles.size()));
