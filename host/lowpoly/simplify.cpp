@@ -123,7 +123,7 @@ struct SimplifyLevels::Impl {
   }
 
   const Mesh& high;
-  const std::vector<std::uint32_t> asked;
+  std::vector<std::uint32_t> asked;  ///< Of each of `results`
   SimplifyOptions options;
   SimplifyReport report, of_high;
   std::optional<SimplifyJob> job;

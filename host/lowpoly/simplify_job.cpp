@@ -182,16 +182,21 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
   return work;
 }
 
-std::vector<SimplifyResult> SimplifyJob::levels(std::span<const std::uint32_t> faces) {
+std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& faces) {
   std::vector<SimplifyResult> results;
   const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, direct_limit());
   Shrinking shrinking(work, layout(), options_, scale_);
+  std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
     const std::size_t before = shrinking.faces();
+    // A collapse takes two faces, so that the level before may have as few.
+    if (!results.empty() && before <= goal) continue;
     shrinking.collapser().run(goal);
     if (!results.empty() && shrinking.faces() == before) break;
     shrinking.extract(results.emplace_back());
+    found.push_back(goal);
   }
+  faces = std::move(found);
   return results;
 }
 
@@ -292,7 +297,7 @@ void SimplifyJob::warn_of_count(const SimplifyResult& result) {
        std::to_string(options_.faces) + " faces were asked for, but " + std::to_string(left) +
            " are needed to keep the shape" + (options_.keep_uvs ? " and the UVs of " : " of ") +
            std::to_string(parts) + (parts == 1 ? " connected part" : " connected parts") +
-           ", none of which may vanish or turn over",
+           ": no part, hole or handle may vanish, and no face turn over",
        left});
 }
 
@@ -349,12 +354,7 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
   if (options_.keep_uvs) {
     std::vector<std::uint32_t> charts = uv_charts(mesh);
     report_.charts = *std::max_element(charts.begin(), charts.end()) + 1;
-    for (const Triangle& t : mesh.uv_triangles) {
-      const Vec2 &a = mesh.uvs[t[0]], &b = mesh.uvs[t[1]], &c = mesh.uvs[t[2]];
-      const double area = std::abs((double{b.x} - a.x) * (double{c.y} - a.y) -
-                                   (double{b.y} - a.y) * (double{c.x} - a.x));
-      if (std::isfinite(area)) report_.coverage += area / 2;
-    }
+    report_.coverage = uv_area(mesh);
   }
   return mesh;
 }

@@ -100,8 +100,9 @@ class SimplifyJob {
 
   Mesh run(bool with_deviation);
 
-  /// One mesh a number of faces, not yet mended, as long as each has fewer than the one before.
-  std::vector<SimplifyResult> levels(std::span<const std::uint32_t> faces);
+  /// One mesh a number of faces, not yet mended, as long as there are fewer to come to.
+  /// \param faces  falling; those that give a mesh of their own stay
+  std::vector<SimplifyResult> levels(std::vector<std::uint32_t>& faces);
   /// Fits one of them, and mends what that does not. \returns whether it is good
   bool improve(SimplifyResult& result);
   /// Fits one roughly, to look at.

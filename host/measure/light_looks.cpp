@@ -12,6 +12,7 @@
 #include "detail/registry.h"
 #include "kiln/plan.h"
 #include "lowpoly/unwrap_charts.h"
+#include "measure/far_enough.h"
 #include "measure/light_limits.h"
 #include "measure/plan_limits.h"
 
@@ -213,18 +214,21 @@ void LightLooks::solve(std::size_t level) {
 LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
   const auto& [seen, mapped] = glance(level);
-  const double plain = without_map(seen, coarse_);
   const Stopwatch watch;
+  const double plain = without_map(seen, coarse_);
   LightModel::Node node = limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse_));
   node.plain = plain;
   plan_.seconds_measure += watch.total();
   return node;
 }
 
-double LightLooks::without_map(const Mesh& low, const DenseShown& shown) {
+double LightLooks::without_map(const Mesh& low, const DenseShown& shown) const {
+  return NormalProbe(impl_of(source_), with_some_uvs(low), shown).without_map().mean_degrees;
+}
+
+double LightLooks::plain(const Mesh& low) {
   const Stopwatch watch;
-  const double error =
-      NormalProbe(impl_of(source_), with_some_uvs(low), shown).without_map().mean_degrees;
+  const double error = without_map(low, shown_);
   plan_.seconds_measure += watch.total();
   return error;
 }
@@ -237,8 +241,11 @@ LightModel::Node LightLooks::look_with(std::size_t level, const NormalProbe& map
 
 LightModel::Node LightLooks::limits_of(const NormalProbe& mapped) const {
   std::shared_ptr<const VisibilityField> field;
-  return {.bare = mapped.without_map().mean_degrees,
-          .limit = mapped.limit(limit_options(bake_.method), field).error.mean_degrees};
+  BakeOptions options = limit_options(bake_.method);
+  const NormalProbe::Limit limit = far_enough(
+      options, [&](const BakeOptions& wide) { return mapped.limit(wide, field); },
+      [](const NormalProbe::Limit& found) { return found.missed; });
+  return {.bare = mapped.without_map().mean_degrees, .limit = limit.error.mean_degrees};
 }
 
 BakeOptions LightLooks::limit_options(MatchMethod method) const {

@@ -52,11 +52,11 @@ class LightLooks {
   /// The first of the ways that gets nearest, on one mesh.
   void choose_match(std::size_t level, bool height_field);
 
-  /// What a level without a map does, measured, and one whose normals are for a map.
+  /// What a level without a map does, measured, and one whose normals are for a map. Its caller counts the time.
   /// \param mapped  of the latter, whatever its layout
   LightModel::Node look_with(std::size_t level, const NormalProbe& mapped);
   /// The first of these alone.
-  double plain(const Mesh& low) { return without_map(low, shown_); }
+  double plain(const Mesh& low);
 
   /// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
   /// Made once.
@@ -84,7 +84,7 @@ class LightLooks {
   void say(double done, const char* doing) const;
   const std::array<Mesh, 2>& glance(std::size_t level);
   LightModel::Node look(std::size_t level);
-  double without_map(const Mesh& low, const DenseShown& shown);
+  double without_map(const Mesh& low, const DenseShown& shown) const;
   LightModel::Node limits_of(const NormalProbe& mapped) const;
   BakeOptions limit_options(MatchMethod method) const;
 

@@ -8,6 +8,7 @@
 #include "base/stopwatch.h"
 #include "lowpoly/keep_colors.h"
 #include "measure/bounds.h"
+#include "measure/far_enough.h"
 #include "measure/light_limits.h"
 
 namespace kiln {
@@ -111,7 +112,16 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
   BakeOptions plain = normals_alone(made.bake);
   if (!all_directions_) few_directions(plain);
   plain.mips = learn;
-  const BakeResult result = bake_drawn(impl_of(source_), made.low, plain, nullptr);
+  const BakeResult result = far_enough(
+      plain,
+      [&](const BakeOptions& options) {
+        return bake_drawn(impl_of(source_), made.low, options, nullptr);
+      },
+      [](const BakeResult& baked) {
+        const BakeReport& report = baked.report;
+        return report.samples == 0 ? 0 : static_cast<double>(report.missed) / report.samples;
+      });
+  made.bake.max_distance = plain.max_distance;
   const Stopwatch measuring;
   const auto error = [&](const Image& map) {
     return probe->with_map(rounded(map, cost_.bits), plain).mean_degrees;

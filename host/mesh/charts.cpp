@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 #include "mesh/weld.h"
@@ -78,6 +79,17 @@ std::vector<std::uint32_t> uv_charts(const Mesh& mesh) {
     chart[t] = first == t ? charts++ : chart[first];
   }
   return chart;
+}
+
+double uv_area(const Mesh& mesh) {
+  double sum = 0;
+  for (const Triangle& t : mesh.uv_triangles) {
+    const Vec2 &a = mesh.uvs[t[0]], &b = mesh.uvs[t[1]], &c = mesh.uvs[t[2]];
+    const double twice =
+        (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
+    if (std::isfinite(twice)) sum += std::abs(twice) / 2;
+  }
+  return sum;
 }
 
 }  // namespace kiln

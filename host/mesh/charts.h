@@ -20,4 +20,7 @@ namespace kiln {
 /// \param mesh  with UVs; indices in range
 std::vector<std::uint32_t> uv_charts(const Mesh& mesh);
 
+/// The sum of the areas of UV triangles, where the unit square's is 1. Those that are not finite do not count.
+double uv_area(const Mesh& mesh);
+
 }  // namespace kiln

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/memory.h"
+#include "mesh/charts.h"
 #include "volume/atlas.h"
 #include "volume/chart_map.h"
 #include "volume/fine_mesh.h"
@@ -151,9 +152,8 @@ void warn_of_fine_map(const Volume& volume, ExtractReport& report) {
 
 void describe_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptions& options,
                     ExtractReport& report) {
-  const std::uint32_t size = report.used.size;
   report.charts = atlas.charts.size();
-  report.coverage = static_cast<double>(atlas.texels) / size / size;
+  report.coverage = uv_area(atlas.mesh);
   report.texels_per_cell = atlas.texels_per_unit * spacing_of(volume);
   report.non_manifold_edges = crowded_edges(atlas.mesh);
   if (atlas.border != options.border_texels) {

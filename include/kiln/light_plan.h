@@ -13,6 +13,9 @@
 
 namespace KILN_PUBLIC kiln {
 
+/// Maps that are planned have so many texels a side at least.
+inline constexpr std::uint32_t kSmallestMap = 16;
+
 /// What a low poly and its maps come to in a renderer's memory.
 ///
 /// A vertex takes 24 bytes: position 12, normal 4, tangent 4, UV 4; without a map 16. A vertex at a
@@ -47,7 +50,8 @@ struct LightPlanOptions {
   bool choose_samples = true;
   /// Bits a channel that maps are saved with: 8 or 16; 0: choose.
   std::uint32_t bits = 0;
-  /// What to bake. Its size is the largest that maps may have; they are square, 16 texels a side at least. With
+  /// What to bake. Without a max_distance or cage, it grows up to 16% of the diagonal where samples are missed.
+  /// Its size is the largest that maps may have; they are square, kSmallestMap texels a side at least. With
   /// the map MapKind::normal. No cage mesh, no parts, no saved match.
   BakeOptions bake = {};
   UnwrapMethod unwrap = UnwrapMethod::charts;  ///< How the low poly is laid out

@@ -43,6 +43,9 @@ struct SimplifyReport {
   /// 262,144 of them evenly spaced.
   double error = 0;
   double mean_error = 0;  ///< The mean distance of the same samples, as a share of the diagonal.
+  /// Search distance for bakes onto the result, as a share of the diagonal (BakeOptions::max_distance): the default of
+  /// bakes, or 2.5 times the deviation. It is along rays, and from the low poly where that is farther off.
+  double search_distance() const { return error > 0.008 ? 2.5 * error : 0.02; }
   std::uint64_t mended =
       0;  ///< Triangles that were folded, flat or facing down, and no longer are.
   /// Triangles that face away from the high poly, or down in a height field, and stayed so.

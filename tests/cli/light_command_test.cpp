@@ -91,6 +91,7 @@ TEST(LightCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
   const ProcessResult none = dense.bake("none", {"--max-error", "normal=60"});
   ASSERT_EQ(none.exit_code, 0) << none.errors;
   EXPECT_EQ(dense.report("none")["plan"]["chosen"]["size"], 0);
+  EXPECT_NE(none.output.find("no map needed"), std::string::npos) << none.output;
   EXPECT_TRUE(fs::exists(dense.folder / "none" / "high_low.obj"));
   EXPECT_FALSE(fs::exists(dense.folder / "none" / "high_low_normal.png"));
 }
@@ -174,7 +175,7 @@ TEST(LightCommand, OneMapServesAllLevelsWhereAsked) {
   KILN_REQUIRE_DEVICE();
   const Wavy dense;
   const ProcessResult done =
-      dense.bake("shared", {"--max-error", "normal=8", "--screen", "192px", "--lod", "4",
+      dense.bake("shared", {"--max-error", "normal=5", "--screen", "192px", "--lod", "4",
                             "--lod-uvs", "shared", "--space", "object"});
   ASSERT_EQ(done.exit_code, 0) << done.errors;
   const fs::path folder = dense.folder / "shared";
@@ -183,7 +184,7 @@ TEST(LightCommand, OneMapServesAllLevelsWhereAsked) {
   for (const nlohmann::json& level : levels) {
     EXPECT_EQ(level["maps_of_level"], 0);
     EXPECT_EQ(level["maps"], levels[0]["maps"]);
-    EXPECT_LE(level["measured_degrees"].get<double>(), 8);
+    EXPECT_LE(level["measured_degrees"].get<double>(), 5);
   }
   EXPECT_EQ(levels[1]["bytes"]["texels"], 0);
   EXPECT_FALSE(fs::exists(folder / "high_lod1_normal.png"));
@@ -301,6 +302,33 @@ TEST(LightCommand, DarkensLessWithDistance) {
   const ProcessResult word = with("bad", {"ao", "--ao-falloff", "cubic"});
   EXPECT_EQ(word.exit_code, 2);
   EXPECT_NE(word.errors.find("linear"), std::string::npos) << word.errors;
+}
+
+TEST(LightCommand, SearchesAsFarAsTheLowPolyStrays) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const auto searched = [&](const char* name, const char* faces, std::vector<std::string> more) {
+    more.insert(more.begin(), {"--match", "ray", "--faces", faces});
+    const ProcessResult done = dense.bake(name, more);
+    EXPECT_EQ(done.exit_code, 0) << done.errors;
+    return done.output;
+  };
+  const std::string wide = searched("wide", "40", {});
+  const double strays = dense.report("wide")["low"]["error"].get<double>();
+  ASSERT_GT(strays, 0.01);
+  char text[32];
+  std::snprintf(text, sizeof text, "(%.3f%%)", 250 * strays);
+  EXPECT_NE(wide.find(text), std::string::npos) << wide;
+  EXPECT_NE(searched("asked", "40", {"--max-distance", "2%"}).find("(2.000%)"), std::string::npos);
+  EXPECT_NE(searched("fine", "3000", {}).find("(2.000%)"), std::string::npos);
+}
+
+TEST(LightCommand, NamesTheFlagOfAMapThatIsTooSmall) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const ProcessResult small = dense.bake("small", {"--max-error", "normal=5", "--size", "8"});
+  EXPECT_EQ(small.exit_code, 2);
+  EXPECT_NE(small.errors.find("--size"), std::string::npos) << small.errors;
 }
 
 TEST(LightCommand, ExitsWith1WhereTheErrorIsOutOfReach) {

@@ -42,6 +42,20 @@ TEST(SimplifyLevels, EndWhereTheShapeNeedsItsFaces) {
   EXPECT_GE(levels.faces(levels.count() - 1), 4U);
 }
 
+/// A collapse takes two faces: of goals one apart, each second gives a mesh of its own.
+TEST(SimplifyLevels, GoOnWhereAGoalGivesNoMeshOfItsOwn) {
+  std::vector<std::uint32_t> faces;
+  for (std::uint32_t goal = 60; goal >= 8; --goal) faces.push_back(goal);
+  const Mesh high = test::icosphere(2);
+  const SimplifyLevels levels(high, faces, LevelRule::shape);
+  EXPECT_GE(levels.count(), 20U);
+  EXPECT_LE(levels.faces(levels.count() - 1), 10U);
+  for (std::size_t i = 0; i < levels.count(); ++i) {
+    EXPECT_LE(levels.faces(i), levels.asked(i));
+    if (i > 0) EXPECT_LT(levels.faces(i), levels.faces(i - 1));
+  }
+}
+
 /// Levels of 4% fewer faces each, whose errors follow powers.
 struct Powers {
   std::vector<double> faces;

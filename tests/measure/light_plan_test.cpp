@@ -83,6 +83,35 @@ TEST(LightPlan, ReachesTheErrorWithFewerBytesThanAGridFinds) {
   EXPECT_LE(static_cast<double>(light.chosen.bytes.total()), 1.1 * static_cast<double>(least));
 }
 
+/// Two bumpy spheres, one just inside the other: coarse low polys stray far.
+TEST(LightPlan, SearchesAsFarAsTheLowPolyStrays) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::BumpySphere::dense(8000);
+  const auto corners = static_cast<std::uint32_t>(high.positions.size());
+  const std::size_t faces = high.triangles.size();
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    const Vec3 p = high.positions[i];
+    high.positions.push_back({0.99F * p.x, 0.99F * p.y, 0.99F * p.z});
+  }
+  for (std::size_t t = 0; t < faces; ++t) {
+    const Triangle v = high.triangles[t];
+    high.triangles.push_back({v[0] + corners, v[2] + corners, v[1] + corners});
+  }
+  const Source source(*test::device(), high);
+  LightPlanOptions options = light_options(8, 128);
+  options.may_leave_map_out = false;
+  const LightBake light = bake_light(source, high, options);
+  ASSERT_TRUE(light.result.has_value());
+  EXPECT_GT(light.simplified.error, 0.02);
+  EXPECT_LT(light.result->report.missed, light.result->report.samples / 50);
+  ASSERT_TRUE(light.bake.max_distance.has_value());
+
+  // A distance that is asked for stays.
+  options.bake.max_distance = Length::share(0.03);
+  const LightBake asked = bake_light(source, high, options);
+  EXPECT_EQ(asked.result->report.max_distance, 0.03 * source.stats().diagonal);
+}
+
 TEST(LightPlan, SaysWhatItTriedAndExpected) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(6000, true);

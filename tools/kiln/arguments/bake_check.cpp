@@ -7,6 +7,7 @@
 #include "arguments/packs.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
+#include "kiln/light_plan.h"
 
 namespace kiln::cli {
 namespace {
@@ -69,6 +70,11 @@ void check_light_plan(const BakeArguments& a) {
       fail_usage("--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
     }
     return;
+  }
+  const auto [width, height] = parse_size(a.size);
+  if (std::min(width, height) < kSmallestMap) {
+    fail_usage("--size is that of the largest map to plan with: give " +
+               std::to_string(kSmallestMap) + " or more.");
   }
   if (!a.max_angle.empty() && !a.max_error.empty()) {
     fail_usage(

@@ -44,6 +44,12 @@ std::string kib(std::uint64_t bytes) {
   return text;
 }
 
+std::string degrees(double angle) {
+  char text[32];
+  std::snprintf(text, sizeof text, angle > 0 && angle < 0.001 ? "below 0.001" : "%.3g", angle);
+  return text;
+}
+
 bool same(const LightTrial& a, const LightTrial& b) {
   return a.faces == b.faces && a.size == b.size && a.laid_out_for == b.laid_out_for;
 }
@@ -144,30 +150,29 @@ void take_light(BakeRun& run, LightBake planned) {
 
 std::vector<std::string> trade_table(const LightBake& light) {
   char text[256];
-  std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10s %10s", "faces", "vertices", "map", "KiB",
-                "expected", "measured");
+  std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10s", "faces", "vertices", "map", "KiB",
+                "degrees");
   std::vector<std::string> lines = {text};
   std::vector<LightTrial> rows = light.trade;
-  const auto chosen = std::find_if(rows.begin(), rows.end(), [&](const LightTrial& row) {
-    return row.size == light.chosen.size;
-  });
-  if (chosen != rows.end()) {
-    *chosen = light.chosen;
-  } else {
-    rows.push_back(light.chosen);
-  }
+  std::erase_if(rows, [&](const LightTrial& row) { return row.size == light.chosen.size; });
+  rows.push_back(light.chosen);
+  std::sort(rows.begin(), rows.end(),
+            [](const LightTrial& a, const LightTrial& b) { return a.size < b.size; });
   for (const LightTrial& row : rows) {
-    std::string measured = "-";
+    double measured = row.measured;
     for (const LightTrial& trial : light.trials) {
-      if (!same(trial, row)) continue;
-      std::snprintf(text, sizeof text, "%.3g", trial.measured);
-      measured = text;
+      if (same(trial, row)) measured = trial.measured;
     }
-    std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10.3g %10s%s",
-                  with_commas(row.faces).c_str(), with_commas(row.vertices).c_str(),
-                  size_text(row.size).c_str(), kib(row.bytes.total()).c_str(), row.expected,
-                  measured.c_str(), same(row, light.chosen) ? "  <- chosen" : "");
+    std::snprintf(
+        text, sizeof text, "%9s %9s %12s %10s %10s  %s%s", with_commas(row.faces).c_str(),
+        with_commas(row.vertices).c_str(), size_text(row.size).c_str(),
+        kib(row.bytes.total()).c_str(), degrees(measured < 0 ? row.expected : measured).c_str(),
+        measured < 0 ? "expected" : "measured", same(row, light.chosen) ? "  <- chosen" : "");
     lines.emplace_back(text);
+  }
+  if (light.chosen.size == 0 && light.reached) {
+    lines.push_back("no map needed: normals at the vertices are within " + degrees(light.wanted) +
+                    " degrees");
   }
   return lines;
 }

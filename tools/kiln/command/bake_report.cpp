@@ -47,6 +47,7 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
           {"low", stages.low},
           {"build", stages.build + report.seconds_build},
           {"cage", stages.cage},
+          {"plan", stages.plan},
           {"texels", report.seconds_texels},
           {"match", report.seconds_match},
           {"detail", report.seconds_detail},

@@ -35,7 +35,7 @@ struct LowMesh {
 
 /// Seconds of stages that are not the library's.
 struct Stages {
-  double load = 0, low = 0, build = 0, cage = 0, save = 0;
+  double load = 0, low = 0, build = 0, cage = 0, plan = 0, save = 0;
 };
 
 struct BakeRun {

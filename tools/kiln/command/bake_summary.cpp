@@ -188,11 +188,11 @@ void print_totals(Console& console, const BakeReport& report, std::uint64_t map_
   if (map_texels > 0) console.line(texels_line(report, map_texels, source));
   std::snprintf(
       text, sizeof text,
-      "%.2f s: load %.2f, low poly %.2f, build %.2f, texels %.2f, match %.2f, detail %.2f, "
-      "recall %.2f, image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
-      total, stages.load, stages.low, stages.build + report.seconds_build, report.seconds_texels,
-      report.seconds_match, report.seconds_detail, report.seconds_recall, report.seconds_image,
-      report.seconds_mips, stages.save,
+      "%.2f s: load %.2f, low poly %.2f, build %.2f, plan %.2f, texels %.2f, match %.2f, "
+      "detail %.2f, recall %.2f, image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
+      total, stages.load, stages.low, stages.build + report.seconds_build, stages.plan,
+      report.seconds_texels, report.seconds_match, report.seconds_detail, report.seconds_recall,
+      report.seconds_image, report.seconds_mips, stages.save,
       static_cast<unsigned long long>(peak_resident_bytes() >> 20));
   console.line(text);
 }

@@ -75,15 +75,52 @@ std::string missed_place(const BakeResult& result, const Mesh& low) {
   return describe(largest_missed_patch(result.coverage, map.width, map.height, low));
 }
 
+/// Of a low poly that was made here: both meshes lie in one place.
+std::string misses_of_made(const BakeReport& report, double strays) {
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "%.2g%% of the samples found no point of the high poly within the distance: the "
+                "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise "
+                "--max-distance.",
+                100.0 * static_cast<double>(report.missed) / static_cast<double>(report.samples),
+                100 * strays);
+  return text;
+}
+
 /// The library knows neither the file nor what is asked for beside it.
-void name_place_of_misses(BakeResult& result, const Mesh& high, const Mesh& low,
-                          const std::string& path) {
+void name_place_of_misses(BakeRun& run) {
+  BakeResult& result = run.result;
+  const Mesh& low = run.low.mesh;
+  const bool made = run.low.simplified && !result.report.uv && !result.report.views;
   const bool most = result.report.missed * 2 > result.report.samples;
   for (Warning& warning : result.report.warnings) {
     if (warning.code != "many-misses") continue;
-    warning.message = "'" + path + "': " + warning.message + " " + missed_place(result, low) +
-                      hint_of_boxes(high, low, most);
+    const std::string what =
+        made ? misses_of_made(result.report, run.low.simplified->error) : warning.message;
+    warning.message = "'" + run.low_path + "': " + what + " " + missed_place(result, low) +
+                      (made ? "" : hint_of_boxes(run.dense.mesh, low, most));
   }
+}
+
+/// A low poly that was made here tells how far it strays. What was asked for goes first.
+void search_far_enough(BakeRun& run) {
+  const BakeOptions& options = run.options;
+  if (!run.low.simplified || run.dense.heights || options.max_distance || options.cage ||
+      !run.arguments.cage.empty() || !run.arguments.cage_mesh.empty()) {
+    return;
+  }
+  const SimplifyReport& made = *run.low.simplified;
+  const SimplifyReport as_it_is;
+  if (made.search_distance() <= as_it_is.search_distance()) return;
+  run.options.max_distance = Length::share(made.search_distance());
+}
+
+/// Of planning, without the bake of the result.
+double planning(const BakeReport& report, double all) {
+  const double baked = report.seconds_build + report.seconds_texels + report.seconds_match +
+                       report.seconds_detail + report.seconds_recall + report.seconds_image +
+                       report.seconds_mips + report.seconds_errors;
+  return std::max(0.0, all - baked);
 }
 
 /// More was missed than --max-missed allows.
@@ -124,6 +161,7 @@ bool read_inputs(BakeRun& run) {
     run.low.made = true;
   } else {
     run.low = prepare_low(arguments, run.dense, run.console, run.warnings);
+    search_far_enough(run);
     if (made && !onto_plane(arguments)) {
       warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
     }
@@ -195,7 +233,7 @@ bool make_maps(BakeRun& run, const Source& source) {
   if (run.arguments.reasons) {
     run.reasons = explain(*run.result.match, source, run.low.mesh, run.options);
   }
-  name_place_of_misses(run.result, run.dense.mesh, run.low.mesh, run.low_path);
+  name_place_of_misses(run);
   return true;
 }
 
@@ -255,7 +293,8 @@ int run_bake(const BakeArguments& given) {
   run.stages.build = run.watch.lap();
   make_cage(run, source);
   if (!make_maps(run, source)) return kExitCancelled;
-  run.watch.lap();
+  const double making = run.watch.lap();
+  if (run.light || run.planned) run.stages.plan = planning(run.result.report, making);
   if (!(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
   if (run.light && !save_light_plot(run)) return kExitCancelled;
   run.stages.save = run.watch.lap();

@@ -258,6 +258,31 @@ def beside(axes, x, y, taken):
     return boxes[0]
 
 
+def name_rings(page, axes, panel, taken):
+    """Beside them, inside the panel, off the curves."""
+    rings = panel["rings"]
+    if not rings.get("labels"):
+        return
+    texts = [axes.text(0, 0, words, transform=IdentityTransform(), ha="center", zorder=4,
+                       va="center_baseline", size=NORMAL, color="#00694d",
+                       bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1})
+             for words in rings["labels"]]
+    boxes = [page.extent(text) for text in texts]
+    sizes = [(box[2] - box[0] + 6, 20) for box in boxes]
+    marks = axes.transData.transform(list(zip(rings["x"], rings["y"])))
+    lines = []
+    for curve in panel["curves"]:
+        points = axes.transData.transform(list(zip(curve["x"], curve["y"])))
+        lines += zip(points, points[1:])
+    left, bottom, right, top = page.extent(axes.patch)
+    places = place_labels(marks, sizes, (left + 4, bottom + 4, right - 4, top - 4), taken, lines)
+    for text, mark, (box, end) in zip(texts, marks, places):
+        text.set_position((box[:2] + box[2:]) / 2)
+        if end is not None:
+            axes.plot(*zip(mark, end), color="#00694d", linewidth=0.8, zorder=1.9,
+                      transform=IdentityTransform())
+
+
 def draw_study(data, _):
     panels, left, right, top, height, width = data["panels"], 110, 40, 90, 600, 780
     entries = max(len(panel["levels"]) + sum(not isinstance(curve["look"], dict)
@@ -300,10 +325,7 @@ def draw_study(data, _):
         if panel["rings"]["x"]:
             axes.plot(panel["rings"]["x"], panel["rings"]["y"], "o", markersize=16, color="#009e73",
                       markerfacecolor="none", markeredgewidth=2, label=panel["rings"]["title"])
-        rings = panel["rings"]
-        for x, y, words in zip(rings["x"], rings["y"], rings.get("labels", [])):
-            # Curves fall to the right: there is room below to the left.
-            named(axes, x, y, words, (-13, -13), NORMAL, "#00694d", ha="right", va="top")
+        name_rings(page, axes, panel, taken)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -64 / height), ncol=2, frameon=False,
                     fontsize=NORMAL, borderpad=0, handlelength=2.6)
     return page
