@@ -45,4 +45,14 @@ Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double
 /// turns back is. The triangle's plane holds it as much as the standing one.
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face);
 
+/// How far a line between two triangles has to be held beside what they hold, 0 to 1: a crease is held by its faces.
+/// \param one, other  their normals, of any length
+double line_share(const Vec3d& one, const Vec3d& other);
+
+/// The planes that stand on a line that is drawn on a surface, as of open borders.
+/// \param one, other  normals of the two triangles, of any length
+/// \param share       of the weight that an open border has
+Quadric line_planes(const Vec3d& a, const Vec3d& b, const Vec3d& one, const Vec3d& other,
+                    double share);
+
 }  // namespace kiln

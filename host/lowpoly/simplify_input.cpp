@@ -178,6 +178,33 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<Sour
   return work;
 }
 
+Labels labels_of(const Mesh& mesh, const Work& work) {
+  using Names = std::array<std::uint32_t, 3>;
+  Labels labels;
+  if (mesh.groups.empty() && mesh.objects.empty() && mesh.materials.empty()) return labels;
+  const auto name_at = [&](const std::vector<std::uint32_t>& names, std::uint32_t t) {
+    return names.size() == mesh.triangles.size() ? names[t] : 0;
+  };
+  std::map<Names, std::uint32_t> numbers;
+  labels.of.reserve(work.triangles.size());
+  Names last{};
+  for (const SourceTriangle& source : work.sources) {
+    const std::uint32_t t = source.index;
+    const Names names{name_at(mesh.groups, t), name_at(mesh.objects, t),
+                      name_at(mesh.materials, t)};
+    if (!labels.of.empty() && names == last) {
+      labels.of.push_back(labels.of.back());
+      continue;
+    }
+    last = names;
+    const auto [found, added] =
+        numbers.try_emplace(names, static_cast<std::uint32_t>(numbers.size()));
+    if (added) labels.source.push_back(t);
+    labels.of.push_back(found->second);
+  }
+  return labels;
+}
+
 Layout layout_of(const Mesh& mesh, const Work& work) {
   struct Corner {
     std::uint32_t vertex;
@@ -186,28 +213,16 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
     auto key() const { return std::tuple(vertex, uv, place); }
   };
   const std::vector<std::uint32_t> charts = uv_charts(mesh);
-  const auto name_at = [&](const std::vector<std::uint32_t>& names, std::uint32_t t) {
-    return names.size() == mesh.triangles.size() ? names[t] : 0;
-  };
-  const auto names_at = [&](std::uint32_t t) {
-    return std::array{name_at(mesh.groups, t), name_at(mesh.objects, t),
-                      name_at(mesh.materials, t)};
-  };
-  std::map<std::array<std::uint32_t, 3>, std::uint32_t> groups;
-  const bool named = !mesh.groups.empty() || !mesh.objects.empty() || !mesh.materials.empty();
+  Labels labels = labels_of(mesh, work);
   Layout layout;
+  layout.groups = std::move(labels.of);
+  layout.group_of = std::move(labels.source);
   layout.corners.resize(work.triangles.size());
   std::vector<Corner> corners;
   corners.reserve(work.triangles.size() * 3);
   for (std::uint32_t t = 0; t < work.triangles.size(); ++t) {
     const SourceTriangle& source = work.sources[t];
     layout.charts.push_back(charts[source.index]);
-    if (named) {
-      const auto [found, added] =
-          groups.try_emplace(names_at(source.index), static_cast<std::uint32_t>(groups.size()));
-      if (added) layout.group_of.push_back(source.index);
-      layout.groups.push_back(found->second);
-    }
     for (std::uint32_t k = 0; k < 3; ++k) {
       const Vec2& given = mesh.uvs[mesh.uv_triangles[source.index][(k + source.first) % 3]];
       const Vec2 uv{given.x + 0.0F, given.y + 0.0F};  // -0 is 0.

@@ -34,6 +34,7 @@ struct Work {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
   std::vector<SourceTriangle> sources;  ///< By triangle; empty once a head start has made new ones.
+  std::vector<std::uint32_t> labels;    ///< By triangle; empty: all have one. See Labels.
   std::vector<Fold> folds;              ///< That a head start left.
   std::vector<Vec3d> torn;  ///< Where it left edges of too many triangles, which were cut.
 };
@@ -67,6 +68,13 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
 /// Renumbers to the vertices in use.
 Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
              const Scale& scale);
+
+/// What group, object and material a triangle has, as one number.
+struct Labels {
+  std::vector<std::uint32_t> of;      ///< By triangle; empty: the mesh has none.
+  std::vector<std::uint32_t> source;  ///< By label, a triangle of the given mesh that has it.
+};
+Labels labels_of(const Mesh& mesh, const Work& work);
 
 /// The given mesh's UVs and groups at the triangles of `work`.
 Layout layout_of(const Mesh& mesh, const Work& work);

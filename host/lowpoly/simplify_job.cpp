@@ -120,7 +120,7 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
   Flaws flaws = check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
   for (int round = 0; round < kMendingRounds && !flaws.none(); ++round) {
-    Shrinking shrinking(result.points, result.triangles,
+    Shrinking shrinking(result.points, result.triangles, result.labels,
                         options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
     const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
     bool any = false;
@@ -154,6 +154,14 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
   return flaws.none() && report_.holes == 0;
 }
 
+/// What groups, objects and materials to hold, where triangles differ.
+void SimplifyJob::find_labels() {
+  Labels labels = labels_of(high_, dense_);
+  if (labels.source.size() < 2) return;
+  dense_.labels = std::move(labels.of);
+  label_source_ = std::move(labels.source);
+}
+
 /// From how many triangles on a head start pays.
 std::size_t SimplifyJob::direct_limit() {
   if (!direct_limit_) {
@@ -174,7 +182,8 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
   Work work = dense_;
   if (work.triangles.size() > std::max(limit, near_goal) && !options_.keep_uvs && !options_.hull) {
     const double error = options_.faces == 0 ? 0.1 * options_.max_error : 1.0;
-    if (options_.height_field && untouched.empty() && grid_start(work, near_goal, error)) {
+    if (options_.height_field && untouched.empty() && work.labels.empty() &&
+        grid_start(work, near_goal, error)) {
       return work;
     }
     head_start(work, near_goal, error, options_.height_field, untouched, parts);
@@ -296,6 +305,23 @@ void SimplifyJob::warn_of_count(const SimplifyResult& result) {
        left});
 }
 
+/// Groups, objects and materials of the triangles that each came from.
+void SimplifyJob::name(const SimplifyResult& result, Mesh& mesh) const {
+  const std::vector<std::uint32_t>& labels = options_.keep_uvs ? result.layout.groups : result.labels;
+  const std::vector<std::uint32_t>& source = options_.keep_uvs ? layout_.group_of : label_source_;
+  if (labels.empty()) return;
+  const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
+    if (from.size() != high_.triangles.size()) return;
+    for (const std::uint32_t label : labels) to.push_back(from[source[label]]);
+  };
+  keep(high_.groups, mesh.groups);
+  keep(high_.objects, mesh.objects);
+  keep(high_.materials, mesh.materials);
+  mesh.group_names = high_.group_names;
+  mesh.object_names = high_.object_names;
+  mesh.material_names = high_.material_names;
+}
+
 Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   Mesh mesh;
   mesh.name = high_.name;
@@ -305,19 +331,8 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   for (const Vec3d& p : result.points) mesh.positions.push_back(scale_.to_mesh(p));
   mesh.normals = vertex_normals(to_floats(result.points), result.triangles);
   mesh.normal_triangles = mesh.triangles;
+  name(result, mesh);
   if (!options_.keep_uvs) return mesh;
-  const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
-    if (from.size() != high_.triangles.size()) return;
-    for (const std::uint32_t group : result.layout.groups) {
-      to.push_back(from[layout_.group_of[group]]);
-    }
-  };
-  keep(high_.groups, mesh.groups);
-  keep(high_.objects, mesh.objects);
-  keep(high_.materials, mesh.materials);
-  mesh.group_names = high_.group_names;
-  mesh.object_names = high_.object_names;
-  mesh.material_names = high_.material_names;
   std::vector<std::uint32_t> number(result.layout.uvs.size(), kNoVertex);
   for (const Triangle& t : result.layout.corners) {
     Triangle& corners = mesh.uv_triangles.emplace_back();
