@@ -18,8 +18,9 @@ constexpr double kBorderWeight = 10;
 /// Weight of the sum of planes so far beside planes of the mesh as it is. Without it, what a thin rim has lost is
 /// forgotten, and it loses more.
 constexpr double kMemory = 0.1;
-/// Weight of the planes that stand on lines between labels, against those on open borders.
-constexpr double kLineWeight = 1;
+/// Weight of the planes that stand on lines between labels, against those on open borders, for each unit of an edge's
+/// mean length: a line is as wide as a face. So steps of dense lines do not hold what few faces are left.
+constexpr double kLineWeight = 2;
 /// Lines that are longer than this share of all edges weigh less, by as much as they are longer: shape comes first.
 constexpr double kMostLines = 0.25;
 
@@ -55,13 +56,14 @@ void EdgeCollapser::build_quadrics() {
     for (const std::uint32_t vertex : v) quadrics_[vertex] += quadric;
   }
   std::vector<LabelLine> lines;
-  double length_of_all = 0, length_of_lines = 0;
+  double length_of_all = 0, length_of_lines = 0, edges = 0;
   const SideLists sides(triangles, points.size());
   sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> of_edge) {
     const std::uint32_t b = SideLists::higher(of_edge[0]);
     if (!labels.empty()) {
       const double size = length(points[b] - points[a]);
       length_of_all += size;
+      ++edges;
       for (std::size_t i = 1; i < of_edge.size(); ++i) {
         const std::uint32_t one = of_edge[i - 1].index / 3, other = of_edge[i].index / 3;
         if (labels[one] == labels[other]) continue;
@@ -90,11 +92,12 @@ void EdgeCollapser::build_quadrics() {
     quadrics_[b] += border;
   });
   if (lines.empty()) return;
-  const double soft = std::min(1.0, kMostLines * length_of_all / length_of_lines);
+  const double share = kLineWeight * length_of_all / edges *
+                       std::min(1.0, kMostLines * length_of_all / length_of_lines);
   for (const LabelLine& line : lines) {
     const Vec3d &a = points[line.a], &b = points[line.b];
     const Quadric held = line_planes(a, b, normal_of(triangles[line.triangles[0]]),
-                                     normal_of(triangles[line.triangles[1]]), kLineWeight * soft);
+                                     normal_of(triangles[line.triangles[1]]), share);
     quadrics_[line.a] += held;
     quadrics_[line.b] += held;
   }
