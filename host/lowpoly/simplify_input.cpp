@@ -15,6 +15,7 @@
 #include "lowpoly/pairing.h"
 #include "mesh/charts.h"
 #include "mesh/normals.h"
+#include "mesh/uv_grid.h"
 #include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
 
@@ -242,6 +243,44 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
     layout.corners[c.place / 3][c.place % 3] = static_cast<std::uint32_t>(layout.uvs.size() - 1);
   }
   return layout;
+}
+
+std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings) {
+  const auto is_good = [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); };
+  const auto bad = static_cast<std::uint64_t>(
+      std::count_if(mesh.uv_triangles.begin(), mesh.uv_triangles.end(), [&](const Triangle& t) {
+        return !std::all_of(t.begin(), t.end(), is_good);
+      }));
+  if (bad == 0) return std::nullopt;
+  warnings.push_back({"non-finite-uvs",
+                      std::to_string(bad) +
+                          " triangles have a UV that is NaN or infinite; it was replaced by the mean of "
+                          "those beside it",
+                      bad});
+  Mesh result = mesh;
+  for (bool any = true; any;) {
+    any = false;
+    std::vector<std::array<double, 3>> sums(mesh.uvs.size(), std::array<double, 3>{});
+    for (const Triangle& t : result.uv_triangles) {
+      for (const std::uint32_t from : t) {
+        const Vec2& uv = result.uvs[from];
+        if (!is_finite(uv)) continue;
+        for (const std::uint32_t to : t) {
+          sums[to][0] += uv.x, sums[to][1] += uv.y, sums[to][2] += 1;
+        }
+      }
+    }
+    for (std::size_t v = 0; v < sums.size(); ++v) {
+      if (is_finite(result.uvs[v]) || !(sums[v][2] > 0)) continue;
+      result.uvs[v] = {static_cast<float>(sums[v][0] / sums[v][2]),
+                       static_cast<float>(sums[v][1] / sums[v][2])};
+      any = true;
+    }
+  }
+  for (Vec2& uv : result.uvs) {
+    if (!is_finite(uv)) uv = {};  // A chart without any.
+  }
+  return result;
 }
 
 std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "kiln/error.h"
@@ -78,6 +79,11 @@ Labels labels_of(const Mesh& mesh, const Work& work);
 
 /// The given mesh's UVs and groups at the triangles of `work`.
 Layout layout_of(const Mesh& mesh, const Work& work);
+
+/// The mesh with UVs for corners that have none, or none that are finite: the mean of those beside, corner by corner.
+/// Nothing where all are finite.
+/// \param warnings  where to count the triangles
+std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings);
 
 std::vector<Vec3> to_floats(const std::vector<Vec3d>& points);
 

@@ -364,11 +364,24 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
   if (options_.keep_uvs) {
     std::vector<std::uint32_t> charts = uv_charts(mesh);
     report_.charts = *std::max_element(charts.begin(), charts.end()) + 1;
+    std::uint64_t outside = 0;
     for (const Triangle& t : mesh.uv_triangles) {
+      outside += std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+        const Vec2& uv = mesh.uvs[v];
+        return !(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1);
+      });
       const Vec2 &a = mesh.uvs[t[0]], &b = mesh.uvs[t[1]], &c = mesh.uvs[t[2]];
       const double area = std::abs((double{b.x} - a.x) * (double{c.y} - a.y) -
                                    (double{b.y} - a.y) * (double{c.x} - a.x));
       if (std::isfinite(area)) report_.coverage += area / 2;
+    }
+    if (outside > 0) {
+      report_.warnings.push_back(
+          {"uv-outside",
+           std::to_string(outside) + " of " + std::to_string(mesh.triangles.size()) +
+               " triangles of the low poly reach out of the unit square of UV space, as those of the high poly do: "
+               "a bake leaves out what lies outside, and coverage counts it",
+           outside});
     }
   }
   return mesh;

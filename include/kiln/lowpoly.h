@@ -108,13 +108,18 @@ enum class NormalPurpose : std::uint8_t {
   shading,  ///< They are seen as they are: flats look flat
 };
 
+/// A turn of faces, degrees, from which on hard edges are worth their vertices where no map bends normals: see
+/// FitNormalsOptions::crease_degrees.
+inline constexpr double kShadingCreaseDegrees = 55;
+
 /// Where fit_normals() parts normals, and what for.
 struct FitNormalsOptions {
   /// UV seams are hard edges where normals fitted to each side alone part by this or more, degrees. 0: all
   /// seams; 180: none.
   double hard_degrees = 10;
-  /// Of a mesh without UVs: edges whose faces turn by this or more are hard where normals part by 45 degrees.
-  /// Vertices have several normals there. 180: none.
+  /// Of a mesh without UVs, or for shading: edges whose faces turn by this or more are hard where normals part by 45
+  /// degrees. Vertices have several normals there. 180: none. kShadingCreaseDegrees suits hard surfaces, and leaves
+  /// scans nearly as they are.
   double crease_degrees = 180;
   NormalPurpose purpose = NormalPurpose::by_uvs;  ///< What they are for
 };
@@ -122,7 +127,7 @@ struct FitNormalsOptions {
 /// What fit_normals() came to.
 struct FitNormalsReport {
   std::uint64_t normals = 0;     ///< How many the mesh has
-  std::uint64_t hard_edges = 0;  ///< UV seams that part them
+  std::uint64_t hard_edges = 0;  ///< UV seams and creases that part them
 };
 
 /// Gives a low poly the normals that come nearest to the high poly's, by least squares over the surface.
@@ -134,8 +139,8 @@ struct FitNormalsReport {
 /// farther from a face around it than tangent space reaches.
 ///
 /// UV seams are hard edges where that helps: see FitNormalsOptions. Vertices are split at seams in
-/// any case, so hard edges cost none. Corners that share a position and UVs share their normal. A
-/// mesh without UVs is smooth, but for creases that are asked for.
+/// any case, so hard edges cost none. Creases inside charts do, and are made where they are asked for and no map
+/// bends normals. Else corners that share a position and UVs share their normal.
 ///
 /// Normals that the mesh had are replaced, and its tangents, which went with them, left out. All else is kept.
 /// Deterministic: the same on every run and number of threads. Lifetimes and threads as simplify().
