@@ -21,10 +21,6 @@ constexpr double kMemory = 0.1;
 /// Weight of the planes that stand on lines between labels, against those on open borders, for each unit of an edge's
 /// mean length: a line is as wide as a face. So steps of dense lines do not hold what few faces are left.
 constexpr double kLineWeight = 2;
-/// Lines that are longer than this share of all edges weigh less, by the third power of how much longer they are: where
-/// labels meet nearly everywhere, the shape comes first.
-constexpr double kMostLines = 0.25;
-
 /// An edge between two labels, with a triangle of each.
 struct LabelLine {
   std::uint32_t a, b;
@@ -93,8 +89,8 @@ void EdgeCollapser::build_quadrics() {
     quadrics_[b] += border;
   });
   if (lines.empty()) return;
-  const double room = std::min(1.0, kMostLines * length_of_all / length_of_lines);
-  const double share = kLineWeight * length_of_all / edges * room * room * room;
+  const double share =
+      kLineWeight * length_of_all / edges * room_for_lines(length_of_lines, length_of_all);
   for (const LabelLine& line : lines) {
     const Vec3d &a = points[line.a], &b = points[line.b];
     const Quadric held = line_planes(a, b, normal_of(triangles[line.triangles[0]]),

@@ -102,6 +102,12 @@ double line_share(const Vec3d& one, const Vec3d& other) {
   return sizes > 0 ? std::max(0.0, dot(one, other) / sizes) : 0;
 }
 
+double room_for_lines(double length_of_lines, double length_of_edges) {
+  constexpr double kMostLines = 0.25;
+  const double room = std::min(1.0, kMostLines * length_of_edges / length_of_lines);
+  return room * room * room;
+}
+
 Quadric line_planes(const Vec3d& a, const Vec3d& b, const Vec3d& one, const Vec3d& other,
                     double share) {
   const double weight =

@@ -49,6 +49,10 @@ Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face);
 /// \param one, other  their normals, of any length
 double line_share(const Vec3d& one, const Vec3d& other);
 
+/// How far lines can be held that are so long together, beside all edges, 0 to 1. Above a quarter, by the third power
+/// of how much longer they are: where labels meet nearly everywhere, the shape comes first.
+double room_for_lines(double length_of_lines, double length_of_edges);
+
 /// The planes that stand on a line that is drawn on a surface, as of open borders.
 /// \param one, other  normals of the two triangles, of any length
 /// \param share       of the weight that an open border has

@@ -180,18 +180,18 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<Sour
 }
 
 Labels labels_of(const Mesh& mesh, const Work& work) {
-  using Names = std::array<std::uint32_t, 3>;
+  using ThreeNames = std::array<std::uint32_t, 3>;
   Labels labels;
   if (mesh.groups.empty() && mesh.objects.empty() && mesh.materials.empty()) return labels;
   const auto name_at = [&](const std::vector<std::uint32_t>& names, std::uint32_t t) {
     return names.size() == mesh.triangles.size() ? names[t] : 0;
   };
-  std::map<Names, std::uint32_t> numbers;
+  std::map<ThreeNames, std::uint32_t> numbers;
   labels.of.reserve(work.triangles.size());
-  Names last{};
+  ThreeNames last{};
   for (const SourceTriangle& source : work.sources) {
     const std::uint32_t t = source.index;
-    const Names names{name_at(mesh.groups, t), name_at(mesh.objects, t),
+    const ThreeNames names{name_at(mesh.groups, t), name_at(mesh.objects, t),
                       name_at(mesh.materials, t)};
     if (!labels.of.empty() && names == last) {
       labels.of.push_back(labels.of.back());
@@ -246,39 +246,34 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
 }
 
 std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings) {
-  const auto is_good = [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); };
-  const auto bad = static_cast<std::uint64_t>(
-      std::count_if(mesh.uv_triangles.begin(), mesh.uv_triangles.end(), [&](const Triangle& t) {
-        return !std::all_of(t.begin(), t.end(), is_good);
-      }));
-  if (bad == 0) return std::nullopt;
-  warnings.push_back({"non-finite-uvs",
-                      std::to_string(bad) +
-                          " triangles have a UV that is NaN or infinite; it was replaced by the mean of "
-                          "those beside it",
-                      bad});
-  Mesh result = mesh;
-  for (bool any = true; any;) {
-    any = false;
-    std::vector<std::array<double, 3>> sums(mesh.uvs.size(), std::array<double, 3>{});
-    for (const Triangle& t : result.uv_triangles) {
+  const std::size_t count = mesh.uvs.size();
+  std::vector<std::uint8_t> lost(count, 0);  // Of a triangle without any
+  std::vector<std::array<double, 3>> sums(count, std::array<double, 3>{});
+  std::uint64_t bad = 0;
+  for (const Triangle& t : mesh.uv_triangles) {
+    const auto good = std::count_if(t.begin(), t.end(),
+                                    [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); });
+    if (good == 3) continue;
+    bad += good > 0;
+    for (const std::uint32_t to : t) {
+      lost[to] = lost[to] | (good == 0);
       for (const std::uint32_t from : t) {
-        const Vec2& uv = result.uvs[from];
-        if (!is_finite(uv)) continue;
-        for (const std::uint32_t to : t) {
-          sums[to][0] += uv.x, sums[to][1] += uv.y, sums[to][2] += 1;
-        }
+        const Vec2& uv = mesh.uvs[from];
+        if (is_finite(uv)) sums[to][0] += uv.x, sums[to][1] += uv.y, sums[to][2] += 1;
       }
     }
-    for (std::size_t v = 0; v < sums.size(); ++v) {
-      if (is_finite(result.uvs[v]) || !(sums[v][2] > 0)) continue;
-      result.uvs[v] = {static_cast<float>(sums[v][0] / sums[v][2]),
-                       static_cast<float>(sums[v][1] / sums[v][2])};
-      any = true;
-    }
   }
-  for (Vec2& uv : result.uvs) {
-    if (!is_finite(uv)) uv = {};  // A chart without any.
+  if (bad == 0) return std::nullopt;
+  warnings.push_back({"non-finite-uvs",
+                      std::to_string(bad) + (bad == 1 ? " triangle has" : " triangles have") +
+                          " a corner whose UV is NaN or infinite, where others have one: it got the "
+                          "mean of those beside it",
+                      bad});
+  Mesh result = mesh;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (is_finite(mesh.uvs[v]) || lost[v] != 0 || !(sums[v][2] > 0)) continue;
+    result.uvs[v] = {static_cast<float>(sums[v][0] / sums[v][2]),
+                     static_cast<float>(sums[v][1] / sums[v][2])};
   }
   return result;
 }

@@ -80,8 +80,8 @@ Labels labels_of(const Mesh& mesh, const Work& work);
 /// The given mesh's UVs and groups at the triangles of `work`.
 Layout layout_of(const Mesh& mesh, const Work& work);
 
-/// The mesh with UVs for corners that have none, or none that are finite: the mean of those beside, corner by corner.
-/// Nothing where all are finite.
+/// The mesh with UVs where single ones are not finite: the mean of those beside. Triangles without any stay so.
+/// Nothing where there are none such.
 /// \param warnings  where to count the triangles
 std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings);
 
