@@ -103,9 +103,9 @@ double line_share(const Vec3d& one, const Vec3d& other) {
 }
 
 double room_for_lines(double length_of_lines, double length_of_edges) {
-  constexpr double kMostLines = 0.25;
-  const double room = std::min(1.0, kMostLines * length_of_edges / length_of_lines);
-  return room * room * room;
+  constexpr double kAllHeld = 0.25, kNoneHeld = 0.5;
+  if (!(length_of_lines < kNoneHeld * length_of_edges)) return 0;
+  return std::min(1.0, (kNoneHeld - length_of_lines / length_of_edges) / (kNoneHeld - kAllHeld));
 }
 
 Quadric line_planes(const Vec3d& a, const Vec3d& b, const Vec3d& one, const Vec3d& other,

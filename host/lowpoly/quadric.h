@@ -49,8 +49,8 @@ Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face);
 /// \param one, other  their normals, of any length
 double line_share(const Vec3d& one, const Vec3d& other);
 
-/// How far lines can be held that are so long together, beside all edges, 0 to 1. Above a quarter, by the third power
-/// of how much longer they are: where labels meet nearly everywhere, the shape comes first.
+/// How far lines can be held that are so long together, beside all edges, 0 to 1. Less where they are more than a
+/// quarter, and not at all from a half on: where labels meet nearly everywhere, the shape comes first.
 double room_for_lines(double length_of_lines, double length_of_edges);
 
 /// The planes that stand on a line that is drawn on a surface, as of open borders.
