@@ -154,14 +154,6 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
   return flaws.none() && report_.holes == 0;
 }
 
-/// What groups, objects and materials to hold, where triangles differ.
-void SimplifyJob::find_labels() {
-  Labels labels = labels_of(high_, dense_);
-  if (labels.source.size() < 2) return;
-  dense_.labels = std::move(labels.of);
-  label_source_ = std::move(labels.source);
-}
-
 /// From how many triangles on a head start pays.
 std::size_t SimplifyJob::direct_limit() {
   if (!direct_limit_) {
@@ -303,23 +295,6 @@ void SimplifyJob::warn_of_count(const SimplifyResult& result) {
            std::to_string(parts) + (parts == 1 ? " connected part" : " connected parts") +
            ", none of which may vanish or turn over",
        left});
-}
-
-/// Groups, objects and materials of the triangles that each came from.
-void SimplifyJob::name(const SimplifyResult& result, Mesh& mesh) const {
-  const std::vector<std::uint32_t>& labels = options_.keep_uvs ? result.layout.groups : result.labels;
-  const std::vector<std::uint32_t>& source = options_.keep_uvs ? layout_.group_of : label_source_;
-  if (labels.empty()) return;
-  const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
-    if (from.size() != high_.triangles.size()) return;
-    for (const std::uint32_t label : labels) to.push_back(from[source[label]]);
-  };
-  keep(high_.groups, mesh.groups);
-  keep(high_.objects, mesh.objects);
-  keep(high_.materials, mesh.materials);
-  mesh.group_names = high_.group_names;
-  mesh.object_names = high_.object_names;
-  mesh.material_names = high_.material_names;
 }
 
 Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
