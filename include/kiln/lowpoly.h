@@ -51,7 +51,7 @@ struct SimplifyReport {
   std::uint64_t holes = 0;          ///< Loops of open edges beyond those of the high poly.
   std::uint64_t dropped_parts = 0;  ///< Crumbs that were left out
   std::uint64_t charts = 0;         ///< With keep_uvs: connected pieces of the layout that is left.
-  double coverage = 0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1.
+  double coverage = 0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1; outside of it, too.
   double seconds = 0;   ///< That it took
   std::vector<Warning> warnings;  ///< What was imperfect and handled
 };
@@ -78,8 +78,10 @@ struct SimplifyReport {
 /// report counts them; what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
 /// The result has the normals of fit_normals(), and the input's name, place and units (same
-/// origin); UVs with `keep_uvs`, else none. Its groups, objects and materials are those of most of
-/// the high poly under each triangle; where the high poly has vertex colours, its own come nearest
+/// origin); UVs with `keep_uvs`, else none. Borders between its groups, objects and materials are lines that collapses
+/// hold; triangles have the names of those that they came from. Where borders are half of a low poly's edges or more,
+/// they are not held: names are those of most of the high poly under each triangle. A bound is one of the surface, not
+/// of lines on it. Where the high poly has vertex colours, its own come nearest
 /// to them (least squares in linear light). Its triangle count is the target, or one below it where
 /// a collapse takes two. Each mended triangle may take up to two more. Works the same at any scale.
 /// Deterministic: the same on every run and number of threads. Lifetimes: `high` is read during the
@@ -90,6 +92,8 @@ struct SimplifyReport {
 /// With `keep_uvs`, vertices of seams, open borders and borders between groups move along these lines only.
 /// Ends and crossings stay, and no triangle turns over in the layout. Charts that did not overlap do not
 /// come to. UVs inside a chart follow the affine maps of the triangles that they stand for (Hoppe 1999).
+/// A single UV that is not finite gets the mean of those beside it ("non-finite-uvs" counts triangles); triangles
+/// without any stay so. Triangles out of the unit square are counted ("uv-outside").
 ///
 /// With `hull`, each collapse puts its vertex outside of, or on, the planes of all triangles around
 /// the edge. There the sum of squared distances is least (Sander, Gu, Gortler, Hoppe and Snyder
