@@ -81,10 +81,9 @@ void EdgeCollapser::build_quadrics() {
     border_[a] = border_[b] = 1;
     const Triangle& v = triangles[of_edge[0].index / 3];
     const Vec3d edge = points[b] - points[a];
-    const Quadric border =
-        rule_ == nullptr
-            ? border_planes(points[a], points[b], normal_of(v))
-            : standing_plane(points[a], points[b], normal_of(v), kBorderWeight * dot(edge, edge) / 2);
+    const Quadric border = rule_ == nullptr ? border_planes(points[a], points[b], normal_of(v))
+                                            : standing_plane(points[a], points[b], normal_of(v),
+                                                             kBorderWeight * dot(edge, edge) / 2);
     quadrics_[a] += border;
     quadrics_[b] += border;
   });

@@ -65,9 +65,10 @@ std::vector<std::uint32_t> LabelSeams::of(const std::vector<Triangle>& triangles
   for (Triangle t : triangles) {
     for (std::uint32_t& v : t) v = origin[v];
     t = turned(t);
-    labels.push_back(std::lower_bound(noted_.begin(), noted_.end(), t,
-                                      [](const Noted& a, const Triangle& b) { return a.first < b; })
-                         ->second);
+    labels.push_back(
+        std::lower_bound(noted_.begin(), noted_.end(), t, [](const Noted& a, const Triangle& b) {
+          return a.first < b;
+        })->second);
   }
   return labels;
 }

@@ -76,7 +76,8 @@ class NormalFans {
 
   DisjointSets sets_;
   std::vector<Triangle> welded_;
-  std::vector<std::uint32_t> uvs_;    ///< By corner, the first UV of the same value; empty: there are none
+  std::vector<std::uint32_t>
+      uvs_;  ///< By corner, the first UV of the same value; empty: there are none
   std::vector<std::uint32_t> order_;  ///< Corners by vertex
   std::vector<Seam> seams_;
   std::size_t count_ = 0;

@@ -73,7 +73,8 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
 
 struct SimplifyLevels::Impl {
   Impl(const Mesh& mesh, std::span<const std::uint32_t> faces, LevelRule rule)
-      : repaired(rule == LevelRule::keep_uvs ? with_finite_uvs(mesh, report.warnings) : std::nullopt),
+      : repaired(rule == LevelRule::keep_uvs ? with_finite_uvs(mesh, report.warnings)
+                                             : std::nullopt),
         high(repaired ? *repaired : mesh),
         asked(faces.begin(), faces.end()) {
     options.faces = asked.empty() ? 1 : asked.front();

@@ -192,7 +192,7 @@ Labels labels_of(const Mesh& mesh, const Work& work) {
   for (const SourceTriangle& source : work.sources) {
     const std::uint32_t t = source.index;
     const ThreeNames names{name_at(mesh.groups, t), name_at(mesh.objects, t),
-                      name_at(mesh.materials, t)};
+                           name_at(mesh.materials, t)};
     if (!labels.of.empty() && names == last) {
       labels.of.push_back(labels.of.back());
       continue;
@@ -251,8 +251,8 @@ std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warn
   std::vector<std::array<double, 3>> sums(count, std::array<double, 3>{});
   std::uint64_t bad = 0;
   for (const Triangle& t : mesh.uv_triangles) {
-    const auto good = std::count_if(t.begin(), t.end(),
-                                    [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); });
+    const auto good =
+        std::count_if(t.begin(), t.end(), [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); });
     if (good == 3) continue;
     bad += good > 0;
     for (const std::uint32_t to : t) {
@@ -264,11 +264,12 @@ std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warn
     }
   }
   if (bad == 0) return std::nullopt;
-  warnings.push_back({"non-finite-uvs",
-                      std::to_string(bad) + (bad == 1 ? " triangle has" : " triangles have") +
-                          " a corner whose UV is NaN or infinite, where others have one: it got the "
-                          "mean of those beside it",
-                      bad});
+  warnings.push_back(
+      {"non-finite-uvs",
+       std::to_string(bad) + (bad == 1 ? " triangle has" : " triangles have") +
+           " a corner whose UV is NaN or infinite, where others have one: it got the "
+           "mean of those beside it",
+       bad});
   Mesh result = mesh;
   for (std::size_t v = 0; v < count; ++v) {
     if (is_finite(mesh.uvs[v]) || lost[v] != 0 || !(sums[v][2] > 0)) continue;

@@ -351,12 +351,13 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
       if (std::isfinite(area)) report_.coverage += area / 2;
     }
     if (outside > 0) {
-      report_.warnings.push_back(
-          {"uv-outside",
-           std::to_string(outside) + " of " + std::to_string(mesh.triangles.size()) +
-               " triangles of the low poly reach out of the unit square of UV space, as those of the high poly do: "
-               "a bake leaves out what lies outside, and coverage counts it",
-           outside});
+      report_.warnings.push_back({"uv-outside",
+                                  std::to_string(outside) + " of " +
+                                      std::to_string(mesh.triangles.size()) +
+                                      " triangles of the low poly reach out of the unit square of "
+                                      "UV space, as those of the high poly do: "
+                                      "a bake leaves out what lies outside, and coverage counts it",
+                                  outside});
     }
   }
   return mesh;

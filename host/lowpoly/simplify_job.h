@@ -27,8 +27,9 @@ inline constexpr int kMendingRounds = 4;
 struct SimplifyResult {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> labels;  ///< By triangle, of SimplifyJob::labels(); empty: none are known.
-  Layout layout;                      ///< Empty where none is kept.
+  std::vector<std::uint32_t>
+      labels;     ///< By triangle, of SimplifyJob::labels(); empty: none are known.
+  Layout layout;  ///< Empty where none is kept.
   DistanceReport deviation;
   /// Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
   std::vector<Place> flawed;
@@ -131,7 +132,7 @@ class SimplifyJob {
     return one_sided_distance(dense_positions_, dense_.triangles, light, samples);
   }
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
-  SimplifyResult unchanged() const { 
+  SimplifyResult unchanged() const {
     return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}};
   }
   SimplifyResult to_count(const Work& work) const;

@@ -51,8 +51,9 @@ struct SimplifyReport {
   std::uint64_t holes = 0;          ///< Loops of open edges beyond those of the high poly.
   std::uint64_t dropped_parts = 0;  ///< Crumbs that were left out
   std::uint64_t charts = 0;         ///< With keep_uvs: connected pieces of the layout that is left.
-  double coverage = 0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1; outside of it, too.
-  double seconds = 0;   ///< That it took
+  double coverage =
+      0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1; outside of it, too.
+  double seconds = 0;             ///< That it took
   std::vector<Warning> warnings;  ///< What was imperfect and handled
 };
 

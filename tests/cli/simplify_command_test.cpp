@@ -67,8 +67,9 @@ TEST(SimplifyCommand, HardEdgesForShadingAreCountedAsVertices) {
   const fs::path scene = test::scratch_folder();
   save_obj(test::cube(), scene / "cube.obj");
   const auto made = [&](const std::vector<std::string>& flags) {
-    std::vector<std::string> words = {"simplify", scene / "cube.obj", "--faces", "12", "--out",
-                                      scene / "made.obj", "--json", scene / "made.json", "--force"};
+    std::vector<std::string> words = {
+        "simplify",         scene / "cube.obj", "--faces",           "12",     "--out",
+        scene / "made.obj", "--json",           scene / "made.json", "--force"};
     words.insert(words.end(), flags.begin(), flags.end());
     const ProcessResult result = run_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;

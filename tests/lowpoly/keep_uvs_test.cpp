@@ -369,9 +369,8 @@ TEST(KeepUvs, TrianglesOutOfTheUnitSquareAreCounted) {
   const Mesh low = simplify(high, {.faces = 5000, .keep_uvs = true}, &report);
   std::uint64_t outside = 0;
   for (const Triangle& t : low.uv_triangles) {
-    outside += std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
-      return low.uvs[v].x < 0 || low.uvs[v].x > 1;
-    });
+    outside += std::any_of(t.begin(), t.end(),
+                           [&](std::uint32_t v) { return low.uvs[v].x < 0 || low.uvs[v].x > 1; });
   }
   const Warning* warning = find(report, "uv-outside");
   ASSERT_NE(warning, nullptr);

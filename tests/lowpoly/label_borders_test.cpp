@@ -116,8 +116,8 @@ TEST(LabelBorders, AreNotLostByABound) {
 TEST(LabelBorders, EverywhereGiveWayToTheShape) {
   const Mesh plain = test::BumpySphere::dense(20000);
   std::uint32_t next = 0;
-  const Mesh high =
-      with_materials(plain, [&](const Vec3d&) { return next++; }, 20000);
+  const Mesh high = with_materials(
+      plain, [&](const Vec3d&) { return next++; }, 20000);
   SimplifyReport report, of_plain;
   const Mesh low = simplify(high, {.faces = 500}, &report);
   simplify(plain, {.faces = 500}, &of_plain);
@@ -128,7 +128,8 @@ TEST(LabelBorders, EverywhereGiveWayToTheShape) {
 
 TEST(LabelBorders, ThatAreNoneChangeNothing) {
   const Mesh plain = test::BumpySphere::dense(20000);
-  const Mesh one = with_materials(plain, [](const Vec3d&) { return 0U; }, 1);
+  const Mesh one = with_materials(
+      plain, [](const Vec3d&) { return 0U; }, 1);
   EXPECT_EQ(simplify(one, {.faces = 500}).positions, simplify(plain, {.faces = 500}).positions);
 }
 
@@ -189,8 +190,9 @@ TEST(LabelBorders, StayWhereVerticesAreFitted) {
   const auto strayed = [&](const std::vector<std::uint32_t>& labels) {
     std::vector<Vec3d> points;
     for (const Vec3& p : low.positions) points.emplace_back(p);
-    SurfaceFit(dense.positions, dense.triangles, [](const Vec3d& p) { return p; })
-        .run(points, low.triangles, labels, false);
+    SurfaceFit(dense.positions, dense.triangles, [](const Vec3d& p) {
+      return p;
+    }).run(points, low.triangles, labels, false);
     double sum = 0;
     for (std::size_t v = 0; v < points.size(); ++v) {
       if (around[v].size() < 2) continue;

@@ -289,8 +289,7 @@ TEST(NormalFit, SmoothShapesHaveNoCreases) {
   const Mesh low = unwrap(simplify(high, {.faces = 800, .fit_normals = false}));
   const Mesh usual = fit_normals(low, high, {.purpose = NormalPurpose::shading});
   const Mesh creased = fit_normals(
-      low, high,
-      {.crease_degrees = kShadingCreaseDegrees, .purpose = NormalPurpose::shading});
+      low, high, {.crease_degrees = kShadingCreaseDegrees, .purpose = NormalPurpose::shading});
   EXPECT_EQ(creased.normals, usual.normals);
   EXPECT_EQ(creased.normal_triangles, usual.normal_triangles);
 }
