@@ -6,7 +6,7 @@ kiln_compile_together(host hot_1
   lowpoly/bitmap_packing.cpp lowpoly/box_packing.cpp lowpoly/cell_rows.cpp lowpoly/chart_borders.cpp
   lowpoly/chart_cut_search.cpp lowpoly/chart_cuts.cpp lowpoly/chart_density.cpp lowpoly/chart_growth.cpp
   lowpoly/chart_mask.cpp
-  lowpoly/chart_surface.cpp lowpoly/chart_trims.cpp lowpoly/collapse.cpp lowpoly/collapse_mesh.cpp
+  lowpoly/chart_surface.cpp lowpoly/chart_trims.cpp lowpoly/collapse.cpp lowpoly/collapse_mesh.cpp lowpoly/collapse_planes.cpp
   lowpoly/collapse_shape.cpp lowpoly/flat_chart.cpp lowpoly/flat_predicates.cpp lowpoly/flat_solvers.cpp
   mesh/surface_links.cpp mesh/validate_mesh.cpp)
 kiln_compile_together(host hot_2
@@ -49,9 +49,9 @@ kiln_compile_together(host hot_9
   io/image/run_deflate.cpp lowpoly/chart_sheet.cpp lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp
   lowpoly/simplify_check.cpp)
 kiln_compile_together(host hot_10
-  lowpoly/crumbs.cpp lowpoly/head_start.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/hull_rule.cpp
+  lowpoly/crumbs.cpp lowpoly/head_start.cpp lowpoly/label_seams.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/hull_rule.cpp
   lowpoly/keep_names.cpp lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp
-  lowpoly/quadric.cpp lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp
+  lowpoly/quadric.cpp lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp lowpoly/simplify_labels.cpp
   lowpoly/surface_fit.cpp lowpoly/texel_detail.cpp lowpoly/unwrap.cpp)
 kiln_compile_together(host hot_11
   accel/raster.cpp mesh/dense_normals.cpp mesh/frame.cpp mesh/parts.cpp source/dense_mesh.cpp

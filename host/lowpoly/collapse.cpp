@@ -1,26 +1,19 @@
 #include "lowpoly/collapse.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <tuple>
 #include <utility>
 
 #include "base/heartbeat.h"
 #include "base/parallel.h"
-#include "mesh/vertex_lists.h"
 
 namespace kiln {
 namespace {
 
-/// Under a rule, weight of the planes that stand on open borders, against a triangle's own.
-constexpr double kBorderWeight = 10;
 /// Share of the squared edge length that counts as deviation: where the surface is flat, short edges
 /// go first and triangles stay even. With 1e-5, faces stayed there that curved places need.
 constexpr double kLengthWeight = 1e-8;
-/// Weight of the sum of planes so far beside planes of the mesh as it is. Without it, what a thin rim has lost is
-/// forgotten, and it loses more.
-constexpr double kMemory = 0.1;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
 /// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
 constexpr double kPenalty = 6;
@@ -48,48 +41,6 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule, Snap snap)
   build_quadrics();
   if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
   fill_heap();
-}
-
-void EdgeCollapser::build_quadrics() {
-  const std::vector<Vec3d>& points = mesh_.points;
-  std::vector<Triangle> triangles;
-  triangles.reserve(mesh_.faces);
-  for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-    if (mesh_.alive[t] != 0) triangles.push_back(mesh_.triangles[t]);
-  }
-  for (Quadric& sum : quadrics_) sum *= kMemory;
-  next_renewal_ = std::bit_floor(std::max<std::size_t>(mesh_.faces, 1) - 1);
-  for (const Triangle& v : triangles) {
-    const Vec3d normal = cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]);
-    const double size = length(normal);
-    Quadric quadric;
-    quadric.area = size / 6;  // A third of the area for each corner.
-    if (size > 0) quadric.add_plane(normal * (1 / size), points[v[0]], quadric.area);
-    for (const std::uint32_t vertex : v) quadrics_[vertex] += quadric;
-  }
-  const SideLists sides(triangles, points.size());
-  sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> of_edge) {
-    const std::uint32_t b = SideLists::higher(of_edge[0]);
-    if (of_edge.size() == 2 && rule_ == nullptr) {
-      const auto far = [&](const SideLists::Item& side) -> const Vec3d& {
-        return points[triangles[side.index / 3][(side.index + 2) % 3]];
-      };
-      const auto [from, to] = SideLists::forward(of_edge[0]) ? std::pair(a, b) : std::pair(b, a);
-      const Quadric bent = bent_planes(points[from], points[to], far(of_edge[0]), far(of_edge[1]));
-      quadrics_[a] += bent;
-      quadrics_[b] += bent;
-    }
-    if (of_edge.size() != 1) return;
-    border_[a] = border_[b] = 1;
-    const Triangle& v = triangles[of_edge[0].index / 3];
-    const Vec3d edge = points[b] - points[a];
-    const Vec3d face = cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]);
-    const Quadric border = rule_ == nullptr ? border_planes(points[a], points[b], face)
-                                            : standing_plane(points[a], points[b], face,
-                                                             kBorderWeight * dot(edge, edge) / 2);
-    quadrics_[a] += border;
-    quadrics_[b] += border;
-  });
 }
 
 /// Where an edge would go, and at what cost. A hub stays: moving it would move all that is around it.

@@ -4,9 +4,11 @@
 
 namespace kiln {
 
-CollapseMesh::CollapseMesh(std::span<const Vec3d> positions, std::span<const Triangle> given)
+CollapseMesh::CollapseMesh(std::span<const Vec3d> positions, std::span<const Triangle> given,
+                           std::span<const std::uint32_t> of_triangles)
     : points(positions.begin(), positions.end()),
       triangles(given.begin(), given.end()),
+      labels(of_triangles.begin(), of_triangles.end()),
       alive(given.size(), 1),
       valence(positions.size(), 0),
       around(positions.size()),

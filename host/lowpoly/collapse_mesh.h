@@ -27,7 +27,9 @@ class CollapseMesh {
   static constexpr std::uint32_t kMostAround = 256;
 
   /// Triangles must have three different vertices.
-  CollapseMesh(std::span<const Vec3d> positions, std::span<const Triangle> given);
+  /// \param labels  by triangle; empty: none
+  CollapseMesh(std::span<const Vec3d> positions, std::span<const Triangle> given,
+               std::span<const std::uint32_t> labels = {});
 
   bool contains(std::uint32_t triangle, std::uint32_t vertex) const {
     const Triangle& t = triangles[triangle];
@@ -61,7 +63,8 @@ class CollapseMesh {
 
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint8_t> alive;  ///< Per triangle.
+  std::vector<std::uint32_t> labels;  ///< Per triangle; empty: none.
+  std::vector<std::uint8_t> alive;    ///< Per triangle.
   std::vector<std::uint32_t> valence;
   std::vector<std::vector<std::uint32_t>> around;  ///< Triangles of a vertex, some no longer alive.
   std::size_t faces = 0;

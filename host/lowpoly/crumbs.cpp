@@ -59,6 +59,7 @@ Work PartSizes::without(const Work& work, double size) const {
     }
     result.triangles.push_back(corners);
     if (!work.sources.empty()) result.sources.push_back(work.sources[t]);
+    if (!work.labels.empty()) result.labels.push_back(work.labels[t]);
   }
   return result;
 }

@@ -15,6 +15,7 @@
 #include "base/parallel.h"
 #include "lowpoly/crumbs.h"
 #include "lowpoly/height_rule.h"
+#include "lowpoly/label_seams.h"
 #include "mesh/fans.h"
 #include "mesh/vertex_lists.h"
 
@@ -346,14 +347,26 @@ void head_start(Work& work, std::size_t faces, double error, bool height_field,
     bend(positions);
   }
   const std::vector<std::uint8_t> stays = in_places(work, untouched);
+  std::vector<Triangle> given = work.triangles;
+  std::optional<LabelSeams> seams;
+  if (!work.labels.empty()) {
+    seams.emplace(work.labels, given, positions);
+    if (!seams->pays()) {
+      seams.reset();
+      given = work.triangles;
+      positions.resize(work.points.size());
+      work.labels.clear();
+    }
+  }
   std::optional<SideLists> sides;
   DisjointSets of_parts(parts ? work.points.size() : 0);
   std::vector<Triangle> triangles =
-      simplified_by_pieces({positions, work.triangles}, stays, faces, error, [&] {
+      simplified_by_pieces({positions, given}, stays, faces, error, [&] {
         sides.emplace(work.triangles, work.points.size());
         if (parts) join_parts(work.triangles, of_parts);
       });
   if (triangles.empty()) return;
+  if (seams) seams->join(triangles);
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
         return !(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > kLeastUpward);
       })) {
@@ -373,7 +386,12 @@ void head_start(Work& work, std::size_t faces, double error, bool height_field,
       drop_crumbs(triangles, work.triangles, origin, *sides);
     }
   }
+  const std::size_t before = triangles.size();
   if (parts) restore_lost_parts(triangles, work.triangles, origin, of_parts);
+  if (seams) {
+    if (triangles.size() > before) seams->add(work.triangles, work.labels);
+    work.labels = seams->of(triangles, origin);
+  }
   work.folds = folds_of(work.points, work.triangles, triangles, origin);
   work.triangles = std::move(triangles);
   work.sources.clear();

@@ -91,12 +91,14 @@ NormalFans::NormalFans(const Mesh& low, double least_turn)
   for (Triangle& t : welded_) {
     for (std::uint32_t& vertex : t) vertex = first[vertex];
   }
-  const bool laid_out = low.uv_triangles.size() == low.triangles.size() && !low.uvs.empty();
-  const bool creased = !laid_out && least_turn > -1;
-  const std::vector<std::uint32_t> uvs = laid_out ? first_uvs(low) : std::vector<std::uint32_t>{};
-  const auto uv_of = [&](std::size_t corner) {
-    return laid_out ? uvs[low.uv_triangles[corner / 3][corner % 3]] : 0;
-  };
+  if (low.uv_triangles.size() == low.triangles.size() && !low.uvs.empty()) {
+    const std::vector<std::uint32_t> first_uv = first_uvs(low);
+    uvs_.reserve(3 * low.triangles.size());
+    for (const Triangle& t : low.uv_triangles) {
+      for (const std::uint32_t uv : t) uvs_.push_back(first_uv[uv]);
+    }
+  }
+  const bool creased = least_turn > -1;
   const VertexLists corners(
       low.positions.size(), 3 * low.triangles.size(),
       [&](std::size_t i) { return welded_[i / 3][i % 3]; },
@@ -113,7 +115,12 @@ NormalFans::NormalFans(const Mesh& low, double least_turn)
     }
   }
   if (creased) join_over_edges(low, least_turn);
-  if (laid_out || creased) find_seams(low.positions.size());
+  if (!uvs_.empty() || creased) find_seams(low.positions.size());
+}
+
+/// Whether UVs differ at an end of an edge.
+bool NormalFans::is_seam(const std::array<std::array<std::uint32_t, 2>, 2>& ends) const {
+  return uv_of(ends[0][0]) != uv_of(ends[0][1]) || uv_of(ends[1][0]) != uv_of(ends[1][1]);
 }
 
 void NormalFans::join_over_edges(const Mesh& low, double least_turn) {
@@ -125,22 +132,24 @@ void NormalFans::join_over_edges(const Mesh& low, double least_turn) {
           const Vec3d n = face_of(low.positions, low.triangles[one]);
           const Vec3d m = face_of(low.positions, low.triangles[other]);
           if (dot(n, m) < least_turn * length(n) * length(m)) continue;
-          for (const std::uint32_t vertex : {a, b}) {
-            sets_.join(corner(one, vertex), corner(other, vertex));
+          for (const auto& [corner_of_one, corner_of_other] : ends_of(a, b, one, other)) {
+            if (uv_of(corner_of_one) != uv_of(corner_of_other)) continue;
+            sets_.join(corner_of_one, corner_of_other);
           }
         }
       });
 }
 
 void NormalFans::soften(const Normals& normals, const std::vector<std::uint32_t>& slots,
-                        double least_cosine) {
+                        double of_seams, double of_creases) {
   std::size_t kept = 0;
   for (const Seam& seam : seams_) {
     const auto near = [&](const std::array<std::uint32_t, 2>& corners) {
-      return normals.row(slots[corners[0]]).dot(normals.row(slots[corners[1]])) > least_cosine;
+      return normals.row(slots[corners[0]]).dot(normals.row(slots[corners[1]])) >
+             (seam.crease ? of_creases : of_seams);
     };
-    if (near(seam[0]) && near(seam[1])) {
-      for (const auto& corners : seam) sets_.join(corners[0], corners[1]);
+    if (near(seam.ends[0]) && near(seam.ends[1])) {
+      for (const auto& corners : seam.ends) sets_.join(corners[0], corners[1]);
     } else {
       seams_[kept++] = seam;
     }
@@ -166,10 +175,10 @@ void NormalFans::find_seams(std::size_t vertices) {
         const std::uint32_t b = SideLists::higher(sides[0]);
         for (std::size_t i = 1; i < sides.size(); ++i) {
           const std::uint32_t one = sides[i - 1].index / 3, other = sides[i].index / 3;
-          const Seam seam{{{corner(one, a), corner(other, a)}, {corner(one, b), corner(other, b)}}};
-          const bool parts = sets_.find(seam[0][0]) != sets_.find(seam[0][1]) ||
-                             sets_.find(seam[1][0]) != sets_.find(seam[1][1]);
-          if (parts && a != b) seams_.push_back(seam);
+          const auto ends = ends_of(a, b, one, other);
+          const bool parts = sets_.find(ends[0][0]) != sets_.find(ends[0][1]) ||
+                             sets_.find(ends[1][0]) != sets_.find(ends[1][1]);
+          if (parts && a != b) seams_.push_back({ends, !is_seam(ends)});
         }
       });
 }

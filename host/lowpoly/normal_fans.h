@@ -36,34 +36,48 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
                  const std::vector<std::uint32_t>& slots, Normals& normals);
 
 /// Which corners share a normal: those that share a vertex and its UVs. Normals that part at seams thus cost no
-/// vertices. Without UVs, normals may part at creases.
+/// vertices. At creases, where these are asked for, they do.
 class NormalFans {
  public:
-  /// \param least_turn  cosine: without UVs, edges whose faces turn by more part normals; -1: none
+  /// \param least_turn  cosine: edges whose faces turn by more are creases, which part normals; -1: none
   explicit NormalFans(const Mesh& low, double least_turn = -1);
 
   /// Joins normals over seams where they part by less at both ends.
-  void soften(const Normals& normals, const std::vector<std::uint32_t>& slots, double least_cosine);
+  /// \param of_seams, of_creases  cosines: of UV seams, and of creases that are none
+  void soften(const Normals& normals, const std::vector<std::uint32_t>& slots, double of_seams,
+              double of_creases);
 
   /// Of each corner, its normal's number; numbered in the order of vertices.
   std::vector<std::uint32_t> slots();
   std::size_t count() const { return count_; }
-  /// UV seams that part normals.
+  /// Edges that part normals.
   std::size_t hard() const { return seams_.size(); }
 
  private:
   /// Of both ends of an edge, the corners on its two sides.
-  using Seam = std::array<std::array<std::uint32_t, 2>, 2>;
+  struct Seam {
+    std::array<std::array<std::uint32_t, 2>, 2> ends;
+    bool crease;  ///< It is no UV seam.
+  };
 
   std::uint32_t corner(std::uint32_t triangle, std::uint32_t vertex) const {
     const Triangle& t = welded_[triangle];
     return 3 * triangle + (t[0] == vertex ? 0U : t[1] == vertex ? 1U : 2U);
+  }
+  std::uint32_t uv_of(std::size_t corner) const { return uvs_.empty() ? 0 : uvs_[corner]; }
+  bool is_seam(const std::array<std::array<std::uint32_t, 2>, 2>& ends) const;
+  std::array<std::array<std::uint32_t, 2>, 2> ends_of(std::uint32_t a, std::uint32_t b,
+                                                      std::uint32_t one,
+                                                      std::uint32_t other) const {
+    return {{{corner(one, a), corner(other, a)}, {corner(one, b), corner(other, b)}}};
   }
   void find_seams(std::size_t vertices);
   void join_over_edges(const Mesh& low, double least_turn);
 
   DisjointSets sets_;
   std::vector<Triangle> welded_;
+  std::vector<std::uint32_t>
+      uvs_;  ///< By corner, the first UV of the same value; empty: there are none
   std::vector<std::uint32_t> order_;  ///< Corners by vertex
   std::vector<Seam> seams_;
   std::size_t count_ = 0;

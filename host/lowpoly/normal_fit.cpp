@@ -264,12 +264,14 @@ void NormalFit::fit(Mesh& low, const std::vector<Place>& found, NormalPurpose pu
   const std::vector<Vec3> positions = frame_.to_frame(low);
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles, purpose);
-  const bool creased = low.uv_triangles.empty() && options.crease_degrees < 180;
+  // A map undoes what normals turn too far: there a crease is not worth a seam's vertices.
+  const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
+  const bool creased = shaded && options.crease_degrees < 180;
   NormalFans fans(low, creased ? cosine_of(options.crease_degrees) : -1);
   std::vector<std::uint32_t> slots = fans.slots();
   Normals normals = solver.solve(slots, fans.count());
   solver.look(normals, slots);
-  fans.soften(normals, slots, cosine_of(creased ? kCreaseParts : options.hard_degrees));
+  fans.soften(normals, slots, cosine_of(options.hard_degrees), cosine_of(kCreaseParts));
   slots = fans.slots();
   normals = solver.solve(slots, fans.count());
   low.normals.resize(fans.count());

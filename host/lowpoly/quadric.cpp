@@ -97,4 +97,28 @@ Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face) {
   return sum;
 }
 
+double line_share(const Vec3d& one, const Vec3d& other) {
+  const double sizes = length(one) * length(other);
+  return sizes > 0 ? std::max(0.0, dot(one, other) / sizes) : 0;
+}
+
+double room_for_lines(double length_of_lines, double length_of_edges) {
+  constexpr double kAllHeld = 0.25, kNoneHeld = 0.5;
+  if (!(length_of_lines < kNoneHeld * length_of_edges)) return 0;
+  return std::min(1.0, (kNoneHeld - length_of_lines / length_of_edges) / (kNoneHeld - kAllHeld));
+}
+
+Quadric line_planes(const Vec3d& a, const Vec3d& b, const Vec3d& one, const Vec3d& other,
+                    double share) {
+  const double weight =
+      share * line_share(one, other) * kBentWeight * std::numbers::pi * length(b - a) / 4;
+  Quadric sum;
+  for (const Vec3d& face : {one, other}) {
+    const Quadric plane = standing_plane(a, b, face, weight);
+    sum += plane;
+  }
+  sum.area = 2 * weight;
+  return sum;
+}
+
 }  // namespace kiln

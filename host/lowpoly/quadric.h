@@ -45,4 +45,18 @@ Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double
 /// turns back is. The triangle's plane holds it as much as the standing one.
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face);
 
+/// How far a line between two triangles has to be held beside what they hold, 0 to 1: a crease is held by its faces.
+/// \param one, other  their normals, of any length
+double line_share(const Vec3d& one, const Vec3d& other);
+
+/// How far lines can be held that are so long together, beside all edges, 0 to 1. Less where they are more than a
+/// quarter, and not at all from a half on: where labels meet nearly everywhere, the shape comes first.
+double room_for_lines(double length_of_lines, double length_of_edges);
+
+/// The planes that stand on a line that is drawn on a surface, as of open borders.
+/// \param one, other  normals of the two triangles, of any length
+/// \param share       of the weight that an open border has
+Quadric line_planes(const Vec3d& a, const Vec3d& b, const Vec3d& one, const Vec3d& other,
+                    double share);
+
 }  // namespace kiln

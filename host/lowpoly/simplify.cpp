@@ -61,7 +61,9 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
   SimplifyReport& out = report != nullptr ? *report : unwanted;
   out = {};
   out.input_faces = high.triangles.size();
-  Mesh mesh = SimplifyJob(high, options, out).run(report != nullptr);
+  std::optional<Mesh> repaired;
+  if (options.keep_uvs) repaired = with_finite_uvs(high, out.warnings);
+  Mesh mesh = SimplifyJob(repaired ? *repaired : high, options, out).run(report != nullptr);
   keep_names(high, mesh);
   keep_colors(high, mesh);
   if (options.fit_normals) NormalFit(high).run(mesh);
@@ -71,7 +73,10 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
 
 struct SimplifyLevels::Impl {
   Impl(const Mesh& mesh, std::span<const std::uint32_t> faces, LevelRule rule)
-      : high(mesh), asked(faces.begin(), faces.end()) {
+      : repaired(rule == LevelRule::keep_uvs ? with_finite_uvs(mesh, report.warnings)
+                                             : std::nullopt),
+        high(repaired ? *repaired : mesh),
+        asked(faces.begin(), faces.end()) {
     options.faces = asked.empty() ? 1 : asked.front();
     options.keep_uvs = rule == LevelRule::keep_uvs;
     options.height_field = rule == LevelRule::height_field;
@@ -122,10 +127,11 @@ struct SimplifyLevels::Impl {
     if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
   }
 
+  SimplifyReport report, of_high;
+  const std::optional<Mesh> repaired;  ///< With finite UVs, where some were not
   const Mesh& high;
   std::vector<std::uint32_t> asked;  ///< Of each of `results`
   SimplifyOptions options;
-  SimplifyReport report, of_high;
   std::optional<SimplifyJob> job;
   std::optional<NormalFit> fit;  ///< Made where it is first needed
   std::vector<SimplifyResult> results;

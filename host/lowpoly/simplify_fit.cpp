@@ -24,7 +24,8 @@ SurfaceFit SimplifyJob::surface_fit() const {
 
 void SimplifyJob::fit_roughly(SimplifyResult& result) const {
   if (!is_fitted(result)) return;
-  surface_fit().run(result.points, result.triangles, options_.height_field, /*rough=*/true);
+  surface_fit().run(result.points, result.triangles, result.labels, options_.height_field,
+                    /*rough=*/true);
 }
 
 /// Corners of triangles that are no good go back to where they were.
@@ -50,7 +51,7 @@ void SimplifyJob::take_back_flaws(SimplifyResult& fitted, const SimplifyResult& 
 bool SimplifyJob::fit(SimplifyResult& result) {
   if (!is_fitted(result)) return false;
   SimplifyResult fitted = result;
-  surface_fit().run(fitted.points, fitted.triangles, options_.height_field);
+  surface_fit().run(fitted.points, fitted.triangles, fitted.labels, options_.height_field);
   take_back_flaws(fitted, result);
   report_.mended = mend(fitted);
   if (!is_good(fitted)) return false;

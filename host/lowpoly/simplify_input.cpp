@@ -15,6 +15,7 @@
 #include "lowpoly/pairing.h"
 #include "mesh/charts.h"
 #include "mesh/normals.h"
+#include "mesh/uv_grid.h"
 #include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
 
@@ -178,6 +179,33 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<Sour
   return work;
 }
 
+Labels labels_of(const Mesh& mesh, const Work& work) {
+  using ThreeNames = std::array<std::uint32_t, 3>;
+  Labels labels;
+  if (mesh.groups.empty() && mesh.objects.empty() && mesh.materials.empty()) return labels;
+  const auto name_at = [&](const std::vector<std::uint32_t>& names, std::uint32_t t) {
+    return names.size() == mesh.triangles.size() ? names[t] : 0;
+  };
+  std::map<ThreeNames, std::uint32_t> numbers;
+  labels.of.reserve(work.triangles.size());
+  ThreeNames last{};
+  for (const SourceTriangle& source : work.sources) {
+    const std::uint32_t t = source.index;
+    const ThreeNames names{name_at(mesh.groups, t), name_at(mesh.objects, t),
+                           name_at(mesh.materials, t)};
+    if (!labels.of.empty() && names == last) {
+      labels.of.push_back(labels.of.back());
+      continue;
+    }
+    last = names;
+    const auto [found, added] =
+        numbers.try_emplace(names, static_cast<std::uint32_t>(numbers.size()));
+    if (added) labels.source.push_back(t);
+    labels.of.push_back(found->second);
+  }
+  return labels;
+}
+
 Layout layout_of(const Mesh& mesh, const Work& work) {
   struct Corner {
     std::uint32_t vertex;
@@ -186,28 +214,16 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
     auto key() const { return std::tuple(vertex, uv, place); }
   };
   const std::vector<std::uint32_t> charts = uv_charts(mesh);
-  const auto name_at = [&](const std::vector<std::uint32_t>& names, std::uint32_t t) {
-    return names.size() == mesh.triangles.size() ? names[t] : 0;
-  };
-  const auto names_at = [&](std::uint32_t t) {
-    return std::array{name_at(mesh.groups, t), name_at(mesh.objects, t),
-                      name_at(mesh.materials, t)};
-  };
-  std::map<std::array<std::uint32_t, 3>, std::uint32_t> groups;
-  const bool named = !mesh.groups.empty() || !mesh.objects.empty() || !mesh.materials.empty();
+  Labels labels = labels_of(mesh, work);
   Layout layout;
+  layout.groups = std::move(labels.of);
+  layout.group_of = std::move(labels.source);
   layout.corners.resize(work.triangles.size());
   std::vector<Corner> corners;
   corners.reserve(work.triangles.size() * 3);
   for (std::uint32_t t = 0; t < work.triangles.size(); ++t) {
     const SourceTriangle& source = work.sources[t];
     layout.charts.push_back(charts[source.index]);
-    if (named) {
-      const auto [found, added] =
-          groups.try_emplace(names_at(source.index), static_cast<std::uint32_t>(groups.size()));
-      if (added) layout.group_of.push_back(source.index);
-      layout.groups.push_back(found->second);
-    }
     for (std::uint32_t k = 0; k < 3; ++k) {
       const Vec2& given = mesh.uvs[mesh.uv_triangles[source.index][(k + source.first) % 3]];
       const Vec2 uv{given.x + 0.0F, given.y + 0.0F};  // -0 is 0.
@@ -227,6 +243,40 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
     layout.corners[c.place / 3][c.place % 3] = static_cast<std::uint32_t>(layout.uvs.size() - 1);
   }
   return layout;
+}
+
+std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings) {
+  const std::size_t count = mesh.uvs.size();
+  std::vector<std::uint8_t> lost(count, 0);  // Of a triangle without any
+  std::vector<std::array<double, 3>> sums(count, std::array<double, 3>{});
+  std::uint64_t bad = 0;
+  for (const Triangle& t : mesh.uv_triangles) {
+    const auto good =
+        std::count_if(t.begin(), t.end(), [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); });
+    if (good == 3) continue;
+    bad += good > 0;
+    for (const std::uint32_t to : t) {
+      lost[to] = lost[to] | (good == 0);
+      for (const std::uint32_t from : t) {
+        const Vec2& uv = mesh.uvs[from];
+        if (is_finite(uv)) sums[to][0] += uv.x, sums[to][1] += uv.y, sums[to][2] += 1;
+      }
+    }
+  }
+  if (bad == 0) return std::nullopt;
+  warnings.push_back(
+      {"non-finite-uvs",
+       std::to_string(bad) + (bad == 1 ? " triangle has" : " triangles have") +
+           " a corner whose UV is NaN or infinite, where others have one: it got the "
+           "mean of those beside it",
+       bad});
+  Mesh result = mesh;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (is_finite(mesh.uvs[v]) || lost[v] != 0 || !(sums[v][2] > 0)) continue;
+    result.uvs[v] = {static_cast<float>(sums[v][0] / sums[v][2]),
+                     static_cast<float>(sums[v][1] / sums[v][2])};
+  }
+  return result;
 }
 
 std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {

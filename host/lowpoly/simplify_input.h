@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "kiln/error.h"
@@ -34,6 +35,7 @@ struct Work {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
   std::vector<SourceTriangle> sources;  ///< By triangle; empty once a head start has made new ones.
+  std::vector<std::uint32_t> labels;    ///< By triangle; empty: all have one. See Labels.
   std::vector<Fold> folds;              ///< That a head start left.
   std::vector<Vec3d> torn;  ///< Where it left edges of too many triangles, which were cut.
 };
@@ -68,8 +70,20 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
 Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
              const Scale& scale);
 
+/// What group, object and material a triangle has, as one number.
+struct Labels {
+  std::vector<std::uint32_t> of;      ///< By triangle; empty: the mesh has none.
+  std::vector<std::uint32_t> source;  ///< By label, a triangle of the given mesh that has it.
+};
+Labels labels_of(const Mesh& mesh, const Work& work);
+
 /// The given mesh's UVs and groups at the triangles of `work`.
 Layout layout_of(const Mesh& mesh, const Work& work);
+
+/// The mesh with UVs where single ones are not finite: the mean of those beside. Triangles without any stay so.
+/// Nothing where there are none such.
+/// \param warnings  where to count the triangles
+std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings);
 
 std::vector<Vec3> to_floats(const std::vector<Vec3d>& points);
 

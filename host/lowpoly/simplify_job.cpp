@@ -120,7 +120,7 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
   Flaws flaws = check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
   for (int round = 0; round < kMendingRounds && !flaws.none(); ++round) {
-    Shrinking shrinking(result.points, result.triangles,
+    Shrinking shrinking(result.points, result.triangles, result.labels,
                         options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
     const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
     bool any = false;
@@ -174,7 +174,8 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
   Work work = dense_;
   if (work.triangles.size() > std::max(limit, near_goal) && !options_.keep_uvs && !options_.hull) {
     const double error = options_.faces == 0 ? 0.1 * options_.max_error : 1.0;
-    if (options_.height_field && untouched.empty() && grid_start(work, near_goal, error)) {
+    if (options_.height_field && untouched.empty() && work.labels.empty() &&
+        grid_start(work, near_goal, error)) {
       return work;
     }
     head_start(work, near_goal, error, options_.height_field, untouched, parts);
@@ -310,19 +311,8 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   for (const Vec3d& p : result.points) mesh.positions.push_back(scale_.to_mesh(p));
   mesh.normals = vertex_normals(to_floats(result.points), result.triangles);
   mesh.normal_triangles = mesh.triangles;
+  name(result, mesh);
   if (!options_.keep_uvs) return mesh;
-  const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
-    if (from.size() != high_.triangles.size()) return;
-    for (const std::uint32_t group : result.layout.groups) {
-      to.push_back(from[layout_.group_of[group]]);
-    }
-  };
-  keep(high_.groups, mesh.groups);
-  keep(high_.objects, mesh.objects);
-  keep(high_.materials, mesh.materials);
-  mesh.group_names = high_.group_names;
-  mesh.object_names = high_.object_names;
-  mesh.material_names = high_.material_names;
   std::vector<std::uint32_t> number(result.layout.uvs.size(), kNoVertex);
   for (const Triangle& t : result.layout.corners) {
     Triangle& corners = mesh.uv_triangles.emplace_back();
@@ -355,6 +345,22 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
     std::vector<std::uint32_t> charts = uv_charts(mesh);
     report_.charts = *std::max_element(charts.begin(), charts.end()) + 1;
     report_.coverage = uv_area(mesh);
+    std::uint64_t outside = 0;
+    for (const Triangle& t : mesh.uv_triangles) {
+      outside += std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+        const Vec2& uv = mesh.uvs[v];
+        return !(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1);
+      });
+    }
+    if (outside > 0) {
+      report_.warnings.push_back({"uv-outside",
+                                  std::to_string(outside) + " of " +
+                                      std::to_string(mesh.triangles.size()) +
+                                      " triangles of the low poly reach out of the unit square of "
+                                      "UV space, as those of the high poly do: "
+                                      "a bake leaves out what lies outside, and coverage counts it",
+                                  outside});
+    }
   }
   return mesh;
 }

@@ -27,6 +27,8 @@ inline constexpr int kMendingRounds = 4;
 struct SimplifyResult {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
+  std::vector<std::uint32_t>
+      labels;     ///< By triangle, of SimplifyJob::labels(); empty: none are known.
   Layout layout;  ///< Empty where none is kept.
   DistanceReport deviation;
   /// Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
@@ -38,12 +40,13 @@ class Shrinking {
  public:
   Shrinking(const Work& work, const Layout* layout, const SimplifyOptions& options,
             const Scale& scale)
-      : Shrinking(work.points, work.triangles, layout, options, scale) {
+      : Shrinking(work.points, work.triangles, work.labels, layout, options, scale) {
     unfold(work.folds);
   }
   Shrinking(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
-            const Layout* layout, const SimplifyOptions& options, const Scale& scale)
-      : mesh_(points, triangles),
+            const std::vector<std::uint32_t>& labels, const Layout* layout,
+            const SimplifyOptions& options, const Scale& scale)
+      : mesh_(points, triangles, labels),
         layout_(layout == nullptr ? nullptr : std::make_unique<LayoutRule>(mesh_, *layout)),
         height_(options.height_field ? std::make_unique<HeightRule>(mesh_) : nullptr),
         hull_(options.hull
@@ -58,6 +61,10 @@ class Shrinking {
   void extract(SimplifyResult& result) const {
     std::vector<std::uint32_t> sources;
     mesh_.extract(result.points, result.triangles, sources);
+    result.labels.clear();
+    if (!mesh_.labels.empty()) {
+      for (const std::uint32_t t : sources) result.labels.push_back(mesh_.labels[t]);
+    }
     result.layout = {};
     if (!layout_) return;
     const Layout& from = layout_->layout();
@@ -95,7 +102,10 @@ class SimplifyJob {
         dense_(compact(high, std::move(cleaned_), std::move(sources_), scale_)),
         dense_positions_(to_floats(dense_.points)),
         check_(dense_positions_, dense_.triangles, options.height_field) {
-    if (options.keep_uvs) layout_ = layout_of(high, dense_);
+    if (options.keep_uvs)
+      layout_ = layout_of(high, dense_);
+    else
+      find_labels();
   }
 
   Mesh run(bool with_deviation);
@@ -123,12 +133,15 @@ class SimplifyJob {
     return one_sided_distance(dense_positions_, dense_.triangles, light, samples);
   }
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
-  SimplifyResult unchanged() const { return {dense_.points, dense_.triangles, layout_, {}, {}}; }
+  SimplifyResult unchanged() const {
+    return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}};
+  }
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work) const;
   std::size_t direct_limit();
   Work start(std::size_t faces, std::span<const Place> untouched, bool parts,
              std::size_t limit) const;
+  void find_labels();
   bool drop_crumbs();
   bool is_fitted(const SimplifyResult& result) const;
   SurfaceFit surface_fit() const;
@@ -139,6 +152,7 @@ class SimplifyJob {
   bool try_from(const Work& work, bool last, SimplifyResult& result);
   std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
+  void name(const SimplifyResult& result, Mesh& mesh) const;
   Mesh assemble(const SimplifyResult& result) const;
 
   const Mesh& high_;
@@ -151,6 +165,7 @@ class SimplifyJob {
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
+  std::vector<std::uint32_t> label_source_;  ///< By label, a triangle of the high poly.
   std::optional<std::size_t> direct_limit_;  ///< Once asked for.
 };
 

@@ -26,6 +26,8 @@ constexpr int kRoughRounds = 2;
 constexpr double kAgreement = 0.3;
 /// Weight of distances across the high poly's normal, and of staying in place.
 constexpr double kAcross = 0.002, kStay = 0.02;
+/// Weight of staying on lines between labels.
+constexpr double kOnLine = 6;
 /// How much more a sample at a side weighs than one in the middle of a triangle. Outlines are made of sides: without
 /// this, silhouettes of smooth shapes are a little too wide.
 constexpr double kAtSides = 6;
@@ -72,6 +74,51 @@ std::array<double, 3> shares_at(const Vec3d& p, const std::array<Vec3d, 3>& c) {
   return share;
 }
 
+/// Mean of squares of the unit directions across the lines that meet at a vertex.
+struct AcrossLines {
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, count = 0;
+  void add(const Vec3d& n, double w) {
+    xx += w * n.x * n.x, xy += w * n.x * n.y, xz += w * n.x * n.z;
+    yy += w * n.y * n.y, yz += w * n.y * n.z, zz += w * n.z * n.z;
+    ++count;
+  }
+};
+
+/// By vertex, the lines between labels; empty without any.
+std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
+                                  const std::vector<Triangle>& low,
+                                  std::span<const std::uint32_t> labels) {
+  std::vector<AcrossLines> lines(labels.empty() ? 0 : points.size());
+  if (labels.empty()) return lines;
+  const auto facing = [&](const SideLists::Item& side) {
+    const Triangle& t = low[side.index / 3];
+    const Vec3d normal = normal_of(points[t[0]], points[t[1]], points[t[2]]);
+    return normal * (1 / length(normal));
+  };
+  double length_of_lines = 0, length_of_all = 0;
+  SideLists(low, points.size())
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        const std::uint32_t b = SideLists::higher(sides[0]);
+        const Vec3d edge = points[b] - points[a];
+        length_of_all += length(edge);
+        if (sides.size() != 2 || labels[sides[0].index / 3] == labels[sides[1].index / 3]) return;
+        length_of_lines += length(edge);
+        const Vec3d one = facing(sides[0]), other = facing(sides[1]);
+        const Vec3d across = cross(one + other, edge);
+        const double size = length(across);
+        if (!(size > 0) || !std::isfinite(size)) return;
+        for (const std::uint32_t v : {a, b}) {
+          lines[v].add(across * (1 / size), line_share(one, other));
+        }
+      });
+  const double room = room_for_lines(length_of_lines, length_of_all);
+  for (AcrossLines& of : lines) {
+    const double w = of.count > 0 ? kOnLine * room / of.count : 0;
+    for (double* sum : {&of.xx, &of.xy, &of.xz, &of.yy, &of.yz, &of.zz}) *sum *= w;
+  }
+  return lines;
+}
+
 /// Sums of weighted squares of distances, quadratic in a step.
 struct Pull {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
@@ -85,6 +132,11 @@ struct Pull {
     yz += square * normal.y * normal.z, zz += square * normal.z * normal.z;
     right += normal * (w * share * along) + missing * (w * share * kAcross);
     weight += square;
+  }
+  /// Lets a step go less far across lines, for as many times the weight so far.
+  void hold(const AcrossLines& lines) {
+    xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
+    yy += weight * lines.yy, yz += weight * lines.yz, zz += weight * lines.zz;
   }
   Vec3d step() const {
     const double more = (kAcross + kStay) * weight;
@@ -278,13 +330,14 @@ std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
 }
 
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
-                     bool height_field, bool rough) const {
+                     std::span<const std::uint32_t> labels, bool height_field, bool rough) const {
   const std::vector<Sample> given =
       samples(rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * low.size())
                     : std::max(kLeastSamples, kSamplesOfFace * low.size()),
               height_field);
   std::vector<Sample> found;
   const Moving moving(points, low, height_field);
+  const std::vector<AcrossLines> lines = lines_of(points, low, labels);
   for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
     found = matched(given, found, points, low);
     const VertexLists of_triangle(
@@ -308,6 +361,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       if (!(pull.weight > 0)) continue;
       const double onto = height_field ? 0 : kOntoPlane * pull.weight;
       pull.add(nearest->normal, nearest->point - points[v], 1, onto);
+      if (!lines.empty()) pull.hold(lines[v]);
       Vec3d step = pull.step();
       const double size = length(step), longest = moving.longest_step(v);
       if (!(size > 0)) continue;  // Also where it is not a number.

@@ -32,8 +32,9 @@ class SurfaceFit {
   /// Moves vertices of a low poly. Those on open edges, or where more than two triangles meet at an edge, stay.
   /// No triangle turns far, loses its area or, of a height field, faces down. Does not depend on threads.
   /// \param rough  with a quarter of the samples and half the rounds, for meshes that are only looked at
-  void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low, bool height_field,
-           bool rough = false) const;
+  /// \param labels  by triangle: along lines between labels, vertices move along these; empty: none
+  void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
+           std::span<const std::uint32_t> labels, bool height_field, bool rough = false) const;
 
  private:
   /// A point of the high poly, and where it was matched.

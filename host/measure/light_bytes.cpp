@@ -1,5 +1,7 @@
 // What low polys weigh.
 #include <algorithm>
+#include <array>
+#include <vector>
 
 #include "kiln/light_plan.h"
 
@@ -20,18 +22,20 @@ LightBytes light_bytes(std::uint64_t vertices, std::uint64_t faces, std::uint32_
 }
 
 std::uint64_t split_vertices(const Mesh& mesh) {
-  const bool laid_out = mesh.uv_triangles.size() == mesh.triangles.size();
-  const std::vector<Triangle>& with = laid_out ? mesh.uv_triangles : mesh.normal_triangles;
-  if (with.size() != mesh.triangles.size()) return mesh.positions.size();
-  std::vector<std::uint64_t> pairs;
-  pairs.reserve(3 * mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+  const std::size_t count = mesh.triangles.size();
+  const bool laid_out = mesh.uv_triangles.size() == count;
+  const bool facing = mesh.normal_triangles.size() == count;
+  if (!laid_out && !facing) return mesh.positions.size();
+  std::vector<std::array<std::uint32_t, 3>> corners;
+  corners.reserve(3 * count);
+  for (std::size_t t = 0; t < count; ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      pairs.push_back(std::uint64_t{mesh.triangles[t][k]} << 32 | with[t][k]);
+      corners.push_back({mesh.triangles[t][k], laid_out ? mesh.uv_triangles[t][k] : 0,
+                         facing ? mesh.normal_triangles[t][k] : 0});
     }
   }
-  std::sort(pairs.begin(), pairs.end());
-  return static_cast<std::uint64_t>(std::unique(pairs.begin(), pairs.end()) - pairs.begin());
+  std::sort(corners.begin(), corners.end());
+  return static_cast<std::uint64_t>(std::unique(corners.begin(), corners.end()) - corners.begin());
 }
 
 }  // namespace kiln

@@ -116,8 +116,8 @@ struct LightBake {
 LightBytes light_bytes(std::uint64_t vertices, std::uint64_t faces, std::uint32_t size,
                        const std::vector<std::uint32_t>& channels, std::uint32_t bits);
 
-/// Vertices of a mesh as a renderer holds them: a position has one for every UV that its corners have. Without UVs,
-/// it has one for every normal.
+/// Vertices of a mesh as a renderer holds them: a position has one for every pair of UV and normal that its corners
+/// have, by index.
 std::uint64_t split_vertices(const Mesh& mesh);
 
 /// Chooses faces, map size, samples, match and bits together: the fewest bytes that reach an error.

@@ -54,8 +54,9 @@ struct SimplifyReport {
   std::uint64_t holes = 0;          ///< Loops of open edges beyond those of the high poly.
   std::uint64_t dropped_parts = 0;  ///< Crumbs that were left out
   std::uint64_t charts = 0;         ///< With keep_uvs: connected pieces of the layout that is left.
-  double coverage = 0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1.
-  double seconds = 0;   ///< That it took
+  double coverage =
+      0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1; outside of it, too.
+  double seconds = 0;             ///< That it took
   std::vector<Warning> warnings;  ///< What was imperfect and handled
 };
 
@@ -81,8 +82,10 @@ struct SimplifyReport {
 /// report counts them; what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
 /// The result has the normals of fit_normals(), and the input's name, place and units (same
-/// origin); UVs with `keep_uvs`, else none. Its groups, objects and materials are those of most of
-/// the high poly under each triangle; where the high poly has vertex colours, its own come nearest
+/// origin); UVs with `keep_uvs`, else none. Borders between its groups, objects and materials are lines that collapses
+/// hold; triangles have the names of those that they came from. Where borders are half of a low poly's edges or more,
+/// they are not held: names are those of most of the high poly under each triangle. A bound is one of the surface, not
+/// of lines on it. Where the high poly has vertex colours, its own come nearest
 /// to them (least squares in linear light). Its triangle count is the target, or one below it where
 /// a collapse takes two. Each mended triangle may take up to two more. Works the same at any scale.
 /// Deterministic: the same on every run and number of threads. Lifetimes: `high` is read during the
@@ -93,6 +96,8 @@ struct SimplifyReport {
 /// With `keep_uvs`, vertices of seams, open borders and borders between groups move along these lines only.
 /// Ends and crossings stay, and no triangle turns over in the layout. Charts that did not overlap do not
 /// come to. UVs inside a chart follow the affine maps of the triangles that they stand for (Hoppe 1999).
+/// A single UV that is not finite gets the mean of those beside it ("non-finite-uvs" counts triangles); triangles
+/// without any stay so. Triangles out of the unit square are counted ("uv-outside").
 ///
 /// With `hull`, each collapse puts its vertex outside of, or on, the planes of all triangles around
 /// the edge. There the sum of squared distances is least (Sander, Gu, Gortler, Hoppe and Snyder
@@ -111,13 +116,18 @@ enum class NormalPurpose : std::uint8_t {
   shading,  ///< They are seen as they are: flats look flat
 };
 
+/// A turn of faces, degrees, from which on hard edges are worth their vertices where no map bends normals: see
+/// FitNormalsOptions::crease_degrees.
+inline constexpr double kShadingCreaseDegrees = 55;
+
 /// Where fit_normals() parts normals, and what for.
 struct FitNormalsOptions {
   /// UV seams are hard edges where normals fitted to each side alone part by this or more, degrees. 0: all
   /// seams; 180: none.
   double hard_degrees = 10;
-  /// Of a mesh without UVs: edges whose faces turn by this or more are hard where normals part by 45 degrees.
-  /// Vertices have several normals there. 180: none.
+  /// Of a mesh without UVs, or for shading: edges whose faces turn by this or more are hard where normals part by 45
+  /// degrees. Vertices have several normals there. 180: none. kShadingCreaseDegrees suits hard surfaces, and leaves
+  /// scans nearly as they are.
   double crease_degrees = 180;
   NormalPurpose purpose = NormalPurpose::by_uvs;  ///< What they are for
 };
@@ -125,7 +135,7 @@ struct FitNormalsOptions {
 /// What fit_normals() came to.
 struct FitNormalsReport {
   std::uint64_t normals = 0;     ///< How many the mesh has
-  std::uint64_t hard_edges = 0;  ///< UV seams that part them
+  std::uint64_t hard_edges = 0;  ///< UV seams and creases that part them
 };
 
 /// Gives a low poly the normals that come nearest to the high poly's, by least squares over the surface.
@@ -137,8 +147,8 @@ struct FitNormalsReport {
 /// farther from a face around it than tangent space reaches.
 ///
 /// UV seams are hard edges where that helps: see FitNormalsOptions. Vertices are split at seams in
-/// any case, so hard edges cost none. Corners that share a position and UVs share their normal. A
-/// mesh without UVs is smooth, but for creases that are asked for.
+/// any case, so hard edges cost none. Creases inside charts do, and are made where they are asked for and no map
+/// bends normals. Else corners that share a position and UVs share their normal.
 ///
 /// Normals that the mesh had are replaced, and its tangents, which went with them, left out. All else is kept.
 /// Deterministic: the same on every run and number of threads. Lifetimes and threads as simplify().

@@ -63,6 +63,30 @@ TEST(SimplifyCommand, TexelsGoByAreaOrDetail) {
   }
 }
 
+TEST(SimplifyCommand, HardEdgesForShadingAreCountedAsVertices) {
+  const fs::path scene = test::scratch_folder();
+  save_obj(test::cube(), scene / "cube.obj");
+  const auto made = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> words = {
+        "simplify",         scene / "cube.obj", "--faces",           "12",     "--out",
+        scene / "made.obj", "--json",           scene / "made.json", "--force"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const ProcessResult result = run_kiln(words);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    const json report = read_json(scene / "made.json");
+    EXPECT_NE(result.output.find(std::to_string(report["vertices"].get<int>()) + " vertices"),
+              std::string::npos)
+        << result.output;
+    EXPECT_EQ(split_vertices(load_mesh(scene / "made.obj")), report["vertices"]);
+    return report;
+  };
+  const json hard = made({"--normals", "shading"}), map = made({});
+  EXPECT_EQ(hard["vertices"], 24);
+  EXPECT_EQ(hard["hard_edges"], 12);
+  EXPECT_LT(map["vertices"], 24);
+  EXPECT_EQ(made({"--normals", "shading", "--hard-angle", "180"})["hard_edges"], 0);
+}
+
 TEST(SimplifyCommand, NormalsAreForAMapOrForShading) {
   const fs::path scene = make_scene(4000);
   EXPECT_EQ(simplify_to(scene, {})["normals"], "map");

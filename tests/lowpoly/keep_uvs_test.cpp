@@ -335,5 +335,49 @@ TEST(KeepUvs, MissingUvsAndOnePointOfTheLayoutStayWhatTheyAre) {
   }
 }
 
+const Warning* find(const SimplifyReport& report, const std::string& code) {
+  const auto found = std::find_if(report.warnings.begin(), report.warnings.end(),
+                                  [&](const Warning& warning) { return warning.code == code; });
+  return found == report.warnings.end() ? nullptr : &*found;
+}
+
+TEST(KeepUvs, SingleUvsThatAreNotFiniteAreTheMeanOfThoseBeside) {
+  Mesh high = test::plane(30, 30);
+  const std::uint32_t bad = high.uv_triangles[high.triangles.size() / 2 + 15][0];
+  const Vec2 was = high.uvs[bad];
+  high.uvs[bad].x = std::numeric_limits<float>::quiet_NaN();
+  for (const std::uint32_t faces : {300U, 5000U}) {
+    SimplifyReport report;
+    const Mesh low = simplify(high, {.faces = faces, .keep_uvs = true}, &report);
+    for (const Vec2& uv : low.uvs) EXPECT_TRUE(std::isfinite(uv.x) && std::isfinite(uv.y));
+    const Warning* warning = find(report, "non-finite-uvs");
+    ASSERT_NE(warning, nullptr);
+    EXPECT_EQ(warning->count, 6U);
+    if (faces == 5000) {
+      EXPECT_TRUE(std::any_of(low.uvs.begin(), low.uvs.end(), [&](const Vec2& uv) {
+        return std::hypot(uv.x - was.x, uv.y - was.y) < 1e-6;
+      }));
+    }
+    EXPECT_EQ(find(report, "uv-outside"), nullptr);
+  }
+}
+
+TEST(KeepUvs, TrianglesOutOfTheUnitSquareAreCounted) {
+  Mesh high = test::plane(30, 30);
+  for (Vec2& uv : high.uvs) uv.x = 4 * uv.x - 1;
+  SimplifyReport report;
+  const Mesh low = simplify(high, {.faces = 5000, .keep_uvs = true}, &report);
+  std::uint64_t outside = 0;
+  for (const Triangle& t : low.uv_triangles) {
+    outside += std::any_of(t.begin(), t.end(),
+                           [&](std::uint32_t v) { return low.uvs[v].x < 0 || low.uvs[v].x > 1; });
+  }
+  const Warning* warning = find(report, "uv-outside");
+  ASSERT_NE(warning, nullptr);
+  EXPECT_EQ(warning->count, outside);
+  EXPECT_NE(warning->message.find(std::to_string(outside) + " of 1800"), std::string::npos)
+      << warning->message;
+}
+
 }  // namespace
 }  // namespace kiln

@@ -266,5 +266,33 @@ TEST(NormalFit, RefusesWhatItCannotUse) {
   for (const Vec3& n : fitted.normals) EXPECT_NEAR(length(Vec3d(n)), 1, 1e-5);
 }
 
+/// The normals of the faces at both sides of a crease inside a chart.
+TEST(NormalFit, CreasesInsideChartsAreHardForShading) {
+  const Mesh high = flat_shaded(test::grid_cube(24));
+  const Mesh low = unwrap(simplify(high, {.faces = 12, .fit_normals = false}));
+  const FitNormalsOptions shaded{.crease_degrees = kShadingCreaseDegrees,
+                                 .purpose = NormalPurpose::shading};
+  FitNormalsReport report;
+  const Mesh hard = fit_normals(low, high, shaded, &report);
+  EXPECT_LT(off(hard, high), 0.01);
+  EXPECT_EQ(report.hard_edges, 12U);
+  EXPECT_EQ(split_vertices(hard), 24U);
+  // Not by default, nor where a map bends normals.
+  EXPECT_GT(off(fit_normals(low, high, {.purpose = NormalPurpose::shading}), high), 5);
+  const FitNormalsOptions mapped{.crease_degrees = kShadingCreaseDegrees,
+                                 .purpose = NormalPurpose::map};
+  EXPECT_EQ(fit_normals(low, high, mapped).normals, fit_normals(low, high).normals);
+}
+
+TEST(NormalFit, SmoothShapesHaveNoCreases) {
+  const Mesh high = test::BumpySphere::dense(20000);
+  const Mesh low = unwrap(simplify(high, {.faces = 800, .fit_normals = false}));
+  const Mesh usual = fit_normals(low, high, {.purpose = NormalPurpose::shading});
+  const Mesh creased = fit_normals(
+      low, high, {.crease_degrees = kShadingCreaseDegrees, .purpose = NormalPurpose::shading});
+  EXPECT_EQ(creased.normals, usual.normals);
+  EXPECT_EQ(creased.normal_triangles, usual.normal_triangles);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -28,7 +28,7 @@ struct Pair {
     moved = given;
     SurfaceFit(dense.positions, dense.triangles, [](const Vec3d& p) {
       return Vec3d(to_float(p));
-    }).run(moved, low.triangles, false);
+    }).run(moved, low.triangles, {}, false);
   }
   double distance(const std::vector<Vec3d>& points) const {
     std::vector<Vec3> floats;

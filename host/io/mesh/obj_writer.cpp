@@ -4,9 +4,11 @@
 #include <charconv>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/file/atomic_file.h"
 #include "kiln/mesh.h"
+#include "mesh/uv_grid.h"
 
 namespace kiln {
 namespace {
@@ -149,6 +151,13 @@ class Names {
   std::uint32_t now_ = kNone;
 };
 
+/// Whether all three corners have a UV: a file has no word for one that is not finite.
+bool has_uvs(const Mesh& mesh, std::size_t triangle) {
+  if (mesh.uv_triangles.empty()) return false;
+  const Triangle& t = mesh.uv_triangles[triangle];
+  return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); });
+}
+
 }  // namespace
 
 void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
@@ -177,9 +186,14 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
     }
     out.text("\n");
   }
-  const bool uvs = !mesh.uv_triangles.empty(), normals = !mesh.normal_triangles.empty();
-  if (uvs) {
-    for (const Vec2& uv : mesh.uvs) {
+  const bool normals = !mesh.normal_triangles.empty();
+  std::vector<std::uint32_t> uv_number(mesh.uv_triangles.empty() ? 0 : mesh.uvs.size());
+  if (!mesh.uv_triangles.empty()) {
+    std::uint32_t next = 0;
+    for (std::size_t i = 0; i < mesh.uvs.size(); ++i) {
+      const Vec2& uv = mesh.uvs[i];
+      if (!is_finite(uv)) continue;
+      uv_number[i] = next++;
       out.text("vt");
       out.single(uv.x);
       out.single(uv.y);
@@ -206,13 +220,14 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
     if (objects.before(t, out)) groups.follow(objects);
     groups.before(t, out);
     materials.before(t, out);
+    const bool uvs = has_uvs(mesh, t);
     out.text("f");
     for (int k = 0; k < 3; ++k) {
       out.text(" ");
       out.index(mesh.triangles[t][k]);
       if (uvs) {
         out.text("/");
-        out.index(mesh.uv_triangles[t][k]);
+        out.index(uv_number[mesh.uv_triangles[t][k]]);
       }
       if (normals) {
         out.text(uvs ? "/" : "//");

@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "io/mesh/mesh_files.h"
 #include "kiln/mesh.h"
@@ -89,6 +90,28 @@ TEST(MeshIo, WritesNothingOrAll) {
     EXPECT_EQ(error.code(), ErrorCode::output);
   }
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1);
+}
+
+/// A UV that is not finite says that a corner has none; text has no number for it.
+TEST(MeshIo, WritesNoUvsWhereThereAreNone) {
+  Mesh mesh = load_text("edge.obj", hard_edge).mesh;
+  ASSERT_GT(mesh.triangles.size(), 1U);
+  const Vec2 kept = mesh.uvs[mesh.uv_triangles[1][0]];
+  const auto none = static_cast<std::uint32_t>(mesh.uvs.size());
+  mesh.uvs.insert(mesh.uvs.begin(), {std::numeric_limits<float>::quiet_NaN(), 0});
+  for (Triangle& t : mesh.uv_triangles) {
+    for (std::uint32_t& v : t) ++v;
+  }
+  mesh.uvs.push_back({0, std::numeric_limits<float>::infinity()});
+  mesh.uv_triangles[0].fill(none + 1);
+  const fs::path path = test::scratch_folder() / "none.obj";
+  save_obj(mesh, path);
+  const auto [again, warnings] = load(path);
+  ASSERT_EQ(again.uv_triangles.size(), mesh.triangles.size());
+  EXPECT_EQ(again.uvs[again.uv_triangles[1][0]], kept);
+  EXPECT_TRUE(std::isnan(again.uvs[again.uv_triangles[0][0]].x));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0].code, "missing-uvs");
 }
 
 }  // namespace

@@ -77,13 +77,15 @@ int run_simplify(const SimplifyArguments& arguments) {
   const UnwrapOptions layout = unwrap_options(arguments.unwrap, std::min(width, height),
                                               arguments.density == kByDetail ? &high : nullptr);
   Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
+  const bool shaded = arguments.normals != kForMap;
   FitNormalsReport normals;
   Stopwatch fitting;
-  low = fit_normals(
-      low, high,
-      {.hard_degrees = arguments.hard_angle,
-       .purpose = arguments.normals == kForMap ? NormalPurpose::map : NormalPurpose::shading},
-      &normals);
+  low = fit_normals(low, high,
+                    {.hard_degrees = arguments.hard_angle,
+                     // An angle of 180 says that no edge is hard.
+                     .crease_degrees = arguments.hard_angle < 180 ? kShadingCreaseDegrees : 180,
+                     .purpose = shaded ? NormalPurpose::shading : NormalPurpose::map},
+                    &normals);
   const double seconds_normals = fitting.total();
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   move_material_files(low, std::filesystem::path(arguments.high).parent_path(),
@@ -95,12 +97,14 @@ int run_simplify(const SimplifyArguments& arguments) {
   for (const Warning& warning : warnings) console.warning(warning.message);
   const std::uint64_t charts = arguments.keep_uvs ? report.charts : unwrap_report.charts;
   const double coverage = arguments.keep_uvs ? report.coverage : unwrap_report.coverage;
+  const std::uint64_t vertices = split_vertices(low);
   char text[512];
-  std::snprintf(text, sizeof text,
-                "wrote %s: %s of %s faces, deviation %.4f%% of the diagonal, %s, %.2f s",
-                arguments.out.c_str(), with_commas(report.faces).c_str(),
-                with_commas(report.input_faces).c_str(), report.error * 100,
-                layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
+  std::snprintf(
+      text, sizeof text,
+      "wrote %s: %s of %s faces, %s vertices, deviation %.4f%% of the diagonal, %s, %.2f s",
+      arguments.out.c_str(), with_commas(report.faces).c_str(),
+      with_commas(report.input_faces).c_str(), with_commas(vertices).c_str(), report.error * 100,
+      layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
   console.line(text);
   if (report.mended > 0) {
     console.line("mended " + with_commas(report.mended) +
@@ -111,6 +115,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"inputs", {describe(high, arguments.high)}},
                  {"outputs", {arguments.out}},
                  {"faces", report.faces},
+                 {"vertices", vertices},
                  {"error", report.error},
                  {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
                  {"hull", arguments.hull},
