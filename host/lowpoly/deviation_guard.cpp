@@ -96,10 +96,10 @@ DeviationGuard::DeviationGuard(const CollapseMesh& mesh, const BoundSamples& sam
       for (std::size_t i = begin; i < end; ++i) {
         of[i] = tree.nearest(samples.points[i]);
         const Triangle& t = mesh.triangles[of[i]];
-        squared[i] = std::numeric_limits<double>::infinity();
-        Face face = face_of(of[i], rounded(mesh.points[t[0]]), rounded(mesh.points[t[1]]),
-                            rounded(mesh.points[t[2]]));
-        squared[i] = to_face(face, Vec3d(samples.points[i]), squared[i], nullptr);
+        const Face face = face_of(of[i], rounded(mesh.points[t[0]]), rounded(mesh.points[t[1]]),
+                                  rounded(mesh.points[t[2]]));
+        squared[i] = to_face(face, Vec3d(samples.points[i]),
+                             std::numeric_limits<double>::infinity(), nullptr);
       }
     });
     holds_ =

@@ -102,23 +102,27 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
 void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   if (options_.faces != 0) return;
   const std::size_t left = result.triangles.size(), all = dense_.triangles.size();
-  std::array<char, 32> bound{};
-  std::snprintf(bound.data(), bound.size(), "%.4g%%", 100 * options_.max_error);
-  if (left == all) {
-    const std::string kept = all == 1 ? "the mesh has only one usable face, which was kept"
-                                      : "all " + std::to_string(all) + " faces were kept";
-    const char* const why =
-        all == 1 ? ""
-        : result.bound
-            ? ": without any of them, the deviation would be above the bound of "
-            : ": none can go without a hole, a fold or a lost part, whatever the bound of ";
+  std::array<char, 64> bound{};
+  std::snprintf(bound.data(), bound.size(), "%.4g%% of the diagonal", 100 * options_.max_error);
+  const std::string faces = std::to_string(all) + " faces";
+  if (left == all && all == 1) {
     report_.warnings.push_back(
-        {"all-faces-kept", all == 1 ? kept : kept + why + bound.data() + " of the diagonal", left});
+        {"all-faces-kept", "the mesh has only one usable face, which was kept", left});
+  } else if (left == all && result.bound) {
+    report_.warnings.push_back({"all-faces-kept",
+                                "all " + faces + " were kept: with fewer, the deviation would be " +
+                                    "above " + bound.data() + "; ask for a larger one",
+                                left});
+  } else if (left == all) {
+    report_.warnings.push_back({"all-faces-kept",
+                                "all " + faces + " were kept: with fewer, a hole or a fold would " +
+                                    "come, or a connected part would vanish",
+                                left});
   } else if (left == 1) {
     report_.warnings.push_back({"one-triangle",
                                 "one triangle is all that a deviation of " +
-                                    std::string(bound.data()) + " of the diagonal leaves of " +
-                                    std::to_string(all) + " faces; ask for a smaller bound",
+                                    std::string(bound.data()) + " leaves of " + faces +
+                                    "; ask for a smaller one",
                                 left});
   }
 }
