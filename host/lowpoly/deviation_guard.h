@@ -28,7 +28,7 @@ struct BoundSamples {
 /// Which distances vertices are moved for: the large ones above all, or all alike.
 enum class Distances : std::uint8_t { large, all };
 
-/// Refuses a collapse after which samples of the high poly would be farther from the low poly than a bound allows.
+/// Refuses a collapse after which samples of the high poly would be too far from the low poly.
 /// Each sample is assigned to a triangle. Those around a collapse go to the nearest of the triangles that it
 /// leaves (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The true nearest point is no
 /// farther.

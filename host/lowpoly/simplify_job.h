@@ -25,7 +25,7 @@ namespace kiln {
 inline constexpr int kMendingRounds = 4;
 /// Samples of the high poly that the deviation is measured at, at most.
 inline constexpr std::uint64_t kMostSamples = 1 << 18;
-/// How far around flaws the high poly stays as it is when a head start is made again, a share of the diagonal.
+/// How far around flaws the high poly stays as it is in another head start, a share of the diagonal.
 inline constexpr double kAroundFlaws = 0.01;
 
 /// A low poly at about unit size.
