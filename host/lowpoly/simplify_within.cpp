@@ -21,8 +21,8 @@ constexpr double kRounding = 1e-6;
 constexpr double kSharpening = 0.05;
 /// How often all is done again: without sharper edges, then with a closer bound around flaws.
 constexpr int kMostRuns = 4;
-/// Flaws that this is done for, at most.
-constexpr std::size_t kMostClose = 256;
+/// Flaws that this is done for, at most: so many, and one in so many faces. More are the high poly's own.
+constexpr std::size_t kMostFlaws = 32, kFacesOfFlaw = 500;
 
 }  // namespace
 
@@ -89,7 +89,8 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
       best = result;
       best_mended = mended;
     }
-    if (good || result.flawed.empty() || result.flawed.size() > kMostClose) break;
+    const std::size_t most = kMostFlaws + result.triangles.size() / kFacesOfFlaw;
+    if (good || result.flawed.empty() || result.flawed.size() > most) break;
     if (std::exchange(sharpening, 0) > 0) continue;
     close.push_back(result.flawed);
     for (Place& place : close.back()) place.radius -= kAroundFlaws;  // As far as the triangle.
