@@ -72,8 +72,15 @@ EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) 
   return {cost, a, b, stamps_[a], stamps_[b], 0};
 }
 
-void EdgeCollapser::fill_heap() {
-  const std::vector<std::uint64_t> all = mesh_.edges();
+/// \param only_touched  leaves out edges around which nothing changed since the last time
+void EdgeCollapser::fill_heap(bool only_touched) {
+  std::vector<std::uint64_t> all = mesh_.edges();
+  if (only_touched) {
+    std::erase_if(all, [&](std::uint64_t e) {
+      return touched_[e >> 32] == 0 && touched_[static_cast<std::uint32_t>(e)] == 0;
+    });
+  }
+  if (guard_ != nullptr) touched_.assign(mesh_.points.size(), 0);
   mesh_.visits += all.size();
   heap_.resize(all.size());
   parallel_for(all.size(), 4096, [&](std::size_t begin, std::size_t end) {
@@ -174,6 +181,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   const bool swap = step.anchor == Anchor::second;
   const std::uint32_t kept = swap ? b : a, gone = swap ? a : b;
   if (rule_ != nullptr) rule_->collapse(mesh_, a, b, step.anchor, step.target, kept);
+  if (guard_ != nullptr) guard_->collapse();
   mesh_.points[kept] = step.target;
   quadrics_[kept] += quadrics_[gone];
   border_[kept] = border_[kept] | border_[gone];
@@ -191,6 +199,9 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   ++stamps_[kept];
   mesh_.gather(kept, near_a_);
   for (const CollapseMesh::Neighbour& n : near_a_) push(kept, n.vertex);
+  if (guard_ == nullptr) return;
+  touched_[kept] = 1;
+  for (const CollapseMesh::Neighbour& n : near_a_) touched_[n.vertex] = 1;
 }
 
 /// Takes a step if it may be taken; if it only leaves bad shapes, it waits.
@@ -219,7 +230,7 @@ bool EdgeCollapser::take(const Entry& entry) {
     std::push_heap(heap_.begin(), heap_.end());
     return false;
   }
-  if (!keeps_topology(entry.a, entry.b)) return false;
+  if (!keeps_topology(entry.a, entry.b) || !is_within_bound(entry, step)) return false;
   collapse(entry.a, entry.b, step);
   return true;
 }
@@ -258,94 +269,8 @@ void EdgeCollapser::run(std::size_t faces, double distance) {
     }
     if (mesh_.faces <= faces || taken == 0) return;
     if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;
-    fill_heap();  // What was refused may be allowed by now.
+    fill_heap(guard_ != nullptr);  // What was refused may be allowed by now.
   }
-}
-
-/// Moves a corner: to the middle of its neighbours, or between there and where it is.
-bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
-  double least = std::numeric_limits<double>::infinity();
-  std::uint32_t mover = kNoVertex;
-  Vec3d best;
-  for (const std::uint32_t v : mesh_.triangles[triangle]) {
-    if (mesh_.is_hub(v) || border_[v] != 0) continue;
-    mesh_.gather(v, near_a_);
-    Vec3d middle;
-    for (const CollapseMesh::Neighbour& n : near_a_) middle += mesh_.points[n.vertex];
-    middle = middle * (1.0 / static_cast<double>(near_a_.size()));
-    for (const double share : {1.0, 0.5, 0.25, 1.5}) {
-      Vec3d target = mesh_.points[v] + (middle - mesh_.points[v]) * share;
-      if (snap_) target = snap_(target);
-      const double cost = quadrics_[v].at(target);
-      if (!(cost < least)) continue;
-      if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
-      if (!bad.none_around(v, kNoVertex, target)) continue;
-      least = cost;
-      mover = v;
-      best = target;
-    }
-  }
-  if (mover == kNoVertex) return false;
-  mesh_.points[mover] = best;
-  ++stamps_[mover];
-  mesh_.gather(mover, near_a_);
-  for (const CollapseMesh::Neighbour& n : near_a_) push(mover, n.vertex);
-  return true;
-}
-
-/// Collapses a side: to an end, the middle, or the best point.
-bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
-  Step best;
-  best.cost = std::numeric_limits<double>::infinity();
-  std::uint32_t best_a = 0, best_b = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto [a, b] =
-        std::minmax({mesh_.triangles[triangle][k], mesh_.triangles[triangle][(k + 1) % 3]});
-    Step step = step_for(a, b);
-    if (!step.allowed || step.anchor != Anchor::none || !keeps_topology(a, b)) continue;
-    std::vector<Vec3d> places{step.target};
-    if (rule_ == nullptr) {  // A rule has one place for each step.
-      places.push_back(mesh_.points[a]);
-      places.push_back(mesh_.points[b]);
-      places.push_back((mesh_.points[a] + mesh_.points[b]) * 0.5);
-    }
-    for (const Vec3d& place : places) {
-      step.target = snap_ ? snap_(place) : place;
-      step.cost = step.sum.at(step.target);
-      if (!(step.cost < best.cost)) continue;
-      if (rule_ != nullptr && !rule_->keeps(mesh_, a, b, step.anchor, step.target)) continue;
-      if (!bad.none_around(a, b, step.target) || !bad.none_around(b, a, step.target)) continue;
-      best = step;
-      best_a = a;
-      best_b = b;
-    }
-  }
-  if (!std::isfinite(best.cost)) return false;
-  collapse(best_a, best_b, best);
-  return true;
-}
-
-bool EdgeCollapser::mend(std::uint32_t triangle,
-                         const std::function<bool(const TriangleCorners&)>& bad) {
-  if (mesh_.alive[triangle] == 0) return true;
-  struct Around {
-    const CollapseMesh& mesh;
-    const std::function<bool(const TriangleCorners&)>& bad;
-    bool none_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
-      for (const std::uint32_t t : mesh.around[moved]) {
-        if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
-        TriangleCorners corners;
-        for (std::size_t k = 0; k < 3; ++k) {
-          const std::uint32_t v = mesh.triangles[t][k];
-          corners[k] = v == moved ? target : mesh.points[v];
-        }
-        if (bad(corners)) return false;
-      }
-      return true;
-    }
-  };
-  const Around around{mesh_, bad};
-  return mend_by_moving(triangle, around) || mend_by_collapse(triangle, around);
 }
 
 }  // namespace kiln

@@ -13,6 +13,7 @@
 #include "lowpoly/collapse_mesh.h"
 #include "lowpoly/collapse_rule.h"
 #include "lowpoly/collapse_shape.h"
+#include "lowpoly/deviation_guard.h"
 #include "lowpoly/quadric.h"
 #include "mesh/vector.h"
 
@@ -39,6 +40,18 @@ class EdgeCollapser {
   /// \param mesh  must outlive this
   /// \param rule  what must be kept beside the shape; may be null; must outlive this
   explicit EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule = nullptr, Snap snap = {});
+
+  /// From now on no step that this refuses is taken. It must have been made of the mesh as it is, and outlive this.
+  /// \param sharpening  how much sharper sharp edges may become (cosine); none may become sharp
+  void guard(DeviationGuard* guard, double sharpening) {
+    guard_ = guard;
+    shape_.limit_edges(sharpening);
+    touched_.assign(mesh_.points.size(), 1);
+  }
+
+  /// Moves vertices, one after another, to where the distances around them are less and the guard allows them. Makes
+  /// quadrics anew.
+  void relax(Distances which);
 
   /// Collapses until at most `faces` triangles are left, or nothing more is allowed. Ends before a collapse
   /// that strays from the planes by more than `distance` (root mean square, by its quadric). May be
@@ -68,7 +81,7 @@ class EdgeCollapser {
 
   void build_quadrics();
   bool renew(double distance);
-  void fill_heap();
+  void fill_heap(bool only_touched = false);
   Step step_for(std::uint32_t a, std::uint32_t b) const;
   Entry entry_for(std::uint32_t a, std::uint32_t b) const;
   void push(std::uint32_t a, std::uint32_t b);
@@ -77,6 +90,9 @@ class EdgeCollapser {
   bool lies_on_another(std::uint32_t a, std::uint32_t b);
   bool keeps_shapes(const Entry& entry, const Step& step);
   void collapse(std::uint32_t a, std::uint32_t b, const Step& step);
+  void relax_at(std::uint32_t vertex, Distances which);
+  bool guard_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor, const Vec3d& target);
+  bool is_within_bound(const Entry& entry, Step& step);
   bool take(const Entry& entry);
   bool mend_by_moving(std::uint32_t triangle, const auto& bad);
   bool mend_by_collapse(std::uint32_t triangle, const auto& bad);
@@ -85,6 +101,9 @@ class EdgeCollapser {
   CollapseRule* rule_;
   Snap snap_;
   CollapseShape shape_;
+  DeviationGuard* guard_ = nullptr;
+  std::vector<std::uint8_t>
+      touched_;  ///< Under a guard: whether what is around changed since the heap was filled.
   std::vector<Quadric> quadrics_;
   std::size_t next_renewal_ = 0;  ///< Of quadrics: at how many triangles.
   std::vector<std::uint32_t> stamps_;

@@ -23,6 +23,8 @@ constexpr std::array<double, 3> kFacingLimits{0.2, 0.0, -0.1};
 constexpr double kLeastAgreement = 0.3;
 /// Cosine of the angle between the normals of neighbours, by leniency: beyond it they are folded.
 constexpr std::array<double, 3> kFoldLimits{-0.8, -0.9, -0.985};
+/// The same where collapses go on until nothing more is allowed.
+constexpr double kStrictFold = -0.5;
 
 double longest_side(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = b - a, bc = c - b, ca = a - c;
@@ -122,6 +124,7 @@ bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
       after = std::min(after, dot(s.after, normal) / size);
     });
   }
+  if (sharpening_) return after < kStrictFold && after < before - *sharpening_;
   return after < kFoldLimits[leniency] && after < before;
 }
 
@@ -129,9 +132,9 @@ bool CollapseShape::keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, 
                           std::uint32_t fixed, std::uint32_t leniency) {
   star_.clear();
   Facing facing = facing_[a];
-  if (b != a) facing += facing_[b];
+  if (b != kNoVertex) facing += facing_[b];
   if (a != fixed && !add(mesh, a, b, target, leniency, facing)) return false;
-  if (b != fixed && b != a && !add(mesh, b, a, target, leniency, facing)) return false;
+  if (b != kNoVertex && b != fixed && !add(mesh, b, a, target, leniency, facing)) return false;
   return !folds(mesh, a, b, leniency);
 }
 

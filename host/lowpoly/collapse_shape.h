@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "lowpoly/collapse_mesh.h"
@@ -19,8 +20,12 @@ class CollapseShape {
 
   explicit CollapseShape(const CollapseMesh& mesh);
 
+  /// From now on no edge may become sharp, or a sharp one sharper by more than this (cosine).
+  void limit_edges(double sharpening) { sharpening_ = sharpening; }
+
   /// Whether the triangles that survive have an area and turn little enough for `leniency`. Nor may they face
   /// away from the surface that they stand for, or fold onto a neighbour where none did.
+  /// \param b      kNoVertex: `a` is moved alone
   /// \param fixed  an end that does not move: its triangles stay as they are; or kNoVertex
   bool keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
              std::uint32_t fixed, std::uint32_t leniency);
@@ -47,6 +52,7 @@ class CollapseShape {
 
   std::vector<Facing> facing_;  ///< Of the surface that a vertex stands for.
   std::vector<Star> star_;
+  std::optional<double> sharpening_;
 };
 
 }  // namespace kiln

@@ -25,14 +25,12 @@ namespace {
 constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 600'000;
 /// But to no less than so many times the goal: up to the limit, and above it.
 constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
-/// Samples of the high poly that the deviation is measured at, at most.
-constexpr std::uint64_t kMostSamples = 1 << 18;
-/// And while looking for the low poly that meets a bound.
+/// Samples while looking for crumbs.
 constexpr std::uint64_t kGuidingSamples = 1 << 14;
-/// How far around flaws the high poly stays as it is when a head start is made again, a share of the diagonal.
-constexpr double kAroundFlaws = 0.01;
 /// Head starts at most, and places in all: where these are not enough, a head start does not help.
 constexpr int kMostStarts = 4;
+/// The same with a bound, which looks for ways around flaws itself.
+constexpr int kMostBoundStarts = 2;
 constexpr std::size_t kMostPlaces = 256;
 
 /// To how many faces a head start goes. \param faces  goal; 0: by error
@@ -89,32 +87,6 @@ SimplifyResult SimplifyJob::to_count(const Work& work) const {
   return result;
 }
 
-/// The last step of ever longer collapses that the samples stay within `bound` of; no triangles where
-/// there is none.
-SimplifyResult SimplifyJob::within(double bound, const Work& work) const {
-  // A few samples guide the search. All of them then decide, and narrow the guide's bound if need be.
-  double guide = 0.9 * bound;
-  for (int attempt = 0; attempt < 4; ++attempt) {
-    Shrinking shrinking(work, layout(), options_, scale_);
-    SimplifyResult best;
-    std::size_t faces = std::numeric_limits<std::size_t>::max();
-    for (double distance = 0.05 * bound; distance < 8 * bound; distance *= 1.2) {
-      shrinking.collapser().run(0, distance);
-      if (shrinking.faces() == faces) continue;
-      faces = shrinking.faces();
-      SimplifyResult next;
-      shrinking.extract(next);
-      if (measure(next, kGuidingSamples).largest > guide) break;
-      best = std::move(next);
-    }
-    if (best.triangles.empty()) return best;
-    best.deviation = measure(best, kMostSamples);
-    if (best.deviation.largest <= bound) return best;
-    guide *= 0.95 * bound / best.deviation.largest;
-  }
-  return {};
-}
-
 /// Mends what it can; returns how many triangles were mended.
 std::size_t SimplifyJob::mend(SimplifyResult& result) {
   Flaws flaws = check_.find(result.points, result.triangles);
@@ -158,8 +130,8 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
 std::size_t SimplifyJob::direct_limit() {
   if (!direct_limit_) {
     const std::size_t count = dense_.triangles.size();
-    const bool direct = count > kDirectLimit && count <= kFineLimit && !options_.height_field &&
-                        is_finely_curved(dense_);
+    const bool direct = options_.faces != 0 && count > kDirectLimit && count <= kFineLimit &&
+                        !options_.height_field && is_finely_curved(dense_);
     direct_limit_ = direct ? kFineLimit : kDirectLimit;
   }
   return *direct_limit_;
@@ -220,17 +192,12 @@ bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) 
   result = by_error ? within(options_.max_error, work) : to_count(work);
   if (result.triangles.empty()) {
     if (last) result = unchanged();
+    result.bound = true;
     return last;
   }
+  if (by_error) return is_good(result) || last;
   if (fit(result)) return true;
-  SimplifyResult mended = result;
-  report_.mended = mend(mended);
-  if (by_error && report_.mended > 0) mended.deviation = measure(mended, kMostSamples);
-  if (by_error && mended.deviation.largest > options_.max_error) {
-    report_.mended = 0;  // The bound comes first.
-  } else {
-    result = std::move(mended);
-  }
+  report_.mended = mend(result);
   return is_good(result) || last;
 }
 
@@ -248,7 +215,8 @@ SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
   std::vector<Place> places;
   const std::size_t limit = direct_limit();
-  for (int attempt = 0; attempt < kMostStarts; ++attempt) {
+  const int starts = options_.faces == 0 ? kMostBoundStarts : kMostStarts;
+  for (int attempt = 0; attempt < starts; ++attempt) {
     const Work work = start(options_.faces, places, true, limit);
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (try_from(work, false, result)) return result;
@@ -329,6 +297,7 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
 
 Mesh SimplifyJob::finish(const SimplifyResult& result) {
   warn_of_count(result);
+  warn_of_bound(result);
   warn_of_flaws(report_, [&](bool folded) {
     const Place& place = result.flawed.at(folded ? report_.without_area : 0);
     const Vec3 p = scale_.to_mesh(place.center);

@@ -10,6 +10,7 @@
 
 #include "kiln/lowpoly.h"
 #include "lowpoly/collapse.h"
+#include "lowpoly/deviation_guard.h"
 #include "lowpoly/height_rule.h"
 #include "lowpoly/hull_rule.h"
 #include "lowpoly/layout_rule.h"
@@ -22,6 +23,10 @@ namespace kiln {
 
 /// How often flaws are looked for and mended.
 inline constexpr int kMendingRounds = 4;
+/// Samples of the high poly that the deviation is measured at, at most.
+inline constexpr std::uint64_t kMostSamples = 1 << 18;
+/// How far around flaws the high poly stays as it is in another head start, a share of the diagonal.
+inline constexpr double kAroundFlaws = 0.01;
 
 /// A low poly at about unit size.
 struct SimplifyResult {
@@ -31,6 +36,7 @@ struct SimplifyResult {
       labels;     ///< By triangle, of SimplifyJob::labels(); empty: none are known.
   Layout layout;  ///< Empty where none is kept.
   DistanceReport deviation;
+  bool bound = false;  ///< Whether a bound stopped collapses.
   /// Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
   std::vector<Place> flawed;
 };
@@ -56,10 +62,23 @@ class Shrinking {
         collapser_(mesh_, rule(), [scale](const Vec3d& p) { return scale.snap(p); }) {}
 
   EdgeCollapser& collapser() { return collapser_; }
+  /// Bounds how far samples may be from now on. \returns whether they are within the bound
+  /// \param close  where the bound is closer, and closer still
+  bool guard(const BoundSamples& samples, double bound, bool own,
+             std::span<const std::vector<Place>> close, double sharpening) {
+    guard_ = std::make_unique<DeviationGuard>(mesh_, samples, bound, own);
+    for (const std::vector<Place>& places : close) guard_->narrow(places);
+    collapser_.guard(guard_.get(), sharpening);
+    return guard_->holds();
+  }
+  void run_within();
+  bool is_bound() const { return guard_->has_refused(); }
   std::size_t faces() const { return mesh_.faces; }
 
-  void extract(SimplifyResult& result) const {
-    std::vector<std::uint32_t> sources;
+  /// \param of  where to write which triangle each one was; may be null
+  void extract(SimplifyResult& result, std::vector<std::uint32_t>* of = nullptr) const {
+    std::vector<std::uint32_t> own;
+    std::vector<std::uint32_t>& sources = of != nullptr ? *of : own;
     mesh_.extract(result.points, result.triangles, sources);
     result.labels.clear();
     if (!mesh_.labels.empty()) {
@@ -78,6 +97,8 @@ class Shrinking {
 
  private:
   void unfold(std::span<const Fold> folds);
+  /// Whether vertices may be moved beside collapses.
+  bool may_relax() const { return !layout_ && !hull_; }
   CollapseRule* rule() const {
     if (layout_) return layout_.get();
     if (height_) return height_.get();
@@ -88,6 +109,7 @@ class Shrinking {
   std::unique_ptr<HeightRule> height_;
   std::unique_ptr<HullRule> hull_;
   EdgeCollapser collapser_;
+  std::unique_ptr<DeviationGuard> guard_;
 };
 
 /// What simplify() knows while it works.
@@ -134,10 +156,11 @@ class SimplifyJob {
   }
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
   SimplifyResult unchanged() const {
-    return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}};
+    return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, false, {}};
   }
   SimplifyResult to_count(const Work& work) const;
-  SimplifyResult within(double bound, const Work& work) const;
+  SimplifyResult within(double bound, const Work& work);
+  std::size_t mend_within(Shrinking& shrinking, SimplifyResult& result);
   std::size_t direct_limit();
   Work start(std::size_t faces, std::span<const Place> untouched, bool parts,
              std::size_t limit) const;
@@ -153,6 +176,7 @@ class SimplifyJob {
   std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
   void name(const SimplifyResult& result, Mesh& mesh) const;
+  void warn_of_bound(const SimplifyResult& result);
   Mesh assemble(const SimplifyResult& result) const;
 
   const Mesh& high_;
@@ -165,8 +189,9 @@ class SimplifyJob {
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
-  std::vector<std::uint32_t> label_source_;  ///< By label, a triangle of the high poly.
-  std::optional<std::size_t> direct_limit_;  ///< Once asked for.
+  std::vector<std::uint32_t> label_source_;      ///< By label, a triangle of the high poly.
+  std::unique_ptr<BoundSamples> bound_samples_;  ///< Once asked for.
+  std::optional<std::size_t> direct_limit_;      ///< Once asked for.
 };
 
 }  // namespace kiln

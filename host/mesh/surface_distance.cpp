@@ -348,17 +348,12 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
     Vec3d before;
     std::uint64_t searches = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      // Evenly spaced in the list of four samples a triangle: its corners, then its centroid.
-      const auto sample = static_cast<std::uint64_t>(
-          static_cast<double>(i) *
-          (static_cast<double>(available) / static_cast<double>(report.samples)));
-      const Triangle& t = dense_triangles[std::min(sample, available - 1) / 4];
+      const std::uint64_t sample = distance_sample(i, report.samples, available);
+      const Triangle& t = dense_triangles[sample / 4];
       const Vec3& a = dense_positions[t[0]];
       const Vec3& b = dense_positions[t[1]];
       const Vec3& c = dense_positions[t[2]];
-      const std::array<Vec3, 4> points{
-          a, b, c, Vec3{(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3}};
-      const Vec3& point = points[sample % 4];
+      const Vec3 point = distance_point(dense_positions, t, sample % 4);
       if (const Vec3* same = kept.find({a, b, c}); same != nullptr) {
         squared[i] =
             squared_to_triangle(Vec3d(point), same, std::numeric_limits<double>::infinity());

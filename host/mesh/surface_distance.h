@@ -78,6 +78,21 @@ struct DistanceReport {
   std::uint64_t searched = 0;  ///< Of these, the ones that no kept triangle answers.
 };
 
+/// Which of all samples the i-th of `count` is: evenly spaced in the list of four a triangle, its corners, then its
+/// centroid.
+inline std::uint64_t distance_sample(std::uint64_t i, std::uint64_t count,
+                                     std::uint64_t available) {
+  const auto sample = static_cast<std::uint64_t>(
+      static_cast<double>(i) * (static_cast<double>(available) / static_cast<double>(count)));
+  return sample < available ? sample : available - 1;
+}
+/// \param k  a corner, or 3: the centroid
+inline Vec3 distance_point(std::span<const Vec3> positions, const Triangle& t, std::size_t k) {
+  if (k < 3) return positions[t[k]];
+  const Vec3 &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
+  return {(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3};
+}
+
 /// Distances from the high poly to the low poly, sampled at the high poly's triangles' centroids and
 /// corners: all of them up to `max_samples`, else evenly spaced ones. Degenerate dense triangles are
 /// sampled like the others; all corners must be finite. Does not depend on threads.

@@ -11,11 +11,11 @@ namespace KILN_PUBLIC kiln {
 
 /// How far simplify() goes.
 struct SimplifyOptions {
-  /// Target number of triangles. 0: few that `max_error` allows ("model no more than the scene needs");
-  /// found by a greedy search, so not the fewest there could be.
+  /// Target number of triangles. 0: few that `max_error` allows ("model no more than the scene needs"). Edges
+  /// collapse one by one while the bound holds around each; so these are not the fewest there could be.
   std::uint32_t faces = 0;
   /// With faces = 0: how far the high poly may be from the low poly anywhere, as a share of the
-  /// bounding box's diagonal; above 0, at most 1.
+  /// bounding box's diagonal; above 0, at most 1. Measured as SimplifyReport::error is.
   double max_error = 0.002;
   /// The mesh is a height field: every z over the rectangle of its bounding box once, counter-clockwise from
   /// above. The result is one over the same rectangle, with the same corners.
@@ -67,8 +67,13 @@ struct SimplifyReport {
 /// "non-finite-triangles", "duplicate-triangles"). Open borders, edges with more than two triangles
 /// and several parts are all allowed; topology is kept, so closed meshes stay closed, and no part
 /// vanishes but crumbs. Where that needs more than `faces` triangles, "faces-not-reached" in the
-/// warnings says so; where the mesh has fewer, all are kept ("faces-above-input"). With a bound
-/// instead, the result's measured error never exceeds it.
+/// warnings says so; where the mesh has fewer, all are kept ("faces-above-input").
+///
+/// With a bound instead, the result's measured error never exceeds it. A collapse is refused where a sample
+/// would be too far from the triangles around (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control");
+/// others go on. Vertices move within the bound, which makes room for more collapses. The bound is of distances from
+/// the high poly to the low poly. Where all faces must stay, or one is left, "all-faces-kept" or
+/// "one-triangle" in the warnings says so.
 ///
 /// Crumbs: a crumb is a part (triangles that shared vertices connect). Its box's diagonal is below the
 /// largest deviation of a low poly of `faces` triangles with all parts. At that number of faces it is
@@ -78,7 +83,8 @@ struct SimplifyReport {
 ///
 /// What was made is compared with the high poly: faults are mended. Faults are triangles that face
 /// away from the surface near them, or have no area; triangles back to back with a neighbour where the
-/// high poly has no such edge; of a height field, triangles that face down. New holes are counted. The
+/// high poly has no such edge; of a height field, triangles that face down. New holes are counted. With a bound,
+/// what cannot be mended within it is tried anew with a closer bound there. The
 /// report counts them; what stays is a warning ("folded-triangles", "flat-triangles", "new-holes").
 ///
 /// The result has the normals of fit_normals(), and the input's name, place and units (same
@@ -104,7 +110,8 @@ struct SimplifyReport {
 /// 2000, "Silhouette Clipping", section 4.1).
 /// \throws Error(usage) for options out of range or that exclude each other; Error(input) where nothing
 ///         usable is left, or keep_uvs finds no UVs
-/// Cost, two cores: 0.4 s for 70,000 faces to 2,000; 1.5 s for a million to 5,000. n log n in the number of
+/// Cost, two cores: 0.4 s for 70,000 faces to 2,000; 1.5 s for a million to 5,000; with a bound about twice
+/// that. n log n in the number of
 /// triangles, however many of them meet at a vertex.
 Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);

@@ -34,8 +34,11 @@ struct SimplifyArguments {
 /// What the summary says of the layout.
 std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
   char text[128];
-  std::snprintf(text, sizeof text, "%s charts %s%.0f%% of the texture", with_commas(charts).c_str(),
-                kept ? "were kept, and cover " : "cover ", coverage * 100);
+  const char* const covers = charts == 1 ? kept ? "chart was kept, and covers" : "chart covers"
+                             : kept      ? "charts were kept, and cover"
+                                         : "charts cover";
+  std::snprintf(text, sizeof text, "%s %s %.0f%% of the texture", with_commas(charts).c_str(),
+                covers, coverage * 100);
   return text;
 }
 
@@ -101,9 +104,10 @@ int run_simplify(const SimplifyArguments& arguments) {
   char text[512];
   std::snprintf(
       text, sizeof text,
-      "wrote %s: %s of %s faces, %s vertices, deviation %.4f%% of the diagonal, %s, %.2f s",
+      "wrote %s: %s of %s %s, %s vertices, deviation %.4f%% of the diagonal, %s, %.2f s",
       arguments.out.c_str(), with_commas(report.faces).c_str(),
-      with_commas(report.input_faces).c_str(), with_commas(vertices).c_str(), report.error * 100,
+      with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
+      with_commas(vertices).c_str(), report.error * 100,
       layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
   console.line(text);
   if (report.mended > 0) {

@@ -1,0 +1,53 @@
+// EdgeCollapser: steps under a bound.
+#include "lowpoly/collapse.h"
+
+namespace kiln {
+
+/// \param b  kNoVertex: `a` is moved alone
+bool EdgeCollapser::guard_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor,
+                                const Vec3d& target) {
+  return guard_ == nullptr || guard_->keeps(mesh_, a, b, anchor, target);
+}
+
+/// Whether the guard allows a step, or one to a place near by.
+bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
+  if (guard_keeps(entry.a, entry.b, step.anchor, step.target)) return true;
+  if (rule_ != nullptr || step.anchor != Anchor::none || border_[entry.a] != 0 ||
+      border_[entry.b] != 0 || !guard_->may_be_near()) {
+    return false;
+  }
+  const Vec3d target = guard_->better(step.target, Distances::large);
+  step.target = snap_ ? snap_(target) : target;
+  return keeps_shapes(entry, step) && guard_keeps(entry.a, entry.b, step.anchor, step.target);
+}
+
+void EdgeCollapser::relax_at(std::uint32_t v, Distances which) {
+  const Vec3d from = mesh_.points[v];
+  if (!guard_keeps(v, kNoVertex, Anchor::none, from)) return;
+  const double before = guard_->energy(which);
+  guard_->collapse();  // Samples may be nearer to others of the triangles around.
+  const Vec3d way = guard_->better(from, which) - from;
+  if (!(dot(way, way) > 0)) return;
+  for (const double part : {1.0, 0.5, 0.2}) {
+    const Vec3d target = snap_ ? snap_(from + way * part) : from + way * part;
+    if (!shape_.keeps(mesh_, v, kNoVertex, target, kNoVertex, 0)) continue;
+    if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
+    if (!guard_keeps(v, kNoVertex, Anchor::none, target)) continue;
+    if (!(guard_->energy(which) < before)) continue;
+    guard_->collapse();
+    mesh_.points[v] = target;
+    return;
+  }
+}
+
+void EdgeCollapser::relax(Distances which) {
+  for (std::uint32_t v = 0; v < mesh_.points.size(); ++v) {
+    if (mesh_.valence[v] != 0 && border_[v] == 0 && !mesh_.is_hub(v)) relax_at(v, which);
+  }
+  touched_.assign(mesh_.points.size(), 1);
+  build_quadrics();
+  if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
+  fill_heap();
+}
+
+}  // namespace kiln
