@@ -235,11 +235,12 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders, const F
 /// Relaxes a joined chart. \returns whether it is injective and within
 bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
   if (touches(outline_of(chart), 0, kMostTouches).size() == kMostTouches) return false;
-  if (!rigid_rounds(chart, kRigidRounds)) return false;
+  const auto system = rigid_system(chart);
+  if (!rigid_rounds(chart, kRigidRounds, *system)) return false;
   if (is_injective(chart)) return within(chart, limits);
   if (rigid_energy(chart) > limits.energy + chart.forced) return false;
   FlatChart pulled = chart;
-  if (untangle(pulled, kPullRounds)) {
+  if (untangle(pulled, kPullRounds, *system)) {
     if (!within(pulled, limits)) injective_rounds(pulled, kInjectiveRounds, &limits);
     if (within(pulled, limits)) {
       chart = std::move(pulled);
@@ -262,11 +263,12 @@ bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
   }
   project(chart, surface);
   const FlatChart projected = chart;
-  if (rigid_rounds(chart, kRounds) && is_injective(chart)) return true;
+  const auto system = rigid_system(chart);
+  if (rigid_rounds(chart, kRounds, *system) && is_injective(chart)) return true;
   chart = projected;
   if (!conformal(chart)) return false;
   const FlatChart start = chart;
-  if (rigid_rounds(chart, 2 * kRounds) && is_injective(chart)) return true;
+  if (rigid_rounds(chart, 2 * kRounds, *system) && is_injective(chart)) return true;
   chart = start;
   return is_injective(chart);
 }
