@@ -54,8 +54,8 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
 /// A patch, and the way down in it by the larger part each time, until a part can be laid flat.
 struct Descent {
   std::vector<std::uint32_t> path;  ///< The patch first, a triangle last.
-  int fails = -1, fits = 0;         ///< Places in the path: the last that fails, the first that fits.
-  FlatChart chart;                  ///< Of what fits, once laid.
+  int fails = -1, fits = 0;  ///< Places in the path: the last that fails, the first that fits.
+  FlatChart chart;           ///< Of what fits, once laid.
 
   bool is_done() const { return fails + 1 == fits && !chart.source.empty(); }
   /// The place to try next: much smaller ones until one fits, then half-way back.
@@ -138,8 +138,8 @@ class PatchLayer {
         glued[h] = glued[surface_.mate[h]] = 0;
     }
     const std::uint32_t p = one.path[static_cast<std::size_t>(at)];
-    FlatChart chart = cut_open(surface_, triangles_of(patches_, p),
-                               at == 0 ? borders_.glued() : glued, local);
+    FlatChart chart =
+        cut_open(surface_, triangles_of(patches_, p), at == 0 ? borders_.glued() : glued, local);
     const bool done = chart.source.size() == 1    ? (lay_flat(chart, surface_), true)
                       : lay_flat(chart, surface_) ? within(chart, limits_)
                                                   : relax_from_circle(chart, limits_);

@@ -105,7 +105,8 @@ class RigidSystem {
 
   Eigen::SparseMatrix<double> matrix_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, SymmetricOrder> solver_;
-  std::vector<Eigen::Index> slots_;  ///< Of each triangle: each corner with itself, then with the next one.
+  std::vector<Eigen::Index>
+      slots_;  ///< Of each triangle: each corner with itself, then with the next one.
 };
 
 }  // namespace kiln
