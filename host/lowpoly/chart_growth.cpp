@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "lowpoly/chart_choice.h"
 #include "lowpoly/chart_guide.h"
 #include "lowpoly/chart_merger.h"
+#include "lowpoly/flat_predicates.h"
 
 namespace kiln {
 namespace {
@@ -21,6 +23,9 @@ constexpr std::size_t kPieces = 32;
 constexpr int kRigidRounds = 5, kInjectiveRounds = 15, kPullRounds = 10;
 /// Charts are not relaxed from a circle that have more border vertices than this, times the root of triangles.
 constexpr double kMostBorder = 6;
+
+/// Charts laid edge to edge whose borders touch at so many places do not come off each other.
+constexpr std::size_t kMostTouches = 16;
 
 /// Relaxes a chart from Tutte's map on, where there is hope. \returns whether it is injective and within
 bool relax_from_circle(FlatChart& chart, const ChartLimits& limits) {
@@ -46,6 +51,113 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
   return triangles;
 }
 
+/// A patch, and the way down in it by the larger part each time, until a part can be laid flat.
+struct Descent {
+  std::vector<std::uint32_t> path;  ///< The patch first, a triangle last.
+  int fails = -1, fits = 0;  ///< Places in the path: the last that fails, the first that fits.
+  FlatChart chart;           ///< Of what fits, once laid.
+
+  bool is_done() const { return fails + 1 == fits && !chart.source.empty(); }
+  /// The place to try next: much smaller ones until one fits, then half-way back.
+  int next(std::span<const std::uint32_t> sizes) const {
+    constexpr double kSmaller = 0.7;
+    if (fails < 0 || fails + 1 == fits) return fails + 1;
+    if (!chart.source.empty()) return (fails + fits) / 2;
+    int at = fails + 1;
+    while (at < fits && sizes[path[static_cast<std::size_t>(at)]] >
+                            kSmaller * sizes[path[static_cast<std::size_t>(fails)]]) {
+      ++at;
+    }
+    return at;
+  }
+};
+
+/// Lays patches flat. Those that cannot be within the limits are taken apart, as they were merged.
+class PatchLayer {
+ public:
+  PatchLayer(const ChartSurface& surface, const std::vector<ChartPatch>& patches,
+             const ChartLimits& limits, ChartBorders& borders)
+      : surface_(surface), patches_(patches), limits_(limits), borders_(borders) {
+    sizes_.reserve(patches.size());
+    for (const ChartPatch& patch : patches) {  // Parts come before what is made of them.
+      const auto [a, b] = patch.parts;
+      sizes_.push_back(a == kNoIndex ? 1 : sizes_[a] + sizes_[b]);
+    }
+  }
+
+  std::vector<FlatChart> run(int threads) {
+    std::vector<Descent> waiting;
+    for (std::uint32_t p = 0; p < patches_.size(); ++p) {
+      if (patches_[p].alive) waiting.push_back(descent(p));
+    }
+    std::vector<FlatChart> charts;
+    while (!waiting.empty()) {
+      const auto lay = [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> local(surface_.triangles.size());
+        for (std::size_t i = begin; i < end; ++i) try_next(waiting[i], local);
+      };
+      // Each piece has a scratch of its own.
+      parallel_for(waiting.size(), waiting.size() / kPieces + 1, lay, threads);
+      std::vector<Descent> next;
+      for (Descent& one : waiting) {
+        if (!one.is_done()) {
+          next.push_back(std::move(one));
+          continue;
+        }
+        charts.push_back(std::move(one.chart));
+        for (std::size_t n = 0; n < static_cast<std::size_t>(one.fits); ++n) {
+          const ChartPatch& patch = patches_[one.path[n]];
+          borders_.unglue(patch.glued);
+          next.push_back(descent(patch.parts[patch.parts[0] == one.path[n + 1] ? 1 : 0]));
+        }
+      }
+      waiting = std::move(next);
+    }
+    return charts;
+  }
+
+ private:
+  Descent descent(std::uint32_t p) const {
+    Descent result;
+    result.path.push_back(p);
+    while (patches_[p].parts[0] != kNoIndex) {
+      const auto [a, b] = patches_[p].parts;
+      p = sizes_[b] > sizes_[a] ? b : a;
+      result.path.push_back(p);
+    }
+    result.fits = static_cast<int>(result.path.size()) - 1;
+    return result;
+  }
+
+  void try_next(Descent& one, std::vector<std::uint32_t>& local) const {
+    const int at = one.next(sizes_);
+    std::vector<std::uint8_t> glued;
+    for (int n = 0; n < at; ++n) {
+      if (n == 0) glued = borders_.glued();
+      for (const std::uint32_t h : patches_[one.path[static_cast<std::size_t>(n)]].glued)
+        glued[h] = glued[surface_.mate[h]] = 0;
+    }
+    const std::uint32_t p = one.path[static_cast<std::size_t>(at)];
+    FlatChart chart =
+        cut_open(surface_, triangles_of(patches_, p), at == 0 ? borders_.glued() : glued, local);
+    const bool done = chart.source.size() == 1    ? (lay_flat(chart, surface_), true)
+                      : lay_flat(chart, surface_) ? within(chart, limits_)
+                                                  : relax_from_circle(chart, limits_);
+    if (!done) {
+      one.fails = at;
+      return;
+    }
+    one.fits = at;
+    one.chart = std::move(chart);
+  }
+
+  const ChartSurface& surface_;
+  const std::vector<ChartPatch>& patches_;
+  const ChartLimits& limits_;
+  ChartBorders& borders_;
+  std::vector<std::uint32_t> sizes_;  ///< Triangles of each patch.
+};
+
 /// Patches of triangles whose guide normals agree; those that cannot be laid flat within the limits are taken
 /// apart again.
 std::vector<FlatChart> grow_patches(const ChartSurface& surface, std::span<const Vec3d> guide,
@@ -66,40 +178,7 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, std::span<const
       },
       [](std::span<const ChartPatch>, std::span<std::uint8_t>) {});
 
-  const std::vector<ChartPatch>& patches = merger.patches();
-  std::vector<std::uint32_t> waiting;
-  for (std::uint32_t p = 0; p < patches.size(); ++p) {
-    if (patches[p].alive) waiting.push_back(p);
-  }
-  std::vector<FlatChart> charts;
-  while (!waiting.empty()) {
-    std::vector<FlatChart> laid(waiting.size());
-    const auto lay = [&](std::size_t begin, std::size_t end) {
-      std::vector<std::uint32_t> local(surface.triangles.size());
-      for (std::size_t i = begin; i < end; ++i) {
-        FlatChart chart =
-            cut_open(surface, triangles_of(patches, waiting[i]), borders.glued(), local);
-        const bool done = chart.source.size() == 1   ? (lay_flat(chart, surface), true)
-                          : lay_flat(chart, surface) ? within(chart, limits)
-                                                     : relax_from_circle(chart, limits);
-        if (done) laid[i] = std::move(chart);
-      }
-    };
-    // Each piece has a scratch of its own.
-    parallel_for(waiting.size(), waiting.size() / kPieces + 1, lay, threads);
-    std::vector<std::uint32_t> failed;
-    for (std::size_t i = 0; i < waiting.size(); ++i) {
-      if (!laid[i].source.empty()) {
-        charts.push_back(std::move(laid[i]));
-        continue;
-      }
-      const ChartPatch& patch = patches[waiting[i]];
-      borders.unglue(patch.glued);
-      failed.insert(failed.end(), patch.parts.begin(), patch.parts.end());
-    }
-    waiting = std::move(failed);
-  }
-  return charts;
+  return PatchLayer(surface, merger.patches(), limits, borders).run(threads);
 }
 
 /// Lays the joined chart's points where those of its parts are, the second moved so that the joint fits.
@@ -155,11 +234,13 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders, const F
 
 /// Relaxes a joined chart. \returns whether it is injective and within
 bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
-  if (!rigid_rounds(chart, kRigidRounds)) return false;
+  if (touches(outline_of(chart), 0, kMostTouches).size() == kMostTouches) return false;
+  const auto system = rigid_system(chart);
+  if (!rigid_rounds(chart, kRigidRounds, *system)) return false;
   if (is_injective(chart)) return within(chart, limits);
   if (rigid_energy(chart) > limits.energy + chart.forced) return false;
   FlatChart pulled = chart;
-  if (untangle(pulled, kPullRounds)) {
+  if (untangle(pulled, kPullRounds, *system)) {
     if (!within(pulled, limits)) injective_rounds(pulled, kInjectiveRounds, &limits);
     if (within(pulled, limits)) {
       chart = std::move(pulled);
@@ -182,11 +263,12 @@ bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
   }
   project(chart, surface);
   const FlatChart projected = chart;
-  if (rigid_rounds(chart, kRounds) && is_injective(chart)) return true;
+  const auto system = rigid_system(chart);
+  if (rigid_rounds(chart, kRounds, *system) && is_injective(chart)) return true;
   chart = projected;
   if (!conformal(chart)) return false;
   const FlatChart start = chart;
-  if (rigid_rounds(chart, 2 * kRounds) && is_injective(chart)) return true;
+  if (rigid_rounds(chart, 2 * kRounds, *system) && is_injective(chart)) return true;
   chart = start;
   return is_injective(chart);
 }

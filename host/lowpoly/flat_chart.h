@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -77,15 +78,19 @@ bool conformal(FlatChart& chart);
 /// \returns false where the system has no solution; points are then as they were
 bool on_circle(FlatChart& chart);
 
+/// What rounds that are as rigid as possible solve; of one chart, wherever its points lie.
+class RigidSystem;
+std::shared_ptr<RigidSystem> rigid_system(const FlatChart& chart);
+
 /// Local and global rounds, as rigid as possible (Liu, Zhang, Xu, Gotsman, Gortler 2008, section 4).
 /// May flip triangles.
-bool rigid_rounds(FlatChart& chart, int rounds);
+bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system);
 
 /// Pulls borders off each other where they overlap a little, and turns single triangles that are flipped. Rounds
 /// are as rigid as possible. What touches is pushed into its own chart; what is flipped weighs more. Both grow
 /// each time.
 /// \returns whether the chart has become injective, with its borders apart
-bool untangle(FlatChart& chart, int rounds);
+bool untangle(FlatChart& chart, int rounds, RigidSystem& system);
 
 /// Mean squared distance of the map's derivatives to rotations: for small distortion about the symmetric
 /// Dirichlet energy, but finite where triangles are flipped.

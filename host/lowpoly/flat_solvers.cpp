@@ -1,5 +1,4 @@
 // The rounds of flat charts: each solves a linear system.
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,12 +8,13 @@
 
 #include "lowpoly/flat_chart.h"
 #include "lowpoly/flat_predicates.h"
+#include "lowpoly/flat_system.h"
 
 namespace kiln {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
-using Solver = Eigen::SimplicialLDLT<Matrix>;
+using Solver = Eigen::SimplicialLDLT<Matrix, Eigen::Lower, PairedOrder>;
 using Entries = std::vector<Eigen::Triplet<double>>;
 
 /// The symmetric 2 x 2 matrix ((xx, xy), (xy, yy)).
@@ -195,43 +195,35 @@ class StepSystem {
 
 }  // namespace
 
-bool rigid_rounds(FlatChart& chart, int rounds) {
-  const int count = static_cast<int>(chart.points.size()) - 1;  // Vertex 0 stays where it is.
-  Entries entries;
-  entries.reserve(chart.triangles.size() * 6);
-  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    const RestShape& rest = chart.rest[i];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int row = static_cast<int>(chart.triangles[i][k]) - 1;
-      for (std::size_t l = 0; l < 3; ++l) {
-        const int column = static_cast<int>(chart.triangles[i][l]) - 1;
-        if (column < 0 || column > row) continue;
-        entries.emplace_back(row, column, rest.area * dot(rest.gradient[k], rest.gradient[l]));
-      }
-    }
-  }
-  Matrix matrix(count, count);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Solver solver(matrix);
-  if (solver.info() != Eigen::Success) return false;
-  const FlatPoint anchor = chart.points[0];
+std::shared_ptr<RigidSystem> rigid_system(const FlatChart& chart) {
+  return std::make_shared<RigidSystem>(chart);
+}
+
+bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system) {
+  const auto count = static_cast<Eigen::Index>(chart.points.size());
+  system.fill(chart, {});
+  // Vertex 0 stays where it is: what pulls at the others adds up to nothing.
+  const double held = system.diagonal(0);
+  const FlatPoint anchor = chart.points[0] * held;
+  system.diagonal(0) += held;
+  if (!system.factorize()) return false;
   for (int round = 0; round < rounds; ++round) {
     Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(count, 2);
+    right(0, 0) = anchor.x;
+    right(0, 1) = anchor.y;
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
       const FlatPoint r = nearest_rotation(jacobian(chart, i, chart.points));
       for (std::size_t k = 0; k < 3; ++k) {
-        const int row = static_cast<int>(chart.triangles[i][k]) - 1;
-        if (row < 0) continue;
+        const Eigen::Index row = chart.triangles[i][k];
         const FlatPoint g = chart.rest[i].gradient[k] * chart.rest[i].area;
         right(row, 0) += r.x * g.x - r.y * g.y;
         right(row, 1) += r.y * g.x + r.x * g.y;
       }
     }
-    const Eigen::MatrixX2d solution = solver.solve(right);
+    const Eigen::MatrixX2d solution = system.solve(right);
     if (!solution.allFinite()) return false;
-    for (int v = 0; v < count; ++v) {
-      chart.points[static_cast<std::size_t>(v) + 1] = {anchor.x + solution(v, 0),
-                                                       anchor.y + solution(v, 1)};
+    for (Eigen::Index v = 0; v < count; ++v) {
+      chart.points[static_cast<std::size_t>(v)] = {solution(v, 0), solution(v, 1)};
     }
   }
   return true;

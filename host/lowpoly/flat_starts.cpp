@@ -1,5 +1,4 @@
 // Where the rounds of flat charts start: maps by one linear system.
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,12 +7,13 @@
 #include <vector>
 
 #include "lowpoly/flat_chart.h"
+#include "lowpoly/flat_system.h"
 
 namespace kiln {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
-using Solver = Eigen::SimplicialLDLT<Matrix>;
+using Solver = Eigen::SimplicialLDLT<Matrix, Eigen::Lower, SymmetricOrder>;
 using Entries = std::vector<Eigen::Triplet<double>>;
 
 /// The two border vertices that are farthest apart, or nearly so.

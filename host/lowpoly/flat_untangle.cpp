@@ -1,5 +1,4 @@
 // Rounds that make a chart injective whose border overlaps a little.
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -9,11 +8,10 @@
 
 #include "lowpoly/flat_chart.h"
 #include "lowpoly/flat_predicates.h"
+#include "lowpoly/flat_system.h"
 
 namespace kiln {
 namespace {
-
-using Matrix = Eigen::SparseMatrix<double>;
 
 /// Vertices of the border are pushed by this share of the sides beside them: at first, and each time by more.
 constexpr double kFirstPush = 0.1, kMorePush = 1.3;
@@ -38,8 +36,9 @@ FlatPoint rotation(const FlatChart& chart, std::size_t i) {
 
 class Untangler {
  public:
-  explicit Untangler(FlatChart& chart)
+  Untangler(FlatChart& chart, RigidSystem& system)
       : chart_(chart),
+        system_(system),
         count_(static_cast<int>(chart.points.size())),
         weight_(chart.triangles.size(), 1),
         push_(chart.points.size(), 0),
@@ -100,42 +99,30 @@ class Untangler {
 
   /// A round as rigid as possible; pushed vertices stay near their targets.
   bool solve() {
-    Entries entries;
-    entries.reserve(chart_.triangles.size() * 6 + pushed_.size() + 1);
     Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(count_, 2);
-    std::vector<double> diagonal(chart_.points.size(), 0);
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
       const RestShape& rest = chart_.rest[i];
       const FlatPoint r = rotation(chart_, i);
       const double area = rest.area * weight_[i];
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto row = static_cast<int>(chart_.triangles[i][k]);
+        const Eigen::Index row = chart_.triangles[i][k];
         const FlatPoint g = rest.gradient[k] * area;
         right(row, 0) += r.x * g.x - r.y * g.y;
         right(row, 1) += r.y * g.x + r.x * g.y;
-        diagonal[chart_.triangles[i][k]] += dot(g, rest.gradient[k]);
-        for (std::size_t l = 0; l < 3; ++l) {
-          const auto column = static_cast<int>(chart_.triangles[i][l]);
-          if (column <= row) entries.emplace_back(row, column, dot(g, rest.gradient[l]));
-        }
       }
     }
+    system_.fill(chart_, weight_);
     const auto hold = [&](std::uint32_t v, const FlatPoint& at, double by) {
-      const auto row = static_cast<int>(v);
-      entries.emplace_back(row, row, by * diagonal[v]);
-      right(row, 0) += by * diagonal[v] * at.x;
-      right(row, 1) += by * diagonal[v] * at.y;
+      const double held = by * system_.diagonal(v);
+      system_.diagonal(v) += held;
+      right(v, 0) += held * at.x;
+      right(v, 1) += held * at.y;
     };
+    for (const std::uint32_t v : pushed_) hold(v, target_[v], kHold);
     constexpr double kAnchor = 1e-6;  // The whole may move freely.
     hold(0, chart_.points[0], kAnchor);
-    for (const std::uint32_t v : pushed_) hold(v, target_[v], kHold);
-    Matrix matrix(count_, count_);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    if (!analysed_) solver_.analyzePattern(matrix);
-    analysed_ = true;
-    solver_.factorize(matrix);
-    if (solver_.info() != Eigen::Success) return false;
-    const Eigen::MatrixX2d solution = solver_.solve(right);
+    if (!system_.factorize()) return false;
+    const Eigen::MatrixX2d solution = system_.solve(right);
     if (!solution.allFinite()) return false;
     for (int v = 0; v < count_; ++v) {
       chart_.points[static_cast<std::size_t>(v)] = {solution(v, 0), solution(v, 1)};
@@ -143,12 +130,9 @@ class Untangler {
     return true;
   }
 
-  using Entries = std::vector<Eigen::Triplet<double>>;
-
   FlatChart& chart_;
+  RigidSystem& system_;
   int count_;
-  Eigen::SimplicialLDLT<Matrix> solver_;
-  bool analysed_ = false;
   std::vector<double> weight_;         ///< Of each triangle.
   std::vector<double> push_;           ///< Of each vertex, by what share; 0: not yet.
   std::vector<FlatPoint> target_;      ///< Where those pushed are held.
@@ -157,6 +141,8 @@ class Untangler {
 
 }  // namespace
 
-bool untangle(FlatChart& chart, int rounds) { return Untangler(chart).run(rounds); }
+bool untangle(FlatChart& chart, int rounds, RigidSystem& system) {
+  return Untangler(chart, system).run(rounds);
+}
 
 }  // namespace kiln
