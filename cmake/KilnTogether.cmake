@@ -27,7 +27,7 @@ kiln_compile_together(host hot_4
 kiln_compile_together(host hot_5
   io/image/cluster_io.cpp io/image/exr.cpp io/image/exr_check.cpp io/image/exr_header.cpp
   io/image/image_io.cpp io/image/match_io.cpp io/image/png_read.cpp io/image/png_write.cpp render/camera.cpp
-  render/frames.cpp volume/light_surface.cpp)
+  render/frames.cpp volume/light_mending.cpp volume/light_patch.cpp volume/light_surface.cpp)
 kiln_compile_together(host hot_6
   accel/bvh.cpp accel/bvh_guards.cpp accel/bvh_merge.cpp accel/bvh_nodes.cpp accel/bvh_refit.cpp
   accel/bvh_split.cpp accel/closest.cpp accel/depth_views.cpp accel/device_bvh.cpp accel/guard_prism.cpp accel/raster_chunks.cpp accel/ray.cpp measure/assess_samples.cpp

@@ -353,7 +353,7 @@ bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
     Step step = step_for(a, b);
     if (!step.allowed || step.anchor != Anchor::none || !keeps_topology(a, b)) continue;
     std::vector<Vec3d> places{step.target};
-    if (rule_ == nullptr) {  // A rule has one place for each step.
+    if (rule_ == nullptr || rule_->any_place()) {
       places.push_back(mesh_.points[a]);
       places.push_back(mesh_.points[b]);
       places.push_back((mesh_.points[a] + mesh_.points[b]) * 0.5);
