@@ -22,6 +22,8 @@ namespace {
 
 /// How often flaws are looked for and mended.
 constexpr int kRounds = 4;
+/// And again only if one in so many was mended.
+constexpr std::size_t kWorthAnother = 4;
 /// As SimplifyCheck looks at triangles, but with the fine vertices that their corners stand for: cosine between
 /// neighbours' normals, where a triangle lies on its neighbour, where it faces away.
 constexpr double kSuspicious = -0.5, kBackToBack = -0.985, kAway = -0.2;
@@ -242,10 +244,10 @@ class PatchRule : public CollapseRule {
 
 /// Mends a patch as far as that goes.
 void mend_patch(LightPatch& patch, LightFlaws& flaws) {
-  SimplifyCheck check(patch.fine_points, patch.fine_triangles, false);
+  SimplifyCheck check(patch.fine_points, patch.fine_triangles);
   const auto bad = [&](const TriangleCorners& corners) { return check.is_flaw(corners); };
   const auto snap = [&](const Vec3d& p) { return patch.snap(p); };
-  Flaws found = check.find(patch.points, patch.triangles);
+  Flaws found = check.find_among(patch.points, patch.triangles, patch.seeds);
   const std::size_t before = found.count();
   for (int round = 0; round < kRounds && !found.none(); ++round) {
     CollapseMesh mesh(patch.points, patch.triangles);
@@ -256,8 +258,14 @@ void mend_patch(LightPatch& patch, LightFlaws& flaws) {
       for (const std::uint32_t t : *list) any = collapser.mend(t, bad) || any;
     }
     if (!any) break;
+    patch.seeds.clear();
+    for (const auto* list : {&found.flat, &found.folded}) {
+      patch.seeds.insert(patch.seeds.end(), list->begin(), list->end());
+    }
     patch.take(mesh, rule.merges);
-    found = check.find(patch.points, patch.triangles);
+    const std::size_t last = found.count();
+    found = check.find_among(patch.points, patch.triangles, patch.seeds);
+    if (found.count() * kWorthAnother > last * (kWorthAnother - 1)) break;
   }
   flaws.mended += before - std::min(before, found.count());
   const auto left = [&](const std::vector<std::uint32_t>& list, LightFlaws::Left& to) {

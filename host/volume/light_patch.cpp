@@ -147,7 +147,7 @@ std::vector<std::uint32_t> LightChange::apply(const FineSurface& surface, LightS
 }
 
 LightPatch::LightPatch(const FineSurface& surface, const LightSurface& light,
-                       const LightFaces& faces, std::span<const std::uint32_t> seeds)
+                       const LightFaces& faces, std::span<const std::uint32_t> given)
     : faces_(faces) {
   constexpr float kFar = std::numeric_limits<float>::max();
   Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
@@ -159,7 +159,7 @@ LightPatch::LightPatch(const FineSurface& surface, const LightSurface& light,
   size_ = std::max(length(Vec3d(high) - Vec3d(low)), std::numeric_limits<double>::min());
 
   std::vector<std::uint8_t> free(light.positions.size(), 0);
-  for (const std::uint32_t t : seeds) {
+  for (const std::uint32_t t : given) {
     for (const std::uint32_t v : faces.triangles[t]) free[v] = 1;
   }
   const std::vector<std::uint8_t> inner = free;
@@ -187,9 +187,12 @@ LightPatch::LightPatch(const FineSurface& surface, const LightSurface& light,
     }
     triangles.push_back(t);
   }
-  numbers_ = all_;
   find_fixed(free_here);
-  gather_fine(surface, light);
+  leave_repeats_out();
+  for (std::uint32_t t = 0; t < numbers_.size(); ++t) {
+    if (std::binary_search(given.begin(), given.end(), numbers_[t])) seeds.push_back(t);
+  }
+  gather_fine(surface, light, free_here);
 }
 
 void LightPatch::find_fixed(std::span<const std::uint8_t> free) {
@@ -200,7 +203,10 @@ void LightPatch::find_fixed(std::span<const std::uint8_t> free) {
         if (sides.size() != 1) return;
         fixed[a] = fixed[SideLists::higher(sides[0])] = 1;
       });
-  // The collapser takes no two triangles of the same sense.
+}
+
+/// The collapser takes no two triangles of the same corners and sense.
+void LightPatch::leave_repeats_out() {
   std::vector<std::pair<Triangle, std::uint32_t>> turned;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     Triangle t = triangles[i];
@@ -214,25 +220,23 @@ void LightPatch::find_fixed(std::span<const std::uint8_t> free) {
     repeats[turned[i].second] = 1;
     for (const std::uint32_t v : turned[i].first) fixed[v] = 1;
   }
-  std::size_t kept = 0;
+  std::vector<Triangle> others;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (repeats[i] != 0) continue;
-    triangles[kept] = triangles[i];
-    numbers_[kept++] = all_[i];
+    others.push_back(triangles[i]);
+    numbers_.push_back(all_[i]);
   }
-  // What stays as it is in any case is not looked at again.
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (repeats[i] != 0) all_[i] = kNoVertex;
-  }
-  std::erase(all_, kNoVertex);
-  triangles.resize(kept);
-  numbers_.resize(kept);
+  triangles = std::move(others);
+  all_ = numbers_;
 }
 
 /// Fine quads whose corners vertices of the patch stand for.
-void LightPatch::gather_fine(const FineSurface& surface, const LightSurface& light) {
+void LightPatch::gather_fine(const FineSurface& surface, const LightSurface& light,
+                             std::span<const std::uint8_t> free) {
   std::vector<std::uint32_t> number(surface.vertices.size(), kNoVertex);
-  for (const std::uint32_t v : vertices_) {
+  for (std::size_t at = 0; at < vertices_.size(); ++at) {
+    if (free[at] == 0) continue;  // What is mended reaches no farther.
+    const std::uint32_t v = vertices_[at];
     for (std::uint32_t i = light.leaf_begins[v]; i < light.leaf_begins[v + 1]; ++i) {
       const std::uint32_t leaf = light.leaves[i];
       const float* p = surface.vertices[leaf].position;
@@ -265,9 +269,13 @@ void LightPatch::gather_fine(const FineSurface& surface, const LightSurface& lig
 void LightPatch::take(const CollapseMesh& mesh,
                       std::span<const std::pair<std::uint32_t, std::uint32_t>> merges) {
   points = mesh.points;
-  std::size_t kept = 0;
+  std::vector<std::uint8_t> seed(triangles.size(), 0);
+  for (const std::uint32_t t : seeds) seed[t] = 1;
+  seeds.clear();
+  std::uint32_t kept = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (mesh.alive[t] == 0) continue;
+    if (seed[t] != 0) seeds.push_back(kept);
     triangles[kept] = mesh.triangles[t];
     numbers_[kept++] = numbers_[t];
   }

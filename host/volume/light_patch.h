@@ -60,13 +60,16 @@ class LightPatch {
 
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
+  std::vector<std::uint32_t> seeds;  ///< As numbered here, what is left of them
   std::vector<std::uint8_t> fixed;  ///< On the rim, or on an open border
   std::vector<Vec3> fine_points;
   std::vector<Triangle> fine_triangles;
 
  private:
   void find_fixed(std::span<const std::uint8_t> free);
-  void gather_fine(const FineSurface& surface, const LightSurface& light);
+  void leave_repeats_out();
+  void gather_fine(const FineSurface& surface, const LightSurface& light,
+                   std::span<const std::uint8_t> free);
 
   const LightFaces& faces_;
   Vec3d center_;
