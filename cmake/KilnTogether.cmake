@@ -50,7 +50,7 @@ kiln_compile_together(host hot_9
   lowpoly/simplify_check.cpp)
 kiln_compile_together(host hot_10
   lowpoly/crumbs.cpp lowpoly/head_start.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/hull_rule.cpp
-  lowpoly/keep_names.cpp lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp
+  lowpoly/inside_out.cpp lowpoly/keep_names.cpp lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp
   lowpoly/quadric.cpp lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp
   lowpoly/surface_fit.cpp lowpoly/texel_detail.cpp lowpoly/unwrap.cpp)
 kiln_compile_together(host hot_11

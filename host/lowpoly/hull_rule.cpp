@@ -159,7 +159,10 @@ std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d&
 }
 
 HullRule::HullRule(const CollapseMesh& mesh, Snap snap, double slack)
-    : snap_(std::move(snap)), slack_(slack), fixed_(mesh.points.size(), 0), open_(mesh.points.size(), 0) {
+    : snap_(std::move(snap)),
+      slack_(slack),
+      fixed_(mesh.points.size(), 0),
+      open_(mesh.points.size(), 0) {
   std::vector<std::pair<std::uint64_t, int>> sides;
   sides.reserve(3 * mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {

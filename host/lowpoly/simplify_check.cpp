@@ -260,8 +260,8 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
       if (is_flat(corners)) continue;
       // At a shell's rim, a triangle turns away from one neighbour; one that is folded from several.
       const bool rim = neighbours[t].suspicious == 1;
-      folded[i] = faces_away(corners, rim) ||
-                  (neighbours[t].least < kBackToBack && !has_edge(corners));
+      folded[i] =
+          faces_away(corners, rim) || (neighbours[t].least < kBackToBack && !has_edge(corners));
     }
   });
   for (std::size_t i = 0; i < candidates.size(); ++i) {

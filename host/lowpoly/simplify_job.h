@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "kiln/lowpoly.h"
@@ -138,6 +139,7 @@ class SimplifyJob {
   bool try_from(const Work& work, bool last, SimplifyResult& result);
   std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
+  std::string place_in_words(const Vec3d& place) const;
   Mesh assemble(const SimplifyResult& result) const;
 
   const Mesh& high_;

@@ -127,9 +127,7 @@ void leave_gaps_out(const FineSurface& surface, LightSurface& light, LightFlaws&
   });
   const VertexLists lists(
       light.positions.size(), items.size(), [&](std::size_t i) { return items[i].sorted[0]; },
-      [&](std::size_t i) {
-        return std::uint64_t{items[i].sorted[1]} << 32 | items[i].sorted[2];
-      });
+      [&](std::size_t i) { return std::uint64_t{items[i].sorted[1]} << 32 | items[i].sorted[2]; });
   std::vector<std::uint8_t> gone;
   for (std::size_t v = 0; v < lists.vertices(); ++v) {
     const auto of = lists.of(v);
@@ -196,8 +194,8 @@ std::vector<std::uint32_t> find_suspects(const Both& both, const LightFaces& fac
   parallel_for(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles[candidates[i]];
-      suspect[i] = back_to_back[candidates[i]] != 0 || is_flat(both.corners(t)) ||
-                   both.may_face_away(t);
+      suspect[i] =
+          back_to_back[candidates[i]] != 0 || is_flat(both.corners(t)) || both.may_face_away(t);
     }
   });
   for (std::size_t i = 0; i < candidates.size(); ++i) {

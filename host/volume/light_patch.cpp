@@ -11,7 +11,6 @@
 namespace kiln {
 namespace {
 
-
 /// The root mean square distance of a vertex to the crossings' planes that it stands for, cells.
 double error_of(const FineSurface& surface, const Volume& volume, const LightSurface& light,
                 std::uint32_t vertex) {
@@ -20,9 +19,9 @@ double error_of(const FineSurface& surface, const Volume& volume, const LightSur
   };
   const Vec3d x = axis(0), y = axis(1), z = axis(2), p(light.positions[vertex]);
   const double volume_of_cell = dot(x, cross(y, z));
-  const Vec3d padded = Vec3d(dot(p, cross(y, z)), dot(p, cross(z, x)), dot(p, cross(x, y))) *
-                           (1 / volume_of_cell) +
-                       Vec3d(1, 1, 1);
+  const Vec3d padded =
+      Vec3d(dot(p, cross(y, z)), dot(p, cross(z, x)), dot(p, cross(x, y))) * (1 / volume_of_cell) +
+      Vec3d(1, 1, 1);
   Qef qef;
   for (std::uint32_t i = light.leaf_begins[vertex]; i < light.leaf_begins[vertex + 1]; ++i) {
     const std::uint32_t leaf = light.leaves[i];
@@ -43,9 +42,7 @@ LightFaces::LightFaces(const LightSurface& light) {
 }
 
 LightChange::LightChange(const LightSurface& light, const LightFaces& faces)
-    : triangles(faces.triangles),
-      alive(faces.triangles.size(), 1),
-      into(light.positions.size()) {
+    : triangles(faces.triangles), alive(faces.triangles.size(), 1), into(light.positions.size()) {
   std::iota(into.begin(), into.end(), 0U);
 }
 

@@ -61,7 +61,7 @@ class LightPatch {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> seeds;  ///< As numbered here, what is left of them
-  std::vector<std::uint8_t> fixed;  ///< On the rim, or on an open border
+  std::vector<std::uint8_t> fixed;   ///< On the rim, or on an open border
   std::vector<Vec3> fine_points;
   std::vector<Triangle> fine_triangles;
 
@@ -74,9 +74,9 @@ class LightPatch {
   const LightFaces& faces_;
   Vec3d center_;
   double size_ = 1;
-  std::vector<std::uint32_t> vertices_;   ///< By point: the low poly's
-  std::vector<std::uint32_t> numbers_;    ///< By triangle: the low poly's
-  std::vector<std::uint32_t> all_;        ///< Triangles that were there
+  std::vector<std::uint32_t> vertices_;  ///< By point: the low poly's
+  std::vector<std::uint32_t> numbers_;   ///< By triangle: the low poly's
+  std::vector<std::uint32_t> all_;       ///< Triangles that were there
   std::vector<std::pair<std::uint32_t, std::uint32_t>> merges_;
 };
 
