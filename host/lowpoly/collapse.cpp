@@ -24,12 +24,9 @@ constexpr double kMemory = 0.1;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
 /// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
 constexpr double kPenalty = 6;
-/// At a hub, costs may be out of date by this share.
-constexpr double kStale = 1.01;
-/// What was refused is tried again while a round takes at least one step in so many triangles, or a few
-/// rounds more.
-constexpr std::size_t kWorthAnother = 64;
-constexpr std::size_t kMostPoorRounds = 4;
+constexpr double kStale = 1.01;  ///< At a hub, costs may be out of date by this share.
+/// What was refused is tried again while a round takes at least one step in so many triangles, or a few rounds more.
+constexpr std::size_t kWorthAnother = 64, kMostPoorRounds = 4;
 
 }  // namespace
 
@@ -380,20 +377,23 @@ bool EdgeCollapser::mend(std::uint32_t triangle,
   struct Around {
     const CollapseMesh& mesh;
     const std::function<bool(const TriangleCorners&)>& bad;
+    std::uint32_t mended;  ///< Looked at first: it most often stays bad.
     bool none_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
-      for (const std::uint32_t t : mesh.around[moved]) {
-        if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
+      const auto is_bad = [&](std::uint32_t t) {
+        if (mesh.alive[t] == 0 || mesh.contains(t, other)) return false;
         TriangleCorners corners;
         for (std::size_t k = 0; k < 3; ++k) {
           const std::uint32_t v = mesh.triangles[t][k];
           corners[k] = v == moved ? target : mesh.points[v];
         }
-        if (bad(corners)) return false;
-      }
-      return true;
+        return bad(corners);
+      };
+      if (mesh.contains(mended, moved) && is_bad(mended)) return false;
+      return std::none_of(mesh.around[moved].begin(), mesh.around[moved].end(),
+                          [&](std::uint32_t t) { return t != mended && is_bad(t); });
     }
   };
-  const Around around{mesh_, bad};
+  const Around around{mesh_, bad, triangle};
   return mend_by_moving(triangle, around) || mend_by_collapse(triangle, around);
 }
 

@@ -22,21 +22,24 @@ namespace {
 
 /// How often flaws are looked for and mended.
 constexpr int kRounds = 4;
-/// And again only if one in so many was mended.
-constexpr std::size_t kWorthAnother = 4;
+/// And again only if at least one in so many was mended.
+constexpr std::size_t kWorthAnother = 2;
 /// As SimplifyCheck looks at triangles, but with the fine vertices that their corners stand for: cosine between
 /// neighbours' normals, where a triangle lies on its neighbour, where it faces away.
 constexpr double kSuspicious = -0.5, kBackToBack = -0.985, kAway = -0.2;
 constexpr double kNoArea = 1e-12;
+/// Height of a triangle that mending may leave, a share of its longest side.
+constexpr double kThin = 1e-4;
 /// Fine vertices of a side count for it from this cosine on.
 constexpr double kOfSide = 0.3;
 
 Vec3d normal_of(const TriangleCorners& p) { return cross(p[1] - p[0], p[2] - p[0]); }
 
-bool is_flat(const TriangleCorners& p) {
+bool is_thin(const TriangleCorners& p, double share) {
   const Vec3d ab = p[1] - p[0], bc = p[2] - p[1], ca = p[0] - p[2];
-  return !(length(normal_of(p)) > kNoArea * std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)}));
+  return !(length(normal_of(p)) > share * std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)}));
 }
+bool is_flat(const TriangleCorners& p) { return is_thin(p, kNoArea); }
 
 Vec3d unit_or_zero(const Vec3d& v) {
   const double size = length(v);
@@ -80,6 +83,18 @@ struct Both {
     }
     if (count_above == 0 || count_below == 0) return false;
     return above / static_cast<double>(count_above) < below / static_cast<double>(count_below);
+  }
+  /// Whether the fine surface turns sharply between a triangle's corners, or is thin there.
+  bool has_edge(const Triangle& t) const {
+    const Vec3d normal = unit_or_zero(normal_of(corners(t)));
+    double most = -1, least = 1;
+    for (const std::uint32_t vertex : t) {
+      each_leaf(vertex, [&](const Vec3d&, const Vec3d& n) {
+        most = std::max(most, dot(n, normal));
+        least = std::min(least, dot(n, normal));
+      });
+    }
+    return most > -kSuspicious && least < kSuspicious;
   }
   /// Whether the nearest fine vertices of its corners' face away from a triangle.
   bool may_face_away(const Triangle& t) const {
@@ -243,7 +258,9 @@ class PatchRule : public CollapseRule {
 /// Mends a patch as far as that goes.
 void mend_patch(LightPatch& patch, LightFlaws& flaws) {
   SimplifyCheck check(patch.fine_points, patch.fine_triangles);
-  const auto bad = [&](const TriangleCorners& corners) { return check.is_flaw(corners); };
+  const auto bad = [&](const TriangleCorners& corners) {
+    return is_thin(corners, kThin) || check.is_flaw(corners);
+  };
   const auto snap = [&](const Vec3d& p) { return patch.snap(p); };
   Flaws found = check.find_among(patch.points, patch.triangles, patch.seeds);
   const std::size_t before = found.count();
