@@ -27,7 +27,7 @@ kiln_compile_together(host hot_4
 kiln_compile_together(host hot_5
   io/image/cluster_io.cpp io/image/exr.cpp io/image/exr_check.cpp io/image/exr_header.cpp
   io/image/image_io.cpp io/image/match_io.cpp io/image/png_read.cpp io/image/png_write.cpp render/camera.cpp
-  render/frames.cpp volume/light_surface.cpp)
+  render/frames.cpp volume/light_patch.cpp volume/light_surface.cpp)
 kiln_compile_together(host hot_6
   accel/bvh.cpp accel/bvh_guards.cpp accel/bvh_merge.cpp accel/bvh_nodes.cpp accel/bvh_refit.cpp
   accel/bvh_split.cpp accel/closest.cpp accel/depth_views.cpp accel/device_bvh.cpp accel/guard_prism.cpp accel/raster_chunks.cpp accel/ray.cpp measure/assess_samples.cpp
@@ -50,7 +50,7 @@ kiln_compile_together(host hot_9
   lowpoly/simplify_check.cpp)
 kiln_compile_together(host hot_10
   lowpoly/crumbs.cpp lowpoly/head_start.cpp lowpoly/label_seams.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/hull_rule.cpp
-  lowpoly/keep_names.cpp lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp
+  lowpoly/inside_out.cpp lowpoly/keep_names.cpp lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp
   lowpoly/quadric.cpp lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp lowpoly/simplify_labels.cpp
   lowpoly/surface_fit.cpp lowpoly/texel_detail.cpp lowpoly/unwrap.cpp)
 kiln_compile_together(host hot_11

@@ -17,12 +17,9 @@ constexpr double kLengthWeight = 1e-8;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
 /// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
 constexpr double kPenalty = 6;
-/// At a hub, costs may be out of date by this share.
-constexpr double kStale = 1.01;
-/// What was refused is tried again while a round takes at least one step in so many triangles, or a few
-/// rounds more.
-constexpr std::size_t kWorthAnother = 64;
-constexpr std::size_t kMostPoorRounds = 4;
+constexpr double kStale = 1.01;  ///< At a hub, costs may be out of date by this share.
+/// What was refused is tried again while a round takes at least one step in so many triangles, or a few rounds more.
+constexpr std::size_t kWorthAnother = 64, kMostPoorRounds = 4;
 
 }  // namespace
 

@@ -55,7 +55,7 @@ bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
     Step step = step_for(a, b);
     if (!step.allowed || step.anchor != Anchor::none || !keeps_topology(a, b)) continue;
     std::vector<Vec3d> places{step.target};
-    if (rule_ == nullptr) {  // A rule has one place for each step.
+    if (rule_ == nullptr || rule_->any_place()) {
       places.push_back(mesh_.points[a]);
       places.push_back(mesh_.points[b]);
       places.push_back((mesh_.points[a] + mesh_.points[b]) * 0.5);
@@ -84,20 +84,23 @@ bool EdgeCollapser::mend(std::uint32_t triangle,
   struct Around {
     const CollapseMesh& mesh;
     const std::function<bool(const TriangleCorners&)>& bad;
+    std::uint32_t mended;  ///< Looked at first: it most often stays bad.
     bool none_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
-      for (const std::uint32_t t : mesh.around[moved]) {
-        if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
+      const auto is_bad = [&](std::uint32_t t) {
+        if (mesh.alive[t] == 0 || mesh.contains(t, other)) return false;
         TriangleCorners corners;
         for (std::size_t k = 0; k < 3; ++k) {
           const std::uint32_t v = mesh.triangles[t][k];
           corners[k] = v == moved ? target : mesh.points[v];
         }
-        if (bad(corners)) return false;
-      }
-      return true;
+        return bad(corners);
+      };
+      if (mesh.contains(mended, moved) && is_bad(mended)) return false;
+      return std::none_of(mesh.around[moved].begin(), mesh.around[moved].end(),
+                          [&](std::uint32_t t) { return t != mended && is_bad(t); });
     }
   };
-  const Around around{mesh_, bad};
+  const Around around{mesh_, bad, triangle};
   return mend_by_moving(triangle, around) || mend_by_collapse(triangle, around);
 }
 

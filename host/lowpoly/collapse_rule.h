@@ -26,6 +26,9 @@ class CollapseRule {
   virtual std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                                      Anchor anchor, Quadric& sum) const = 0;
 
+  /// Whether a step that mends may go anywhere that keeps() allows, not to place()'s alone.
+  virtual bool any_place() const { return false; }
+
   /// Whether the step leaves what must stay. Called for few edges, just before the step.
   virtual bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
                      const Vec3d& target) const = 0;

@@ -75,15 +75,52 @@ std::optional<Vec3d> least_on_plane(const Form& form, const HalfSpace& plane,
   return best;
 }
 
-void add_spaces(const CollapseMesh& mesh, std::uint32_t vertex, std::vector<HalfSpace>& spaces) {
+/// Calls `body` with the ends of each open edge of a vertex, as its triangle has them, and with that triangle's normal.
+template <class Body>
+void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& body) {
+  struct Side {
+    std::uint32_t other, triangle;
+    bool out;  ///< From the vertex to the other
+  };
+  thread_local std::vector<Side> sides;
+  sides.clear();
+  mesh.each_around(vertex, [&](std::uint32_t t) {
+    const Triangle& v = mesh.triangles[t];
+    const std::size_t k = v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2;
+    sides.push_back({v[(k + 1) % 3], t, true});
+    sides.push_back({v[(k + 2) % 3], t, false});
+  });
+  std::sort(sides.begin(), sides.end(),
+            [](const Side& a, const Side& b) { return a.other < b.other; });
+  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    while (end < sides.size() && sides[end].other == sides[begin].other) ++end;
+    if (end - begin != 1) continue;
+    const Side& side = sides[begin];
+    const Triangle& v = mesh.triangles[side.triangle];
+    const Vec3d& p = mesh.points[v[0]];
+    const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
+    const Vec3d &here = mesh.points[vertex], &there = mesh.points[side.other];
+    body(side.out ? here : there, side.out ? there : here, normal);
+  }
+}
+
+void add_space(const Vec3d& normal, const Vec3d& through, std::vector<HalfSpace>& spaces) {
+  const double size = length(normal);
+  if (!(size > 0)) return;  // No point makes a tetrahedron with it.
+  const Vec3d unit = normal * (1 / size);
+  spaces.push_back({unit, dot(unit, through)});
+}
+
+void add_spaces(const CollapseMesh& mesh, std::uint32_t vertex, bool open,
+                std::vector<HalfSpace>& spaces) {
   mesh.each_around(vertex, [&](std::uint32_t t) {
     const Triangle& v = mesh.triangles[t];
     const Vec3d& p = mesh.points[v[0]];
-    const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
-    const double size = length(normal);
-    if (!(size > 0)) return;  // No point makes a tetrahedron with it.
-    const Vec3d unit = normal * (1 / size);
-    spaces.push_back({unit, dot(unit, p)});
+    add_space(cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p), p, spaces);
+  });
+  if (!open) return;
+  each_open_edge(mesh, vertex, [&](const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
+    add_space(cross(to - from, normal), from, spaces);
   });
 }
 
@@ -122,7 +159,10 @@ std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d&
 }
 
 HullRule::HullRule(const CollapseMesh& mesh, Snap snap, double slack)
-    : snap_(std::move(snap)), slack_(slack), fixed_(mesh.points.size(), 0) {
+    : snap_(std::move(snap)),
+      slack_(slack),
+      fixed_(mesh.points.size(), 0),
+      open_(mesh.points.size(), 0) {
   std::vector<std::pair<std::uint64_t, int>> sides;
   sides.reserve(3 * mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -137,8 +177,9 @@ HullRule::HullRule(const CollapseMesh& mesh, Snap snap, double slack)
     while (end < sides.size() && sides[end].first == sides[begin].first)
       sense += sides[end++].second;
     if (sense == 0) continue;
-    fixed_[sides[begin].first >> 32] = 1;
-    fixed_[sides[begin].first & 0xffffffffU] = 1;
+    std::vector<std::uint8_t>& marks = end - begin == 1 ? open_ : fixed_;
+    marks[sides[begin].first >> 32] = 1;
+    marks[sides[begin].first & 0xffffffffU] = 1;
   }
 }
 
@@ -151,6 +192,11 @@ bool HullRule::is_outside(const CollapseMesh& mesh, std::uint32_t vertex,
     const Vec3d& p = mesh.points[v[0]];
     const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
     outside = outside && dot(normal, target - p) >= -kRounding * length(normal);
+  });
+  if (!outside || open_[vertex] == 0) return outside;
+  each_open_edge(mesh, vertex, [&](const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
+    const Vec3d across = cross(to - from, normal);
+    outside = outside && dot(across, target - from) >= -kRounding * length(across);
   });
   return outside;
 }
@@ -166,8 +212,8 @@ std::optional<Vec3d> HullRule::place(const CollapseMesh& mesh, std::uint32_t a, 
   }
   thread_local std::vector<HalfSpace> spaces;
   spaces.clear();
-  add_spaces(mesh, a, spaces);
-  add_spaces(mesh, b, spaces);
+  add_spaces(mesh, a, open_[a] != 0, spaces);
+  add_spaces(mesh, b, open_[b] != 0, spaces);
   // On the planes themselves where the mesh's numbers allow, or else a little outside.
   for (const double slack : {0.0, slack_, 4 * slack_}) {
     const std::optional<Vec3d> best =
@@ -188,6 +234,7 @@ bool HullRule::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
 void HullRule::collapse(const CollapseMesh&, std::uint32_t a, std::uint32_t b, Anchor, const Vec3d&,
                         std::uint32_t kept) {
   fixed_[kept] = static_cast<std::uint8_t>(fixed_[a] | fixed_[b]);
+  open_[kept] = static_cast<std::uint8_t>(open_[a] | open_[b]);
 }
 
 bool HullRule::may_move(const CollapseMesh& mesh, std::uint32_t vertex, const Vec3d& target) const {

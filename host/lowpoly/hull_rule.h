@@ -24,8 +24,9 @@ std::optional<Vec3d> least_within(const Quadric& quadric, const Vec3d& a, const 
 
 /// After Sander, Gu, Gortler, Hoppe and Snyder 2000 ("Silhouette Clipping", section 4.1): a vertex comes to lie
 /// outside of, or on, the planes of all triangles around the edge. So each step only adds tetrahedra to the solid.
-/// The winding number of the surface around any point never falls, also where the surface crosses itself. Where
-/// the surface is open, or its triangles disagree on what is outside, vertices stay in place.
+/// The winding number of the surface around any point never falls, also where the surface crosses itself. Vertices of
+/// open borders lie beyond the planes that stand on the border's edges, too: the border moves outwards alone. Where
+/// triangles disagree on what is outside, vertices stay in place.
 class HullRule : public CollapseRule {
  public:
   using Snap = std::function<Vec3d(const Vec3d&)>;
@@ -47,8 +48,8 @@ class HullRule : public CollapseRule {
 
   Snap snap_;
   double slack_;
-  std::vector<std::uint8_t>
-      fixed_;  ///< Vertices on the border of the surface, taken with its sense.
+  std::vector<std::uint8_t> fixed_;  ///< Vertices where triangles disagree on what is outside
+  std::vector<std::uint8_t> open_;   ///< Vertices on open borders
 };
 
 }  // namespace kiln

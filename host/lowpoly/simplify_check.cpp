@@ -125,6 +125,7 @@ void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
 void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
+  if (surface_ && marked_.empty()) return;  // All of it.
   // Wider than needed, so that the tree still serves when a few of the candidates have been mended.
   std::vector<std::uint8_t> needed(std::size_t{kCells} * kCells * kCells, 0), marked = needed;
   Vec3d low, high;
@@ -169,21 +170,25 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
     Vec3d at;
     for (std::size_t k = 0; k < 3; ++k) at += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
     const Vec3 point = to_float(at);
-    const double nearest = surface_->squared(point);
-    if (!(nearest < kReach * kReach)) return false;
-    double best = -1;
+    const Vec3* corners = nullptr;
+    const double nearest = surface_->squared(point, kReach * kReach, corners);
+    if (corners == nullptr) return false;
+    const auto agreement = [&](const Vec3* c) {
+      return dot(normal, unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])})));
+    };
+    double best = agreement(corners);
     const double radius = 1.1 * std::sqrt(nearest) + 1e-4;
-    surface_->each_within(point, radius * radius, [&](const Vec3* c) {
-      const Vec3d dense = unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])}));
-      best = std::max(best, dot(normal, dense));
-    });
+    if (best < kAway) {
+      surface_->each_within(point, radius * radius,
+                            [&](const Vec3* c) { best = std::max(best, agreement(c)); });
+    }
     if (best < kAway && between > radius) {
       surface_->each_within(point, between * between, [&](const Vec3* c) {
-        const Vec3d dense = unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])}));
-        if (dot(normal, dense) > kSameWay) best = 1;
+        if (agreement(c) > kSameWay) best = 1;
       });
     }
     away += best < kAway;
+    if (i >= away + 1) return false;  // Two do not.
   }
   return away >= 3;
 }
@@ -206,6 +211,21 @@ bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
 
 Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
                           const std::vector<Triangle>& triangles) {
+  return find_in(points, triangles, nullptr);
+}
+
+Flaws SimplifyCheck::find_among(const std::vector<Vec3d>& points,
+                                const std::vector<Triangle>& triangles,
+                                std::span<const std::uint32_t> some) {
+  std::vector<std::uint8_t> marks(triangles.size(), 0);
+  for (const std::uint32_t t : some) marks[t] = 1;
+  return find_in(points, triangles, &marks);
+}
+
+Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
+                             const std::vector<Triangle>& triangles,
+                             const std::vector<std::uint8_t>* some) {
+  const auto counts = [&](std::size_t t) { return some == nullptr || (*some)[t] != 0; };
   Flaws flaws;
   std::vector<Vec3d> normals(triangles.size()), around(points.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
@@ -213,14 +233,15 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
     const Vec3d normal = normal_of(corners);
     for (const std::uint32_t v : triangles[t]) around[v] += normal;
     normals[t] = unit_or_zero(normal);
-    if (is_flat(corners)) flaws.flat.push_back(t);
-    if (height_field_ && !(upward(corners[0], corners[1], corners[2]) > kNoArea)) {
+    if (counts(t) && is_flat(corners)) flaws.flat.push_back(t);
+    if (height_field_ && counts(t) && !(upward(corners[0], corners[1], corners[2]) > kNoArea)) {
       flaws.facing_down.push_back(t);
     }
   }
   const std::vector<Neighbours> neighbours = neighbours_of(normals, triangles);
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (!counts(t)) continue;
     int against = 0;
     for (const std::uint32_t v : triangles[t]) against += dot(normals[t], around[v]) < 0;
     if (neighbours[t].least < kSuspicious || against >= 2) candidates.push_back(t);
@@ -230,14 +251,21 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
   looked_at.insert(looked_at.end(), flaws.facing_down.begin(), flaws.facing_down.end());
   if (looked_at.empty()) return flaws;
   load_near(points, triangles, looked_at);
-  for (const std::uint32_t t : candidates) {
-    const TriangleCorners corners = corners_of(points, triangles[t]);
-    if (is_flat(corners)) continue;
-    // At a shell's rim, a triangle turns away from one neighbour; one that is folded from several.
-    const bool rim = neighbours[t].suspicious == 1;
-    if (faces_away(corners, rim) || (neighbours[t].least < kBackToBack && !has_edge(corners))) {
-      flaws.folded.push_back(t);
+  std::vector<std::uint8_t> folded(candidates.size(), 0);
+  constexpr std::size_t kCandidatesOfPiece = 64;
+  parallel_for(candidates.size(), kCandidatesOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t t = candidates[i];
+      const TriangleCorners corners = corners_of(points, triangles[t]);
+      if (is_flat(corners)) continue;
+      // At a shell's rim, a triangle turns away from one neighbour; one that is folded from several.
+      const bool rim = neighbours[t].suspicious == 1;
+      folded[i] =
+          faces_away(corners, rim) || (neighbours[t].least < kBackToBack && !has_edge(corners));
     }
+  });
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (folded[i] != 0) flaws.folded.push_back(candidates[i]);
   }
   return flaws;
 }

@@ -29,12 +29,24 @@ class SimplifyCheck {
                 bool height_field)
       : positions_(positions), triangles_(triangles), height_field_(height_field) {}
 
+  /// With a high poly that is small enough to be looked at as a whole.
+  SimplifyCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles)
+      : positions_(positions),
+        triangles_(triangles),
+        height_field_(false),
+        surface_(std::make_unique<SurfaceDistance>(positions, triangles)) {}
+
   Flaws find(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles);
+  /// Of some triangles alone.
+  Flaws find_among(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
+                   std::span<const std::uint32_t> some);
 
   /// Whether a triangle near one that find() looked at is a flaw by itself.
   bool is_flaw(const TriangleCorners& corners) const;
 
  private:
+  Flaws find_in(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
+                const std::vector<std::uint8_t>* some);
   void load_near(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
                  std::span<const std::uint32_t> candidates);
   bool faces_away(const TriangleCorners& corners, bool shell) const;

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/counted.h"
 #include "base/parallel.h"
 #include "lowpoly/pairing.h"
 #include "mesh/charts.h"
@@ -29,12 +30,15 @@ struct Dropped {
   void add(std::size_t triangle) {
     if (count++ == 0) first = triangle;
   }
-  void report(const char* code, const char* what, std::vector<Warning>& warnings) const {
+  void report(const char* code, const char* one, const char* many,
+              std::vector<Warning>& warnings) const {
     if (count == 0) return;
-    warnings.push_back({code,
-                        std::to_string(count) + " triangles " + what + " (the first is " +
-                            std::to_string(first) + "); they were left out",
-                        count});
+    const std::string where = " (the first is " + std::to_string(first) + ")";
+    warnings.push_back(
+        {code,
+         count == 1 ? "1 triangle " + (one + where) + "; it was left out"
+                    : counted(count, "triangle") + " " + many + where + "; they were left out",
+         count});
   }
 };
 
@@ -123,9 +127,11 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
       sources.push_back(candidates[i].source);
     }
   }
-  not_finite.report("non-finite-triangles", "have a corner that is not finite", warnings);
-  degenerate.report("degenerate-triangles", "have no area", warnings);
-  duplicate.report("duplicate-triangles", "repeat an earlier one", warnings);
+  not_finite.report("non-finite-triangles", "has a corner that is not finite",
+                    "have a corner that is not finite", warnings);
+  degenerate.report("degenerate-triangles", "has no area", "have no area", warnings);
+  duplicate.report("duplicate-triangles", "repeats an earlier one", "repeat an earlier one",
+                   warnings);
   if (result.empty()) {
     throw Error(ErrorCode::input,
                 "simplify: mesh '" + mesh.name + "' has no usable triangle among " +

@@ -10,9 +10,11 @@
 #include <string>
 #include <utility>
 
+#include "base/counted.h"
 #include "lowpoly/crumbs.h"
 #include "lowpoly/grid_start.h"
 #include "lowpoly/head_start.h"
+#include "lowpoly/inside_out.h"
 #include "mesh/charts.h"
 #include "mesh/fans.h"
 #include "mesh/normals.h"
@@ -42,20 +44,25 @@ std::size_t goal_of_start(std::size_t faces) {
 
 /// \param place_of  of a triangle without area (false), or of one that is folded (true)
 void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)>& place_of) {
-  const auto warn = [&](const char* code, std::uint64_t count, const char* what,
+  const auto warn = [&](const char* code, std::uint64_t count, const std::string& what,
                         std::optional<bool> folded = {}) {
     if (count == 0) return;
     const std::string where = folded ? ", one " + place_of(*folded) : "";
-    report.warnings.push_back({code,
-                               std::to_string(count) + what + where +
-                                   "; ask for more faces, or repair the high poly there",
-                               count});
+    report.warnings.push_back(
+        {code, what + where + "; ask for more faces, or repair the high poly there", count});
+  };
+  const auto triangles = [](std::uint64_t count, const char* one, const char* many) {
+    return counted(count, "triangle") + " of the low poly " + (count == 1 ? one : many) +
+           " and could not be mended";
   };
   warn("folded-triangles", report.folded,
-       " triangles of the low poly face away from the high poly and could not be mended", true);
+       triangles(report.folded, "faces away from the high poly", "face away from the high poly"),
+       true);
   warn("flat-triangles", report.without_area,
-       " triangles of the low poly have no area and could not be mended", false);
-  warn("new-holes", report.holes, " holes of the low poly are not in the high poly");
+       triangles(report.without_area, "has no area", "have no area"), false);
+  warn("new-holes", report.holes,
+       counted(report.holes, "hole") + " of the low poly " + (report.holes == 1 ? "is" : "are") +
+           " not in the high poly");
 }
 
 }  // namespace
@@ -248,12 +255,13 @@ bool SimplifyJob::drop_crumbs() {
   check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.2g%%", 100 * size);
-  report_.warnings.push_back(
-      {"dropped-parts",
-       std::to_string(report_.dropped_parts) + " parts of the high poly are smaller than " +
-           text.data() + " of its diagonal, which a low poly of " + std::to_string(options_.faces) +
-           " faces is off by; they were left out: keep the parts, or ask for more faces",
-       report_.dropped_parts});
+  report_.warnings.push_back({"dropped-parts",
+                              counted(report_.dropped_parts, "part") + " of the high poly " +
+                                  (report_.dropped_parts == 1 ? "is" : "are") + " smaller than " +
+                                  text.data() + " of its diagonal, which a low poly of " +
+                                  counted(options_.faces, "face") +
+                                  " is off by; left out: keep the parts, or ask for more faces",
+                              report_.dropped_parts});
   return true;
 }
 
@@ -263,11 +271,19 @@ void SimplifyJob::warn_of_count(const SimplifyResult& result) {
   const std::uint64_t parts = count_components(result.triangles, result.points.size());
   report_.warnings.push_back(
       {"faces-not-reached",
-       std::to_string(options_.faces) + " faces were asked for, but " + std::to_string(left) +
-           " are needed to keep the shape" + (options_.keep_uvs ? " and the UVs of " : " of ") +
-           std::to_string(parts) + (parts == 1 ? " connected part" : " connected parts") +
+       counted(options_.faces, "face") + (options_.faces == 1 ? " was" : " were") +
+           " asked for, but " + std::to_string(left) + " are needed to keep the shape" +
+           (options_.keep_uvs ? " and the UVs of " : " of ") + counted(parts, "connected part") +
            ": no part, hole or handle may vanish, and no face turn over",
        left});
+}
+
+std::string SimplifyJob::place_in_words(const Vec3d& place) const {
+  const Vec3 p = scale_.to_mesh(place);
+  std::array<char, 96> text{};
+  std::snprintf(text.data(), text.size(), "at (%.5g, %.5g, %.5g)", high_.origin[0] + p.x,
+                high_.origin[1] + p.y, high_.origin[2] + p.z);
+  return text.data();
 }
 
 Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
@@ -300,11 +316,7 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
   warn_of_bound(result);
   warn_of_flaws(report_, [&](bool folded) {
     const Place& place = result.flawed.at(folded ? report_.without_area : 0);
-    const Vec3 p = scale_.to_mesh(place.center);
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), "at (%.5g, %.5g, %.5g)", high_.origin[0] + p.x,
-                  high_.origin[1] + p.y, high_.origin[2] + p.z);
-    return std::string(text.data());
+    return place_in_words(place.center);
   });
   report_.faces = result.triangles.size();
   report_.error = result.deviation.largest;
@@ -335,6 +347,10 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
 }
 
 Mesh SimplifyJob::run(bool with_deviation) {
+  if (options_.hull) {
+    warn_of_inside_out(
+        dense_, [&](const Vec3d& p) { return place_in_words(p); }, report_.warnings);
+  }
   const std::size_t count = dense_.triangles.size();
   if (options_.faces == 0 || options_.faces < count) {
     if (options_.faces < count && drop_crumbs() && dense_.triangles.size() <= options_.faces) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "kiln/lowpoly.h"
@@ -177,6 +178,7 @@ class SimplifyJob {
   void warn_of_count(const SimplifyResult& result);
   void name(const SimplifyResult& result, Mesh& mesh) const;
   void warn_of_bound(const SimplifyResult& result);
+  std::string place_in_words(const Vec3d& place) const;
   Mesh assemble(const SimplifyResult& result) const;
 
   const Mesh& high_;

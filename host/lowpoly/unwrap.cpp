@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/counted.h"
 #include "base/memory.h"
 #include "kiln/lowpoly.h"
 #include "kiln/validate.h"
@@ -82,9 +83,9 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
   if (degenerate != 0) {
     report->warnings.push_back(
         {"degenerate-triangles",
-         std::to_string(degenerate) +
-             " triangles have no area or a corner that is not finite (the first is " +
-             std::to_string(example) + "); they cover no texel: all their UVs are at 0, 0",
+         counted(degenerate, "triangle") + (degenerate == 1 ? " has" : " have") +
+             " no area or a corner that is not finite (the first is " + std::to_string(example) +
+             "); no texel is covered there: all UVs are at 0, 0",
          degenerate});
   }
   report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

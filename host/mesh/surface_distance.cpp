@@ -254,6 +254,13 @@ double SurfaceDistance::squared(const Vec3& point, double within) const {
   return search(point, place, within);
 }
 
+double SurfaceDistance::squared(const Vec3& point, double within, const Vec3*& corners) const {
+  std::uint32_t place = 0;
+  const double result = search(point, place, within);
+  corners = result < within ? &corners_[3 * std::size_t{place}] : nullptr;
+  return result;
+}
+
 std::uint32_t SurfaceDistance::nearest(const Vec3& point, double within) const {
   std::uint32_t place = 0;
   search(point, place, within);

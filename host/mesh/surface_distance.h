@@ -27,6 +27,8 @@ class SurfaceDistance {
   /// Squared distance, in the units of the positions, squared. Infinite where there is no triangle.
   /// \param within  as nearest()
   double squared(const Vec3& point, double within = std::numeric_limits<double>::infinity()) const;
+  /// The same, and the corners of the triangle that is nearest; null where there is none.
+  double squared(const Vec3& point, double within, const Vec3*& corners) const;
   /// The triangle that is nearest, as numbered when it was given; 0 where there is none. Of several it is
   /// always the same one.
   /// \param within  a squared distance that one surely is nearer than; what is known of it spares most of the search

@@ -2,6 +2,7 @@
 #include "volume/extract.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -9,11 +10,13 @@
 #include <string>
 #include <utility>
 
+#include "base/counted.h"
 #include "base/memory.h"
 #include "mesh/charts.h"
 #include "volume/atlas.h"
 #include "volume/chart_map.h"
 #include "volume/fine_mesh.h"
+#include "volume/light_mending.h"
 #include "volume/light_surface.h"
 #include "volume/normal_splat.h"
 #include "volume/vertex_tree.h"
@@ -105,6 +108,37 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
                                    why,
                                light.changed_topology});
   }
+}
+
+void describe_flaws(const LightFlaws& flaws, const Volume& volume, ExtractReport& report) {
+  report.mended = flaws.mended;
+  report.left_out = flaws.left_out;
+  report.folded = flaws.folded.count;
+  report.without_area = flaws.flat.count;
+  report.repeated = flaws.repeated.count;
+  const auto warn = [&](const char* code, const LightFlaws::Left& left, const char* what,
+                        const char* remedy) {
+    if (left.count == 0) return;
+    std::array<char, 96> place{};
+    std::snprintf(place.data(), place.size(), ", one at (%.5g, %.5g, %.5g)",
+                  volume.origin[0] + left.place.x, volume.origin[1] + left.place.y,
+                  volume.origin[2] + left.place.z);
+    report.warnings.push_back(
+        {code, counted(left.count, "triangle") + " of the low poly " + what + place.data() + remedy,
+         left.count});
+  };
+  warn("folded-triangles", flaws.folded,
+       flaws.folded.count == 1 ? "faces away from the full contour and could not be mended"
+                               : "face away from the full contour and could not be mended",
+       ": ask for more faces.");
+  warn("flat-triangles", flaws.flat,
+       flaws.flat.count == 1 ? "has no area and could not be mended"
+                             : "have no area and could not be mended",
+       ": ask for more faces.");
+  warn("repeated-triangles", flaws.repeated,
+       flaws.repeated.count == 1 ? "has the corners of another one" : "have the corners of others",
+       ": walls there are thinner than the low poly's cells; ask for more faces, or keep the "
+       "topology.");
 }
 
 /// What is to be chosen, chosen.
@@ -218,13 +252,14 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   ExtractReport& report = result.report;
   report.contour = contour;
   report.warnings = contour.warnings;
-  const LightSurface light = choose_surface(surface, tree, volume, options, report.used);
+  LightSurface light = choose_surface(surface, tree, volume, options, report.used);
   if (light.polygons.empty()) {
     throw Error(ErrorCode::input, "Nothing of the surface of volume '" + volume.name +
                                       "' is left: ask for more faces or a smaller error, or keep "
                                       "the topology.");
   }
   report.clusters = tree.count() - tree.leaves();
+  describe_flaws(mend_light_surface(surface, volume, light), volume, report);
   describe_light(light, options, report);
   report.seconds_simplify = seconds_tree + lap();
   ExtractOptions sized = options;

@@ -195,6 +195,19 @@ std::uint64_t quads_left(const FineSurface& surface, const std::vector<std::uint
 
 }  // namespace
 
+Vec3 LightSurface::mean_normal(const FineSurface& surface, std::uint32_t vertex) const {
+  Vec3d sum;
+  for (std::uint32_t k = leaf_begins[vertex]; k < leaf_begins[vertex + 1]; ++k) {
+    const float* n = surface.vertices[leaves[k]].normal;
+    sum += Vec3d(n[0], n[1], n[2]);
+  }
+  if (!(length(sum) > 1e-9)) {
+    const float* n = surface.vertices[leaves[leaf_begins[vertex]]].normal;
+    sum = Vec3d(n[0], n[1], n[2]);
+  }
+  return to_float(sum * (1 / length(sum)));
+}
+
 std::uint64_t count_small_parts(const VertexTree& tree, double share) {
   const Pieces parts(tree);
   return static_cast<std::uint64_t>(
@@ -308,16 +321,7 @@ LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& 
   light.normals.resize(count);
   parallel_for(count, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Vec3d sum;
-      for (std::uint32_t k = light.leaf_begins[i]; k < light.leaf_begins[i + 1]; ++k) {
-        const float* n = surface.vertices[light.leaves[k]].normal;
-        sum += Vec3d(n[0], n[1], n[2]);
-      }
-      if (!(length(sum) > 1e-9)) {
-        const float* n = surface.vertices[light.leaves[light.leaf_begins[i]]].normal;
-        sum = Vec3d(n[0], n[1], n[2]);
-      }
-      light.normals[i] = to_float(sum * (1 / length(sum)));
+      light.normals[i] = light.mean_normal(surface, static_cast<std::uint32_t>(i));
     }
   });
   for (LightSurface::Polygon& polygon : light.polygons) {

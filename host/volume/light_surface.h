@@ -24,6 +24,9 @@ struct LightSurface {
   std::vector<std::uint32_t> leaf_begins;
   RawVector<std::uint32_t> leaves;
 
+  /// Of the fine vertices that a vertex stands for.
+  Vec3 mean_normal(const FineSurface& surface, std::uint32_t vertex) const;
+
   std::uint64_t faces = 0;             ///< Triangles
   double error = 0;                    ///< The greatest that a cluster has, cells
   std::uint64_t changed_topology = 0;  ///< Clusters that are not one sheet

@@ -36,6 +36,11 @@ void Qef::add(const Qef& other) {
   count += other.count;
 }
 
+double Qef::error_at(const Vec3d& place) const {
+  const double sum = dot(place, times(a, place)) - 2 * dot(b, place) + c;
+  return std::sqrt(std::max(0.0, sum) / count);
+}
+
 Qef::Minimum Qef::minimum(const Vec3d& low, const Vec3d& high) const {
   const Vec3d middle = mass * (1 / count);
   const Vec3d residual = b - times(a, middle);

@@ -22,6 +22,9 @@ struct Qef {
   void add(const kiln_volume_qef& local, const CellPlace& cell);
   void add(const Qef& other);
 
+  /// Root mean square distance of a place to the crossings' planes, cells.
+  double error_at(const Vec3d& place) const;
+
   struct Minimum {
     Vec3d place;
     double error;  ///< Root mean square distance to the crossings' planes, cells

@@ -146,19 +146,100 @@ TEST(Hull, ABoxOfManyTrianglesIsABoxAgain) {
   EXPECT_EQ(count_outside(high, low, 1e-7), 0U);
 }
 
-TEST(Hull, OpenBordersStayInPlace) {
-  const Mesh high = test::plane(12, 9);
-  Mesh bent = high;
-  for (Vec3& p : bent.positions) p.z = 0.2F * std::sin(5 * p.x) * std::cos(4 * p.y);
-  const Mesh low = simplify(bent, {.faces = 60, .hull = true});
-  EXPECT_LT(low.triangles.size(), bent.triangles.size() / 2);
-  std::size_t border = 0;
-  for (const Vec3& p : bent.positions) {
-    if (std::abs(std::abs(p.x) - 0.5F) > 1e-6F && std::abs(std::abs(p.y) - 0.5F) > 1e-6F) continue;
-    ++border;
-    EXPECT_NE(std::find(low.positions.begin(), low.positions.end(), p), low.positions.end());
+/// Without what lies above and below.
+Mesh cut(const Mesh& mesh, float height) {
+  Mesh result = mesh;
+  std::erase_if(result.triangles, [&](const Triangle& t) {
+    return std::any_of(t.begin(), t.end(),
+                       [&](std::uint32_t v) { return std::abs(mesh.positions[v].z) > height; });
+  });
+  return result;
+}
+
+/// Vertices that lie above the nearest triangle, but near where the mesh was cut: there the nearest one ends.
+std::size_t count_above(const Mesh& high, const Mesh& low, float height) {
+  std::size_t count = 0;
+  std::vector<std::uint8_t> used(high.positions.size(), 0);
+  for (const Triangle& t : high.triangles) {
+    for (const std::uint32_t v : t) used[v] = 1;
   }
-  EXPECT_EQ(border, 42U);
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    const Vec3& p = high.positions[v];
+    if (used[v] == 0 || std::abs(p.z) > height) continue;
+    double nearest = 1e9, above = 0;
+    for (const Triangle& t : low.triangles) {
+      const double distance = reference::triangle_distance(low.positions, t, {p.x, p.y, p.z});
+      if (!(distance < nearest)) continue;
+      nearest = distance;
+      const Vec3d a(low.positions[t[0]]), b(low.positions[t[1]]), c(low.positions[t[2]]);
+      above = dot(Vec3d(p) - a, cross(b - a, c - a));
+    }
+    count += nearest > 1e-6 && above > 0;
+  }
+  return count;
+}
+
+/// Where borders stay as they were, their edges are all that is left.
+TEST(Hull, OpenMeshesHaveHullsAsTightAsClosedOnes) {
+  const Mesh closed = test::BumpySphere::dense(20000);
+  const Mesh open = cut(closed, 0.75F);
+  SimplifyReport of_closed, of_open;
+  simplify(closed, {.faces = 150, .hull = true}, &of_closed);
+  const Mesh low = simplify(open, {.faces = 150, .hull = true}, &of_open);
+  EXPECT_LE(low.triangles.size(), 150U);
+  EXPECT_EQ(of_open.folded + of_open.without_area + of_open.holes, 0U);
+  EXPECT_LT(of_open.error, 1.5 * of_closed.error);
+  EXPECT_EQ(count_above(open, low, 0.55F), 0U);
+  // What may cut corners does.
+  EXPECT_GT(count_above(open, simplify(open, {.faces = 150}), 0.55F), 100U);
+}
+
+/// A flat sheet stays covered: its border moves outwards alone.
+TEST(Hull, BordersOfFlatSheetsMoveOutwardsAlone) {
+  constexpr int kSides = 64;
+  Mesh disc;
+  disc.positions.push_back({0, 0, 0});
+  for (int i = 0; i < kSides; ++i) {
+    const double angle = 2 * kPi * i / kSides;
+    disc.positions.push_back(
+        {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0});
+    const auto at = static_cast<std::uint32_t>(i);
+    disc.triangles.push_back({0, at + 1, (at + 1) % kSides + 1});
+  }
+  SimplifyReport report;
+  const Mesh low = simplify(disc, {.faces = 12, .hull = true}, &report);
+  EXPECT_LE(low.triangles.size(), 12U);
+  double area = 0;
+  for (const Triangle& t : low.triangles) {
+    const Vec3 &a = low.positions[t[0]], &b = low.positions[t[1]], &c = low.positions[t[2]];
+    area +=
+        ((double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x)) / 2;
+  }
+  EXPECT_GE(area, kPi * 0.998);
+  EXPECT_LT(area, kPi * 1.15);
+  EXPECT_LT(report.error, 1e-5);
+}
+
+std::uint64_t inside_out(const Mesh& high) {
+  SimplifyReport report;
+  simplify(high, {.faces = 100, .hull = true}, &report);
+  for (const Warning& warning : report.warnings) {
+    if (warning.code == "inside-out") return warning.count;
+  }
+  return 0;
+}
+
+TEST(Hull, SaysWhatIsInsideOut) {
+  Mesh turned = test::icosphere(3);
+  EXPECT_EQ(inside_out(turned), 0U);
+  for (Triangle& t : turned.triangles) std::swap(t[1], t[2]);
+  EXPECT_EQ(inside_out(turned), 1U);
+  Mesh two = test::icosphere(3);
+  append(two, turned, {3, 0, 0});
+  EXPECT_EQ(inside_out(two), 1U);
+  // The inner side of a shell faces inwards rightly, and what is open has no inside.
+  EXPECT_EQ(inside_out(thin_shell()), 0U);
+  EXPECT_EQ(inside_out(cut(turned, 0.8F)), 0U);
 }
 
 TEST(Hull, ExcludesWhatElseSaysWhereVerticesGo) {

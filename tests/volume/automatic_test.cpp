@@ -85,7 +85,10 @@ TEST(Automatic, LetsTheTopologyGoWhereItHoldsTooMuch) {
   EXPECT_LE(result.report.faces, used.aimed_faces);
   ExtractOptions given = automatic();
   given.choose.topology = false;
-  EXPECT_EQ(extract(*test::device(), volume, given).report.faces, used.kept_faces);
+  // As chosen; a few of these are mended away.
+  const ExtractReport kept = extract(*test::device(), volume, given).report;
+  EXPECT_LE(kept.faces, used.kept_faces);
+  EXPECT_GE(kept.faces + 2 * kept.mended, used.kept_faces);
 }
 
 TEST(Automatic, HeadComesOutWithoutFurtherOptions) {

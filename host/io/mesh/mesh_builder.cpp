@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counted.h"
 #include "io/file/bounds.h"
 #include "io/mesh/polygon.h"
 #include "mesh/smoothing_groups.h"
@@ -323,9 +324,9 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
   }
   if (degenerate != 0) {
     input_.warn("degenerate-triangles",
-                std::to_string(degenerate) + " triangles have no area (" +
-                    describe_face(static_cast<std::uint32_t>(first)) +
-                    " for one); they were kept and are skipped where they are used.",
+                counted(degenerate, "triangle") + (degenerate == 1 ? " has" : " have") +
+                    " no area (" + describe_face(static_cast<std::uint32_t>(first)) +
+                    " for one); whatever uses the mesh leaves such triangles out.",
                 degenerate);
   }
 }

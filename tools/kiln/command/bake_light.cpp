@@ -112,19 +112,6 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
                       light});
 }
 
-void warn_of_lost_shape(const LowMesh& low, std::vector<Warning>& warnings) {
-  constexpr double kLost = 0.05;
-  if (!low.simplified || low.simplified->error <= kLost) return;
-  char text[240];
-  std::snprintf(
-      text, sizeof text,
-      "The low poly strays up to %.1f%% of the diagonal from the high poly: thin or small "
-      "parts are lost, which rendered normals do not tell. Ask for a smaller angle, or "
-      "for --faces.",
-      100 * low.simplified->error);
-  warnings.push_back({"low-strays", text, 1});
-}
-
 bool make_light(BakeRun& run, const Source& source) {
   LightBake planned = bake_light(source, run.dense.mesh, light_options(run));
   if (planned.cancelled) return false;

@@ -82,8 +82,6 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
 
 /// Says so where a low poly has more than half of the high poly's vertices.
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings);
-/// Says so where a planned low poly strays far from the high poly.
-void warn_of_lost_shape(const LowMesh& low, std::vector<Warning>& warnings);
 
 // ---- bake_light.cpp ----
 

@@ -210,7 +210,10 @@ bool make_maps(BakeRun& run, const Source& source) {
     const bool made = run.arguments.lods > 0 ? make_lods(run, source) : make_light(run, source);
     if (!made) return false;
     warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
-    warn_of_lost_shape(run.low, run.warnings);
+    if (run.low.simplified) {
+      warn_of_lost_shape(*run.low.simplified, "Ask for a smaller angle, or for --faces.",
+                         run.warnings);
+    }
     if (run.light->chosen.size == 0) return true;
   } else if (run.arguments.match == kAutomatic) {
     PlanOptions plan_options;

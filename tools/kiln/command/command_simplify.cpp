@@ -97,6 +97,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   for (const auto* list : {&report.warnings, &unwrap_report.warnings}) {
     warnings.insert(warnings.end(), list->begin(), list->end());
   }
+  warn_of_lost_shape(report, "Ask for more --faces.", warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const std::uint64_t charts = arguments.keep_uvs ? report.charts : unwrap_report.charts;
   const double coverage = arguments.keep_uvs ? report.coverage : unwrap_report.coverage;

@@ -158,6 +158,12 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
       with_commas(r.faces).c_str(), with_commas(r.quads).c_str(), with_commas(r.triangles).c_str(),
       r.error, with_commas(r.non_manifold_edges).c_str());
   console.line(text);
+  if (r.mended != 0) {
+    console.line("mended " + plural(r.mended, "triangle") + ", folded or without area");
+  }
+  if (r.left_out != 0) {
+    console.line("left out " + plural(r.left_out, "triangle") + " of gaps that closed");
+  }
   std::snprintf(text, sizeof text,
                 "map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels from fine "
                 "vertices",
@@ -268,6 +274,12 @@ int run_volume(const VolumeArguments& a) {
                    {"triangles", r.triangles},
                    {"error_cells", r.error},
                    {"non_manifold_edges", r.non_manifold_edges}}},
+                 {"flaws",
+                  {{"mended", r.mended},
+                   {"left_out", r.left_out},
+                   {"folded", r.folded},
+                   {"without_area", r.without_area},
+                   {"repeated", r.repeated}}},
                  {"map",
                   {{"charts", r.charts},
                    {"vertices", split_vertices(result.mesh)},

@@ -2,6 +2,8 @@
 
 #include <sys/resource.h>
 
+#include <cstdio>
+
 #include "report/flags.h"
 
 namespace kiln::cli {
@@ -179,6 +181,19 @@ void add_ending(Json& report, Json seconds, const Stopwatch& watch,
   report["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
   report["outputs"] = outputs;
   report["warnings"] = describe(warnings);
+}
+
+void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,
+                        std::vector<Warning>& warnings) {
+  constexpr double kLost = 0.05;
+  if (low.error <= kLost) return;
+  char text[240];
+  std::snprintf(
+      text, sizeof text,
+      "The low poly strays up to %.1f%% of the diagonal from the high poly: thin or small "
+      "parts are lost, which rendered normals do not tell. %s",
+      100 * low.error, remedy);
+  warnings.push_back({"low-strays", text, 1});
 }
 
 }  // namespace kiln::cli

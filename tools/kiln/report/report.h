@@ -54,4 +54,9 @@ class Stopwatch {
 void add_ending(Json& report, Json seconds, const Stopwatch& watch,
                 const std::vector<std::string>& outputs, const std::vector<Warning>& warnings);
 
+/// Says so where a low poly that Kiln made strays far from the high poly.
+/// \param remedy  "Ask for ..."
+void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,
+                        std::vector<Warning>& warnings);
+
 }  // namespace kiln::cli
