@@ -181,6 +181,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   if (guard_ != nullptr) guard_->collapse();
   mesh_.points[kept] = step.target;
   quadrics_[kept] += quadrics_[gone];
+  if (!lines_.empty()) lines_[kept] += lines_[gone];
   border_[kept] = border_[kept] | border_[gone];
   shape_.merge(kept, gone);
   if (step.anchor != Anchor::none) mesh_.gather(gone, near_b_);

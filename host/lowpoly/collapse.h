@@ -43,10 +43,12 @@ class EdgeCollapser {
 
   /// From now on no step that this refuses is taken. It must have been made of the mesh as it is, and outlive this.
   /// \param sharpening  how much sharper sharp edges may become (cosine); none may become sharp
-  void guard(DeviationGuard* guard, double sharpening) {
+  /// \param bound       of lines between labels: how far they may be from where they are now, root mean square
+  void guard(DeviationGuard* guard, double sharpening, double bound) {
     guard_ = guard;
     shape_.limit_edges(sharpening);
     touched_.assign(mesh_.points.size(), 1);
+    bound_lines(bound);
   }
 
   /// Moves vertices, one after another, to where the distances around them are less and the guard allows them. Makes
@@ -80,6 +82,8 @@ class EdgeCollapser {
   };
 
   void build_quadrics();
+  void bound_lines(double bound);
+  bool keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const;
   bool renew(double distance);
   void fill_heap(bool only_touched = false);
   Step step_for(std::uint32_t a, std::uint32_t b) const;
@@ -105,6 +109,9 @@ class EdgeCollapser {
   std::vector<std::uint8_t>
       touched_;  ///< Under a guard: whether what is around changed since the heap was filled.
   std::vector<Quadric> quadrics_;
+  std::vector<Quadric>
+      lines_;  ///< Under a guard: planes on lines between labels; empty without any.
+  double lines_bound_ = 0;
   std::size_t next_renewal_ = 0;  ///< Of quadrics: at how many triangles.
   std::vector<std::uint32_t> stamps_;
   std::vector<std::uint8_t> border_;  ///< Whether a vertex came from one on an open border.

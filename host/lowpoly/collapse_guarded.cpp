@@ -6,11 +6,20 @@ namespace kiln {
 /// \param b  kNoVertex: `a` is moved alone
 bool EdgeCollapser::guard_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor,
                                 const Vec3d& target) {
-  return guard_ == nullptr || guard_->keeps(mesh_, a, b, anchor, target);
+  return guard_ == nullptr ||
+         (keeps_lines(a, b, target) && guard_->keeps(mesh_, a, b, anchor, target));
+}
+
+bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const {
+  if (lines_.empty()) return true;
+  Quadric sum = lines_[a];
+  if (b != kNoVertex) sum += lines_[b];
+  return sum.at(target) <= lines_bound_ * lines_bound_ * sum.area;
 }
 
 /// Whether the guard allows a step, or one to a place near by.
 bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
+  if (!keeps_lines(entry.a, entry.b, step.target)) return false;
   if (guard_keeps(entry.a, entry.b, step.anchor, step.target)) return true;
   if (rule_ != nullptr || step.anchor != Anchor::none || border_[entry.a] != 0 ||
       border_[entry.b] != 0 || !guard_->may_be_near()) {

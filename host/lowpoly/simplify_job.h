@@ -69,7 +69,7 @@ class Shrinking {
              std::span<const std::vector<Place>> close, double sharpening) {
     guard_ = std::make_unique<DeviationGuard>(mesh_, samples, bound, own);
     for (const std::vector<Place>& places : close) guard_->narrow(places);
-    collapser_.guard(guard_.get(), sharpening);
+    collapser_.guard(guard_.get(), sharpening, bound);
     return guard_->holds();
   }
   void run_within();

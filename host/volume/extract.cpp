@@ -259,8 +259,9 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
                                       "the topology.");
   }
   report.clusters = tree.count() - tree.leaves();
-  describe_flaws(mend_light_surface(surface, volume, light), volume, report);
+  const auto flaws = mend_light_surface(surface, volume, light);
   describe_light(light, options, report);
+  describe_flaws(flaws, volume, report);
   report.seconds_simplify = seconds_tree + lap();
   ExtractOptions sized = options;
   const double spacing = spacing_of(volume);

@@ -152,20 +152,20 @@ struct ExtractReport {
   std::uint64_t dropped_parts = 0;       ///< ... left out for being small
   double error = 0;                      ///< Greatest root mean square distance of a vertex, cells
   std::uint64_t non_manifold_edges = 0;  ///< Edges of the low poly with more than two triangles
-  std::uint64_t mended = 0;      ///< Triangles that were folded or had no area, and were mended
-  std::uint64_t left_out = 0;    ///< Triangles of gaps that closed: two back to back at a time
-  std::uint64_t folded = 0;      ///< Triangles that face away from the full contour and stay
-  std::uint64_t without_area = 0;        ///< ... that have no area
-  std::uint64_t repeated = 0;            ///< ... that have the corners of another one
-  std::uint64_t charts = 0;              ///< Of the layout: by pairs, one for each polygon
-  double texels_per_cell = 0;            ///< Side of a cell in texels of the map
-  double coverage = 0;                   ///< Share of the map that triangles cover, 0 to 1
-  std::uint64_t splatted_texels = 0;     ///< That fine vertices fell into; others are filled
-  double seconds_simplify = 0;           ///< Tree of vertices and choice among them
-  double seconds_atlas = 0;              ///< Layout of the charts
-  double seconds_map = 0;                ///< Splatting, filling and encoding of normals
-  double seconds_total = 0;              ///< Of all steps
-  std::vector<Warning> warnings;         ///< Of all steps
+  std::uint64_t mended = 0;        ///< Triangles that were folded or had no area, and were mended
+  std::uint64_t left_out = 0;      ///< Triangles of gaps that closed: two back to back at a time
+  std::uint64_t folded = 0;        ///< Triangles that face away from the full contour and stay
+  std::uint64_t without_area = 0;  ///< ... that have no area
+  std::uint64_t repeated = 0;      ///< ... that have the corners of another one
+  std::uint64_t charts = 0;        ///< Of the layout: by pairs, one for each polygon
+  double texels_per_cell = 0;      ///< Side of a cell in texels of the map
+  double coverage = 0;             ///< Share of the map that triangles cover, 0 to 1
+  std::uint64_t splatted_texels = 0;  ///< That fine vertices fell into; others are filled
+  double seconds_simplify = 0;        ///< Tree of vertices and choice among them
+  double seconds_atlas = 0;           ///< Layout of the charts
+  double seconds_map = 0;             ///< Splatting, filling and encoding of normals
+  double seconds_total = 0;           ///< Of all steps
+  std::vector<Warning> warnings;      ///< Of all steps
 };
 
 /// A low poly with its normal map.

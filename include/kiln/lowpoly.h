@@ -25,7 +25,7 @@ struct SimplifyOptions {
   bool keep_uvs = false;
   /// The result encloses the high poly: it winds around or touches all that the high poly's surface
   /// winds around, such as its own vertices. So nothing pokes through, to rounding in double
-  /// precision. Open borders stay in place, vertex by vertex. Not with height_field or keep_uvs.
+  /// precision. Open borders move outwards alone. Not with height_field or keep_uvs.
   bool hull = false;
   /// Leave out no part for its size. Else, with `faces`, crumbs are left out (see simplify()).
   bool keep_parts = false;

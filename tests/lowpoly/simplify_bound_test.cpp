@@ -172,7 +172,7 @@ TEST(DeviationGuard, HoldsEverySample) {
   EdgeCollapser collapser(mesh), unbounded(free);
   DeviationGuard guard(mesh, samples, bound, true);
   EXPECT_TRUE(guard.holds());
-  collapser.guard(&guard, 0);
+  collapser.guard(&guard, 0, bound);
   collapser.run(0);
   EXPECT_TRUE(guard.has_refused());
   const std::size_t before = mesh.faces;
@@ -191,7 +191,7 @@ TEST(DeviationGuard, HoldsEverySample) {
   DeviationGuard narrow(close, samples, bound, true);
   const Place place{{0.28, 0, 0}, 0.1};
   narrow.narrow({&place, 1});
-  closer.guard(&narrow, 0);
+  closer.guard(&narrow, 0, bound);
   closer.run(0);
   EXPECT_GT(close.faces, before);
 }

@@ -103,13 +103,12 @@ int run_simplify(const SimplifyArguments& arguments) {
   const double coverage = arguments.keep_uvs ? report.coverage : unwrap_report.coverage;
   const std::uint64_t vertices = split_vertices(low);
   char text[512];
-  std::snprintf(
-      text, sizeof text,
-      "wrote %s: %s of %s %s, %s vertices, deviation %.4f%% of the diagonal, %s, %.2f s",
-      arguments.out.c_str(), with_commas(report.faces).c_str(),
-      with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
-      with_commas(vertices).c_str(), report.error * 100,
-      layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
+  std::snprintf(text, sizeof text,
+                "wrote %s: %s of %s %s, %s vertices, deviation %.4f%% of the diagonal, %s, %.2f s",
+                arguments.out.c_str(), with_commas(report.faces).c_str(),
+                with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
+                with_commas(vertices).c_str(), report.error * 100,
+                layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
   console.line(text);
   if (report.mended > 0) {
     console.line("mended " + with_commas(report.mended) +
