@@ -158,12 +158,7 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
       with_commas(r.faces).c_str(), with_commas(r.quads).c_str(), with_commas(r.triangles).c_str(),
       r.error, with_commas(r.non_manifold_edges).c_str());
   console.line(text);
-  if (r.mended != 0) {
-    console.line("mended " + plural(r.mended, "triangle") + ", folded or without area");
-  }
-  if (r.left_out != 0) {
-    console.line("left out " + plural(r.left_out, "triangle") + " of gaps that closed");
-  }
+  for (const std::string& line : lines_of_flaws(r)) console.line(line);
   std::snprintf(text, sizeof text,
                 "map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels from fine "
                 "vertices",
@@ -274,12 +269,7 @@ int run_volume(const VolumeArguments& a) {
                    {"triangles", r.triangles},
                    {"error_cells", r.error},
                    {"non_manifold_edges", r.non_manifold_edges}}},
-                 {"flaws",
-                  {{"mended", r.mended},
-                   {"left_out", r.left_out},
-                   {"folded", r.folded},
-                   {"without_area", r.without_area},
-                   {"repeated", r.repeated}}},
+                 {"flaws", describe_flaws(r)},
                  {"map",
                   {{"charts", r.charts},
                    {"vertices", split_vertices(result.mesh)},
@@ -305,8 +295,7 @@ int run_volume(const VolumeArguments& a) {
   char text[400];
   std::snprintf(text, sizeof text,
                 "%.2f s: load %.2f, scan %.2f, outer %.2f, hermite %.2f, vertices %.2f, quads "
-                "%.2f, simplify %.2f, "
-                "atlas %.2f, map %.2f, save %.2f",
+                "%.2f, simplify %.2f, atlas %.2f, map %.2f, save %.2f",
                 watch.total(), load_seconds, r.contour.seconds_scan, r.contour.seconds_outer,
                 r.contour.seconds_hermite, r.contour.seconds_vertices, r.contour.seconds_quads,
                 r.seconds_simplify, r.seconds_atlas, r.seconds_map, save_seconds);
@@ -388,9 +377,7 @@ Run add_volume(Command& app) {
       ->check(one_of({"png16", "png8", "exr", "exr32"}))
       ->capture_default_str()
       ->group(kMapGroup);
-
   add_raw_options(*command, a.surface);
-
   const char* const group_run = "The run";
   command->add_flag("--force", a.force, "Write over meshes that Kiln did not write")
       ->group(group_run);

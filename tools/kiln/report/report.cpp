@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "arguments/parse.h"
 #include "report/flags.h"
 
 namespace kiln::cli {
@@ -181,6 +182,25 @@ void add_ending(Json& report, Json seconds, const Stopwatch& watch,
   report["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
   report["outputs"] = outputs;
   report["warnings"] = describe(warnings);
+}
+
+Json describe_flaws(const ExtractReport& report) {
+  return {{"mended", report.mended},
+          {"left_out", report.left_out},
+          {"folded", report.folded},
+          {"without_area", report.without_area},
+          {"repeated", report.repeated}};
+}
+
+std::vector<std::string> lines_of_flaws(const ExtractReport& report) {
+  std::vector<std::string> lines;
+  if (report.mended != 0) {
+    lines.push_back("mended " + plural(report.mended, "triangle") + ", folded or without area");
+  }
+  if (report.left_out != 0) {
+    lines.push_back("left out " + plural(report.left_out, "triangle") + " of gaps that closed");
+  }
+  return lines;
 }
 
 void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,

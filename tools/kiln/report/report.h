@@ -54,6 +54,11 @@ class Stopwatch {
 void add_ending(Json& report, Json seconds, const Stopwatch& watch,
                 const std::vector<std::string>& outputs, const std::vector<Warning>& warnings);
 
+/// What was wrong with a low poly from a volume.
+Json describe_flaws(const ExtractReport& report);
+/// What was done about it; empty where nothing was.
+std::vector<std::string> lines_of_flaws(const ExtractReport& report);
+
 /// Says so where a low poly that Kiln made strays far from the high poly.
 /// \param remedy  "Ask for ..."
 void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,
