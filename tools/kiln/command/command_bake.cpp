@@ -164,6 +164,9 @@ bool read_inputs(BakeRun& run) {
     search_far_enough(run);
     if (made && !onto_plane(arguments)) {
       warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
+      if (run.low.simplified) {
+        warn_of_lost_shape(*run.low.simplified, "Ask for more --faces.", run.warnings);
+      }
     }
   }
   run.low_path = made ? (std::filesystem::path(arguments.out) / (run.low.stem + ".obj")).string()
