@@ -160,7 +160,7 @@ Run add_simplify(Command& app) {
                       ->check(range(1U, 100000000U));
   command
       ->add_option("--max-error", arguments->max_error,
-                   "Largest deviation, as a share of the diagonal (default 0.2%)")
+                   "Largest deviation, percent of the diagonal: 0.2% or 0.2 (default 0.2%)")
       ->excludes(faces);
   Option* size =
       command->add_option("--size", arguments->size, "Map size that the borders are meant for")
