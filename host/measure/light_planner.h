@@ -38,7 +38,7 @@
 // parts smaller than a pixel, the error counts as 180 degrees.
 //
 // Coarse meshes stray farther than bakes search. Where over 0.5% of the samples are missed, looks and tries search
-// twice as far, up to 16% of the diagonal, unless a distance or a cage was asked for (far_enough.h).
+// twice as far, up to 16% of the diagonal. A distance or a cage that was asked for stays (far_enough.h).
 //
 // Vertices are fitted to the high poly, which takes longest. So each mesh is made and laid out once, for maps
 // and all levels of `--lod`. Meshes that are only looked at are fitted roughly, and compared at fewer places. A
