@@ -37,7 +37,7 @@
 // heavier: the first mesh of 3, with the smallest map, than the lightest mesh without. Where no pixel shows both meshes, as of
 // parts smaller than a pixel, the error counts as 180 degrees.
 //
-// Coarse meshes stray farther than bakes search. Where over 0.5% of the samples are missed, looks and tries search
+// Coarse meshes stray farther than bakes search. Where over 0.5% of samples are missed, looks and tries search
 // twice as far, up to 16% of the diagonal. A distance or a cage that was asked for stays (far_enough.h).
 //
 // Vertices are fitted to the high poly, which takes longest. So each mesh is made and laid out once, for maps
