@@ -127,7 +127,7 @@ std::vector<std::uint32_t> LightChange::apply(const FineSurface& surface, LightS
     for (std::uint32_t& v : t) v = into[v];
   }
   make_polygons(light);
-  const std::vector<std::uint32_t> number = number_vertices(light);
+  std::vector<std::uint32_t> number = number_vertices(light);
   deal_leaves(number, light);
   std::vector<std::uint8_t> grown(light.positions.size(), 0);
   for (std::uint32_t v = 0; v < into.size(); ++v) {
