@@ -34,24 +34,18 @@ LabelSeams::LabelSeams(const std::vector<std::uint32_t>& labels, std::vector<Tri
   }
 }
 
-/// The lowest corner first.
-Triangle LabelSeams::turned(Triangle corners) {
-  std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
-  return corners;
-}
-
 void LabelSeams::join(std::vector<Triangle>& triangles) {
   for (Triangle& t : triangles) {
     const std::uint32_t label = label_[t[0]];
     for (std::uint32_t& v : t) v = origin_[v];
-    noted_.emplace_back(turned(t), label);
+    noted_.emplace_back(lowest_first(t), label);
   }
 }
 
 void LabelSeams::add(const std::vector<Triangle>& triangles,
                      const std::vector<std::uint32_t>& labels) {
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    noted_.emplace_back(turned(triangles[t]), labels[t]);
+    noted_.emplace_back(lowest_first(triangles[t]), labels[t]);
   }
 }
 
@@ -64,7 +58,7 @@ std::vector<std::uint32_t> LabelSeams::of(const std::vector<Triangle>& triangles
   labels.reserve(triangles.size());
   for (Triangle t : triangles) {
     for (std::uint32_t& v : t) v = origin[v];
-    t = turned(t);
+    t = lowest_first(t);
     labels.push_back(
         std::lower_bound(noted_.begin(), noted_.end(), t, [](const Noted& a, const Triangle& b) {
           return a.first < b;

@@ -34,7 +34,6 @@ class LabelSeams {
  private:
   static constexpr std::size_t kMostCopies = 4;
   using Noted = std::pair<Triangle, std::uint32_t>;
-  static Triangle turned(Triangle corners);
 
   std::size_t vertices_;
   std::vector<std::uint32_t> origin_, label_;  ///< By vertex.

@@ -13,15 +13,17 @@
 namespace kiln {
 namespace {
 
-/// Cosine of the angle between neighbours' normals from which on a triangle is looked at closely.
-constexpr double kSuspicious = -0.5;
-/// And at which it lies on its neighbour, if the high poly has no such edge there.
-constexpr double kBackToBack = -0.985;
+using flaw_rules::is_flat;
+using flaw_rules::kAway;
+using flaw_rules::kBackToBack;
+using flaw_rules::kNoArea;
+using flaw_rules::kSuspicious;
+using flaw_rules::normal_of;
+using flaw_rules::unit_or_zero;
+
 /// The high poly has a sharp edge where normals this far apart are near each other.
 constexpr double kSharp = -0.5;
-/// A triangle faces away where the best of the dense normals near it is below this.
-constexpr double kAway = -0.2;
-/// But not where the high poly faces its way, as a cosine, and this near, a share of its longest side. Between its corners
+/// A triangle does not face away where the high poly faces its way, as a cosine, and this near, a share of its longest side. Between its corners
 /// a triangle misses a bent surface: those of a thin shell reach beyond its other side.
 constexpr double kSameWay = 0.5, kBetweenCorners = 0.05;
 /// How far around a triangle the high poly is looked for, a share of the diagonal.
@@ -30,24 +32,10 @@ constexpr double kReach = 0.02;
 constexpr double kSpare = 0.01;
 /// Cells a side of the grid that finds dense triangles near some place.
 constexpr int kCells = 128;
-constexpr double kNoArea = 1e-12;
 constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
 
 TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) {
   return {points[t[0]], points[t[1]], points[t[2]]};
-}
-
-Vec3d normal_of(const TriangleCorners& p) { return cross(p[1] - p[0], p[2] - p[0]); }
-
-Vec3d unit_or_zero(const Vec3d& v) {
-  const double size = length(v);
-  return size > 0 ? v * (1 / size) : Vec3d{};
-}
-
-bool is_flat(const TriangleCorners& p) {
-  const Vec3d ab = p[1] - p[0], bc = p[2] - p[1], ca = p[0] - p[2];
-  const double longest = std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)});
-  return !(length(normal_of(p)) > kNoArea * longest);
 }
 
 /// Sides by edge: triangles that run along it, neighbours of opposite sense first.

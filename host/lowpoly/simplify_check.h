@@ -1,6 +1,7 @@
 // What a low poly may not have: folds, triangles without area, new holes.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -20,6 +21,30 @@ struct Flaws {
   bool none() const { return folded.empty() && flat.empty() && facing_down.empty(); }
   std::size_t count() const { return folded.size() + flat.size() + facing_down.size(); }
 };
+
+/// What a triangle by itself, and beside its neighbours, is taken for.
+namespace flaw_rules {
+
+/// Cosine between neighbours' normals: below the first, both are looked at; below the second, one lies on the other.
+inline constexpr double kSuspicious = -0.5, kBackToBack = -0.985;
+/// A triangle faces away where the best of the dense normals near it is below this.
+inline constexpr double kAway = -0.2;
+/// Height of a triangle without area, a share of its longest side.
+inline constexpr double kNoArea = 1e-12;
+
+inline Vec3d normal_of(const TriangleCorners& p) { return cross(p[1] - p[0], p[2] - p[0]); }
+inline Vec3d unit_or_zero(const Vec3d& v) {
+  const double size = length(v);
+  return size > 0 ? v * (1 / size) : Vec3d{};
+}
+/// Whether a triangle is no higher than a share of its longest side.
+inline bool is_thin(const TriangleCorners& p, double share) {
+  const Vec3d ab = p[1] - p[0], bc = p[2] - p[1], ca = p[0] - p[2];
+  return !(length(normal_of(p)) > share * std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)}));
+}
+inline bool is_flat(const TriangleCorners& p) { return is_thin(p, kNoArea); }
+
+}  // namespace flaw_rules
 
 /// Compares a low poly with the high poly that it stands for. Coordinates of about unit size.
 class SimplifyCheck {

@@ -12,6 +12,12 @@
 
 namespace kiln {
 
+/// A triangle turned so that its lowest corner comes first: equal for those of the same corners and sense.
+inline Triangle lowest_first(Triangle corners) {
+  std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+  return corners;
+}
+
 /// Items in lists, one list a vertex, each in order of key, then of index. Counted and dealt out, then every
 /// list is sorted by itself, on all threads: a few times as fast as one sort of all.
 class VertexLists {

@@ -20,31 +20,23 @@
 namespace kiln {
 namespace {
 
+// As SimplifyCheck looks at triangles, but with the fine vertices that their corners stand for.
+using flaw_rules::is_flat;
+using flaw_rules::is_thin;
+using flaw_rules::kAway;
+using flaw_rules::kBackToBack;
+using flaw_rules::kSuspicious;
+using flaw_rules::normal_of;
+using flaw_rules::unit_or_zero;
+
 /// How often flaws are looked for and mended.
 constexpr int kRounds = 4;
 /// And again only if at least one in so many was mended.
 constexpr std::size_t kWorthAnother = 2;
-/// As SimplifyCheck looks at triangles, but with the fine vertices that their corners stand for: cosine between
-/// neighbours' normals, where a triangle lies on its neighbour, where it faces away.
-constexpr double kSuspicious = -0.5, kBackToBack = -0.985, kAway = -0.2;
-constexpr double kNoArea = 1e-12;
 /// Height of a triangle that mending may leave, a share of its longest side.
 constexpr double kThin = 1e-4;
 /// Fine vertices of a side count for it from this cosine on.
 constexpr double kOfSide = 0.3;
-
-Vec3d normal_of(const TriangleCorners& p) { return cross(p[1] - p[0], p[2] - p[0]); }
-
-bool is_thin(const TriangleCorners& p, double share) {
-  const Vec3d ab = p[1] - p[0], bc = p[2] - p[1], ca = p[0] - p[2];
-  return !(length(normal_of(p)) > share * std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)}));
-}
-bool is_flat(const TriangleCorners& p) { return is_thin(p, kNoArea); }
-
-Vec3d unit_or_zero(const Vec3d& v) {
-  const double size = length(v);
-  return size > 0 ? v * (1 / size) : Vec3d{};
-}
 
 /// A low poly with its fine surface.
 struct Both {
@@ -133,8 +125,7 @@ void leave_gaps_out(const FineSurface& surface, LightSurface& light, LightFlaws&
   std::vector<Item> items(faces.triangles.size());
   parallel_for(items.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Triangle t = faces.triangles[i];
-      std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+      Triangle t = lowest_first(faces.triangles[i]);
       const bool even = t[1] < t[2];
       if (!even) std::swap(t[1], t[2]);
       items[i] = {t, static_cast<std::uint32_t>(i), even};

@@ -206,9 +206,7 @@ void LightPatch::find_fixed(std::span<const std::uint8_t> free) {
 void LightPatch::leave_repeats_out() {
   std::vector<std::pair<Triangle, std::uint32_t>> turned;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    Triangle t = triangles[i];
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    turned.emplace_back(t, i);
+    turned.emplace_back(lowest_first(triangles[i]), i);
   }
   std::sort(turned.begin(), turned.end());
   std::vector<std::uint8_t> repeats(triangles.size(), 0);

@@ -121,15 +121,25 @@ TEST(VolumeMending, HeadHasNoFolds) {
   }
 }
 
-TEST(VolumeMending, BytesAreTheSameOnAnyThreads) {
-  KILN_REQUIRE_DEVICE();
-  const Volume volume = test::make_float_volume({64, 64, 64}, [](double x, double y, double z) {
+/// A thin sheet along a gyroid.
+Volume sheet(std::uint32_t side) {
+  return test::make_float_volume({side, side, side}, [](double x, double y, double z) {
     return 0.25 - std::abs(test::gyroid_field(x, y, z, 24));
   });
+}
+
+ExtractOptions freely(std::uint32_t faces) {
   ExtractOptions options;
-  options.faces = 3000;
+  options.faces = faces;
   options.size = 256;
   options.keep_topology = false;
+  return options;
+}
+
+TEST(VolumeMending, BytesAreTheSameOnAnyThreads) {
+  KILN_REQUIRE_DEVICE();
+  const Volume volume = sheet(64);
+  const ExtractOptions options = freely(3000);
   const ExtractResult a = extract(*test::device(), volume, options);
   setenv("KILN_THREADS", "1", 1);
   const ExtractResult b = extract(*test::device(), volume, options);
@@ -143,14 +153,7 @@ TEST(VolumeMending, BytesAreTheSameOnAnyThreads) {
 /// Thin walls with few faces: sheets become one, across gaps and across walls.
 TEST(VolumeMending, ClosedGapsAreLeftOutAndTheRestIsCounted) {
   KILN_REQUIRE_DEVICE();
-  const Volume volume = test::make_float_volume({96, 96, 96}, [](double x, double y, double z) {
-    return 0.25 - std::abs(test::gyroid_field(x, y, z, 24));
-  });
-  ExtractOptions options;
-  options.faces = 2000;
-  options.size = 256;
-  options.keep_topology = false;
-  const ExtractResult result = extract(*test::device(), volume, options);
+  const ExtractResult result = extract(*test::device(), sheet(96), freely(2000));
   const ExtractReport& report = result.report;
   EXPECT_GT(report.left_out, 50U);
   EXPECT_EQ(count_repeated(result.mesh), report.repeated);
