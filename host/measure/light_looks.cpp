@@ -76,6 +76,11 @@ std::vector<std::uint32_t> map_channels(const BakeOptions& bake) {
   return channels;
 }
 
+void set_measured(const NormalError& error, LightTrial& trial) {
+  trial.measured = error.mean_degrees;
+  trial.standard_error = error.standard_error_degrees();
+}
+
 Image rounded(Image map, std::uint32_t bits) {
   const float steps = static_cast<float>((1U << bits) - 1);
   for (float& value : map.pixels) {
@@ -215,27 +220,27 @@ LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
   const auto& [seen, mapped] = glance(level);
   const Stopwatch watch;
-  const double plain = without_map(seen, coarse_);
+  const double plain = without_map(seen, coarse_).mean_degrees;
   LightModel::Node node = limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse_));
   node.plain = plain;
   plan_.seconds_measure += watch.total();
   return node;
 }
 
-double LightLooks::without_map(const Mesh& low, const DenseShown& shown) const {
-  return NormalProbe(impl_of(source_), with_some_uvs(low), shown).without_map().mean_degrees;
+NormalError LightLooks::without_map(const Mesh& low, const DenseShown& shown) const {
+  return NormalProbe(impl_of(source_), with_some_uvs(low), shown).without_map();
 }
 
-double LightLooks::plain(const Mesh& low) {
+NormalError LightLooks::plain(const Mesh& low) {
   const Stopwatch watch;
-  const double error = without_map(low, shown_);
+  const NormalError error = without_map(low, shown_);
   plan_.seconds_measure += watch.total();
   return error;
 }
 
 LightModel::Node LightLooks::look_with(std::size_t level, const NormalProbe& mapped) {
   LightModel::Node node = limits_of(mapped);
-  node.plain = without_map(mesh(level), shown_);
+  node.plain = without_map(mesh(level), shown_).mean_degrees;
   return node;
 }
 

@@ -31,6 +31,8 @@ std::vector<std::uint32_t> map_channels(const BakeOptions& bake);
 void few_directions(BakeOptions& options);
 /// A try with a map of one size.
 BakeOptions for_size(const BakeOptions& bake, std::uint32_t size, std::uint32_t samples);
+/// What was measured of a try.
+void set_measured(const NormalError& error, LightTrial& trial);
 /// A map as files of so many bits hold it.
 Image rounded(Image map, std::uint32_t bits);
 
@@ -56,7 +58,7 @@ class LightLooks {
   /// \param mapped  of the latter, whatever its layout
   LightModel::Node look_with(std::size_t level, const NormalProbe& mapped);
   /// The first of these alone.
-  double plain(const Mesh& low);
+  NormalError plain(const Mesh& low);
 
   /// A level with UVs for a map of `size` texels a side: charts, or those of a height field, which it has.
   /// Made once.
@@ -84,7 +86,7 @@ class LightLooks {
   void say(double done, const char* doing) const;
   const std::array<Mesh, 2>& glance(std::size_t level);
   LightModel::Node look(std::size_t level);
-  double without_map(const Mesh& low, const DenseShown& shown) const;
+  NormalError without_map(const Mesh& low, const DenseShown& shown) const;
   LightModel::Node limits_of(const NormalProbe& mapped) const;
   BakeOptions limit_options(MatchMethod method) const;
 

@@ -76,14 +76,15 @@ LightMade LightMaker::without_map(std::size_t level) {
   LightMade made;
   made.level = level;
   made.low = looks_.mesh(level);
-  model().know_plain(level, looks_.plain(made.low));
+  const NormalError error = looks_.plain(made.low);
+  model().know_plain(level, error.mean_degrees);
   // Vertices have several normals at creases.
   const std::uint64_t vertices = split_vertices(made.low);
   cost_.splits = static_cast<double>(vertices) / static_cast<double>(made.low.positions.size());
   made.trial = expect(level, 0);
   made.trial.vertices = vertices;
   made.trial.bytes = light_bytes(vertices, made.trial.faces, 0, cost_.channels, cost_.bits);
-  made.trial.measured = model().exactly(level).plain;
+  set_measured(error, made.trial);
   return made;
 }
 
@@ -124,16 +125,16 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
   made.bake.max_distance = plain.max_distance;
   const Stopwatch measuring;
   const auto error = [&](const Image& map) {
-    return probe->with_map(rounded(map, cost_.bits), plain).mean_degrees;
+    return probe->with_map(rounded(map, cost_.bits), plain);
   };
   if (learn) {
     for (const Image& map : result.maps.front().mips) {
       if (map.width < kSmallestMap) break;
-      model().measured(level, map.width, error(map), LightModel::Map::mip);
+      model().measured(level, map.width, error(map).mean_degrees, LightModel::Map::mip);
     }
     made.trial.expected = model().expected(level, size);
   }
-  made.trial.measured = error(result.maps.front().image);
+  set_measured(error(result.maps.front().image), made.trial);
   model().measured(level, size, made.trial.measured,
                    size == laid_out_for ? LightModel::Map::own : LightModel::Map::wide);
   made.trial.vertices = split_vertices(made.low);
@@ -153,7 +154,7 @@ void LightMaker::bake_all_maps(const LightMade& made) {
   plan_.bake.progress = bake_.progress;
   plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
   plan_.drawn = rounded(std::move(plan_.drawn), cost_.bits);
-  plan_.chosen.measured = made.probe->with_map(plan_.drawn, plan_.bake).mean_degrees;
+  set_measured(made.probe->with_map(plan_.drawn, plan_.bake), plan_.chosen);
   plan_.bounds =
       reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
 }

@@ -144,7 +144,7 @@ class LodMaker {
     trial.bytes = light_bytes(trial.vertices, trial.faces, trial.size, {}, trial.bits);
     const NormalProbe probe(impl_of(source_), low, shown);
     const BakeOptions& bake = first().bake;
-    trial.measured = probe.with_map(first().drawn, bake).mean_degrees;
+    set_measured(probe.with_map(first().drawn, bake), trial);
     trial.expected = trial.measured;
     light.trials.push_back(trial);
     if (trial.measured > options_.plan.max_error) return trial;

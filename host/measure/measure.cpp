@@ -131,6 +131,12 @@ NormalError NormalComparison::error() const {
   return error;
 }
 
+double NormalError::standard_error_degrees() const {
+  if (pixels < 2) return 0;
+  const double variance = std::max(0.0, rms_degrees * rms_degrees - mean_degrees * mean_degrees);
+  return std::sqrt(variance / static_cast<double>(pixels - 1));
+}
+
 NormalError compare_normals(const Image& reference, const Image& other) {
   NormalComparison comparison;
   comparison.add(reference, other);

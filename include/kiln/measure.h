@@ -34,6 +34,10 @@ struct NormalError {
   double max_degrees = 0;              ///< The greatest angle
   double mean_8bit = 0;                ///< Mean length of the 8-bit difference
   std::array<double, 5> above_8bit{};  ///< Share of pixels above each threshold, 0 to 1
+
+  /// Of `mean_degrees`, degrees: how far chance leaves it off where pixels are samples of many more. Two means in
+  /// three are nearer than that.
+  double standard_error_degrees() const;
 };
 
 /// Gathers the differences of any number of pictures of normals, a reference and another each. Keeps no picture,

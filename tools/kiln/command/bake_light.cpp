@@ -69,7 +69,8 @@ Json trial_json(const LightTrial& trial) {
             {"texels", trial.bytes.texels},
             {"total", trial.bytes.total()}}},
           {"expected_degrees", trial.expected},
-          {"measured_degrees", trial.measured < 0 ? Json() : Json(trial.measured)}};
+          {"measured_degrees", trial.measured < 0 ? Json() : Json(trial.measured)},
+          {"standard_error_degrees", trial.measured < 0 ? Json() : Json(trial.standard_error)}};
 }
 
 Json trials_json(const std::vector<LightTrial>& trials) {
@@ -146,15 +147,17 @@ std::vector<std::string> trade_table(const LightBake& light) {
   std::sort(rows.begin(), rows.end(),
             [](const LightTrial& a, const LightTrial& b) { return a.size < b.size; });
   for (const LightTrial& row : rows) {
-    double measured = row.measured;
+    LightTrial known = row;
     for (const LightTrial& trial : light.trials) {
-      if (same(trial, row)) measured = trial.measured;
+      if (same(trial, row)) known = trial;
     }
+    const bool made = known.measured >= 0;
     std::snprintf(
         text, sizeof text, "%9s %9s %12s %10s %10s  %s%s", with_commas(row.faces).c_str(),
         with_commas(row.vertices).c_str(), size_text(row.size).c_str(),
-        kib(row.bytes.total()).c_str(), degrees(measured < 0 ? row.expected : measured).c_str(),
-        measured < 0 ? "expected" : "measured", same(row, light.chosen) ? "  <- chosen" : "");
+        kib(row.bytes.total()).c_str(), degrees(made ? known.measured : row.expected).c_str(),
+        made ? ("measured, ± " + degrees(known.standard_error)).c_str() : "expected",
+        same(row, light.chosen) ? "  <- chosen" : "");
     lines.emplace_back(text);
   }
   if (light.chosen.size == 0 && light.reached) {

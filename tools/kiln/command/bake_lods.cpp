@@ -30,6 +30,7 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
                  {"texels", chosen.bytes.texels},
                  {"total", chosen.bytes.total()}}},
                {"measured_degrees", chosen.measured},
+               {"standard_error_degrees", chosen.standard_error},
                {"wanted_degrees", level.light.wanted},
                {"reached", level.light.reached}};
   for (std::size_t i = 1; i < files.size(); ++i) {
@@ -125,9 +126,10 @@ std::vector<std::string> lod_table(const LodChain& chain) {
     const std::string map = chosen.size == 0  ? "none"
                             : !level.own_maps ? "that of 0"
                                               : size + " x " + size;
-    std::snprintf(text, sizeof text, "%9zu %9u %9s %9s %12s %10.1f %10.3g", k, level.screen,
+    std::snprintf(text, sizeof text, "%9zu %9u %9s %9s %12s %10.1f %10.3g ± %.2g", k, level.screen,
                   with_commas(chosen.faces).c_str(), with_commas(chosen.vertices).c_str(),
-                  map.c_str(), static_cast<double>(chosen.bytes.total()) / 1024, chosen.measured);
+                  map.c_str(), static_cast<double>(chosen.bytes.total()) / 1024, chosen.measured,
+                  chosen.standard_error);
     lines.emplace_back(text);
   }
   return lines;
