@@ -78,7 +78,7 @@ std::vector<std::uint32_t> map_channels(const BakeOptions& bake) {
 
 void set_measured(const NormalError& error, LightTrial& trial) {
   trial.measured = error.mean_degrees;
-  trial.standard_error = error.standard_error_degrees();
+  trial.standard_error = error.standard_error_degrees;
 }
 
 Image rounded(Image map, std::uint32_t bits) {

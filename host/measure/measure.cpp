@@ -97,10 +97,13 @@ void NormalComparison::add(const Image& reference, const Image& other) {
       differences[i] = difference_8bit(a, b);
     }
   });
+  auto& [count, sum] = pictures_.emplace_back(0, 0);
   // In the pixels' order, so that sums are the same for any number of threads.
   for (std::size_t i = 0; i < pixels; ++i) {
     if (angles[i] == kOneSided) ++one_sided_;
     if (angles[i] < 0) continue;
+    ++count;
+    sum += angles[i];
     angles_.push_back(angles[i]);
     sum_degrees_ += angles[i];
     sum_squares_ += angles[i] * angles[i];
@@ -119,6 +122,14 @@ NormalError NormalComparison::error() const {
   const auto count = static_cast<double>(angles_.size());
   error.mean_degrees = sum_degrees_ / count;
   error.rms_degrees = std::sqrt(sum_squares_ / count);
+  // Pictures are drawn at random, whole ones (Cochran, Sampling Techniques, 1977, section 6.3).
+  const auto many = static_cast<double>(pictures_.size());
+  double squares = 0;
+  for (const auto& [pixels, sum] : pictures_) {
+    const double off = sum - error.mean_degrees * pixels;
+    squares += off * off;
+  }
+  if (many > 1) error.standard_error_degrees = std::sqrt(squares * many / (many - 1)) / count;
   error.mean_8bit = sum_8bit_ / count;
   for (std::size_t k = 0; k < above_.size(); ++k) {
     error.above_8bit[k] = static_cast<double>(above_[k]) / count;
@@ -129,12 +140,6 @@ NormalError NormalComparison::error() const {
   error.p95_degrees = percentile(angles, 95);
   error.median_degrees = percentile(angles, 50);
   return error;
-}
-
-double NormalError::standard_error_degrees() const {
-  if (pixels < 2) return 0;
-  const double variance = std::max(0.0, rms_degrees * rms_degrees - mean_degrees * mean_degrees);
-  return std::sqrt(variance / static_cast<double>(pixels - 1));
 }
 
 NormalError compare_normals(const Image& reference, const Image& other) {

@@ -43,11 +43,24 @@ Vec3d texel_at(const Image& map, double u, double v) {
          (read(x0, y1) * (1 - fx) + read(x1, y1) * fx) * fy;
 }
 
+/// Pixels of an image of one row.
+Image row_part(const Image& row, std::uint32_t begin, std::uint32_t end) {
+  const auto at = [&](std::uint32_t x) {
+    return row.pixels.begin() + std::ptrdiff_t{x} * row.channels;
+  };
+  return {end - begin, 1, row.channels, std::vector<float>(at(begin), at(end))};
+}
+
 }  // namespace
 
 NormalError NormalProbe::compare(const Image& shown) const {
-  NormalError error = compare_normals(
-      reference_, points_a_pixel_ > 1 ? pixel_means(shown, points_a_pixel_) : shown);
+  const Image pixels = points_a_pixel_ > 1 ? pixel_means(shown, points_a_pixel_) : shown;
+  NormalComparison comparison;
+  for (std::size_t i = 1; i < picture_begins_.size(); ++i) {
+    const std::uint32_t begin = picture_begins_[i - 1], end = picture_begins_[i];
+    if (begin < end) comparison.add(row_part(reference_, begin, end), row_part(pixels, begin, end));
+  }
+  NormalError error = comparison.error();
   error.one_sided += one_sided_;
   if (worst_where_unseen_ && places_.empty()) error.mean_degrees = kLargestAngle;
   return error;

@@ -100,6 +100,8 @@ class NormalProbe {
   std::vector<kiln_low_shading> shading_;
   std::vector<Place> places_;
   std::uint32_t points_a_pixel_ = 1;
+  std::vector<std::uint32_t>
+      picture_begins_;  ///< Pixels of each picture begin there, and where the last one ends
   bool worst_where_unseen_ = false;  ///< Errors without any place
   Image reference_;                  ///< The high poly's normals, one row
   std::uint64_t one_sided_ = 0;

@@ -105,6 +105,10 @@ void NormalProbe::take_places(const std::vector<Picture>& pictures, const Pictur
   const std::vector<float>& normals = reads_.read_source(source_.attributes.normals);
   const std::vector<std::uint32_t> both = points_on_both(shown, dense);
   places_.resize(both.size());
+  for (std::size_t i = 0; i <= pictures.size(); ++i) {
+    const auto begin = std::lower_bound(both.begin(), both.end(), i * each);
+    picture_begins_.push_back(static_cast<std::uint32_t>(begin - both.begin()) / points_a_pixel_);
+  }
   reference_ = {static_cast<std::uint32_t>(both.size()), 1, 3,
                 std::vector<float>(std::size_t{3} * both.size())};
   parallel_for(both.size(), kPlaceGrain, [&](std::size_t begin, std::size_t end) {

@@ -75,8 +75,8 @@ struct LightTrial {
   MatchMethod method = MatchMethod::ray;  ///< How points of the high poly are found
   LightBytes bytes;                       ///< In memory
   double expected = 0;                    ///< Mean angle, degrees, by the model
-  double measured = -1;  ///< Mean angle, degrees, of the map itself; below 0: not made
-  double standard_error = 0;  ///< Of `measured`: pixels are samples. NormalError::standard_error_degrees()
+  double measured = -1;       ///< Mean angle, degrees, of the map itself; below 0: not made
+  double standard_error = 0;  ///< Of `measured`: NormalError::standard_error_degrees
 };
 
 /// What a number of faces can do.

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "kiln/bake.h"
@@ -34,10 +35,9 @@ struct NormalError {
   double max_degrees = 0;              ///< The greatest angle
   double mean_8bit = 0;                ///< Mean length of the 8-bit difference
   std::array<double, 5> above_8bit{};  ///< Share of pixels above each threshold, 0 to 1
-
-  /// Of `mean_degrees`, degrees: how far chance leaves it off where pixels are samples of many more. Two means in
-  /// three are nearer than that.
-  double standard_error_degrees() const;
+  /// Of `mean_degrees`: how far off few directions and few pixels may leave it. By how far the pictures' means lie
+  /// apart, so 0 of a single one.
+  double standard_error_degrees = 0;
 };
 
 /// Gathers the differences of any number of pictures of normals, a reference and another each. Keeps no picture,
@@ -56,6 +56,8 @@ class NormalComparison {
   std::vector<double> angles_;
   std::uint64_t one_sided_ = 0;
   double sum_degrees_ = 0, sum_squares_ = 0, sum_8bit_ = 0;
+  /// Of each pair of pictures: how many pixels were compared, and the sum of their angles.
+  std::vector<std::pair<double, double>> pictures_;
   std::array<std::uint64_t, NormalError::kThresholds8Bit.size()> above_{};
 };
 

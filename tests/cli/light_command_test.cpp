@@ -61,6 +61,9 @@ TEST(LightCommand, PlansFacesAndTexelsTogether) {
   EXPECT_TRUE(plan["reached"].get<bool>());
   EXPECT_EQ(plan["wanted_degrees"], 2);
   EXPECT_LE(plan["chosen"]["measured_degrees"].get<double>(), 2);
+  EXPECT_GT(plan["chosen"]["standard_error_degrees"].get<double>(), 0);
+  EXPECT_LT(plan["chosen"]["standard_error_degrees"].get<double>(), 0.5);
+  EXPECT_NE(done.output.find("measured, ± "), std::string::npos) << done.output;
   EXPECT_FALSE(plan["trials"].empty());
   EXPECT_FALSE(plan["trade"].empty());
   const Mesh low = load_mesh(dense.folder / "near" / "high_low.obj");

@@ -86,6 +86,26 @@ TEST(CompareNormals, LeavesOutWhatOnlyOneCovers) {
   EXPECT_EQ(nothing.p99_degrees, 0);
 }
 
+TEST(CompareNormals, StandardErrorIsThatOfPicturesNotPixels) {
+  // Two pictures of 0 and two of 10 degrees: their mean may be off by 2.9, however many pixels there are.
+  NormalComparison comparison;
+  for (const double degrees : {0.0, 10.0, 0.0, 10.0}) {
+    const Image flat = picture(std::vector<Vec3>(1000, tilted(0)));
+    comparison.add(flat, picture(std::vector<Vec3>(1000, tilted(degrees))));
+  }
+  EXPECT_NEAR(comparison.error().mean_degrees, 5, 1e-5);
+  EXPECT_NEAR(comparison.error().standard_error_degrees, 5 / std::sqrt(3.0), 1e-5);
+  // Pixels of one picture tell nothing of others.
+  const Image flat = picture(std::vector<Vec3>(4, tilted(0)));
+  const Image both = picture({tilted(0), tilted(10), tilted(0), tilted(10)});
+  EXPECT_EQ(compare_normals(flat, both).standard_error_degrees, 0);
+  // Of pictures that all have the same mean, none is left.
+  NormalComparison alike;
+  alike.add(flat, both);
+  alike.add(flat, both);
+  EXPECT_NEAR(alike.error().standard_error_degrees, 0, 1e-9);
+}
+
 TEST(CompareNormals, EightBitDifferenceByHand) {
   // (0, 0, 1) is stored as (128, 128, 255), since 255/2 + 1/2 is 128; (1, 0, 0) as (255, 128, 128).
   const NormalError right = compare_normals(picture({{0, 0, 1}}), picture({{1, 0, 0}}));

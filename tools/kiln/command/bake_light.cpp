@@ -152,12 +152,12 @@ std::vector<std::string> trade_table(const LightBake& light) {
       if (same(trial, row)) known = trial;
     }
     const bool made = known.measured >= 0;
-    std::snprintf(
-        text, sizeof text, "%9s %9s %12s %10s %10s  %s%s", with_commas(row.faces).c_str(),
-        with_commas(row.vertices).c_str(), size_text(row.size).c_str(),
-        kib(row.bytes.total()).c_str(), degrees(made ? known.measured : row.expected).c_str(),
-        made ? ("measured, ± " + degrees(known.standard_error)).c_str() : "expected",
-        same(row, light.chosen) ? "  <- chosen" : "");
+    std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10s  %s%s", with_commas(row.faces).c_str(),
+                  with_commas(row.vertices).c_str(), size_text(row.size).c_str(),
+                  kib(row.bytes.total()).c_str(),
+                  degrees(made ? known.measured : row.expected).c_str(),
+                  made ? ("measured, ± " + degrees(known.standard_error)).c_str() : "expected",
+                  same(row, light.chosen) ? "  <- chosen" : "");
     lines.emplace_back(text);
   }
   if (light.chosen.size == 0 && light.reached) {
