@@ -13,6 +13,9 @@ namespace {
 
 /// What is left of a sum where its parts cancel out (two faces back to back) is rounding, no direction.
 constexpr double kCancelled = 1e-3;
+/// Where the faces cancel out, as those of a card do, normals say more only if they agree so far: each side may have
+/// been given some of its own.
+constexpr double kAgree = 0.25;
 
 }  // namespace
 
@@ -205,7 +208,8 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
   });
   // Corner normals that cancel out say nothing of a direction; the faces may.
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    if (length(sums[i]) <= kCancelled * totals[i]) sums[i] = face_sums[i];
+    const bool card = length(face_sums[i]) <= kCancelled * totals[i];
+    if (length(sums[i]) <= (card ? kAgree : kCancelled) * totals[i]) sums[i] = face_sums[i];
   }
   std::vector<Vec3> result = normalized(sums, totals);
   for (std::size_t i = 0; i < result.size(); ++i) result[i] = result[first[i]];

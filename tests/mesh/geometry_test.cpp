@@ -121,6 +121,23 @@ TEST(ContinuousDirections, AreEqualWhereVerticesAreSplitAndAverageHardEdges) {
   }
 }
 
+TEST(ContinuousDirections, ACardHasNoneUnlessItsNormalsAgree) {
+  Mesh card;
+  card.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  card.triangles = {{0, 1, 2}, {0, 2, 1}};
+  card.normal_triangles = {{0, 0, 0}, {1, 1, 1}};
+  const auto direction = [&](const Vec3& front, const Vec3& back) {
+    card.normals = {front, back};
+    return continuous_directions(card.positions, card.triangles,
+                                 corner_normals(card, card.positions))[0];
+  };
+  // What is left of two sides that were fitted each by itself is no direction.
+  EXPECT_EQ(direction({0, 0, 1}, {0.1F, 0, -0.995F}), Vec3{});
+  EXPECT_EQ(direction({0, 0.2F, 0.98F}, {0, 0, -1}), Vec3{});
+  // Foliage may have normals that all look up, on both sides.
+  EXPECT_NEAR(direction({0, 0.8F, 0.6F}, {0, 0.8F, -0.6F}).y, 1, 1e-6);
+}
+
 TEST(WeldPositions, TreatsNegativeZeroAsZero) {
   const std::vector<Vec3> positions = {{0, 1, 2}, {5, 5, 5}, {-0.0F, 1, 2}, {0, 1, 2.0000002F}};
   EXPECT_EQ(weld_positions(positions), (std::vector<std::uint32_t>{0, 1, 0, 3}));
