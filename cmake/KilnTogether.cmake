@@ -18,7 +18,7 @@ kiln_compile_together(host hot_2
 kiln_compile_together(host hot_3
   mesh/bend_tree.cpp mesh/cage.cpp mesh/charts.cpp mesh/curvature.cpp mesh/fans.cpp mesh/join_meshes.cpp
   mesh/low_shading.cpp mesh/low_surface.cpp mesh/normals.cpp mesh/open_sheets.cpp
-  mesh/polygon_weights.cpp mesh/surface_distance.cpp mesh/tangent.cpp mesh/usable.cpp mesh/uv_copies.cpp
+  mesh/polygon_weights.cpp mesh/surface_deviation.cpp mesh/surface_distance.cpp mesh/tangent.cpp mesh/usable.cpp mesh/uv_copies.cpp
   mesh/uv_grid.cpp mesh/uv_squares.cpp mesh/weld.cpp)
 kiln_compile_together(host hot_4
   volume/atlas.cpp volume/cell_grid.cpp volume/chart_map.cpp volume/contour.cpp volume/extract.cpp

@@ -62,7 +62,8 @@ double to_face(const Face& f, const Vec3d& p, double best, std::array<double, 3>
 }  // namespace
 
 BoundSamples::BoundSamples(std::span<const Vec3> positions, std::span<const Triangle> dense,
-                           std::uint64_t most) {
+                           std::uint64_t most)
+    : surface(positions, dense) {
   const std::uint64_t available = std::uint64_t{dense.size()} * 4;
   const std::uint64_t count = std::min(available, most);
   std::vector<std::uint8_t> seen(positions.size(), 0);
@@ -84,6 +85,7 @@ DeviationGuard::DeviationGuard(const CollapseMesh& mesh, const BoundSamples& sam
                                bool own)
     : samples_(samples),
       limits_(samples.points.size(), bound * bound),
+      bound_(bound * bound),
       first_(mesh.triangles.size(), kNoVertex),
       count_(mesh.triangles.size(), 0),
       next_(samples.points.size(), kNoVertex) {
@@ -104,6 +106,9 @@ DeviationGuard::DeviationGuard(const CollapseMesh& mesh, const BoundSamples& sam
     });
     holds_ =
         std::none_of(squared.begin(), squared.end(), [&](double d) { return d > bound * bound; });
+    if (holds_) {
+      holds_ = distance_back(samples.surface, points, mesh.triangles).largest <= bound;
+    }
   }
   for (std::size_t i = of.size(); i-- > 0;) {
     next_[i] = first_[of[i]];
@@ -203,10 +208,32 @@ bool DeviationGuard::assign() {
   return true;
 }
 
+/// Whether the triangles of the star are near the high poly: where they meet, in their middles, and halfway along
+/// the edges that move.
+bool DeviationGuard::is_near(const Vec3d& place) {
+  const auto is_off = [&](const Vec3d& p) {
+    const Vec3 at = to_float(p);
+    if (samples_.surface.is_within(at, bound_)) return false;
+    refused_ = samples_.surface.is_within(at, kNear * bound_) ? 1 : kNear;
+    return true;
+  };
+  const auto is_face_off = [&](const Face& f) {
+    if (is_off(f.a + (f.ab + f.ac) * (1.0 / 3)) || is_off(f.a + f.ab * 0.5)) return true;
+    // Its other edge is a neighbour's first, but for the last one of a border.
+    const bool shared = std::any_of(star_.begin(), star_.end(), [&](const Face& other) {
+      return other.ab.x == f.ac.x && other.ab.y == f.ac.y && other.ab.z == f.ac.z;
+    });
+    return !shared && is_off(f.a + f.ac * 0.5);
+  };
+  if (!is_off(place) && std::none_of(star_.begin(), star_.end(), is_face_off)) return true;
+  has_refused_ = true;
+  return false;
+}
+
 bool DeviationGuard::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                            Anchor anchor, const Vec3d& target) {
   gather(mesh, a, b, anchor, target);
-  return assign();
+  return assign() && is_near(target);
 }
 
 void DeviationGuard::collapse() {

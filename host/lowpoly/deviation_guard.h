@@ -11,6 +11,7 @@
 #include "lowpoly/collapse_mesh.h"
 #include "lowpoly/collapse_rule.h"
 #include "lowpoly/simplify_input.h"
+#include "mesh/surface_distance.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -23,6 +24,7 @@ struct BoundSamples {
 
   std::vector<Vec3> points;
   std::vector<std::uint32_t> triangles;  ///< One of the high poly that each lies on.
+  SurfaceDistance surface;               ///< The high poly.
 };
 
 /// Which distances vertices are moved for: the large ones above all, or all alike.
@@ -31,7 +33,8 @@ enum class Distances : std::uint8_t { large, all };
 /// Refuses a collapse after which samples of the high poly would be too far from the low poly.
 /// Each sample is assigned to a triangle. Those around a collapse go to the nearest of the triangles that it
 /// leaves (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The true nearest point is no
-/// farther.
+/// farther. Nor may a vertex go farther from the high poly than that: it would be no farther from any sample, but
+/// thin bars would grow thick.
 class DeviationGuard {
  public:
   /// \param samples  must outlive this
@@ -79,9 +82,11 @@ class DeviationGuard {
                   const Vec3d& target, bool with_common);
   Assigned nearest(std::uint32_t sample, std::size_t first) const;
   bool assign();
+  bool is_near(const Vec3d& place);
 
   const BoundSamples& samples_;
   std::vector<double> limits_;  ///< Of samples, squared.
+  double bound_;                ///< Of vertices, squared.
   bool holds_ = true, has_refused_ = false;
   double refused_ =
       0;  ///< Squared distance for which keeps() said no, over what the sample may be off.

@@ -321,6 +321,7 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
   report_.faces = result.triangles.size();
   report_.error = result.deviation.largest;
   report_.mean_error = result.deviation.mean;
+  report_.back_error = result.back.largest;
   Mesh mesh = assemble(result);
   if (options_.keep_uvs) {
     std::vector<std::uint32_t> charts = uv_charts(mesh);

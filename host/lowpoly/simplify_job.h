@@ -37,7 +37,8 @@ struct SimplifyResult {
       labels;     ///< By triangle, of SimplifyJob::labels(); empty: none are known.
   Layout layout;  ///< Empty where none is kept.
   DistanceReport deviation;
-  bool bound = false;  ///< Whether a bound stopped collapses.
+  DistanceReport back;  ///< The other way, with a bound.
+  bool bound = false;   ///< Whether a bound stopped collapses.
   /// Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
   std::vector<Place> flawed;
 };
@@ -157,7 +158,7 @@ class SimplifyJob {
   }
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
   SimplifyResult unchanged() const {
-    return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, false, {}};
+    return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, false, {}};
   }
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -22,8 +20,6 @@ constexpr std::size_t kParts = 32, kLeastPart = 4096;
 /// A triangle is farther than the best for sure where its plane is, by more than rounding; and so thin that its plane
 /// may be wrong where the squared sine of an angle is below this.
 constexpr double kSurelyFarther = 1.0001, kSliver = 1e-12;
-/// What bounds a squared distance is larger by so much than rounding may take off.
-constexpr double kMoreThanRounding = 1.0001, kTiny = 1e-14;
 
 /// Boxes of a tree over so many triangles, level by level: each has parts of at most two sizes, `size` and one
 /// more.
@@ -49,8 +45,32 @@ double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
   return squared(offset - (along < length2 ? edge * (along / length2) : edge));
 }
 
-/// The plane's distance where the foot lies inside the triangle, else the nearest edge's.
-/// \param best  what is farther for sure need not be exact
+/// Whether both of two triangles are farther than the best for sure, by their planes.
+bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double best) {
+  const Two ax{one[0].x, other[0].x}, ay{one[0].y, other[0].y}, az{one[0].z, other[0].z};
+  const Two bx = Two{one[1].x, other[1].x} - ax, by = Two{one[1].y, other[1].y} - ay,
+            bz = Two{one[1].z, other[1].z} - az;
+  const Two cx = Two{one[2].x, other[2].x} - ax, cy = Two{one[2].y, other[2].y} - ay,
+            cz = Two{one[2].z, other[2].z} - az;
+  const Two nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
+  const Two n2 = nx * nx + ny * ny + nz * nz;
+  const Two along =
+      (Two{p.x, p.x} - ax) * nx + (Two{p.y, p.y} - ay) * ny + (Two{p.z, p.z} - az) * nz;
+  const Two bound = kSurelyFarther * best * n2;
+  const Two b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
+  const auto farther = (along * along > bound) & (n2 > kSliver * b2 * c2);
+  return farther[0] != 0 && farther[1] != 0;
+}
+
+float component(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+void extend(Vec3& low, Vec3& high, const Vec3& p) {
+  low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+  high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+}
+
+}  // namespace
+
 double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   const Vec3d a(c[0]);
   const Vec3d ab = Vec3d(c[1]) - a, ac = Vec3d(c[2]) - a, ap = p - a;
@@ -70,85 +90,6 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   const double e2 = squared_to_segment(p - Vec3d(c[1]), Vec3d(c[2]) - Vec3d(c[1]));
   return std::min(std::min(e0, e1), e2);
 }
-
-/// Whether both of two triangles are farther than the best for sure, by their planes.
-bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double best) {
-  const Two ax{one[0].x, other[0].x}, ay{one[0].y, other[0].y}, az{one[0].z, other[0].z};
-  const Two bx = Two{one[1].x, other[1].x} - ax, by = Two{one[1].y, other[1].y} - ay,
-            bz = Two{one[1].z, other[1].z} - az;
-  const Two cx = Two{one[2].x, other[2].x} - ax, cy = Two{one[2].y, other[2].y} - ay,
-            cz = Two{one[2].z, other[2].z} - az;
-  const Two nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
-  const Two n2 = nx * nx + ny * ny + nz * nz;
-  const Two along =
-      (Two{p.x, p.x} - ax) * nx + (Two{p.y, p.y} - ay) * ny + (Two{p.z, p.z} - az) * nz;
-  const Two bound = kSurelyFarther * best * n2;
-  const Two b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
-  const auto farther = (along * along > bound) & (n2 > kSliver * b2 * c2);
-  return farther[0] != 0 && farther[1] != 0;
-}
-
-/// Triangles by their corners, wherever these begin.
-class KeptTriangles {
- public:
-  /// \param corners  three a triangle; must outlive this
-  explicit KeptTriangles(std::span<const Vec3> corners)
-      : corners_(corners), slots_(std::bit_ceil(corners.size() / 3 * 2 + 1), kNone) {
-    for (std::size_t t = 0; 3 * t < corners.size(); ++t) {
-      const Key key = key_of(&corners[3 * t]);
-      std::size_t i = slot_of(key);
-      while (slots_[i] != kNone && key_at(slots_[i]) != key) i = (i + 1) & (slots_.size() - 1);
-      if (slots_[i] == kNone) slots_[i] = static_cast<std::uint32_t>(t);
-    }
-  }
-
-  /// The corners of one that has these corners, else nothing.
-  const Vec3* find(const std::array<Vec3, 3>& triangle) const {
-    const Key key = key_of(triangle.data());
-    for (std::size_t i = slot_of(key); slots_[i] != kNone; i = (i + 1) & (slots_.size() - 1)) {
-      if (key_at(slots_[i]) == key) return &corners_[std::size_t{3} * slots_[i]];
-    }
-    return nullptr;
-  }
-
- private:
-  using Point = std::array<std::uint32_t, 3>;
-  using Key = std::array<Point, 3>;
-  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-  static Key key_of(const Vec3* c) {
-    Key key;
-    for (std::size_t k = 0; k < 3; ++k) {
-      key[k] = {std::bit_cast<std::uint32_t>(c[k].x), std::bit_cast<std::uint32_t>(c[k].y),
-                std::bit_cast<std::uint32_t>(c[k].z)};
-    }
-    std::rotate(key.begin(), std::min_element(key.begin(), key.end()), key.end());
-    return key;
-  }
-  Key key_at(std::uint32_t t) const { return key_of(&corners_[std::size_t{3} * t]); }
-  std::size_t slot_of(const Key& key) const {
-    std::uint64_t hash = 0;
-    for (const Point& point : key) {
-      for (const std::uint32_t bits : point) {
-        hash = (hash ^ bits) * 0x9E3779B97F4A7C15U;
-        hash ^= hash >> 32;
-      }
-    }
-    return hash & (slots_.size() - 1);
-  }
-
-  std::span<const Vec3> corners_;
-  std::vector<std::uint32_t> slots_;
-};
-
-float component(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
-void extend(Vec3& low, Vec3& high, const Vec3& p) {
-  low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-  high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-}
-
-}  // namespace
 
 SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
@@ -261,13 +202,20 @@ double SurfaceDistance::squared(const Vec3& point, double within, const Vec3*& c
   return result;
 }
 
+bool SurfaceDistance::is_within(const Vec3& point, double squared) const {
+  std::uint32_t place = 0;
+  const double above = std::nextafter(squared, std::numeric_limits<double>::infinity());
+  return search(point, place, above, squared) <= squared;
+}
+
 std::uint32_t SurfaceDistance::nearest(const Vec3& point, double within) const {
   std::uint32_t place = 0;
   search(point, place, within);
   return order_.empty() ? 0 : order_[place];
 }
 
-double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double best) const {
+double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double best,
+                               double enough) const {
   if (boxes_.empty()) return best;
   const Vec3d at(point);
   struct Entry {
@@ -285,6 +233,7 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
     const Box& box = boxes_[entry.box];
     if (box.count != 0) {
       look_at(at, box, place, best);
+      if (best <= enough) return best;
       entry.distance = std::numeric_limits<double>::infinity();
       continue;
     }
@@ -338,58 +287,6 @@ void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
         body(corners);
     }
   }
-}
-
-DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
-                                  std::span<const Triangle> dense_triangles,
-                                  const SurfaceDistance& light, std::uint64_t max_samples) {
-  DistanceReport report;
-  const std::uint64_t available = std::uint64_t{dense_triangles.size()} * 4;
-  report.samples = std::min(available, max_samples);
-  if (report.samples == 0) return report;
-
-  const KeptTriangles kept(light.corners());
-  std::vector<double> squared(report.samples);
-  std::atomic<std::uint64_t> searched = 0;
-  parallel_for(report.samples, 1024, [&](std::size_t begin, std::size_t end) {
-    Vec3d before;
-    std::uint64_t searches = 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint64_t sample = distance_sample(i, report.samples, available);
-      const Triangle& t = dense_triangles[sample / 4];
-      const Vec3& a = dense_positions[t[0]];
-      const Vec3& b = dense_positions[t[1]];
-      const Vec3& c = dense_positions[t[2]];
-      const Vec3 point = distance_point(dense_positions, t, sample % 4);
-      if (const Vec3* same = kept.find({a, b, c}); same != nullptr) {
-        squared[i] =
-            squared_to_triangle(Vec3d(point), same, std::numeric_limits<double>::infinity());
-      } else {
-        // No farther than the sample before, and than the way from there.
-        double within = std::numeric_limits<double>::infinity();
-        if (i > begin) {
-          const double farthest = std::sqrt(squared[i - 1]) + length(Vec3d(point) - before);
-          within = kMoreThanRounding * farthest * farthest + kTiny;
-        }
-        squared[i] = light.squared(point, within);
-        ++searches;
-      }
-      before = Vec3d(point);
-    }
-    searched += searches;
-  });
-  report.searched = searched;
-  double sum = 0, sum_of_squares = 0, largest = 0;
-  for (const double value : squared) {
-    sum += std::sqrt(value);
-    sum_of_squares += value;
-    largest = std::max(largest, value);
-  }
-  const auto count = static_cast<double>(report.samples);
-  report.largest = std::sqrt(largest);
-  report.mean = sum / count;
-  report.root_mean_square = std::sqrt(sum_of_squares / count);
-  return report;
 }
 
 }  // namespace kiln

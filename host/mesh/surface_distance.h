@@ -29,6 +29,8 @@ class SurfaceDistance {
   double squared(const Vec3& point, double within = std::numeric_limits<double>::infinity()) const;
   /// The same, and the corners of the triangle that is nearest; null where there is none.
   double squared(const Vec3& point, double within, const Vec3*& corners) const;
+  /// Whether some triangle is no farther than a squared distance. Quicker than finding the nearest.
+  bool is_within(const Vec3& point, double squared) const;
   /// The triangle that is nearest, as numbered when it was given; 0 where there is none. Of several it is
   /// always the same one.
   /// \param within  a squared distance that one surely is nearer than; what is known of it spares most of the search
@@ -63,13 +65,19 @@ class SurfaceDistance {
 
   std::vector<Box> boxes_;
   /// \returns the squared distance. \param place  out: in the order of the leaves
-  /// \param best  no triangle from so far on counts
-  double search(const Vec3& point, std::uint32_t& place, double best) const;
+  /// \param best    no triangle from so far on counts
+  /// \param enough  one that is no farther than this ends the search
+  double search(const Vec3& point, std::uint32_t& place, double best, double enough = -1) const;
   void look_at(const Vec3d& at, const Box& leaf, std::uint32_t& place, double& best) const;
 
   std::vector<Vec3> corners_;         ///< Three a triangle, in the order of the leaves.
   std::vector<std::uint32_t> order_;  ///< Of the leaves' triangles, their numbers.
 };
+
+/// Squared distance of a triangle: the plane's where the foot lies inside, else the nearest edge's.
+/// \param corners  three
+/// \param best     what is farther for sure need not be exact
+double squared_to_triangle(const Vec3d& point, const Vec3* corners, double best);
 
 /// One-sided distance statistics.
 struct DistanceReport {
@@ -94,6 +102,11 @@ inline Vec3 distance_point(std::span<const Vec3> positions, const Triangle& t, s
   const Vec3 &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
   return {(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3};
 }
+
+/// Distances from the low poly to the high poly. Samples are corners, centroids and middles of edges of its triangles.
+/// `searched` stays 0. Does not depend on threads.
+DistanceReport distance_back(const SurfaceDistance& dense, std::span<const Vec3> positions,
+                             std::span<const Triangle> triangles);
 
 /// Distances from the high poly to the low poly, sampled at the high poly's triangles' centroids and
 /// corners: all of them up to `max_samples`, else evenly spaced ones. Degenerate dense triangles are

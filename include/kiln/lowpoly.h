@@ -43,6 +43,9 @@ struct SimplifyReport {
   /// 262,144 of them evenly spaced.
   double error = 0;
   double mean_error = 0;  ///< The mean distance of the same samples, as a share of the diagonal.
+  /// With a bound: the largest distance the other way, as a share of the diagonal; else 0. Samples are corners,
+  /// centroids and middles of edges of the low poly's triangles.
+  double back_error = 0;
   /// Search distance for bakes onto the result, as a share of the diagonal (BakeOptions::max_distance): the default of
   /// bakes, or 2.5 times the deviation. It is along rays, and from the low poly where that is farther off.
   double search_distance() const { return error > 0.008 ? 2.5 * error : 0.02; }
@@ -71,8 +74,8 @@ struct SimplifyReport {
 ///
 /// With a bound instead, the result's measured error never exceeds it. A collapse is refused where a sample
 /// would be too far from the triangles around (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control");
-/// others go on. Vertices move within the bound, which makes room for more collapses. The bound is of distances from
-/// the high poly to the low poly. Where all faces must stay, or one is left, "all-faces-kept" or
+/// others go on. Vertices move within the bound, which makes room for more collapses. Nor may corners, centroids and
+/// middles of edges of the low poly be farther from the high poly than that (`back_error`). Where all faces must stay, or one is left, "all-faces-kept" or
 /// "one-triangle" in the warnings says so.
 ///
 /// Crumbs: a crumb is a part (triangles that shared vertices connect). Its box's diagonal is below the

@@ -25,13 +25,41 @@ std::uint64_t flaws(const SimplifyReport& report) {
   return report.folded + report.without_area + report.holes;
 }
 
-/// Whether a low poly of fewer faces, made by their count, is within the bound.
+double diagonal(const Mesh& mesh) {
+  Vec3 low = mesh.positions.front(), high = low;
+  for (const Vec3& p : mesh.positions) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  return length(Vec3d(high) - Vec3d(low));
+}
+
+/// How far a low poly strays from its high poly, at many points of each triangle; a share of the diagonal.
+double strays(const Mesh& low, const Mesh& high) {
+  constexpr int kSteps = 8;
+  const SurfaceDistance surface(high.positions, high.triangles);
+  double most = 0;
+  for (const Triangle& t : low.triangles) {
+    for (int i = 0; i <= kSteps; ++i) {
+      for (int k = 0; i + k <= kSteps; ++k) {
+        const double u = static_cast<double>(i) / kSteps, v = static_cast<double>(k) / kSteps;
+        const Vec3d p = Vec3d(low.positions[t[0]]) * (1 - u - v) + Vec3d(low.positions[t[1]]) * u +
+                        Vec3d(low.positions[t[2]]) * v;
+        most = std::max(most, surface.squared(to_float(p)));
+      }
+    }
+  }
+  return std::sqrt(most) / diagonal(high);
+}
+
+/// Whether a low poly of fewer faces, made by their count, is within the bound both ways.
 bool fewer_do(const Mesh& high, SimplifyOptions options, std::uint64_t faces) {
   if (faces < 2) return false;
   options.faces = static_cast<std::uint32_t>(faces - 1);
   SimplifyReport report;
   const Mesh low = simplify(high, options, &report);
-  return low.triangles.size() < faces && report.error <= options.max_error;
+  return low.triangles.size() < faces && report.error <= options.max_error &&
+         strays(low, high) <= options.max_error;
 }
 
 /// A sphere with waves, steep in one place and small all around.
@@ -67,6 +95,25 @@ TEST(SimplifyBound, FewerFacesByCountAreBeyondIt) {
       EXPECT_FALSE(fewer_do(meshes[i], {.max_error = bound}, report.faces)) << i << ' ' << bound;
     }
   }
+}
+
+/// A wire that is thinner than the bound: vertices far outside of it would be no farther from any of its points.
+TEST(SimplifyBound, ThinWiresDoNotGrowThick) {
+  const Mesh wire = test::torus(400, 12, 1, 0.02);
+  for (const double bound : {0.002, 0.005, 0.01}) {
+    SimplifyReport report;
+    const Mesh low = simplify(wire, {.max_error = bound}, &report);
+    EXPECT_LT(low.triangles.size(), wire.triangles.size() / 8) << bound;
+    EXPECT_LE(report.error, bound);
+    EXPECT_LE(report.back_error, bound);
+    // Between the points that are bounded, a little more.
+    const double found = strays(low, wire);
+    EXPECT_LE(found, 1.2 * bound);
+    EXPECT_GE(1.2 * report.back_error, found);
+  }
+  SimplifyReport report;
+  simplify(wire, {.faces = 500}, &report);
+  EXPECT_EQ(report.back_error, 0) << "measured with a bound alone";
 }
 
 /// What one steep place needs says nothing of the others.

@@ -102,39 +102,46 @@ int run_simplify(const SimplifyArguments& arguments) {
   const std::uint64_t charts = arguments.keep_uvs ? report.charts : unwrap_report.charts;
   const double coverage = arguments.keep_uvs ? report.coverage : unwrap_report.coverage;
   const std::uint64_t vertices = split_vertices(low);
-  char text[512];
-  std::snprintf(text, sizeof text,
-                "wrote %s: %s of %s %s, %s vertices, deviation %.4f%% of the diagonal, %s, %.2f s",
-                arguments.out.c_str(), with_commas(report.faces).c_str(),
-                with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
-                with_commas(vertices).c_str(), report.error * 100,
-                layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
+  const bool by_error = arguments.faces == 0;
+  char back[48] = "", text[512];
+  if (by_error)
+    std::snprintf(back, sizeof back, " (%.4f%% from the low poly)", report.back_error * 100);
+  std::snprintf(
+      text, sizeof text,
+      "wrote %s: %s of %s %s, %s vertices, deviation %.4f%% of the diagonal%s, %s, %.2f s",
+      arguments.out.c_str(), with_commas(report.faces).c_str(),
+      with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
+      with_commas(vertices).c_str(), report.error * 100, back,
+      layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
   console.line(text);
   if (report.mended > 0) {
     console.line("mended " + with_commas(report.mended) +
                  " triangles that were folded, without area or facing down");
   }
   if (!arguments.json.empty()) {
-    Json json = {{"version", version()},
-                 {"inputs", {describe(high, arguments.high)}},
-                 {"outputs", {arguments.out}},
-                 {"faces", report.faces},
-                 {"vertices", vertices},
-                 {"error", report.error},
-                 {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
-                 {"hull", arguments.hull},
-                 {"dropped_parts", report.dropped_parts},
-                 {"normals", arguments.normals},
-                 {"charts", charts},
-                 {"coverage", coverage},
-                 {"flaws", describe_flaws(report)},
-                 {"seconds",
-                  {{"simplify", report.seconds},
-                   {"unwrap", unwrap_report.seconds},
-                   {"normals", seconds_normals},
-                   {"total", watch.total()}}},
-                 {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
-                 {"warnings", describe(warnings)}};
+    Json json = {
+        {"version", version()},
+        {"inputs", {describe(high, arguments.high)}},
+        {"outputs", {arguments.out}},
+        {"faces", report.faces},
+        {"vertices", vertices},
+        {"error", report.error},
+        {"back_error",
+         arguments.max_error.empty() && arguments.faces != 0 ? Json() : Json(report.back_error)},
+        {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
+        {"hull", arguments.hull},
+        {"dropped_parts", report.dropped_parts},
+        {"normals", arguments.normals},
+        {"charts", charts},
+        {"coverage", coverage},
+        {"flaws", describe_flaws(report)},
+        {"seconds",
+         {{"simplify", report.seconds},
+          {"unwrap", unwrap_report.seconds},
+          {"normals", seconds_normals},
+          {"total", watch.total()}}},
+        {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
+        {"warnings", describe(warnings)}};
     if (!arguments.keep_uvs) {
       json["border_texels"] = unwrap_report.border_texels;
       json["density"] = arguments.density;
@@ -159,8 +166,9 @@ Run add_simplify(Command& app) {
                                    "Number of triangles (default: as few as --max-error allows)")
                       ->check(range(1U, 100000000U));
   command
-      ->add_option("--max-error", arguments->max_error,
-                   "Largest deviation, percent of the diagonal: 0.2% or 0.2 (default 0.2%)")
+      ->add_option(
+          "--max-error", arguments->max_error,
+          "Largest deviation, both ways, percent of the diagonal: 0.2% or 0.2 (default 0.2%)")
       ->excludes(faces);
   Option* size =
       command->add_option("--size", arguments->size, "Map size that the borders are meant for")
