@@ -105,7 +105,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   const bool by_error = arguments.faces == 0;
   char back[48] = "", text[512];
   if (by_error)
-    std::snprintf(back, sizeof back, " (%.4f%% from the low poly)", report.back_error * 100);
+    std::snprintf(back, sizeof back, " (%.4f%% the other way)", report.back_error * 100);
   std::snprintf(
       text, sizeof text,
       "wrote %s: %s of %s %s, %s vertices, deviation %.4f%% of the diagonal%s, %s, %.2f s",
@@ -119,29 +119,27 @@ int run_simplify(const SimplifyArguments& arguments) {
                  " triangles that were folded, without area or facing down");
   }
   if (!arguments.json.empty()) {
-    Json json = {
-        {"version", version()},
-        {"inputs", {describe(high, arguments.high)}},
-        {"outputs", {arguments.out}},
-        {"faces", report.faces},
-        {"vertices", vertices},
-        {"error", report.error},
-        {"back_error",
-         arguments.max_error.empty() && arguments.faces != 0 ? Json() : Json(report.back_error)},
-        {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
-        {"hull", arguments.hull},
-        {"dropped_parts", report.dropped_parts},
-        {"normals", arguments.normals},
-        {"charts", charts},
-        {"coverage", coverage},
-        {"flaws", describe_flaws(report)},
-        {"seconds",
-         {{"simplify", report.seconds},
-          {"unwrap", unwrap_report.seconds},
-          {"normals", seconds_normals},
-          {"total", watch.total()}}},
-        {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
-        {"warnings", describe(warnings)}};
+    Json json = {{"version", version()},
+                 {"inputs", {describe(high, arguments.high)}},
+                 {"outputs", {arguments.out}},
+                 {"faces", report.faces},
+                 {"vertices", vertices},
+                 {"error", report.error},
+                 {"back_error", by_error ? Json(report.back_error) : Json()},
+                 {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
+                 {"hull", arguments.hull},
+                 {"dropped_parts", report.dropped_parts},
+                 {"normals", arguments.normals},
+                 {"charts", charts},
+                 {"coverage", coverage},
+                 {"flaws", describe_flaws(report)},
+                 {"seconds",
+                  {{"simplify", report.seconds},
+                   {"unwrap", unwrap_report.seconds},
+                   {"normals", seconds_normals},
+                   {"total", watch.total()}}},
+                 {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
+                 {"warnings", describe(warnings)}};
     if (!arguments.keep_uvs) {
       json["border_texels"] = unwrap_report.border_texels;
       json["density"] = arguments.density;
