@@ -21,7 +21,7 @@ namespace {
 
 /// Each level has this share of the faces of the one before, down to so few.
 constexpr double kShare = 0.96;
-constexpr std::uint32_t kFewestFaces = 12;
+constexpr std::uint32_t kFewestFaces = 2;
 /// Of pictures: their pixels, without a size on screen; and of coarse ones, with and without.
 constexpr std::uint32_t kPixels = 48, kCoarsePixels = 24, kCoarseScreenPixels = 16;
 /// Of visibility fields, to compare ways to match with.
@@ -79,6 +79,7 @@ std::vector<std::uint32_t> map_channels(const BakeOptions& bake) {
 void set_measured(const NormalError& error, LightTrial& trial) {
   trial.measured = error.mean_degrees;
   trial.standard_error = error.standard_error_degrees;
+  trial.one_sided = error.one_sided_share;
 }
 
 Image rounded(Image map, std::uint32_t bits) {

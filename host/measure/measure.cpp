@@ -118,6 +118,9 @@ NormalError NormalComparison::error() const {
   NormalError error;
   error.pixels = angles_.size();
   error.one_sided = one_sided_;
+  const std::uint64_t covered = angles_.size() + one_sided_;
+  if (covered > 0)
+    error.one_sided_share = static_cast<double>(one_sided_) / static_cast<double>(covered);
   if (angles_.empty()) return error;
   const auto count = static_cast<double>(angles_.size());
   error.mean_degrees = sum_degrees_ / count;

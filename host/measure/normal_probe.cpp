@@ -62,6 +62,9 @@ NormalError NormalProbe::compare(const Image& shown) const {
   }
   NormalError error = comparison.error();
   error.one_sided += one_sided_;
+  const std::uint64_t covered = points_of_one_ + points_of_both_;
+  if (covered > 0)
+    error.one_sided_share = static_cast<double>(points_of_one_) / static_cast<double>(covered);
   if (worst_where_unseen_ && places_.empty()) error.mean_degrees = kLargestAngle;
   return error;
 }

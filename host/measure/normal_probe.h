@@ -104,7 +104,8 @@ class NormalProbe {
       picture_begins_;  ///< Pixels of each picture begin there, and where the last one ends
   bool worst_where_unseen_ = false;  ///< Errors without any place
   Image reference_;                  ///< The high poly's normals, one row
-  std::uint64_t one_sided_ = 0;
+  std::uint64_t one_sided_ = 0;      ///< Pixels
+  std::uint64_t points_of_one_ = 0, points_of_both_ = 0;
   TexelBand band_;  ///< The places as samples of a map of one row
 };
 

@@ -86,6 +86,8 @@ std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
       if (light_hit && dense_hit) ++of_both;
     }
     if (of_one > 0) ++one_sided_;
+    points_of_one_ += of_one;
+    points_of_both_ += of_both;
     if (of_both < points_a_pixel_) continue;
     for (std::size_t i = first; i < first + points_a_pixel_; ++i) {
       both.push_back(static_cast<std::uint32_t>(i));

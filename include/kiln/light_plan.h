@@ -76,6 +76,7 @@ struct LightTrial {
   LightBytes bytes;                       ///< In memory
   double expected = 0;                    ///< Mean angle, degrees, by the model
   double measured = -1;       ///< Mean angle, degrees, of the map itself; below 0: not made
+  double one_sided = 0;       ///< NormalError::one_sided_share of the same pictures: outlines
   double standard_error = 0;  ///< Of `measured`: NormalError::standard_error_degrees
 };
 

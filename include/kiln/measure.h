@@ -38,6 +38,9 @@ struct NormalError {
   /// Of `mean_degrees`: how far off few directions and few pixels may leave it. By how far the pictures' means lie
   /// apart, so 0 of a single one.
   double standard_error_degrees = 0;
+  /// How far outlines differ: of all that either covers, what one alone does, 0 to 1. Of pixels; of the points in
+  /// them, where pixels have several.
+  double one_sided_share = 0;
 };
 
 /// Gathers the differences of any number of pictures of normals, a reference and another each. Keeps no picture,

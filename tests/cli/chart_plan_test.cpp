@@ -143,7 +143,7 @@ TEST(PlanChart, LooksAtTheSizeOnScreen) {
     EXPECT_TRUE(plan["reached"].get<bool>());
     EXPECT_LT(plan["mean_degrees"], 1.3 * plan["wanted_degrees"].get<double>());
     EXPECT_NE(read_json(out / "chart_plot.json")["panels"][0]["title"].get<std::string>().find(
-                  "pixels wide"),
+                  "pixels on screen"),
               std::string::npos);
     return report["meshes"][0];
   };

@@ -95,6 +95,9 @@ TEST(LightCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
   ASSERT_EQ(none.exit_code, 0) << none.errors;
   EXPECT_EQ(dense.report("none")["plan"]["chosen"]["size"], 0);
   EXPECT_NE(none.output.find("no map needed"), std::string::npos) << none.output;
+  EXPECT_GT(dense.report("none")["plan"]["chosen"]["one_sided_share"].get<double>(), 0.05);
+  EXPECT_NE(none.errors.find("outlines"), std::string::npos) << none.errors;
+  EXPECT_EQ(dense.done.errors.find("outlines"), std::string::npos) << dense.done.errors;
   EXPECT_TRUE(fs::exists(dense.folder / "none" / "high_low.obj"));
   EXPECT_FALSE(fs::exists(dense.folder / "none" / "high_low_normal.png"));
 }

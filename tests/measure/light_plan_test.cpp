@@ -211,6 +211,24 @@ TEST(LightPlan, SizesOnScreenAreThoseOfTheMesh) {
   }
 }
 
+TEST(LightPlan, TellsHowFarOutlinesDiffer) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::icosphere(5));
+  // With a size on screen and without.
+  for (const std::uint32_t screen : {0U, 50U}) {
+    const DenseShown shown = shown_to_plans(source, screen);
+    const auto share = [&](double radius) {
+      const Mesh low = with_any_uvs(test::icosphere(5, radius));
+      const NormalError error = NormalProbe(impl_of(source), low, shown).without_map();
+      EXPECT_GE(error.standard_error_degrees, 0);
+      return error.one_sided_share;
+    };
+    EXPECT_EQ(share(1), 0);
+    EXPECT_NEAR(share(0.9), 1 - 0.9 * 0.9, 0.01);
+    EXPECT_NEAR(share(0.5), 1 - 0.5 * 0.5, 0.01);
+  }
+}
+
 TEST(LightPlan, ObeysWhatIsGiven) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(6000, true);

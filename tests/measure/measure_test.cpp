@@ -75,6 +75,7 @@ TEST(CompareNormals, LeavesOutWhatOnlyOneCovers) {
   const NormalError error = compare_normals(a, b);
   EXPECT_EQ(error.pixels, 1U);
   EXPECT_EQ(error.one_sided, 2U);
+  EXPECT_NEAR(error.one_sided_share, 2.0 / 3, 1e-12);
   EXPECT_NEAR(error.mean_degrees, 90, 1e-12);
   const Image angles = normal_angles(a, b);
   EXPECT_EQ(angles.channels, 1U);

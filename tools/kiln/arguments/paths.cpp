@@ -44,9 +44,12 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
   }
 }
 
+bool is_own_obj(const fs::path& obj) {
+  return is_readable_file(obj) && head_of_file(obj, 6) == "# Kiln";
+}
+
 void check_not_foreign(const fs::path& obj, bool force) {
-  if (force) return;
-  if (!is_readable_file(obj) || head_of_file(obj, 6) == "# Kiln") return;
+  if (force || !is_readable_file(obj) || is_own_obj(obj)) return;
   throw Error(ErrorCode::output,
               "'" + obj.string() +
                   "' is there already, and Kiln did not write it: choose another "

@@ -70,7 +70,8 @@ Json trial_json(const LightTrial& trial) {
             {"total", trial.bytes.total()}}},
           {"expected_degrees", trial.expected},
           {"measured_degrees", trial.measured < 0 ? Json() : Json(trial.measured)},
-          {"standard_error_degrees", trial.measured < 0 ? Json() : Json(trial.standard_error)}};
+          {"standard_error_degrees", trial.measured < 0 ? Json() : Json(trial.standard_error)},
+          {"one_sided_share", trial.measured < 0 ? Json() : Json(trial.one_sided)}};
 }
 
 Json trials_json(const std::vector<LightTrial>& trials) {
@@ -113,11 +114,25 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
                       light});
 }
 
+void warn_of_outline(const LightTrial& chosen, const std::string& place,
+                     std::vector<Warning>& warnings) {
+  constexpr double kMuch = 0.05;
+  if (!(chosen.one_sided > kMuch)) return;
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
+                "covers, one alone does. Thin or small parts shrink or are lost, which rendered "
+                "normals do not tell. Ask for a smaller angle, or for --faces.",
+                place.c_str(), 100 * chosen.one_sided);
+  warnings.push_back({"outlines", text, 1});
+}
+
 bool make_light(BakeRun& run, const Source& source) {
   LightBake planned = bake_light(source, run.dense.mesh, light_options(run));
   if (planned.cancelled) return false;
   take_light(run, std::move(planned));
   if (!run.light->reached) run.warnings.push_back(light_not_reached(*run.light));
+  warn_of_outline(run.light->chosen, {}, run.warnings);
   return true;
 }
 

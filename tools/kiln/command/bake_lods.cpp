@@ -31,6 +31,7 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
                  {"total", chosen.bytes.total()}}},
                {"measured_degrees", chosen.measured},
                {"standard_error_degrees", chosen.standard_error},
+               {"one_sided_share", chosen.one_sided},
                {"wanted_degrees", level.light.wanted},
                {"reached", level.light.reached}};
   for (std::size_t i = 1; i < files.size(); ++i) {
@@ -71,10 +72,9 @@ bool make_lods(BakeRun& run, const Source& source) {
   chain.levels.front().light.result.reset();
   for (const LodLevel& level : chain.levels) {
     const LightBake& light = level.light;
-    if (!light.reached) {
-      const std::string place = " at " + std::to_string(level.screen) + " pixels";
-      run.warnings.push_back(light_not_reached(light, place));
-    }
+    const std::string place = " at " + std::to_string(level.screen) + " pixels";
+    if (!light.reached) run.warnings.push_back(light_not_reached(light, place));
+    warn_of_outline(light.chosen, place, run.warnings);
     if (&level == &chain.levels.front()) continue;  // The run's own warnings.
     for (const auto* list :
          {&light.simplified.warnings, light.unwrapped ? &light.unwrapped->warnings : nullptr}) {

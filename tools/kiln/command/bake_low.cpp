@@ -57,6 +57,9 @@ void mind_seams(const BakeArguments& arguments, LowMesh& low, std::vector<Warnin
   }
   // A mesh without normals is smooth on purpose, or has lost them: what it needs is said by the manual.
   if (seams.between_flats == 0) return;
+  // Kiln's own low polys have the normals that suit a map: see fit_normals().
+  const std::vector<std::string> files = low_files(arguments);
+  if (std::all_of(files.begin(), files.end(), is_own_obj)) return;
   const auto at = [&](double origin, float value) { return origin + double{value}; };
   char text[256];
   std::snprintf(text, sizeof text,

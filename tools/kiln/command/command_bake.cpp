@@ -214,7 +214,8 @@ bool make_maps(BakeRun& run, const Source& source) {
     if (!made) return false;
     warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
     if (run.low.simplified) {
-      warn_of_lost_shape(*run.low.simplified, "Ask for a smaller angle, or for --faces.",
+      warn_of_lost_shape(*run.low.simplified,
+                         "Rendered normals do not tell. Ask for a smaller angle, or for --faces.",
                          run.warnings);
     }
     if (run.light->chosen.size == 0) return true;

@@ -22,9 +22,9 @@ std::string map_text(std::uint32_t size, std::uint32_t bits) {
 /// Of all maps of the grids.
 std::string grid_bits() { return std::to_string(kGridBits) + " bits"; }
 
-/// ", 600 pixels wide", where that was asked for.
+/// ", 600 pixels on screen", where that was asked for.
 std::string seen(const PlanChart& chart) {
-  return chart.screen == 0 ? "" : ", " + with_commas(chart.screen) + " pixels wide";
+  return chart.screen == 0 ? "" : ", " + with_commas(chart.screen) + " pixels on screen";
 }
 
 /// Points that go into one curve, by rising bytes.

@@ -211,7 +211,7 @@ void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,
   std::snprintf(
       text, sizeof text,
       "The low poly strays up to %.1f%% of the diagonal from the high poly: thin or small "
-      "parts are lost, which rendered normals do not tell. %s",
+      "parts are lost. %s",
       100 * low.error, remedy);
   warnings.push_back({"low-strays", text, 1});
 }
