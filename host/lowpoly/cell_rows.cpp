@@ -17,17 +17,23 @@ constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
 /// Words a row: a power of two, so that there are few kinds.
 std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
 
+/// Whether any of some rows needs more than there is.
+template <std::size_t count>
+bool is_tight(const std::int16_t* need, const std::int16_t* room) {
+  std::int16_t tight = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    tight = static_cast<std::int16_t>(tight | (need[i] > room[i] ? 1 : 0));
+  return tight != 0;
+}
+
 /// The highest row that needs more than there is; the number of rows, where none does.
 std::uint32_t tight_row(std::span<const std::int16_t> needed, const std::int16_t* room) {
-  constexpr std::size_t kBlock = 32;
+  constexpr std::size_t kBlock = 32, kSmall = 8;
   std::size_t row = needed.size();
-  for (; row >= kBlock; row -= kBlock) {
-    const std::int16_t *const need = needed.data() + row - kBlock, *const has = room + row - kBlock;
-    std::int16_t tight = 0;
-    for (std::size_t i = 0; i < kBlock; ++i)
-      tight = static_cast<std::int16_t>(tight | (need[i] > has[i] ? 1 : 0));
-    if (tight != 0) break;
-  }
+  while (row >= kBlock && !is_tight<kBlock>(needed.data() + row - kBlock, room + row - kBlock))
+    row -= kBlock;
+  while (row >= kSmall && !is_tight<kSmall>(needed.data() + row - kSmall, room + row - kSmall))
+    row -= kSmall;
   while (row > 0 && needed[row - 1] <= room[row - 1]) --row;
   return static_cast<std::uint32_t>(row > 0 ? row - 1 : needed.size());
 }
