@@ -15,8 +15,8 @@
 namespace kiln {
 namespace {
 
-/// Merges tried at once. They do not depend on each other, nor on the number of threads.
-constexpr std::size_t kTogether = 4;
+/// Merges tried at once, on any number of threads. Most are refused, so few are tried in vain.
+constexpr std::size_t kTogether = 6;
 /// Pieces of work that patches are laid flat in.
 constexpr std::size_t kPieces = 32;
 /// Rounds that may bring a chart within its limits.
@@ -226,12 +226,15 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
   }
 }
 
-/// Two charts as one, laid edge to edge. \param borders  where the joint is glued
-FlatChart join(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& a,
-               const FlatChart& b, std::vector<std::uint32_t>& local) {
+/// Two charts as one, laid edge to edge. \param joint  half-edges to glue
+FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
+               std::span<const std::uint32_t> joint, const FlatChart& a, const FlatChart& b,
+               std::vector<std::uint32_t>& local) {
   std::vector<std::uint32_t> triangles = a.source;
   triangles.insert(triangles.end(), b.source.begin(), b.source.end());
-  FlatChart joined = cut_open(surface, triangles, borders.glued(), local);
+  std::vector<std::uint8_t> glued = borders.glued();
+  for (const std::uint32_t h : joint) glued[h] = glued[surface.mate[h]] = 1;
+  FlatChart joined = cut_open(surface, triangles, glued, local);
   lay_edge_to_edge(joined, a, b);
   return joined;
 }
@@ -324,13 +327,16 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
       for (std::size_t n = begin; n < end; ++n) {
         const std::size_t i = order[n];
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
-        laid[i] = join(surface, borders, a, b, locals[i]);
+        laid[i] = join(surface, borders, joined[i].glued, a, b, locals[i]);
         const auto gains = [&] { return worth(joined[i].glued, a, b, laid[i]); };
         accepted[i] = gains() && lay_joined(laid[i], limits) && gains() ? 1 : 0;
       }
     };
     parallel_for(joined.size(), 1, lay, triangles < kWorthThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {
+      for (const std::uint32_t part : joined[i].parts) {
+        if (charts[part].source.empty()) accepted[i] = 0;  // One before took it.
+      }
       if (accepted[i] == 0) continue;
       for (const std::uint32_t part : joined[i].parts) charts[part] = {};
       charts.push_back(std::move(laid[i]));
