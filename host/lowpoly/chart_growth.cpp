@@ -27,7 +27,7 @@ constexpr double kMostBorder = 6;
 /// Charts laid edge to edge whose borders touch at so many places do not come off each other.
 constexpr std::size_t kMostTouches = 16;
 /// Nor do those of which more sides of the border lie in the other chart.
-constexpr std::size_t kMostCovered = 20;
+constexpr std::size_t kMostCovered = 16;
 /// Merges of fewer triangles together are done before a thread has started.
 constexpr std::size_t kWorthThreads = 200;
 
