@@ -118,9 +118,9 @@ class StepSystem {
       const FlatPoint& g = rest.gradient[k];
       const FlatPoint turned{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
       FlatPoint& pull = right[chart.triangles[i][k]];
-      pull = pull + FlatPoint{m.xx * turned.x + m.xy * turned.y,
-                              m.xy * turned.x + m.yy * turned.y} *
-                        rest.area;
+      pull =
+          pull + FlatPoint{m.xx * turned.x + m.xy * turned.y, m.xy * turned.x + m.yy * turned.y} *
+                     rest.area;
       add(system_.own(i, k), rest.area * dot(g, g), m);
       add(system_.side(i, k), rest.area * dot(g, rest.gradient[(k + 1) % 3]), m);
     }

@@ -1,5 +1,7 @@
 #include "lowpoly/flat_system.h"
 
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <numeric>

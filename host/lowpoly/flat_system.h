@@ -2,7 +2,7 @@
 // one pattern.
 #pragma once
 
-#include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -13,18 +13,9 @@
 
 namespace kiln {
 
-/// Eigen's order of least degree. It takes the matrix as symmetric, which solvers hand over, and so need not add
-/// the transposed one.
-struct SymmetricOrder {
-  template <typename Matrix, typename Order>
-  void operator()(const Matrix& matrix, Order& order) const {
-    Eigen::AMDOrdering<int>()(matrix.template selfadjointView<Eigen::Lower>(), order);
-  }
-};
-
 /// Which vertices of a chart share an edge, in an order of elimination, and where the factor has entries.
 struct FlatPattern {
-  /// The order is nested dissection by where points lie: halves first, then what parts them (George 1973).
+  /// The order is that of least degree.
   explicit FlatPattern(const FlatChart& chart);
 
   std::size_t count() const { return place.size(); }
@@ -32,7 +23,8 @@ struct FlatPattern {
   std::vector<std::uint32_t> place;  ///< Of each vertex in the order of elimination.
   /// The matrix by rows: those neighbours that come before, the diagonal last.
   std::vector<std::uint32_t> starts, columns;
-  std::vector<std::uint32_t> slots;  ///< Of each triangle: each corner with itself, then with the next one.
+  std::vector<std::uint32_t>
+      slots;  ///< Of each triangle: each corner with itself, then with the next one.
   /// The factor by rows and by columns, both without the diagonal.
   std::vector<std::uint32_t> row_starts, row_columns, column_starts, column_rows;
 };
