@@ -43,8 +43,8 @@ constexpr CutChoice kJoinChoice{0.03, 0.3};
 /// Where all of the surface is one chart with less energy than this: what is flat stays whole.
 constexpr CutChoice kFlatChoice{0.02, 0};
 constexpr double kFlat = 1e-3;
-/// Share of texels used from which on no other way is tried. What is missing of it weighs so many times more.
-constexpr double kGoodEnough = 0.77, kMissing = 2;
+/// Share of texels used from which on no other way is tried. What is missing of it weighs twice.
+constexpr double kGoodEnough = 0.77;
 /// Cuts add to what a way begins with: one with so many more vertices a position is not looked at further.
 constexpr double kMoreVertices = 0.01;
 /// Of the choices, so many that pack best at once are packed in more orders.
@@ -149,7 +149,7 @@ void pack(const ChartSurface& surface, const UnwrapOptions& options, std::uint32
   PackState packed =
       search_packing(outlines_of(one.chosen.charts), options.size, options.border_texels, effort, 1,
                      one.chosen.packed ? &*one.chosen.packed : nullptr);
-  one.worth = packed.share - kMissing * std::max(0.0, kGoodEnough - packed.share) -
+  one.worth = packed.share - std::max(0.0, kGoodEnough - packed.share) -
               vertex_price(surface, one.chosen.charts);
   if (packed.share > 0) one.chosen.packed = std::move(packed);
 }
