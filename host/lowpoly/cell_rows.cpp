@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <cstring>
 #include <span>
 
 namespace kiln {
@@ -14,20 +15,41 @@ constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 /// Of rows of more words, only those with room are looked at after some runs.
 constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
 
+/// Two words in a register: the compilers' vector extension.
+using TwoWords = std::uint64_t __attribute__((vector_size(16)));
+
+TwoWords load_two(const std::uint64_t* from) {
+  TwoWords value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+
 /// Words a row: a power of two, so that there are few kinds.
 std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
 
+/// Whether any of some rows needs more than there is. Four numbers a word: none borrows from the next, since all
+/// are below 2^15.
+template <std::size_t count>
+bool is_tight(const std::int16_t* need, const std::int16_t* room) {
+  constexpr std::uint64_t kTop = 0x8000800080008000;
+  std::uint64_t fits = kTop;
+  for (std::size_t i = 0; i < count; i += 4) {
+    std::uint64_t n, r;
+    std::memcpy(&n, need + i, sizeof n);
+    std::memcpy(&r, room + i, sizeof r);
+    fits &= (r | kTop) - n;
+  }
+  return fits != kTop;
+}
+
 /// The highest row that needs more than there is; the number of rows, where none does.
 std::uint32_t tight_row(std::span<const std::int16_t> needed, const std::int16_t* room) {
-  constexpr std::size_t kBlock = 32;
+  constexpr std::size_t kBlock = 32, kSmall = 8;
   std::size_t row = needed.size();
-  for (; row >= kBlock; row -= kBlock) {
-    const std::int16_t *const need = needed.data() + row - kBlock, *const has = room + row - kBlock;
-    std::int16_t tight = 0;
-    for (std::size_t i = 0; i < kBlock; ++i)
-      tight = static_cast<std::int16_t>(tight | (need[i] > has[i] ? 1 : 0));
-    if (tight != 0) break;
-  }
+  while (row >= kBlock && !is_tight<kBlock>(needed.data() + row - kBlock, room + row - kBlock))
+    row -= kBlock;
+  while (row >= kSmall && !is_tight<kSmall>(needed.data() + row - kSmall, room + row - kSmall))
+    row -= kSmall;
   while (row > 0 && needed[row - 1] <= room[row - 1]) --row;
   return static_cast<std::uint32_t>(row > 0 ? row - 1 : needed.size());
 }
@@ -50,11 +72,11 @@ std::uint32_t longest_free(const std::uint64_t* row, std::uint32_t width) {
 
 }  // namespace
 
-CellRows::CellRows(std::uint32_t width, std::uint32_t height)
+CellRows::CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t longest)
     : width_(width),
       height_(height),
       words_(words_of(width)),
-      levels_(static_cast<std::uint32_t>(std::bit_width(width))),
+      levels_(static_cast<std::uint32_t>(std::bit_width(std::min(width, longest)))),
       // Shifting reads beyond the last row.
       bits_(std::size_t{levels_} * height * words_ + words_ + 1),
       longest_(height, static_cast<std::int16_t>(width)) {}
@@ -163,9 +185,21 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
         free = count > 0;
         continue;
       }
-      std::uint64_t all = kAllOnes;
-      for (std::uint32_t w = 0; w < words; ++w) all &= block(w);
-      free = all != kAllOnes;
+      if constexpr (words == 1) {
+        free = block(0) != kAllOnes;
+      } else {
+        const auto down_a = static_cast<int>(a % 64), down_b = static_cast<int>(b % 64);
+        TwoWords all{kAllOnes, kAllOnes};
+        for (std::uint32_t w = 0; w < words; w += 2) {
+          const TwoWords now = load_two(blocked.data() + w) | load_two(at_a + w) >> down_a |
+                               load_two(at_a + w + 1) << 1 << (63 - down_a) |
+                               load_two(at_b + w) >> down_b |
+                               load_two(at_b + w + 1) << 1 << (63 - down_b);
+          std::memcpy(blocked.data() + w, &now, sizeof now);
+          all &= now;
+        }
+        free = (all[0] & all[1]) != kAllOnes;
+      }
       if (words <= kFewWords || r < kWholeRuns) continue;
       for (std::uint32_t w = 0; w < words; ++w) {
         open[count] = w;

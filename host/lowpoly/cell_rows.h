@@ -14,8 +14,11 @@ namespace kiln {
 /// of cells is tried at 64 places by two words.
 class CellRows {
  public:
-  /// \param width  cells, at most 2048
-  CellRows(std::uint32_t width, std::uint32_t height);
+  static constexpr std::uint32_t kNoWindow = ~std::uint32_t{0};
+
+  /// \param width    cells, at most 2048
+  /// \param longest  no run of a mask is longer
+  CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t longest = kNoWindow);
 
   /// Where to look for a place.
   struct Window {
@@ -23,8 +26,6 @@ class CellRows {
     std::uint32_t first = 0, last = kNoWindow;  ///< Its left side.
     std::uint32_t bottom = 0;                   ///< The mask's, at least.
   };
-  static constexpr std::uint32_t kNoWindow = ~std::uint32_t{0};
-
   /// The lowest row, and in it the first cell, where the mask is free.
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find(const ChartMask& mask,
                                                               const Window& window) const;

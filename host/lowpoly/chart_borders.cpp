@@ -69,10 +69,10 @@ std::uint32_t ChartBorders::glue(const Run& given, std::uint32_t count_a, std::u
 
 void ChartBorders::unglue(const std::vector<std::uint32_t>& edges) {
   for (const std::uint32_t h : edges) set_glued(h, false);
-  for (const std::uint32_t h : edges) {
-    trace(h);
-    trace(surface_.mate[h]);
-  }
+  if (edges.empty()) return;
+  // Both charts are discs: each has one border, and all of these edges are on both.
+  trace(edges.front());
+  trace(surface_.mate[edges.front()]);
 }
 
 std::uint32_t ChartBorders::trace(std::uint32_t first) {

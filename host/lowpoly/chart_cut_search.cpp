@@ -78,10 +78,15 @@ class Sweep {
     const double high = shape_.whole.to[direction];
     const double bands = high > low ? (kLines + 1) / (high - low) : 0;
     std::vector<int> band(count_);
+    // As in their reaches, but side by side in memory.
+    const std::vector<FlatPoint>& points = shape_.chart.points;
+    const FlatPoint to = direction_of(direction);
+    std::vector<float> along(points.size());
+    for (std::size_t v = 0; v < along.size(); ++v)
+      along[v] = static_cast<float>(dot(to, points[v]));
     for (std::uint32_t i = 0; i < count_; ++i) {
       double across = 0;
-      for (const std::uint32_t v : shape_.chart.triangles[i])
-        across += shape_.reach[v].to[direction];
+      for (const std::uint32_t v : shape_.chart.triangles[i]) across += along[v];
       band[i] = static_cast<int>((across / 3 - low) * bands);
     }
     node_of_.resize(count_);

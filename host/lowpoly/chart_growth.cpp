@@ -15,8 +15,8 @@
 namespace kiln {
 namespace {
 
-/// Merges tried at once. They do not depend on each other, nor on the number of threads.
-constexpr std::size_t kTogether = 4;
+/// Merges tried at once, on any number of threads. Most are refused, so few are tried in vain.
+constexpr std::size_t kTogether = 6;
 /// Pieces of work that patches are laid flat in.
 constexpr std::size_t kPieces = 32;
 /// Rounds that may bring a chart within its limits.
@@ -26,6 +26,10 @@ constexpr double kMostBorder = 6;
 
 /// Charts laid edge to edge whose borders touch at so many places do not come off each other.
 constexpr std::size_t kMostTouches = 16;
+/// Nor do those of which more sides of the border lie in the other chart.
+constexpr std::size_t kMostCovered = 16;
+/// Merges of fewer triangles together are done before a thread has started.
+constexpr std::size_t kWorthThreads = 200;
 
 /// Relaxes a chart from Tutte's map on, where there is hope. \returns whether it is injective and within
 bool relax_from_circle(FlatChart& chart, const ChartLimits& limits) {
@@ -222,19 +226,24 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
   }
 }
 
-/// Two charts as one, laid edge to edge. \param borders  where the joint is glued
-FlatChart join(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& a,
-               const FlatChart& b, std::vector<std::uint32_t>& local) {
+/// Two charts as one, laid edge to edge. \param joint  half-edges to glue
+FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
+               std::span<const std::uint32_t> joint, const FlatChart& a, const FlatChart& b,
+               std::vector<std::uint32_t>& local) {
   std::vector<std::uint32_t> triangles = a.source;
   triangles.insert(triangles.end(), b.source.begin(), b.source.end());
-  FlatChart joined = cut_open(surface, triangles, borders.glued(), local);
+  std::vector<std::uint8_t> glued = borders.glued();
+  for (const std::uint32_t h : joint) glued[h] = glued[surface.mate[h]] = 1;
+  FlatChart joined = cut_open(surface, triangles, glued, local);
   lay_edge_to_edge(joined, a, b);
   return joined;
 }
 
 /// Relaxes a joined chart. \returns whether it is injective and within
 bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
-  if (touches(outline_of(chart), 0, kMostTouches).size() == kMostTouches) return false;
+  const std::vector<FlatPoint> outline = outline_of(chart);
+  if (touches(outline, 0, kMostTouches).size() == kMostTouches) return false;
+  if (covered_sides(outline) > kMostCovered) return false;
   const auto system = rigid_system(chart);
   if (!rigid_rounds(chart, kRigidRounds, *system)) return false;
   if (is_injective(chart)) return within(chart, limits);
@@ -304,16 +313,30 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   for (auto& local : locals) local.resize(surface.triangles.size());
   const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
     std::array<FlatChart, kTogether> laid;
+    // The largest first, so that none is left for the end.
+    std::array<std::size_t, kTogether> order{}, sizes{};
+    std::size_t triangles = 0;
+    for (std::size_t i = 0; i < joined.size(); ++i) {
+      for (const std::uint32_t part : joined[i].parts) sizes[i] += charts[part].triangles.size();
+      order[i] = i;
+      triangles += sizes[i];
+    }
+    std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(joined.size()),
+                     [&](std::size_t p, std::size_t q) { return sizes[p] > sizes[q]; });
     const auto lay = [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t n = begin; n < end; ++n) {
+        const std::size_t i = order[n];
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
-        laid[i] = join(surface, borders, a, b, locals[i]);
+        laid[i] = join(surface, borders, joined[i].glued, a, b, locals[i]);
         const auto gains = [&] { return worth(joined[i].glued, a, b, laid[i]); };
         accepted[i] = gains() && lay_joined(laid[i], limits) && gains() ? 1 : 0;
       }
     };
-    parallel_for(joined.size(), 1, lay, threads);
+    parallel_for(joined.size(), 1, lay, triangles < kWorthThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {
+      for (const std::uint32_t part : joined[i].parts) {
+        if (charts[part].source.empty()) accepted[i] = 0;  // One before took it.
+      }
       if (accepted[i] == 0) continue;
       for (const std::uint32_t part : joined[i].parts) charts[part] = {};
       charts.push_back(std::move(laid[i]));

@@ -33,18 +33,27 @@ struct Span {
   }
 };
 
+/// A segment, from its lower end up.
+struct Segment {
+  FlatPoint low, high;
+  double slope = 0;
+
+  Segment(const FlatPoint& a, const FlatPoint& b)
+      : low(a.y <= b.y ? a : b),
+        high(a.y <= b.y ? b : a),
+        slope(a.y == b.y ? 0 : (b.x - a.x) / (b.y - a.y)) {}
+};
+
 /// Adds what the slab has of a segment.
-void add_segment(const FlatPoint& a, const FlatPoint& b, double bottom, Span& span) {
+inline void add_segment(const Segment& s, double bottom, Span& span) {
   const double top = bottom + 1;
-  if (std::max(a.y, b.y) < bottom || std::min(a.y, b.y) > top) return;
-  const double slope = a.y == b.y ? 0 : (b.x - a.x) / (b.y - a.y);
-  for (const FlatPoint& p : {a, b}) {
-    span.add(a.y == b.y ? p.x : p.x + (std::clamp(p.y, bottom, top) - p.y) * slope);
-  }
+  if (s.high.y < bottom || s.low.y > top) return;
+  span.add(s.low.y < bottom ? s.low.x + (bottom - s.low.y) * s.slope : s.low.x);
+  span.add(s.high.y > top ? s.high.x + (top - s.high.y) * s.slope : s.high.x);
 }
 
 /// Adds what the slab has of a disc.
-void add_disc(const FlatPoint& centre, double radius, double bottom, Span& span) {
+inline void add_disc(const FlatPoint& centre, double radius, double bottom, Span& span) {
   const double away = centre.y - std::clamp(centre.y, bottom, bottom + 1);
   const double squared = radius * radius - away * away;
   if (squared < 0) return;
@@ -68,12 +77,13 @@ class Cells {
         size > 0 ? FlatPoint{-along.y, along.x} * (margin / size) : FlatPoint{0, 0};
     const std::uint32_t first = row_at(std::min(a.y, b.y) - margin - kSlack);
     const std::uint32_t last = row_at(std::max(a.y, b.y) + margin + kSlack);
+    const Segment left(a + side, b + side), right(a - side, b - side);
     for (std::uint32_t y = first; y <= last; ++y) {
       Span span;
       add_disc(a, margin, y, span);
       add_disc(b, margin, y, span);
-      add_segment(a + side, b + side, y, span);
-      add_segment(a - side, b - side, y, span);
+      add_segment(left, y, span);
+      add_segment(right, y, span);
       if (span.low <= span.high) set(y, span.low - kSlack, span.high + kSlack);
     }
   }
@@ -85,10 +95,9 @@ class Cells {
         FlatPoint a = ring[i], b = ring[(i + 1) % ring.size()];
         if (a.y > b.y) std::swap(a, b);
         const double slope = (b.x - a.x) / (b.y - a.y);
-        for (double y = std::max(std::ceil(a.y - 0.5), 0.0); y + 0.5 < b.y && y < height_; ++y) {
-          const double x = std::ceil(a.x + (y + 0.5 - a.y) * slope - 0.5);
-          const auto cell = static_cast<std::uint32_t>(std::clamp(x, 0.0, 1.0 * width_));
-          row(static_cast<std::uint32_t>(y))[cell / 64] ^= std::uint64_t{1} << cell % 64;
+        for (std::uint32_t y = up(a.y - 0.5, height_), end = up(b.y - 0.5, height_); y < end; ++y) {
+          const std::uint32_t cell = up(a.x + (y + 0.5 - a.y) * slope - 0.5, width_);
+          row(y)[cell / 64] ^= std::uint64_t{1} << cell % 64;
         }
       }
     }
@@ -154,15 +163,21 @@ class Cells {
 
   std::uint64_t* row(std::uint32_t y) { return set_.data() + words_ * y; }
   const std::uint64_t* row(std::uint32_t y) const { return set_.data() + words_ * y; }
-  std::uint32_t row_at(double y) const {
-    return static_cast<std::uint32_t>(std::clamp(std::floor(y), 0.0, height_ - 1.0));
+  /// The least whole number that is not below, from 0 to `most`.
+  static std::uint32_t up(double value, std::uint32_t most) {
+    const double kept = std::clamp(value, 0.0, 1.0 * most);
+    const auto whole = static_cast<std::int32_t>(kept);
+    return static_cast<std::uint32_t>(whole + (whole < kept ? 1 : 0));
   }
+  /// The cell at a place, of so many.
+  static std::uint32_t cell_at(double place, std::uint32_t count) {
+    return static_cast<std::uint32_t>(
+        static_cast<std::int32_t>(std::clamp(place, 0.0, count - 1.0)));
+  }
+  std::uint32_t row_at(double y) const { return cell_at(y, height_); }
 
   void set(std::uint32_t y, double low, double high) {
-    const auto cell = [&](double x) {
-      return static_cast<std::uint32_t>(std::clamp(std::floor(x), 0.0, width_ - 1.0));
-    };
-    for (std::uint32_t x = cell(low), end = cell(high) + 1; x < end;) {
+    for (std::uint32_t x = cell_at(low, width_), end = cell_at(high, width_) + 1; x < end;) {
       const std::uint32_t count = std::min(64 - x % 64, end - x);
       row(y)[x / 64] |= (~std::uint64_t{0} >> (64 - count)) << x % 64;
       x += count;
@@ -233,15 +248,21 @@ void ChartMask::arrange() {
     if (most == nullptr || run.last - run.first > most->last - most->first) most = &run;
   }
   if (most == nullptr) return;
-  std::vector<Run> arranged{*most};
-  arranged.reserve(runs.size());
-  // Where one fits, the ones beside it mostly do, too: what is in the way is found sooner far from it.
-  constexpr std::uint32_t kStride = 16;
-  for (std::uint32_t stride = kStride; stride > 0; stride /= 2) {
-    for (const Run& run : runs) {
-      const bool earlier = stride < kStride && (run.row & (2 * stride - 1)) == 0;
-      if ((run.row & (stride - 1)) == 0 && !earlier && &run != most) arranged.push_back(run);
-    }
+  // Where one fits, the ones beside it mostly do, too: what is in the way is found sooner far from it. So rows go
+  // by how often 2 divides them, at most this often.
+  static constexpr std::uint32_t kHalvings = 4;
+  const auto place = [](const Run& run) {
+    return kHalvings - std::min(kHalvings, static_cast<std::uint32_t>(std::countr_zero(run.row)));
+  };
+  std::array<std::size_t, kHalvings + 2> starts{};
+  for (const Run& run : runs) ++starts[place(run) + 1];
+  for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
+  std::vector<Run> arranged(runs.size());
+  // The longest leads, and the others of its kind follow.
+  for (std::uint32_t i = 0; i <= place(*most); ++i) starts[i] += 1;
+  arranged[0] = *most;
+  for (const Run& run : runs) {
+    if (&run != most) arranged[starts[place(run)]++] = run;
   }
   runs = std::move(arranged);
 }

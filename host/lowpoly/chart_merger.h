@@ -45,8 +45,9 @@ class ChartMerger {
   std::vector<ChartPatch>& patches() { return patches_; }
 
   /// Merges until no pair is left that may. `fits(area, normal)` is a quick look before a pair queues;
-  /// `accept(joined, accepted)` sees up to `width` joined patches at once, no part in two of them, and refuses
-  /// some by 0: their joints are opened again.
+  /// `accept(joined, accepted)` sees up to `width` joined patches at once, the cheapest first, and refuses some by
+  /// 0. A part may be in several: where one of these is accepted, those after it must be refused. With a width of
+  /// more than 1 joints are open while it looks.
   template <typename Fits, typename Accept>
   void run(std::size_t width, const Fits& fits, const Accept& accept) {
     for (std::uint32_t p = 0; p < patches_.size(); ++p) {
@@ -60,10 +61,11 @@ class ChartMerger {
       accepted.assign(joined.size(), 1);
       accept(std::span<const ChartPatch>(joined), accepted);
       for (std::size_t i = 0; i < joined.size(); ++i) {
-        if (accepted[i] == 0) borders_.unglue(joined[i].glued);
-      }
-      for (std::size_t i = 0; i < joined.size(); ++i) {
-        if (accepted[i] == 0) continue;
+        if (accepted[i] == 0) {
+          if (width == 1) borders_.unglue(joined[i].glued);
+          continue;
+        }
+        if (width > 1) glue(joined[i]);
         const auto [a, b] = joined[i].parts;
         patches_[a].alive = patches_[b].alive = false;
         const std::uint32_t id = add(std::move(joined[i]));
@@ -82,34 +84,34 @@ class ChartMerger {
     }
   };
 
-  /// Glues the cheapest pairs that have no part in common.
+  /// Takes the cheapest pairs that can be glued.
   void take(std::size_t width, std::vector<ChartPatch>& joined) {
     joined.clear();
-    std::vector<Pair> held;
-    while (joined.size() < width && held.size() < width && !queue_.empty()) {
+    while (joined.size() < width && !queue_.empty()) {
       const Pair pair = queue_.top();
       queue_.pop();
       const ChartPatch &a = patches_[pair.a], &b = patches_[pair.b];
       if (!a.alive || !b.alive) continue;
-      const bool taken = std::any_of(joined.begin(), joined.end(), [&](const ChartPatch& other) {
-        return std::any_of(other.parts.begin(), other.parts.end(),
-                           [&](std::uint32_t p) { return p == pair.a || p == pair.b; });
-      });
-      if (taken) {
-        held.push_back(pair);
-        continue;
-      }
       ChartPatch patch;
-      patch.open =
-          borders_.glue(borders_.run_through(pair.half_edge), a.border, b.border, patch.glued);
-      if (patch.open == kNoIndex) continue;
+      patch.open = pair.half_edge;
+      patch.parts = {pair.a, pair.b};
+      if (!glue(patch)) continue;
+      if (width > 1) borders_.unglue(patch.glued);
       patch.border = a.border + b.border - 2 * static_cast<std::uint32_t>(patch.glued.size());
       patch.area = a.area + b.area;
       patch.normal = a.normal + b.normal;
-      patch.parts = {pair.a, pair.b};
       joined.push_back(std::move(patch));
     }
-    for (const Pair& pair : held) queue_.push(pair);
+  }
+
+  /// Glues the parts of a patch. \param patch  open: a half-edge of the joint; out: one of its border
+  bool glue(ChartPatch& patch) {
+    const auto [a, b] = patch.parts;
+    const std::uint32_t joint = patch.glued.empty() ? patch.open : patch.glued.front();
+    patch.glued.clear();
+    patch.open = borders_.glue(borders_.run_through(joint), patches_[a].border, patches_[b].border,
+                               patch.glued);
+    return patch.open != kNoIndex;
   }
 
   std::uint32_t owner(std::uint32_t half_edge) {

@@ -162,7 +162,12 @@ Packed ChartSheets::pack(const Sheet& sheet, const PackOrder& order, double most
   packed.places.assign(outlines_.size(), {});
   packed.turn.assign(outlines_.size(), -1);
   packed.x.assign(outlines_.size(), 0), packed.y = packed.x;
-  CellRows taken(sheet.cells, sheet.cells);
+  std::uint32_t longest = 1;
+  for (const ChartMask& mask : sheet.masks) {
+    if (!mask.runs.empty())  // The longest comes first.
+      longest = std::max(longest, mask.runs[0].last - mask.runs[0].first + 1);
+  }
+  CellRows taken(sheet.cells, sheet.cells, longest);
   LowestRows lowest(outlines_.size());
   for (std::size_t n = 0; n < order.order.size(); ++n) {
     Heartbeat::beat();

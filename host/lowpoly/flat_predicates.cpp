@@ -3,17 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace kiln {
 namespace {
+
+double length(const FlatPoint& p) { return std::sqrt(dot(p, p)); }
 
 /// 1: left, -1: right, 0: too close to tell, or nearer than `apart` to the line.
 int side(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, double apart = 0) {
   const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
   const double det = left - right;
   const double bound = 3.3306690738754716e-16 * (std::abs(left) + std::abs(right)) +
-                       (apart > 0 ? apart * std::hypot(b.x - a.x, b.y - a.y) : 0);
+                       (apart > 0 ? apart * length(b - a) : 0);
   return det > bound ? 1 : det < -bound ? -1 : 0;
 }
 
@@ -101,6 +104,50 @@ std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const FlatPoi
     return found.size() < most;
   });
   return found;
+}
+
+std::size_t covered_sides(std::span<const FlatPoint> polygon) {
+  constexpr double kBeside = 1e-4;  // Of a side's length.
+  const std::size_t count = polygon.size();
+  if (count < 3) return 0;
+  const auto [least, most] =
+      std::minmax_element(polygon.begin(), polygon.end(),
+                          [](const FlatPoint& a, const FlatPoint& b) { return a.y < b.y; });
+  const double low = least->y, per_row = static_cast<double>(count) / (most->y - low);
+  if (!(per_row < std::numeric_limits<double>::max())) return 0;
+  // Sides by rows of equal height, so that few are asked of each point.
+  const auto row = [&](double y) {
+    return static_cast<std::size_t>(std::clamp((y - low) * per_row, 0.0, count - 1.0));
+  };
+  const auto end = [&](std::size_t i) -> const FlatPoint& {
+    return polygon[i + 1 < count ? i + 1 : 0];
+  };
+  std::vector<std::uint32_t> first(count + 1, 0), sides;
+  const auto each_row = [&](std::size_t i, const auto& body) {
+    const auto [bottom, top] = std::minmax(polygon[i].y, end(i).y);
+    for (std::size_t r = row(bottom), last = row(top); r <= last; ++r) body(r);
+  };
+  for (std::size_t i = 0; i < count; ++i) each_row(i, [&](std::size_t r) { ++first[r]; });
+  for (std::size_t r = 1; r <= count; ++r) first[r] += first[r - 1];
+  sides.resize(first[count]);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    each_row(i, [&](std::size_t r) { sides[--first[r]] = i; });
+  }
+  std::size_t covered = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const FlatPoint along = end(i) - polygon[i];
+    const FlatPoint at = polygon[i] + along * 0.5 + FlatPoint{along.y, -along.x} * kBeside;
+    int winding = 0;
+    const std::size_t r = row(at.y);
+    for (std::uint32_t s = first[r]; s < first[r + 1]; ++s) {
+      const FlatPoint a = polygon[sides[s]] - at, b = end(sides[s]) - at;
+      if ((a.y <= 0) == (b.y <= 0)) continue;
+      const bool up = b.y > a.y;
+      if ((cross(a, b) > 0) == up) winding += up ? 1 : -1;
+    }
+    covered += winding > 0 ? 1 : 0;
+  }
+  return covered;
 }
 
 }  // namespace kiln

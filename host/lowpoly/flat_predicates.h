@@ -33,4 +33,8 @@ std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const F
 std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const FlatPoint> polygon,
                                                          double apart, std::size_t most);
 
+/// How many sides of a counter-clockwise polygon have its inside on their right, too: there it lies twice. Looked
+/// at beside the middle of each.
+std::size_t covered_sides(std::span<const FlatPoint> polygon);
+
 }  // namespace kiln

@@ -13,10 +13,6 @@
 namespace kiln {
 namespace {
 
-using Matrix = Eigen::SparseMatrix<double>;
-using Solver = Eigen::SimplicialLDLT<Matrix, Eigen::Lower, PairedOrder>;
-using Entries = std::vector<Eigen::Triplet<double>>;
-
 /// The symmetric 2 x 2 matrix ((xx, xy), (xy, yy)).
 struct Symmetric {
   double xx = 1, xy = 0, yy = 1;
@@ -39,7 +35,7 @@ Jacobian jacobian(const FlatChart& chart, std::size_t i, const std::vector<FlatP
 
 /// Cosine and sine of the rotation nearest to the map.
 FlatPoint nearest_rotation(const Jacobian& j) {
-  const double c = j.u.x + j.v.y, s = j.v.x - j.u.y, size = std::hypot(c, s);
+  const double c = j.u.x + j.v.y, s = j.v.x - j.u.y, size = std::sqrt(c * c + s * s);
   return size > 0 ? FlatPoint{c / size, s / size} : FlatPoint{1, 0};
 }
 
@@ -86,111 +82,51 @@ double flip_distance(const FlatChart& chart, const std::vector<FlatPoint>& direc
   return best;
 }
 
-/// The linear system of one step: the minimum of the weighted distance to the nearest rotations. Its pattern is
-/// looked at once a chart.
+/// The linear system of one step: the minimum of the weighted distance to the nearest rotations.
 class StepSystem {
  public:
-  explicit StepSystem(const FlatChart& chart)
-      : count_(static_cast<Eigen::Index>(chart.points.size())), matrix_(2 * count_, 2 * count_) {
-    Entries entries;
-    entries.reserve(chart.triangles.size() * 21 + chart.points.size() * 3);
-    const auto add = [&](int row, int column) {
-      for (int i = 0; i < 2; ++i) {
-        for (int j = 0; j < 2; ++j) {
-          if (row + i >= column + j) entries.emplace_back(row + i, column + j, 0);
-        }
-      }
-    };
-    for (int v = 0; v < count_; ++v) add(2 * v, 2 * v);
-    for (const Triangle& t : chart.triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-        add(2 * static_cast<int>(high), 2 * static_cast<int>(low));
-      }
-    }
-    matrix_.setFromTriplets(entries.begin(), entries.end());
-    solver_.analyzePattern(matrix_);
-    slots_.reserve(chart.triangles.size() * 6);
-    for (const Triangle& t : chart.triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        slots_.push_back(slot(t[k], t[k]));
-        const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-        slots_.push_back(slot(high, low));
-      }
-    }
-  }
+  explicit StepSystem(const FlatChart& chart) : system_(chart) {}
 
   /// \returns false where it has no solution
   bool solve(const FlatChart& chart, std::vector<FlatPoint>& target) {
     // Holds the system up where a chart could turn or move freely, and shortens wild steps.
     constexpr double kProximal = 1e-4;
-    double* const values = matrix_.valuePtr();
-    std::fill(values, values + matrix_.nonZeros(), 0.0);
-    Eigen::VectorXd right(2 * count_);
-    for (Eigen::Index v = 0; v < count_; ++v) {
-      const FlatPoint& p = chart.points[static_cast<std::size_t>(v)];
-      right[2 * v] = kProximal * p.x;
-      right[2 * v + 1] = kProximal * p.y;
-      for (const Eigen::Index c : {2 * v, 2 * v + 1}) {
-        values[matrix_.outerIndexPtr()[c]] += kProximal;  // The diagonal leads its column.
-      }
+    system_.clear();
+    target = chart.points;
+    for (std::uint32_t v = 0; v < target.size(); ++v) {
+      target[v] = target[v] * kProximal;
+      system_.diagonal(v) = {kProximal, 0, 0, kProximal};
     }
-    for (std::size_t i = 0; i < chart.triangles.size(); ++i) add(chart, i, values, right);
-    solver_.factorize(matrix_);
-    if (solver_.info() != Eigen::Success) return false;
-    const Eigen::VectorXd solution = solver_.solve(right);
-    if (!solution.allFinite()) return false;
-    target.resize(chart.points.size());
-    for (Eigen::Index v = 0; v < count_; ++v) {
-      target[static_cast<std::size_t>(v)] = {solution[2 * v], solution[2 * v + 1]};
-    }
-    return true;
+    for (std::size_t i = 0; i < chart.triangles.size(); ++i) add(chart, i, target);
+    return system_.factorize() && system_.solve(target);
   }
 
  private:
-  /// Where the first row of a pair of vertices stands in both of its columns.
-  struct Slot {
-    Eigen::Index first = 0, second = 0;
-  };
-
-  Slot slot(std::uint32_t row, std::uint32_t column) const {
-    const auto at = [&](std::uint32_t r, std::uint32_t c) {
-      const int* const rows = matrix_.innerIndexPtr();
-      const int *const begin = rows + matrix_.outerIndexPtr()[c],
-                       *const end = rows + matrix_.outerIndexPtr()[c + 1];
-      return std::lower_bound(begin, end, static_cast<int>(r)) - rows;
-    };
-    return {at(2 * row, 2 * column), at(row == column ? 2 * row + 1 : 2 * row, 2 * column + 1)};
+  static void add(FlatSystem<2>::Block& block, double weight, const Symmetric& m) {
+    block[0] += weight * m.xx;
+    block[1] += weight * m.xy;
+    block[2] += weight * m.xy;
+    block[3] += weight * m.yy;
   }
 
-  void add(const FlatChart& chart, std::size_t i, double* values, Eigen::VectorXd& right) const {
+  void add(const FlatChart& chart, std::size_t i, std::vector<FlatPoint>& right) {
     const Jacobian j = jacobian(chart, i, chart.points);
     const Symmetric m = dirichlet_weight(j);
     const FlatPoint r = nearest_rotation(j);
     const RestShape& rest = chart.rest[i];
     for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Index row = 2 * Eigen::Index{chart.triangles[i][k]};
       const FlatPoint& g = rest.gradient[k];
       const FlatPoint turned{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
-      right[row] += rest.area * (m.xx * turned.x + m.xy * turned.y);
-      right[row + 1] += rest.area * (m.xy * turned.x + m.yy * turned.y);
-      const Slot own = slots_[6 * i + 2 * k], side = slots_[6 * i + 2 * k + 1];
-      const double w = rest.area * dot(g, g);
-      values[own.first] += w * m.xx;
-      values[own.first + 1] += w * m.xy;
-      values[own.second] += w * m.yy;
-      const double v = rest.area * dot(g, rest.gradient[(k + 1) % 3]);
-      values[side.first] += v * m.xx;
-      values[side.first + 1] += v * m.xy;
-      values[side.second] += v * m.xy;
-      values[side.second + 1] += v * m.yy;
+      FlatPoint& pull = right[chart.triangles[i][k]];
+      pull =
+          pull + FlatPoint{m.xx * turned.x + m.xy * turned.y, m.xy * turned.x + m.yy * turned.y} *
+                     rest.area;
+      add(system_.own(i, k), rest.area * dot(g, g), m);
+      add(system_.side(i, k), rest.area * dot(g, rest.gradient[(k + 1) % 3]), m);
     }
   }
 
-  Eigen::Index count_;
-  Matrix matrix_;
-  Solver solver_;
-  std::vector<Slot> slots_;  ///< Of each triangle: each corner with itself, then with the next one.
+  FlatSystem<2> system_;
 };
 
 }  // namespace
@@ -200,31 +136,26 @@ std::shared_ptr<RigidSystem> rigid_system(const FlatChart& chart) {
 }
 
 bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system) {
-  const auto count = static_cast<Eigen::Index>(chart.points.size());
   system.fill(chart, {});
   // Vertex 0 stays where it is: what pulls at the others adds up to nothing.
-  const double held = system.diagonal(0);
+  double& held = system.diagonal(0)[0];
   const FlatPoint anchor = chart.points[0] * held;
-  system.diagonal(0) += held;
+  held += held;
   if (!system.factorize()) return false;
+  std::vector<FlatPoint> points(chart.points.size());
   for (int round = 0; round < rounds; ++round) {
-    Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(count, 2);
-    right(0, 0) = anchor.x;
-    right(0, 1) = anchor.y;
+    std::fill(points.begin(), points.end(), FlatPoint{});
+    points[0] = anchor;
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
       const FlatPoint r = nearest_rotation(jacobian(chart, i, chart.points));
       for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Index row = chart.triangles[i][k];
         const FlatPoint g = chart.rest[i].gradient[k] * chart.rest[i].area;
-        right(row, 0) += r.x * g.x - r.y * g.y;
-        right(row, 1) += r.y * g.x + r.x * g.y;
+        FlatPoint& pull = points[chart.triangles[i][k]];
+        pull = pull + FlatPoint{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
       }
     }
-    const Eigen::MatrixX2d solution = system.solve(right);
-    if (!solution.allFinite()) return false;
-    for (Eigen::Index v = 0; v < count; ++v) {
-      chart.points[static_cast<std::size_t>(v)] = {solution(v, 0), solution(v, 1)};
-    }
+    if (!system.solve(points)) return false;
+    std::swap(chart.points, points);
   }
   return true;
 }

@@ -1,4 +1,5 @@
 // Where the rounds of flat charts start: maps by one linear system.
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,10 +8,18 @@
 #include <vector>
 
 #include "lowpoly/flat_chart.h"
-#include "lowpoly/flat_system.h"
 
 namespace kiln {
 namespace {
+
+/// Eigen's order of least degree. It takes the matrix as symmetric, which solvers hand over, and so need not add
+/// the transposed one.
+struct SymmetricOrder {
+  template <typename Matrix, typename Order>
+  void operator()(const Matrix& matrix, Order& order) const {
+    Eigen::AMDOrdering<int>()(matrix.template selfadjointView<Eigen::Lower>(), order);
+  }
+};
 
 using Matrix = Eigen::SparseMatrix<double>;
 using Solver = Eigen::SimplicialLDLT<Matrix, Eigen::Lower, SymmetricOrder>;

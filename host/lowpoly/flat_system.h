@@ -1,112 +1,92 @@
-// The linear systems of flat charts: orders of elimination, and the one of rounds that are as rigid as possible.
+// The linear systems of flat charts: a block of numbers for each edge and vertex, factorised again and again on
+// one pattern.
 #pragma once
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "lowpoly/flat_chart.h"
 
 namespace kiln {
 
-/// Eigen's order of least degree. It takes the matrix as symmetric, which solvers hand over, and so need not add
-/// the transposed one.
-struct SymmetricOrder {
-  template <typename Matrix, typename Order>
-  void operator()(const Matrix& matrix, Order& order) const {
-    Eigen::AMDOrdering<int>()(matrix.template selfadjointView<Eigen::Lower>(), order);
-  }
+/// Which vertices of a chart share an edge, in an order of elimination, and where the factor has entries.
+struct FlatPattern {
+  /// The order is that of least degree.
+  explicit FlatPattern(const FlatChart& chart);
+
+  std::size_t count() const { return place.size(); }
+
+  std::vector<std::uint32_t> place;  ///< Of each vertex in the order of elimination.
+  /// The matrix by rows: those neighbours that come before, the diagonal last.
+  std::vector<std::uint32_t> starts, columns;
+  std::vector<std::uint32_t>
+      slots;  ///< Of each triangle: each corner with itself, then with the next one.
+  /// The factor by rows and by columns, both without the diagonal.
+  std::vector<std::uint32_t> row_starts, row_columns, column_starts, column_rows;
 };
 
-/// The same where rows come by twos, as x and y of a vertex: looked at once a vertex.
-struct PairedOrder {
-  template <typename Matrix, typename Order>
-  void operator()(const Matrix& matrix, Order& order) const {
-    const Eigen::Index count = matrix.cols() / 2;
-    Eigen::SparseMatrix<double> half(count, count);
-    half.reserve(matrix.nonZeros() / 4);
-    for (Eigen::Index v = 0; v < count; ++v) {
-      half.startVec(v);
-      for (typename Matrix::InnerIterator it(matrix, 2 * v); it; ++it) {
-        if (it.row() % 2 == 0) half.insertBack(it.row() / 2, v) = 1;
-      }
-    }
-    half.finalize();
-    Order of_half;
-    SymmetricOrder()(half, of_half);
-    order.resize(2 * count);
-    for (Eigen::Index v = 0; v < count; ++v) {
-      for (int i = 0; i < 2; ++i) order.indices()[2 * v + i] = 2 * of_half.indices()[v] + i;
-    }
-  }
-};
-
-/// A row a vertex. The pattern is that of the chart's edges, and looked at once.
-class RigidSystem {
+/// A symmetric positive definite matrix of N x N blocks on a chart's pattern, and what solves it. Its unknowns are
+/// points. Blocks are by rows, and symmetric themselves.
+template <std::size_t N>
+class FlatSystem {
  public:
-  explicit RigidSystem(const FlatChart& chart)
-      : matrix_(static_cast<Eigen::Index>(chart.points.size()),
-                static_cast<Eigen::Index>(chart.points.size())) {
-    std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(chart.triangles.size() * 6);
-    for (const Triangle& t : chart.triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-        entries.emplace_back(static_cast<int>(t[k]), static_cast<int>(t[k]), 0);
-        entries.emplace_back(static_cast<int>(high), static_cast<int>(low), 0);
-      }
-    }
-    matrix_.setFromTriplets(entries.begin(), entries.end());
-    solver_.analyzePattern(matrix_);
-    slots_.reserve(chart.triangles.size() * 6);
-    for (const Triangle& t : chart.triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-        slots_.push_back(slot(t[k], t[k]));
-        slots_.push_back(slot(high, low));
-      }
-    }
-  }
+  using Block = std::array<double, N * N>;
+
+  explicit FlatSystem(const FlatChart& chart)
+      : pattern_(chart),
+        values_(pattern_.columns.size()),
+        factor_(pattern_.column_rows.size()),
+        inverse_(pattern_.count()),
+        row_(pattern_.count()),
+        filled_(pattern_.count()) {}
+
+  void clear() { std::fill(values_.begin(), values_.end(), Block{}); }
+  Block& diagonal(std::uint32_t v) { return values_[pattern_.starts[pattern_.place[v] + 1] - 1]; }
+  /// Of triangle i: of corner k with itself, and with the next one.
+  Block& own(std::size_t i, std::size_t k) { return values_[pattern_.slots[6 * i + 2 * k]]; }
+  Block& side(std::size_t i, std::size_t k) { return values_[pattern_.slots[6 * i + 2 * k + 1]]; }
+
+  /// \returns false where the matrix is not positive definite
+  bool factorize();
+  /// \param points  of each vertex; in: the right side, out: the solution
+  /// \returns whether all are finite
+  bool solve(std::vector<FlatPoint>& points);
+
+ private:
+  FlatPattern pattern_;
+  std::vector<Block> values_;
+  std::vector<Block> factor_;   ///< By columns.
+  std::vector<Block> inverse_;  ///< Of the diagonal.
+  std::vector<Block> row_;      ///< Scratch: the row that is made.
+  std::vector<std::uint32_t> filled_;
+  std::vector<FlatPoint> points_;
+};
+
+extern template class FlatSystem<1>;
+extern template class FlatSystem<2>;
+
+/// Of rounds that are as rigid as possible: a number a vertex, for x and y alike.
+class RigidSystem : public FlatSystem<1> {
+ public:
+  using FlatSystem<1>::FlatSystem;
 
   /// Sets the chart's areas, each times a weight; no weights are ones.
   void fill(const FlatChart& chart, std::span<const double> weights) {
-    double* const values = matrix_.valuePtr();
-    std::fill(values, values + matrix_.nonZeros(), 0.0);
+    clear();
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
       const RestShape& rest = chart.rest[i];
       const double area = weights.empty() ? rest.area : rest.area * weights[i];
       for (std::size_t k = 0; k < 3; ++k) {
         const FlatPoint& g = rest.gradient[k];
-        values[slots_[6 * i + 2 * k]] += area * dot(g, g);
-        values[slots_[6 * i + 2 * k + 1]] += area * dot(g, rest.gradient[(k + 1) % 3]);
+        own(i, k)[0] += area * dot(g, g);
+        side(i, k)[0] += area * dot(g, rest.gradient[(k + 1) % 3]);
       }
     }
   }
-
-  /// What stands on the diagonal, which leads its column.
-  double& diagonal(std::uint32_t v) { return matrix_.valuePtr()[matrix_.outerIndexPtr()[v]]; }
-
-  bool factorize() {
-    solver_.factorize(matrix_);
-    return solver_.info() == Eigen::Success;
-  }
-  Eigen::MatrixX2d solve(const Eigen::MatrixX2d& right) const { return solver_.solve(right); }
-
- private:
-  Eigen::Index slot(std::uint32_t row, std::uint32_t column) const {
-    const int* const rows = matrix_.innerIndexPtr();
-    const int *const begin = rows + matrix_.outerIndexPtr()[column],
-                     *const end = rows + matrix_.outerIndexPtr()[column + 1];
-    return std::lower_bound(begin, end, static_cast<int>(row)) - rows;
-  }
-
-  Eigen::SparseMatrix<double> matrix_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, SymmetricOrder> solver_;
-  std::vector<Eigen::Index>
-      slots_;  ///< Of each triangle: each corner with itself, then with the next one.
 };
 
 }  // namespace kiln

@@ -30,7 +30,7 @@ FlatPoint rotation(const FlatChart& chart, std::size_t i) {
     u = u + chart.rest[i].gradient[k] * p.x;
     v = v + chart.rest[i].gradient[k] * p.y;
   }
-  const double c = u.x + v.y, s = v.x - u.y, size = std::hypot(c, s);
+  const double c = u.x + v.y, s = v.x - u.y, size = std::sqrt(c * c + s * s);
   return size > 0 ? FlatPoint{c / size, s / size} : FlatPoint{1, 0};
 }
 
@@ -39,7 +39,6 @@ class Untangler {
   Untangler(FlatChart& chart, RigidSystem& system)
       : chart_(chart),
         system_(system),
-        count_(static_cast<int>(chart.points.size())),
         weight_(chart.triangles.size(), 1),
         push_(chart.points.size(), 0),
         target_(chart.points.size()) {}
@@ -99,40 +98,34 @@ class Untangler {
 
   /// A round as rigid as possible; pushed vertices stay near their targets.
   bool solve() {
-    Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(count_, 2);
+    std::vector<FlatPoint> points(chart_.points.size());
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
       const RestShape& rest = chart_.rest[i];
       const FlatPoint r = rotation(chart_, i);
       const double area = rest.area * weight_[i];
       for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Index row = chart_.triangles[i][k];
         const FlatPoint g = rest.gradient[k] * area;
-        right(row, 0) += r.x * g.x - r.y * g.y;
-        right(row, 1) += r.y * g.x + r.x * g.y;
+        FlatPoint& pull = points[chart_.triangles[i][k]];
+        pull = pull + FlatPoint{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
       }
     }
     system_.fill(chart_, weight_);
     const auto hold = [&](std::uint32_t v, const FlatPoint& at, double by) {
-      const double held = by * system_.diagonal(v);
-      system_.diagonal(v) += held;
-      right(v, 0) += held * at.x;
-      right(v, 1) += held * at.y;
+      double& own = system_.diagonal(v)[0];
+      const double held = by * own;
+      own += held;
+      points[v] = points[v] + at * held;
     };
     for (const std::uint32_t v : pushed_) hold(v, target_[v], kHold);
     constexpr double kAnchor = 1e-6;  // The whole may move freely.
     hold(0, chart_.points[0], kAnchor);
-    if (!system_.factorize()) return false;
-    const Eigen::MatrixX2d solution = system_.solve(right);
-    if (!solution.allFinite()) return false;
-    for (int v = 0; v < count_; ++v) {
-      chart_.points[static_cast<std::size_t>(v)] = {solution(v, 0), solution(v, 1)};
-    }
+    if (!system_.factorize() || !system_.solve(points)) return false;
+    chart_.points = std::move(points);
     return true;
   }
 
   FlatChart& chart_;
   RigidSystem& system_;
-  int count_;
   std::vector<double> weight_;         ///< Of each triangle.
   std::vector<double> push_;           ///< Of each vertex, by what share; 0: not yet.
   std::vector<FlatPoint> target_;      ///< Where those pushed are held.

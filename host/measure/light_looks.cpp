@@ -160,7 +160,9 @@ void LightLooks::make_levels(std::uint32_t most, double share, bool height_field
   for (std::size_t i = 0; i < levels().count(); ++i) {
     counts.push_back(static_cast<double>(levels().faces(i)));
   }
-  model_ = std::make_unique<LightModel>(counts, [this](std::size_t level) { return look(level); });
+  model_ = std::make_unique<LightModel>(
+      counts, [this](std::size_t level) { return look(level); },
+      [this](std::size_t level) { return look_plain(level); });
 }
 
 std::optional<std::size_t> LightLooks::fewest_within(double limit, bool height_field) {
@@ -219,13 +221,21 @@ void LightLooks::solve(std::size_t level) {
 
 LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
-  const auto& [seen, mapped] = glance(level);
+  const double plain = look_plain(level);
+  const Mesh& mapped = glance(level)[1];
   const Stopwatch watch;
-  const double plain = without_map(seen, coarse_).mean_degrees;
   LightModel::Node node = limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse_));
   node.plain = plain;
   plan_.seconds_measure += watch.total();
   return node;
+}
+
+double LightLooks::look_plain(std::size_t level) {
+  const Mesh& seen = glance(level)[0];
+  const Stopwatch watch;
+  const double plain = without_map(seen, coarse_).mean_degrees;
+  plan_.seconds_measure += watch.total();
+  return plain;
 }
 
 NormalError LightLooks::without_map(const Mesh& low, const DenseShown& shown) const {

@@ -86,6 +86,7 @@ class LightLooks {
   void say(double done, const char* doing) const;
   const std::array<Mesh, 2>& glance(std::size_t level);
   LightModel::Node look(std::size_t level);
+  double look_plain(std::size_t level);
   NormalError without_map(const Mesh& low, const DenseShown& shown) const;
   LightModel::Node limits_of(const NormalProbe& mapped) const;
   BakeOptions limit_options(MatchMethod method) const;

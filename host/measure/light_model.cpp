@@ -39,8 +39,9 @@ double between(double a, double b, double share) {
 
 }  // namespace
 
-LightModel::LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look)
-    : faces_(std::move(faces)), look_(std::move(look)) {}
+LightModel::LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look,
+                       std::function<double(std::size_t)> plain)
+    : faces_(std::move(faces)), look_(std::move(look)), look_plain_(std::move(plain)) {}
 
 void LightModel::Shares::add(double made, double looked) {
   if (!(made > 0) || !(looked > 0)) return;
@@ -51,14 +52,25 @@ void LightModel::Shares::add(double made, double looked) {
 double LightModel::Shares::mean() const { return count == 0 ? 1 : std::exp(sum / count); }
 
 LightModel::Node LightModel::exactly(std::size_t level) {
-  auto known = nodes_.find(level);
-  if (known == nodes_.end()) {
-    Found found;
-    found.looked = look_(level);
-    found.is_looked = true;
-    known = nodes_.emplace(level, found).first;
-  }
-  return corrected(known->second);
+  const auto known = nodes_.find(level);
+  if (known != nodes_.end() && (!known->second.is_plain_looked || known->second.is_made))
+    return corrected(known->second);
+  Found& found = nodes_[level];
+  found.looked = look_(level);
+  found.is_looked = true;
+  found.is_plain_looked = false;
+  return corrected(found);
+}
+
+LightModel::Node LightModel::plainly(std::size_t level) {
+  if (knows(level)) return corrected(nodes_.at(level));
+  const Node line = between_looks(level);
+  if (!look_plain_ || !(line.limit > 0)) return exactly(level);
+  Found& found = nodes_[level];
+  found.looked = line;
+  found.looked.plain = look_plain_(level);
+  found.is_looked = found.is_plain_looked = true;
+  return corrected(found);
 }
 
 LightModel::Node LightModel::corrected(const Found& found) const {
@@ -82,7 +94,7 @@ void LightModel::know(std::size_t level, const Node& node) {
 }
 
 void LightModel::know_plain(std::size_t level, double plain) {
-  exactly(level);
+  plainly(level);
   Found& found = nodes_[level];
   if (found.is_looked) plain_share_.add(plain, found.looked.plain);
   found.made.plain = plain;

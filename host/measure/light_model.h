@@ -20,7 +20,9 @@ class LightModel {
   };
   /// \param faces  of each level
   /// \param look   finds out about one; called once each at most
-  LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look);
+  /// \param plain  the same without a map, which takes less time; null: as `look`
+  LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look,
+             std::function<double(std::size_t)> plain = {});
 
   std::size_t count() const { return faces_.size(); }
   /// Between levels that were looked at: the logarithm is linear in that of the number of faces. Looks where these
@@ -30,6 +32,8 @@ class LightModel {
   Node guess(std::size_t level) const;
   /// Looks at the very level.
   Node exactly(std::size_t level);
+  /// The same without a map alone, between levels that were looked at: the rest follows from these.
+  Node plainly(std::size_t level);
   /// What was found of a level's mesh as it is made. Looks are at meshes that are fitted roughly: what the two differ
   /// by at this level, they differ by at others.
   void know(std::size_t level, const Node& node);
@@ -65,6 +69,7 @@ class LightModel {
   struct Found {
     Node looked, made;
     bool is_looked = false, is_made = false, is_plain_made = false;
+    bool is_plain_looked = false;  ///< Without a map alone
   };
   /// A mean of ratios, and of how many, by their logarithms.
   struct Shares {
@@ -95,6 +100,7 @@ class LightModel {
 
   std::vector<double> faces_;
   std::function<Node(std::size_t)> look_;
+  std::function<double(std::size_t)> look_plain_;
   Nodes nodes_;
   /// Of meshes that were made over looks.
   Shares plain_share_, bare_share_, limit_share_;

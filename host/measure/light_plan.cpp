@@ -100,7 +100,7 @@ class LightPlanner {
       std::optional<LightTrial> next = best_expected();
       for (int i = 0; i < kMostLooks && next && next->size == 0 && !model().knows(next_level_);
            ++i) {
-        model().exactly(next_level_);
+        model().plainly(next_level_);
         next = best_expected();
       }
       if (next && next->size != 0) next = within_leap(*next);
@@ -225,7 +225,7 @@ class LightPlanner {
       const auto level = maker_.lightest_without_map(sizes_, finest(), first, laid_out_for);
       if (!level) return false;
       if (!model().knows(*level)) {
-        model().exactly(*level);
+        model().plainly(*level);
         continue;
       }
       keep(maker_.without_map(*level));

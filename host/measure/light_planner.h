@@ -44,7 +44,7 @@
 // and all levels of `--lod`. Meshes that are only looked at are fitted roughly, and compared at fewer places. A
 // mesh that was made tells by how much its f and p differ from the looks around it. All looks are corrected by
 // that. What a head start left folded is mended for the chosen mesh alone, which is then tried again. Searches skip
-// levels while errors are far below what is asked for. Between levels up to 8 times apart in faces, p and f are read off their lines.
+// levels while errors are far below what is asked for. Where no map is in question, a look leaves f to its line. Between levels up to 8 times apart in faces, p and f are read off their lines.
 //
 // bake_lods() repeats this for half the size on screen, a quarter and so on. With shared UVs, further levels are
 // the fewest faces that the first level's map still fits: simplified with its layout kept, found by bisection,

@@ -60,11 +60,12 @@ TEST(CellRows, FindsWhatAPlainGridFinds) {
        {7U, 63U, 64U, 65U, 100U, 128U, 200U, 512U, 700U, 1024U, 2048U}) {
     SCOPED_TRACE("width " + std::to_string(width));
     constexpr std::uint32_t height = 40;
-    CellRows rows(width, height);
+    const std::uint32_t longest = std::min(width + 3, 90U);
+    CellRows rows(width, height, longest);
     PlainGrid grid{width, height};
     int placed = 0, refused = 0;
     for (int i = 0; i < 200; ++i) {
-      const ChartMask mask = random_mask(random, std::min(width + 3, 90U));
+      const ChartMask mask = random_mask(random, longest);
       CellRows::Window window{static_cast<std::uint32_t>(random() % (height + 5))};
       if (i % 2 == 0) {
         window.first = static_cast<std::uint32_t>(random() % width);

@@ -8,10 +8,12 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "lowpoly/chart_growth.h"
 #include "lowpoly/chart_guide.h"
 #include "lowpoly/flat_predicates.h"
+#include "lowpoly/flat_system.h"
 #include "lowpoly/pairing.h"
 #include "support/shapes.h"
 
@@ -36,6 +38,96 @@ ChartSurface bent(std::uint32_t nx, std::uint32_t ny, double width, double heigh
     p = to_float(bend(double{p.x} + 0.5 * width, double{p.y} + 0.5 * height));
   }
   return chart_surface(mesh);
+}
+
+/// Fills a system with random blocks whose diagonal outweighs the rest, solves it, and multiplies back.
+template <std::size_t N>
+void expect_solved(std::uint32_t nx, std::uint32_t ny) {
+  const ChartSurface surface = bent(nx, ny, nx, ny, [](double x, double y) {
+    return Vec3d{x, y, 0};
+  });
+  FlatChart chart = sheet(surface);
+  project(chart, surface);
+  FlatSystem<N> system(chart);
+  std::mt19937 random(nx);
+  const auto number = [&] { return static_cast<double>(random() % 1000) / 1000; };
+  struct Entry {
+    std::uint32_t a = 0, b = 0;
+    double xx = 0, xy = 0, yy = 0;
+  };
+  for (int again = 0; again < 2; ++again) {  // The pattern is used more than once.
+    std::vector<Entry> entries;
+    system.clear();
+    const auto add = [&](typename FlatSystem<N>::Block& block, const Entry& entry) {
+      entries.push_back(entry);
+      if (entry.a != entry.b) entries.push_back({entry.b, entry.a, entry.xx, entry.xy, entry.yy});
+      block[0] += entry.xx;
+      if constexpr (N == 2) {
+        block[1] += entry.xy;
+        block[2] += entry.xy;
+        block[3] += entry.yy;
+      }
+    };
+    const auto part = [&](std::uint32_t a, std::uint32_t b, double weight) {
+      const double xx = weight * (1 + number());
+      if (N == 1) return Entry{a, b, xx, 0, xx};
+      return Entry{a, b, xx, 0.2 * weight * number(), weight * (1 + number())};
+    };
+    for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+      const Triangle& t = chart.triangles[i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        add(system.own(i, k), part(t[k], t[k], 6));
+        add(system.side(i, k), part(t[k], t[(k + 1) % 3], -0.5));
+      }
+    }
+    std::vector<FlatPoint> right(chart.points.size());
+    for (FlatPoint& p : right) p = {number(), number()};
+    std::vector<FlatPoint> points = right;
+    ASSERT_TRUE(system.factorize());
+    ASSERT_TRUE(system.solve(points));
+    for (const Entry& e : entries) {
+      const FlatPoint& p = points[e.b];
+      right[e.a] = right[e.a] - FlatPoint{e.xx * p.x + e.xy * p.y, e.xy * p.x + e.yy * p.y};
+    }
+    for (const FlatPoint& rest : right) {
+      EXPECT_NEAR(rest.x, 0, 1e-12);
+      EXPECT_NEAR(rest.y, 0, 1e-12);
+    }
+  }
+  system.diagonal(0)[0] = -1;
+  EXPECT_FALSE(system.factorize());
+}
+
+TEST(FlatSystem, SolutionsMultiplyBack) {
+  expect_solved<1>(1, 1);
+  expect_solved<1>(9, 7);
+  expect_solved<2>(1, 1);
+  expect_solved<2>(9, 7);
+  expect_solved<2>(40, 2);
+}
+
+TEST(FlatPredicates, CoveredSidesAreThoseInsideAnotherPart) {
+  // A strip of 40 steps a turn that winds outwards by a third of its width: its second turn lies on its first.
+  const auto spiral = [](std::size_t steps) {
+    std::vector<FlatPoint> ring;
+    for (const bool outer : {true, false}) {
+      for (std::size_t i = 0; i <= steps; ++i) {
+        const double turns = static_cast<double>(outer ? i : steps - i) / 40;
+        const double angle = 2 * std::numbers::pi * turns, radius = (outer ? 2 : 1) + turns / 3;
+        ring.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+      }
+    }
+    return ring;
+  };
+  EXPECT_EQ(covered_sides(spiral(36)), 0U);
+  // Of each step beyond a turn, the inner side lies on the first turn, and the first turn's outer side below it.
+  // So may both ends.
+  for (const std::size_t beyond : {4U, 20U}) {
+    const std::size_t covered = covered_sides(spiral(40 + beyond));
+    EXPECT_GE(covered, 2 * beyond - 1);
+    EXPECT_LE(covered, 2 * beyond + 3);
+  }
+  EXPECT_EQ(covered_sides(std::vector<FlatPoint>{{0, 0}, {1, 0}}), 0U);
 }
 
 TEST(FlatChart, ThreeQuartersOfACylinderUnroll) {

@@ -107,6 +107,32 @@ TEST(LightModel, GuessesWithoutALook) {
   EXPECT_EQ(powers.looks, looks + 1);
 }
 
+TEST(LightModel, LooksWithoutAMapLeaveTheLimitToOthers) {
+  Powers powers;
+  powers.model();
+  int plain = 0;
+  LightModel model(
+      powers.faces, [&](std::size_t level) { return powers.look(level); },
+      [&](std::size_t level) { return ++plain, 0.5 * powers.look(level).plain; });
+  model.plainly(40);  // Nothing is known around it.
+  EXPECT_EQ(plain, 0);
+  model.exactly(34);
+  model.exactly(68);
+  const int looks = powers.looks;
+  const LightModel::Node node = model.plainly(51);
+  EXPECT_EQ(plain, 1);
+  EXPECT_EQ(powers.looks, looks + 1);  // That of the test's own.
+  const LightModel::Node truth = powers.look(51);
+  EXPECT_NEAR(node.plain, 0.5 * truth.plain, 1e-9 * truth.plain);
+  EXPECT_NEAR(node.limit, truth.limit, 0.01 * truth.limit);
+  model.plainly(51);
+  EXPECT_EQ(plain, 1);
+  // Where its limit is asked for, it is looked at.
+  EXPECT_NEAR(model.exactly(51).limit, truth.limit, 1e-9 * truth.limit);
+  EXPECT_EQ(model.exactly(51).plain, truth.plain);
+  EXPECT_EQ(powers.looks, looks + 3);
+}
+
 TEST(LightModel, KnowsMeshesMadeForMapsFromThoseWithout) {
   Powers powers;
   powers.bare_share = 3;
