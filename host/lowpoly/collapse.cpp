@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "base/heartbeat.h"
@@ -11,9 +10,10 @@
 namespace kiln {
 namespace {
 
-/// Share of the squared edge length that counts as deviation: where the surface is flat, short edges
-/// go first and triangles stay even. With 1e-5, faces stayed there that curved places need.
-constexpr double kLengthWeight = 1e-8;
+/// Share of the edge length that counts as squared deviation: where the surface is flat, short edges go first and
+/// triangles stay even. More than single precision loses, yet so little that no face stays there that curved places
+/// need. By the square of the length, 1e-8 was too much for long edges.
+constexpr double kLengthWeight = 1e-12;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
 /// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
 constexpr double kPenalty = 6;
@@ -23,21 +23,19 @@ constexpr std::size_t kWorthAnother = 64, kMostPoorRounds = 4;
 
 }  // namespace
 
-bool EdgeCollapser::Entry::operator<(const Entry& o) const {
-  return cost != o.cost ? cost > o.cost : std::tie(a, b) > std::tie(o.a, o.b);
-}
-
-EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule, Snap snap)
+EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule, Snap snap,
+                             std::vector<std::uint8_t> fixed)
     : mesh_(mesh),
       rule_(rule),
       snap_(std::move(snap)),
       shape_(mesh),
       quadrics_(mesh.points.size()),
       stamps_(mesh.points.size(), 0),
+      fixed_(std::move(fixed)),
       border_(mesh.points.size(), 0) {
   build_quadrics();
   if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
-  fill_heap();
+  fill_queue();
 }
 
 /// Where an edge would go, and at what cost. A hub stays: moving it would move all that is around it.
@@ -46,7 +44,7 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
   step.sum = quadrics_[a];
   step.sum += quadrics_[b];
   const bool hub_a = mesh_.is_hub(a), hub_b = mesh_.is_hub(b);
-  if (hub_a && hub_b) return step;
+  if ((hub_a && hub_b) || (!fixed_.empty() && (fixed_[a] != 0 || fixed_[b] != 0))) return step;
   step.anchor = hub_a ? Anchor::first : hub_b ? Anchor::second : Anchor::none;
   const Vec3d &pa = mesh_.points[a], &pb = mesh_.points[b];
   if (rule_ != nullptr) {
@@ -58,7 +56,7 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
   }
   step.allowed = true;
   const Vec3d edge = pb - pa;
-  step.cost = step.sum.at(step.target) + kLengthWeight * dot(edge, edge) * step.sum.area;
+  step.cost = step.sum.at(step.target) + kLengthWeight * length(edge) * step.sum.area;
   return step;
 }
 
@@ -70,7 +68,7 @@ EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) 
 }
 
 /// \param only_touched  leaves out edges around which nothing changed since the last time
-void EdgeCollapser::fill_heap(bool only_touched) {
+void EdgeCollapser::fill_queue(bool only_touched) {
   std::vector<std::uint64_t> all = mesh_.edges();
   if (only_touched) {
     std::erase_if(all, [&](std::uint64_t e) {
@@ -79,34 +77,36 @@ void EdgeCollapser::fill_heap(bool only_touched) {
   }
   if (guard_ != nullptr) touched_.assign(mesh_.points.size(), 0);
   mesh_.visits += all.size();
-  heap_.resize(all.size());
+  std::vector<Entry> entries(all.size());
   parallel_for(all.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      heap_[i] =
+      entries[i] =
           entry_for(static_cast<std::uint32_t>(all[i] >> 32), static_cast<std::uint32_t>(all[i]));
     }
   });
-  std::erase_if(heap_, [](const Entry& e) { return std::isinf(e.cost); });
-  std::make_heap(heap_.begin(), heap_.end());
+  std::erase_if(entries, [](const Entry& e) { return std::isinf(e.cost); });
+  queue_.assign(std::move(entries));
 }
 
 void EdgeCollapser::push(std::uint32_t a, std::uint32_t b) {
   ++mesh_.visits;
   const Entry entry = entry_for(std::min(a, b), std::max(a, b));
-  if (std::isinf(entry.cost)) return;
-  heap_.push_back(entry);
-  std::push_heap(heap_.begin(), heap_.end());
+  if (!std::isinf(entry.cost)) queue_.push(entry);
 }
 
 /// Whether some triangle of a and one of b have their other two corners in common.
 bool EdgeCollapser::lies_on_another(std::uint32_t a, std::uint32_t b) {
   const std::vector<std::uint32_t>& around = mesh_.around[b];
   mesh_.visits += around.size();
+  const auto is_common = [&](std::uint32_t v) {
+    return std::find(common_.begin(), common_.end(), v) != common_.end();
+  };
   for (const std::uint32_t t : around) {
     if (mesh_.alive[t] == 0 || mesh_.contains(t, a)) continue;
     const Triangle& v = mesh_.triangles[t];
     const std::size_t k = v[0] == b ? 0 : v[1] == b ? 1 : 2;
     const std::uint32_t p = v[(k + 1) % 3], q = v[(k + 2) % 3];
+    if (!is_common(p) || !is_common(q)) continue;
     if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;  // Too many to look at.
     mesh_.visits += std::min(mesh_.valence[p], mesh_.valence[q]);
     bool twin = false;
@@ -121,7 +121,8 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   if (mesh_.is_hub(b)) return keeps_topology_at_hub(b, a);
   mesh_.gather(a, near_a_);
   mesh_.gather(b, near_b_);
-  std::uint32_t on_edge = 0, common = 0;
+  std::uint32_t on_edge = 0;
+  common_.clear();
   bool border_a = false, border_b = false;
   for (const CollapseMesh::Neighbour& n : near_a_) {
     border_a = border_a || n.triangles == 1;
@@ -130,13 +131,13 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   for (const CollapseMesh::Neighbour& n : near_b_) border_b = border_b || n.triangles == 1;
   for (std::size_t i = 0, j = 0; i < near_a_.size() && j < near_b_.size();) {
     if (near_a_[i].vertex == near_b_[j].vertex)
-      ++common, ++i, ++j;
+      common_.push_back(near_a_[i].vertex), ++i, ++j;
     else if (near_a_[i].vertex < near_b_[j].vertex)
       ++i;
     else
       ++j;
   }
-  if (on_edge == 0 || common != on_edge) return false;
+  if (on_edge == 0 || common_.size() != on_edge) return false;
   if (border_a && border_b && on_edge != 1) return false;
   // Something must be left, and no two triangles may come to lie on the same corners.
   if (mesh_.valence[a] + mesh_.valence[b] <= 2 * on_edge) return false;
@@ -147,7 +148,8 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
 /// a second hub waits.
 bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
   mesh_.gather(b, near_b_);
-  std::uint32_t on_edge = 0, common = 0;
+  std::uint32_t on_edge = 0;
+  common_.clear();
   bool border_b = false;
   for (const CollapseMesh::Neighbour& n : near_b_) {
     border_b = border_b || n.triangles == 1;
@@ -159,9 +161,9 @@ bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
     bool next = false;
     mesh_.visits += mesh_.valence[n.vertex];
     mesh_.each_on_edge(n.vertex, hub, [&](std::uint32_t) { next = true; });
-    common += next;
+    if (next) common_.push_back(n.vertex);
   }
-  if (on_edge == 0 || common != on_edge) return false;
+  if (on_edge == 0 || common_.size() != on_edge) return false;
   if (border_[hub] != 0 && border_b && on_edge != 1) return false;
   return !lies_on_another(hub, b);
 }
@@ -195,6 +197,10 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
     return;
   }
   ++stamps_[kept];
+  if (deferred_) {
+    deferred_->push_back(kept);
+    return;
+  }
   mesh_.gather(kept, near_a_);
   for (const CollapseMesh::Neighbour& n : near_a_) push(kept, n.vertex);
   if (guard_ == nullptr) return;
@@ -210,9 +216,9 @@ bool EdgeCollapser::take(const Entry& entry) {
     const double cost = step.cost * std::pow(kPenalty, entry.leniency);
     if (cost > kStale * entry.cost) {
       ++mesh_.visits;
-      heap_.push_back(entry);
-      heap_.back().cost = cost;
-      std::push_heap(heap_.begin(), heap_.end());
+      Entry later = entry;
+      later.cost = cost;
+      queue_.push(later);
       return false;
     }
   }
@@ -222,10 +228,10 @@ bool EdgeCollapser::take(const Entry& entry) {
       (rule_ == nullptr || rule_->keeps(mesh_, entry.a, entry.b, step.anchor, step.target));
   if (!shapes) {
     if (entry.leniency == CollapseShape::kMostLenient) return false;
-    heap_.push_back(entry);
-    heap_.back().cost *= kPenalty;
-    ++heap_.back().leniency;
-    std::push_heap(heap_.begin(), heap_.end());
+    Entry later = entry;
+    later.cost *= kPenalty;
+    ++later.leniency;
+    queue_.push(later);
     return false;
   }
   if (!keeps_topology(entry.a, entry.b) || !is_within_bound(entry, step)) return false;
@@ -245,8 +251,28 @@ bool EdgeCollapser::renew(double distance) {
     return false;
   }
   build_quadrics();
-  fill_heap();
+  fill_queue();
   return true;
+}
+
+void EdgeCollapser::run_cheap(double cost) {
+  deferred_.emplace();
+  for (const Entry* front = nullptr; (front = queue_.front(stamps_)) != nullptr;) {
+    const Entry entry = *front;
+    if (entry.cost > cost) break;
+    queue_.pop();
+    if (is_current(entry)) take(entry);
+  }
+  const std::vector<std::uint32_t> changed = std::move(*deferred_);
+  deferred_.reset();
+  std::vector<std::uint8_t> waits(mesh_.points.size(), 0);
+  for (const std::uint32_t v : changed) waits[v] = 1;
+  for (const std::uint32_t v : changed) {
+    mesh_.gather(v, near_a_);
+    for (const CollapseMesh::Neighbour& n : near_a_) {
+      if (waits[n.vertex] == 0 || n.vertex > v) push(v, n.vertex);
+    }
+  }
 }
 
 void EdgeCollapser::run(std::size_t faces, double distance) {
@@ -254,20 +280,19 @@ void EdgeCollapser::run(std::size_t faces, double distance) {
   std::size_t poor = 0, looked = 0;
   while (true) {
     std::size_t taken = 0;
-    while (mesh_.faces > faces && !heap_.empty()) {
+    while (mesh_.faces > faces && queue_.front(stamps_) != nullptr) {
       if (++looked % kBeat == 0) Heartbeat::beat();
       if (renew(distance)) continue;
-      const Entry entry = heap_.front();
-      const bool valid = entry.stamp_a == stamps_[entry.a] && entry.stamp_b == stamps_[entry.b];
+      const Entry entry = *queue_.front(stamps_);
+      const bool valid = is_current(entry);
       const double area = quadrics_[entry.a].area + quadrics_[entry.b].area;
       if (valid && entry.cost > distance * distance * area) return;
-      std::pop_heap(heap_.begin(), heap_.end());
-      heap_.pop_back();
+      queue_.pop();
       if (valid) taken += take(entry);
     }
     if (mesh_.faces <= faces || taken == 0) return;
     if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;
-    fill_heap(guard_ != nullptr);  // What was refused may be allowed by now.
+    fill_queue(guard_ != nullptr);  // What was refused may be allowed by now.
   }
 }
 

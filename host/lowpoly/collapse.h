@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kiln/types.h"
 #include "lowpoly/collapse_mesh.h"
+#include "lowpoly/collapse_queue.h"
 #include "lowpoly/collapse_rule.h"
 #include "lowpoly/collapse_shape.h"
 #include "lowpoly/deviation_guard.h"
@@ -39,7 +41,9 @@ class EdgeCollapser {
   /// Triangles must have three different vertices, and no twin of the same orientation.
   /// \param mesh  must outlive this
   /// \param rule  what must be kept beside the shape; may be null; must outlive this
-  explicit EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule = nullptr, Snap snap = {});
+  /// \param fixed  by vertex, whether no edge there may go; empty: all may
+  explicit EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule = nullptr, Snap snap = {},
+                         std::vector<std::uint8_t> fixed = {});
 
   /// From now on no step that this refuses is taken. It must have been made of the mesh as it is, and outlive this.
   /// \param sharpening  how much sharper sharp edges may become (cosine); none may become sharp
@@ -60,18 +64,15 @@ class EdgeCollapser {
   /// called again with lower `faces` or a longer `distance`, and goes on where it stopped.
   void run(std::size_t faces, double distance = std::numeric_limits<double>::infinity());
 
+  /// Takes collapses that cost at most so much, in order. Edges of a vertex that changes wait for the next call.
+  void run_cheap(double cost);
+
   /// Moves a corner of a bad triangle or collapses one of its sides, whatever strays least. No triangle
   /// around is bad then. False where there is no such way.
   bool mend(std::uint32_t triangle, const std::function<bool(const TriangleCorners&)>& bad);
 
  private:
-  struct Entry {
-    double cost;
-    std::uint32_t a, b;  ///< a < b
-    std::uint32_t stamp_a, stamp_b;
-    std::uint32_t leniency;  ///< How often it was refused for the shapes it would leave.
-    bool operator<(const Entry& other) const;  ///< Dearer first out last, as std heaps want.
-  };
+  using Entry = CollapseEntry;
   /// A collapse as it would be taken.
   struct Step {
     bool allowed = false;
@@ -85,7 +86,10 @@ class EdgeCollapser {
   void bound_lines(double bound);
   bool keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const;
   bool renew(double distance);
-  void fill_heap(bool only_touched = false);
+  bool is_current(const Entry& entry) const {
+    return entry.stamp_a == stamps_[entry.a] && entry.stamp_b == stamps_[entry.b];
+  }
+  void fill_queue(bool only_touched = false);
   Step step_for(std::uint32_t a, std::uint32_t b) const;
   Entry entry_for(std::uint32_t a, std::uint32_t b) const;
   void push(std::uint32_t a, std::uint32_t b);
@@ -107,16 +111,19 @@ class EdgeCollapser {
   CollapseShape shape_;
   DeviationGuard* guard_ = nullptr;
   std::vector<std::uint8_t>
-      touched_;  ///< Under a guard: whether what is around changed since the heap was filled.
+      touched_;  ///< Under a guard: whether what is around changed since the queue was filled.
   std::vector<Quadric> quadrics_;
   std::vector<Quadric>
       lines_;  ///< Under a guard: planes on lines between labels; empty without any.
   double lines_bound_ = 0;
   std::size_t next_renewal_ = 0;  ///< Of quadrics: at how many triangles.
   std::vector<std::uint32_t> stamps_;
+  std::vector<std::uint8_t> fixed_;   ///< May be empty.
   std::vector<std::uint8_t> border_;  ///< Whether a vertex came from one on an open border.
-  std::vector<Entry> heap_;
+  CollapseQueue queue_;
+  std::optional<std::vector<std::uint32_t>> deferred_;  ///< Changed vertices whose edges wait.
   std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
+  std::vector<std::uint32_t> common_;  ///< Vertices next to both ends of an edge.
 };
 
 }  // namespace kiln

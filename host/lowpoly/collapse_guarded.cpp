@@ -56,7 +56,7 @@ void EdgeCollapser::relax(Distances which) {
   touched_.assign(mesh_.points.size(), 1);
   build_quadrics();
   if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
-  fill_heap();
+  fill_queue();
 }
 
 }  // namespace kiln

@@ -23,6 +23,8 @@ constexpr std::array<double, 3> kFacingLimits{0.2, 0.0, -0.1};
 constexpr double kLeastAgreement = 0.3;
 /// Cosine of the angle between the normals of neighbours, by leniency: beyond it they are folded.
 constexpr std::array<double, 3> kFoldLimits{-0.8, -0.9, -0.985};
+/// Cosine of a turn that folds nothing: on flat places hardly anything has to be looked at.
+constexpr double kHardlyTurned = 0.9999;
 /// The same where collapses go on until nothing more is allowed.
 constexpr double kStrictFold = -0.5;
 
@@ -79,12 +81,14 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     }
     const Vec3d normal = after * (1 / length_after);
     const Vec3d was = had_area ? before * (1 / length_before) : Vec3d{};
-    Facing surface = facing;
-    surface += facing_[first];
-    surface += facing_[second];
-    if (const double cosine = surface.cosine(normal); cosine < kFacingLimits[leniency]) {
-      // Unless it faced away already, and more.
-      if (!had_area || !(cosine > surface.cosine(was))) return false;
+    if (sharpening_ || !had_area || !(dot(was, normal) > kHardlyTurned)) {
+      Facing surface = facing;
+      surface += facing_[first];
+      surface += facing_[second];
+      if (const double cosine = surface.cosine(normal); cosine < kFacingLimits[leniency]) {
+        // Unless it faced away already, and more.
+        if (!had_area || !(cosine > surface.cosine(was))) return false;
+      }
     }
     if (leniency == 0) {
       const double good = quality(target, b, c, length_after);
@@ -103,6 +107,7 @@ bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
     return x.first != y.first ? x.first < y.first : x.triangle < y.triangle;
   });
   for (const Star& s : star_) {
+    if (!sharpening_ && dot(s.before, s.after) > kHardlyTurned) continue;
     auto next = std::lower_bound(star_.begin(), star_.end(), s.second,
                                  [](const Star& x, std::uint32_t v) { return x.first < v; });
     for (; next != star_.end() && next->first == s.second; ++next) {

@@ -8,8 +8,9 @@ namespace kiln {
 namespace {
 
 /// Weight of a pull to the middle of an edge, against that of all planes. Where normals differ by an angle, their
-/// planes hold a place across it by about its square: with 1e-3, vertices on shallow fillets were pulled off.
-constexpr double kPull = 1e-6;
+/// planes hold a place across it by about its square: with 1e-3, vertices on shallow fillets were pulled off, and a
+/// little with 1e-6.
+constexpr double kPull = 1e-9;
 
 }  // namespace
 
@@ -24,22 +25,10 @@ void Quadric::add_linear(const Vec3d& n, double d, double weight) {
   c += weight * d * d;
 }
 
-Quadric& Quadric::operator+=(const Quadric& o) {
-  xx += o.xx, xy += o.xy, xz += o.xz, yy += o.yy, yz += o.yz, zz += o.zz;
-  x += o.x, y += o.y, z += o.z, c += o.c, area += o.area;
-  return *this;
-}
-
 Quadric& Quadric::operator*=(double weight) {
   for (double* const value : {&xx, &xy, &xz, &yy, &yz, &zz, &x, &y, &z, &c, &area})
     *value *= weight;
   return *this;
-}
-
-double Quadric::at(const Vec3d& p) const {
-  const double value = p.x * (xx * p.x + 2 * (xy * p.y + xz * p.z + x)) +
-                       p.y * (yy * p.y + 2 * (yz * p.z + y)) + p.z * (zz * p.z + 2 * z) + c;
-  return std::max(value, 0.0);
 }
 
 Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {

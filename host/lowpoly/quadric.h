@@ -1,6 +1,8 @@
 // Quadric error: a sum of squared distances to planes.
 #pragma once
 
+#include <algorithm>
+
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -23,6 +25,18 @@ struct Quadric {
   /// where the planes leave a direction free. One of a, b and the middle where that is far off.
   Vec3d best_near(const Vec3d& a, const Vec3d& b) const;
 };
+
+inline Quadric& Quadric::operator+=(const Quadric& o) {
+  xx += o.xx, xy += o.xy, xz += o.xz, yy += o.yy, yz += o.yz, zz += o.zz;
+  x += o.x, y += o.y, z += o.z, c += o.c, area += o.area;
+  return *this;
+}
+
+inline double Quadric::at(const Vec3d& p) const {
+  const double value = p.x * (xx * p.x + 2 * (xy * p.y + xz * p.z + x)) +
+                       p.y * (yy * p.y + 2 * (yz * p.z + y)) + p.z * (zz * p.z + 2 * z) + c;
+  return std::max(value, 0.0);
+}
 
 /// How much more the planes of a bent surface weigh than a flat one's, for each unit of curvature.
 /// A place is on the outline of a view as often as it is curved. A bent place that is off shows wrong normals.

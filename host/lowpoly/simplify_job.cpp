@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/counted.h"
+#include "lowpoly/collapse_pieces.h"
 #include "lowpoly/crumbs.h"
 #include "lowpoly/grid_start.h"
 #include "lowpoly/head_start.h"
@@ -23,8 +24,8 @@ namespace kiln {
 namespace {
 
 /// Denser meshes are first brought down to kDirectLimit or, on the way to few faces, less. Finely curved ones, which
-/// a head start does no good, only above kFineLimit.
-constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 600'000;
+/// meshoptimizer does no good, in pieces, up to kFineLimit.
+constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 2'500'000;
 /// But to no less than so many times the goal: up to the limit, and above it.
 constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
 /// Samples while looking for crumbs.
@@ -133,25 +134,30 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
   return flaws.none() && report_.holes == 0;
 }
 
-/// From how many triangles on a head start pays.
-std::size_t SimplifyJob::direct_limit() {
-  if (!direct_limit_) {
+/// Whether the high poly is brought down in pieces first.
+bool SimplifyJob::is_fine() {
+  if (!is_fine_) {
     const std::size_t count = dense_.triangles.size();
-    const bool direct = options_.faces != 0 && count > kDirectLimit && count <= kFineLimit &&
-                        !options_.height_field && is_finely_curved(dense_);
-    direct_limit_ = direct ? kFineLimit : kDirectLimit;
+    is_fine_ = options_.faces != 0 && count > kDirectLimit && count <= kFineLimit &&
+               !options_.height_field && is_finely_curved(dense_);
   }
-  return *direct_limit_;
+  return *is_fine_;
 }
 
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
 /// \param parts  whether none of its parts may vanish
-/// \param limit  with how many triangles it goes without a head start
+/// \param fine   whether it goes in pieces, not by meshoptimizer
 Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts,
-                        std::size_t limit) const {
+                        bool fine) const {
   const std::size_t near_goal = goal_of_start(faces);
   Work work = dense_;
-  if (work.triangles.size() > std::max(limit, near_goal) && !options_.keep_uvs && !options_.hull) {
+  if (work.triangles.size() > std::max(kDirectLimit, near_goal) && !options_.keep_uvs &&
+      !options_.hull) {
+    if (fine) {
+      collapse_in_pieces(work, near_goal, untouched,
+                         [this](const Vec3d& p) { return scale_.snap(p); });
+      return work;
+    }
     const double error = options_.faces == 0 ? 0.1 * options_.max_error : 1.0;
     if (options_.height_field && untouched.empty() && work.labels.empty() &&
         grid_start(work, near_goal, error)) {
@@ -164,7 +170,7 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
 
 std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& faces) {
   std::vector<SimplifyResult> results;
-  const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, direct_limit());
+  const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, is_fine());
   Shrinking shrinking(work, layout(), options_, scale_);
   std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
@@ -186,7 +192,7 @@ bool SimplifyJob::improve(SimplifyResult& result) {
   return is_good(result);
 }
 
-bool SimplifyJob::may_solve() { return dense_.triangles.size() > direct_limit(); }
+bool SimplifyJob::may_solve() { return dense_.triangles.size() > kDirectLimit; }
 
 DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
   return measure(result, kMostSamples);
@@ -221,10 +227,10 @@ std::vector<Place> SimplifyJob::flawed_places(const SimplifyResult& result,
 SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
   std::vector<Place> places;
-  const std::size_t limit = direct_limit();
+  const bool fine = is_fine();
   const int starts = options_.faces == 0 ? kMostBoundStarts : kMostStarts;
   for (int attempt = 0; attempt < starts; ++attempt) {
-    const Work work = start(options_.faces, places, true, limit);
+    const Work work = start(options_.faces, places, true, fine);
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (try_from(work, false, result)) return result;
     if (result.triangles.empty()) break;
@@ -246,11 +252,11 @@ bool SimplifyJob::drop_crumbs() {
   // No low poly is off by more than its triangles are long.
   if (parts.count_below(mean_edge(dense_, options_.faces)) == 0) return false;
   const double size =
-      measure(to_count(start(options_.faces, {}, true, kDirectLimit)), kGuidingSamples).largest;
+      measure(to_count(start(options_.faces, {}, true, /*fine=*/false)), kGuidingSamples).largest;
   report_.dropped_parts = parts.count_below(size);
   if (report_.dropped_parts == 0) return false;
   dense_ = parts.without(dense_, size);
-  direct_limit_.reset();
+  is_fine_.reset();
   dense_positions_ = to_floats(dense_.points);
   check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
   std::array<char, 32> text{};

@@ -163,9 +163,8 @@ class SimplifyJob {
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work);
   std::size_t mend_within(Shrinking& shrinking, SimplifyResult& result);
-  std::size_t direct_limit();
-  Work start(std::size_t faces, std::span<const Place> untouched, bool parts,
-             std::size_t limit) const;
+  bool is_fine();
+  Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine) const;
   void find_labels();
   bool drop_crumbs();
   bool is_fitted(const SimplifyResult& result) const;
@@ -194,7 +193,7 @@ class SimplifyJob {
   Layout layout_;
   std::vector<std::uint32_t> label_source_;      ///< By label, a triangle of the high poly.
   std::unique_ptr<BoundSamples> bound_samples_;  ///< Once asked for.
-  std::optional<std::size_t> direct_limit_;      ///< Once asked for.
+  std::optional<bool> is_fine_;                  ///< Once asked for.
 };
 
 }  // namespace kiln

@@ -133,6 +133,10 @@ struct Pull {
     right += normal * (w * share * along) + missing * (w * share * kAcross);
     weight += square;
   }
+  /// Draws onto a plane, but not along it: where planes hardly hold a vertex, as on shallow fillets, that moved it off.
+  void draw(const Vec3d& normal, const Vec3d& missing, double w) {
+    add(normal, normal * dot(normal, missing), 1, w);
+  }
   /// Lets a step go less far across lines, for as many times the weight so far.
   void hold(const AcrossLines& lines) {
     xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
@@ -360,7 +364,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       }
       if (!(pull.weight > 0)) continue;
       const double onto = height_field ? 0 : kOntoPlane * pull.weight;
-      pull.add(nearest->normal, nearest->point - points[v], 1, onto);
+      pull.draw(nearest->normal, nearest->point - points[v], onto);
       if (!lines.empty()) pull.hold(lines[v]);
       Vec3d step = pull.step();
       const double size = length(step), longest = moving.longest_step(v);

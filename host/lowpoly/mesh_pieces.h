@@ -1,0 +1,19 @@
+// A mesh in pieces, for several threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kiln/types.h"
+
+namespace kiln {
+
+/// Triangles by piece, in order: halves along the longest side, of halves, and so on, until one more time would leave
+/// fewer than `least`. As the mesh alone says.
+std::vector<std::vector<std::uint32_t>> pieces_of(std::span<const Vec3> positions,
+                                                  std::span<const Triangle> triangles,
+                                                  std::size_t least);
+
+}  // namespace kiln
