@@ -20,6 +20,9 @@ namespace {
 
 /// Ways to grow. The second is tried where the first leaves too much of the map.
 constexpr std::array<ChartWay, 2> kWays{{{3, 0.2}, {20, 0.1}}};
+/// Where all leave more than half of it, charts may be no longer than that, for a surface as large as a square with a
+/// side of 1: few long strips say how small all others are.
+constexpr double kPoor = 0.5, kMostLength = 1.3;
 /// Cuts that are tried. A seam as long as the side of a square with the mesh's area must save `seam` of that
 /// area; a chart with all of the area would waste `size` of it.
 struct CutChoice {
@@ -157,7 +160,7 @@ void pack(const ChartSurface& surface, const UnwrapOptions& options, std::uint32
 /// The charts with neighbours joined where what seam and boxes save is worth it, packed anew.
 /// \returns nothing where none are joined
 std::optional<Tried> join(const ChartSurface& surface, const UnwrapOptions& options,
-                          const ChosenCharts& chosen, int threads) {
+                          const ChartLimits& limits, const ChosenCharts& chosen, int threads) {
   Tried joined{{chosen.borders, chosen.charts}};
   ChartBorders& borders = joined.chosen.borders;
   std::vector<std::uint8_t> ringed(surface.mate.size(), 0);
@@ -174,7 +177,7 @@ std::optional<Tried> join(const ChartSurface& surface, const UnwrapOptions& opti
       saved += surface.length[h] * (2 * price.margin + price.seam);
     return saved > 2 * price.size * flat_area(a) * flat_area(b);
   };
-  join_charts(surface, borders, {}, surface.normal, worth, joined.chosen.charts, threads);
+  join_charts(surface, borders, limits, surface.normal, worth, joined.chosen.charts, threads);
   if (joined.chosen.charts.size() == chosen.charts.size()) return std::nullopt;
   trim_charts(surface, borders, {}, joined.chosen.charts);
   pack(surface, options, kCutEffort, joined);
@@ -183,10 +186,10 @@ std::optional<Tried> join(const ChartSurface& surface, const UnwrapOptions& opti
 
 /// Grows charts in one way, and cuts them so that they pack well for few vertices.
 /// \param fewest  vertices a position before cuts, of all ways so far; a way with many more is not cut
-Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const ChartWay& way,
-              double& fewest, int threads) {
+Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const ChartLimits& limits,
+              const ChartWay& way, double& fewest, int threads) {
   Tried grown{{ChartBorders(surface), {}}};
-  grown.chosen.charts = grow_charts(surface, grown.chosen.borders, {}, way, threads);
+  grown.chosen.charts = grow_charts(surface, grown.chosen.borders, limits, way, threads);
   relax_charts(grown.chosen.charts, threads);
   trim_charts(surface, grown.chosen.borders, {}, grown.chosen.charts);
   const double vertices = vertices_of(surface, grown.chosen.charts);
@@ -223,14 +226,21 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
   std::vector<Tried> tried;
   double fewest = std::numeric_limits<double>::infinity();
   for (const ChartWay& way : kWays) {
-    tried.push_back(try_way(surface, options, way, fewest, threads));
+    tried.push_back(try_way(surface, options, {}, way, fewest, threads));
     const auto& packed = tried.back().chosen.packed;
     if (packed && packed->share >= kGoodEnough) break;
     if (!packed && surface.triangles.size() > kManyTriangles) break;
   }
+  ChartLimits limits;
+  const auto& so_far = best_of(tried).chosen.packed;
+  if (so_far && so_far->share < kPoor) {
+    limits.length = kMostLength * std::sqrt(surface.total_area);
+    fewest = std::numeric_limits<double>::infinity();
+    tried.push_back(try_way(surface, options, limits, kWays[0], fewest, threads));
+  }
   const Tried& best = best_of(tried);
   if (best.chosen.packed) {
-    std::optional<Tried> joined = join(surface, options, best.chosen, threads);
+    std::optional<Tried> joined = join(surface, options, limits, best.chosen, threads);
     if (joined && joined->chosen.packed && joined->worth > best.worth) {
       return std::move(joined->chosen);
     }

@@ -241,6 +241,7 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
 
 /// Relaxes a joined chart. \returns whether it is injective and within
 bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
+  if (!is_short(chart, limits)) return false;
   const std::vector<FlatPoint> outline = outline_of(chart);
   if (touches(outline, 0, kMostTouches).size() == kMostTouches) return false;
   if (covered_sides(outline) > kMostCovered) return false;

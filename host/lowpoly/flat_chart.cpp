@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "lowpoly/flat_predicates.h"
@@ -64,6 +65,23 @@ std::vector<std::uint32_t> border_of(const ChartSurface& surface,
     while (glued[h] != 0) h = next_half_edge(surface.mate[h]);
   } while (h != first);
   return border;
+}
+
+/// From end to end, along the best of eight directions: at least 0.98 of it.
+double length_of(const FlatChart& chart) {
+  constexpr int kDirections = 8;
+  double longest = 0;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = std::numbers::pi * i / kDirections;
+    const FlatPoint along{std::cos(angle), std::sin(angle)};
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const std::uint32_t v : chart.boundary) {
+      least = std::min(least, dot(along, chart.points[v]));
+      most = std::max(most, dot(along, chart.points[v]));
+    }
+    longest = std::max(longest, most - least);
+  }
+  return longest;
 }
 
 }  // namespace
@@ -181,7 +199,22 @@ FlatDistortion distortion(const FlatChart& chart) {
   return result;
 }
 
+bool is_short(const FlatChart& chart, const ChartLimits& limits) {
+  if (std::isinf(limits.length) || length_of(chart) <= limits.length) return true;
+  // A triangle that is as long cannot be cut.
+  constexpr double kOfEdge = 1.1;
+  double longest = 0;
+  for (const Triangle& t : chart.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const FlatPoint edge = chart.points[t[(k + 1) % 3]] - chart.points[t[k]];
+      longest = std::max(longest, std::hypot(edge.x, edge.y));
+    }
+  }
+  return length_of(chart) <= kOfEdge * longest;
+}
+
 bool within(const FlatChart& chart, const ChartLimits& limits) {
+  if (!is_short(chart, limits)) return false;
   const FlatDistortion d = distortion(chart);
   return d.energy <= limits.energy + chart.forced &&
          d.worst <= limits.worst * (1 + kForcedWorst * chart.forced);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -54,6 +55,7 @@ struct FlatDistortion {
 struct ChartLimits {
   double energy = 0.05;  ///< Mean beyond what roughness forces, see FlatDistortion.
   double worst = 5;      ///< At any triangle.
+  double length = std::numeric_limits<double>::infinity();  ///< From end to end, as it lies flat.
 };
 
 /// Cuts a chart open: corners are one vertex where glued half-edges connect them.
@@ -110,6 +112,9 @@ bool is_injective(const FlatChart& chart, double apart = 0);
 
 FlatDistortion distortion(const FlatChart& chart);
 bool within(const FlatChart& chart, const ChartLimits& limits);
+
+/// Whether a chart is no longer than its limit, from end to end as it lies flat, or hardly longer than one of its edges.
+bool is_short(const FlatChart& chart, const ChartLimits& limits);
 
 /// Of the flat triangles, signed.
 double flat_area(const FlatChart& chart);
