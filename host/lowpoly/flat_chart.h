@@ -113,7 +113,7 @@ bool is_injective(const FlatChart& chart, double apart = 0);
 FlatDistortion distortion(const FlatChart& chart);
 bool within(const FlatChart& chart, const ChartLimits& limits);
 
-/// Whether a chart is no longer than its limit, from end to end as it lies flat, or hardly longer than one of its edges.
+/// Whether a chart is no longer than its limit, from end to end as it lies flat. Or hardly longer than one of its edges.
 bool is_short(const FlatChart& chart, const ChartLimits& limits);
 
 /// Of the flat triangles, signed.

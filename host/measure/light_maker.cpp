@@ -88,6 +88,25 @@ LightMade LightMaker::without_map(std::size_t level) {
   return made;
 }
 
+std::vector<LightMade> LightMaker::first_maps(std::size_t level, std::uint32_t size) {
+  std::vector<LightMade> made;
+  const std::uint32_t half = size / 2;
+  if (!is_laid_out_for_half(level, size)) {
+    made.push_back(measured_map(level, size, size, lay_out(level, size), /*learn=*/true));
+    return made;
+  }
+  const std::shared_ptr<const NormalProbe> probe = lay_out(level, half);
+  made.push_back(measured_map(level, half, half, probe, /*learn=*/true));
+  made.push_back(measured_map(level, size, half, probe));
+  return made;
+}
+
+std::size_t LightMaker::finest_within(double bytes, std::uint32_t size, std::size_t finest) const {
+  std::size_t level = finest;
+  while (level + 1 < model().count() && weight(level, size) > bytes) ++level;
+  return level;
+}
+
 std::shared_ptr<const NormalProbe> LightMaker::lay_out(std::size_t level, std::uint32_t size) {
   const Mesh& low = looks_.laid_out(level, options_, size).mesh;
   const Stopwatch watch;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "kiln/light_plan.h"
 #include "measure/light_looks.h"
@@ -50,6 +51,14 @@ class LightMaker {
 
   /// Lays a level out, and finds what pictures show of it: for measured_map().
   std::shared_ptr<const NormalProbe> lay_out(std::size_t level, std::uint32_t size);
+  /// The first maps tell of many sizes: a map, its mip-maps, and one of twice the size. Layouts for small maps take
+  /// less time.
+  std::vector<LightMade> first_maps(std::size_t level, std::uint32_t size);
+  bool is_laid_out_for_half(std::size_t level, std::uint32_t size) const {
+    return size / 2 >= kSmallestMap && has_texels(looks_.faces(level), size / 2);
+  }
+  /// The finest level, from `finest` on, that weighs at most so many bytes with a map; the last where none does.
+  std::size_t finest_within(double bytes, std::uint32_t size, std::size_t finest) const;
   /// Bakes a map and measures it.
   /// \param laid_out_for  the size that charts were laid out for: `size`, or half of it
   /// \param probe         of that layout

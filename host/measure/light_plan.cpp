@@ -115,6 +115,23 @@ class LightPlanner {
         break;
       }
     }
+    for (int i = 0; i < kMostBetween && try_between(); ++i) continue;
+  }
+
+  /// What nearly did is far lighter than what does: half-way between the two, whatever the model expects. Layouts of one
+  /// mesh differ from the next one's, and misses in a row say little of more faces. \returns false where it is not
+  bool try_between() {
+    if (!best_reached()) return false;
+    for (const std::uint32_t size : sizes_) {
+      const double most = misses_at(size).between(best_bytes(), options_.max_error);
+      if (most == 0) continue;
+      const std::size_t level = maker_.finest_within(most, size, finest());
+      const std::uint64_t faces = looks_.faces(level);
+      if (!has_texels(faces, size) || was_tried(plan_.trials, faces, size)) continue;
+      try_map(level, size);
+      return true;
+    }
+    return false;
   }
 
   /// Of a mesh or a map far finer than all that were made little is known, and its layout takes long: what lies
@@ -215,12 +232,13 @@ class LightPlanner {
     }
     size *= 4 * size <= kSmallFirst ? 4 : 2;
     size = std::min(size, sizes_.back());
-    if (!no_map_is_lightest(level, size)) try_first_map(level, size);
+    if (no_map_is_lightest(level, size)) return;
+    for (LightMade& made : maker_.first_maps(level, size)) keep(std::move(made));
   }
 
   /// Keeps the lightest mesh without a map, where no map is expected to be lighter than the faces that it spares.
   bool no_map_is_lightest(std::size_t first, std::uint32_t size) {
-    const std::uint32_t laid_out_for = is_laid_out_for_half(first, size) ? size / 2 : size;
+    const std::uint32_t laid_out_for = maker_.is_laid_out_for_half(first, size) ? size / 2 : size;
     for (int i = 0; may_leave_map_out_ && i < kMostLooks; ++i) {
       const auto level = maker_.lightest_without_map(sizes_, finest(), first, laid_out_for);
       if (!level) return false;
@@ -336,23 +354,6 @@ class LightPlanner {
 
   void try_map(std::size_t level, std::uint32_t size) {
     keep(maker_.measured_map(level, size, size, maker_.lay_out(level, size)));
-  }
-
-  bool is_laid_out_for_half(std::size_t level, std::uint32_t size) const {
-    return size / 2 >= kSmallestMap && has_texels(looks_.faces(level), size / 2);
-  }
-
-  /// A mesh laid out once tells of many sizes: its map, that map's mip-maps, and one of twice the size. Layouts for
-  /// small maps take less time.
-  void try_first_map(std::size_t level, std::uint32_t size) {
-    const std::uint32_t half = size / 2;
-    if (!is_laid_out_for_half(level, size)) {
-      keep(maker_.measured_map(level, size, size, maker_.lay_out(level, size), /*learn=*/true));
-      return;
-    }
-    const std::shared_ptr<const NormalProbe> probe = maker_.lay_out(level, half);
-    keep(maker_.measured_map(level, half, half, probe, /*learn=*/true));
-    keep(maker_.measured_map(level, size, half, probe));
   }
 
   void try_pair(std::size_t level, std::uint32_t size) {

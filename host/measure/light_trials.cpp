@@ -86,6 +86,11 @@ double LightMisses::next_bytes(double best) const {
 
 double LightMisses::price() const { return 1 + kMissPrice * static_cast<double>(count); }
 
+double LightMisses::between(double best, double wanted) const {
+  const bool far = nearest > 0 && nearest <= kAlmost * wanted && best > kFarHeavier * heaviest;
+  return far ? std::sqrt(heaviest * best) : 0;
+}
+
 bool LightMisses::nearly(double wanted) const {
   return size != 0 && near > 0 && near <= kMostNear && nearest <= kNearly * wanted;
 }

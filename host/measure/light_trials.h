@@ -68,6 +68,8 @@ struct LightMisses {
   double next_bytes(double best) const;
   /// Each miss makes maps of its size dearer by this factor: another may do at once.
   double price() const;
+  /// Half-way to what reaches the error with so many bytes, where that weighs far more than misses by a little; else 0.
+  double between(double best, double wanted) const;
   /// Whether finer meshes may do, whatever the model says.
   bool nearly(double wanted) const;
   /// Of a mesh that may.

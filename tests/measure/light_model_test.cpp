@@ -8,6 +8,7 @@
 
 #include "kiln/kiln.h"
 #include "lowpoly/simplify_levels.h"
+#include "measure/light_trials.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -208,6 +209,27 @@ TEST(LightModel, CorrectsRoughLooks) {
   EXPECT_NEAR(model.guess(60).limit / (900 / powers.faces[60]), 0.7, 0.03);
   model.forget();
   EXPECT_NEAR(model.exactly(51).plain, fine.plain, 1e-9);
+}
+
+LightTrial miss(std::uint64_t faces, std::uint32_t size, double degrees, std::uint64_t bytes) {
+  LightTrial trial;
+  trial.faces = faces;
+  trial.size = trial.laid_out_for = size;
+  trial.expected = 2.9;
+  trial.measured = degrees;
+  trial.bytes.vertices = bytes;
+  return trial;
+}
+
+/// What misses an error of 3 by little is worth a finer mesh, if what reaches it is far heavier.
+TEST(LightMisses, TellWhatLiesBetween) {
+  const std::vector<LightTrial> trials = {
+      miss(1200, 128, 3.07, 50'000), miss(1500, 128, 3.25, 60'000), miss(300, 64, 4.4, 20'000)};
+  const LightMisses near = LightMisses::of(trials, 128, 3), far = LightMisses::of(trials, 64, 3);
+  EXPECT_NEAR(near.between(100'000, 3), std::sqrt(60'000.0 * 100'000), 1);
+  EXPECT_EQ(near.between(70'000, 3), 0) << "hardly heavier";
+  EXPECT_EQ(far.between(100'000, 3), 0) << "missed by much";
+  EXPECT_EQ(LightMisses::of(trials, 256, 3).between(100'000, 3), 0) << "never tried";
 }
 
 }  // namespace
