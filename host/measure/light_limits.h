@@ -55,7 +55,7 @@ inline constexpr double kLighter = 0.93, kOtherFaces = 1.5, kPerhaps = 1.2, kPer
 inline constexpr std::size_t kFewTrials = 3;
 /// Where this share of the lightest's bytes is expected to come within so many times the error, that is tried.
 inline constexpr double kMuchLighter = 0.85, kFlat = 1.05;
-/// Maps may come within so many times the error, and what reaches it weigh so many times the heaviest of these. Then
+/// Maps may come within so many times the error, what reaches it weigh so many times the heaviest of these. Then
 /// so many meshes half-way between are tried.
 inline constexpr double kAlmost = 1.1, kFarHeavier = 1.3;
 inline constexpr int kMostBetween = 2;
