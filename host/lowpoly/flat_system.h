@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,42 +14,21 @@
 
 namespace kiln {
 
-/// Which vertices of a chart share an edge, in an order of elimination, and where the factor has entries.
-struct FlatPattern {
-  /// The order is that of least degree.
-  explicit FlatPattern(const FlatChart& chart);
-
-  std::size_t count() const { return place.size(); }
-
-  std::vector<std::uint32_t> place;  ///< Of each vertex in the order of elimination.
-  /// The matrix by rows: those neighbours that come before, the diagonal last.
-  std::vector<std::uint32_t> starts, columns;
-  std::vector<std::uint32_t>
-      slots;  ///< Of each triangle: each corner with itself, then with the next one.
-  /// The factor by rows and by columns, both without the diagonal.
-  std::vector<std::uint32_t> row_starts, row_columns, column_starts, column_rows;
-};
-
 /// A symmetric positive definite matrix of N x N blocks on a chart's pattern, and what solves it. Its unknowns are
-/// points. Blocks are by rows, and symmetric themselves.
-template <std::size_t N>
+/// points: of N = 1, x and y alike. Blocks are by rows, and symmetric themselves.
+template <int N>
 class FlatSystem {
  public:
-  using Block = std::array<double, N * N>;
+  using Block = std::array<double, std::size_t{N} * N>;
 
-  explicit FlatSystem(const FlatChart& chart)
-      : pattern_(chart),
-        values_(pattern_.columns.size()),
-        factor_(pattern_.column_rows.size()),
-        inverse_(pattern_.count()),
-        row_(pattern_.count()),
-        filled_(pattern_.count()) {}
+  explicit FlatSystem(const FlatChart& chart);
+  ~FlatSystem();
 
-  void clear() { std::fill(values_.begin(), values_.end(), Block{}); }
-  Block& diagonal(std::uint32_t v) { return values_[pattern_.starts[pattern_.place[v] + 1] - 1]; }
+  void clear() { std::fill(blocks_.begin(), blocks_.end(), Block{}); }
+  Block& diagonal(std::uint32_t v) { return blocks_[place_[v]]; }
   /// Of triangle i: of corner k with itself, and with the next one.
-  Block& own(std::size_t i, std::size_t k) { return values_[pattern_.slots[6 * i + 2 * k]]; }
-  Block& side(std::size_t i, std::size_t k) { return values_[pattern_.slots[6 * i + 2 * k + 1]]; }
+  Block& own(std::size_t i, std::size_t k) { return blocks_[slots_[6 * i + 2 * k]]; }
+  Block& side(std::size_t i, std::size_t k) { return blocks_[slots_[6 * i + 2 * k + 1]]; }
 
   /// \returns false where the matrix is not positive definite
   bool factorize();
@@ -57,13 +37,13 @@ class FlatSystem {
   bool solve(std::vector<FlatPoint>& points);
 
  private:
-  FlatPattern pattern_;
-  std::vector<Block> values_;
-  std::vector<Block> factor_;   ///< By columns.
-  std::vector<Block> inverse_;  ///< Of the diagonal.
-  std::vector<Block> row_;      ///< Scratch: the row that is made.
-  std::vector<std::uint32_t> filled_;
-  std::vector<FlatPoint> points_;
+  struct Solver;  ///< Eigen's
+
+  std::vector<std::uint32_t> place_;  ///< Of each vertex in the order of elimination
+  std::vector<Block> blocks_;         ///< Of each vertex, then of each edge
+  std::vector<std::uint32_t>
+      slots_;  ///< Of each triangle: corners with themselves, and with the next
+  std::unique_ptr<Solver> solver_;
 };
 
 extern template class FlatSystem<1>;
