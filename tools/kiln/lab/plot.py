@@ -246,16 +246,25 @@ def named(axes, x, y, words, offset, size, color, **look):
                   **{"zorder": 4, **look})
 
 
-def beside(axes, x, y, taken):
-    """A short name's offset from a point, the first that covers no other name, and its box in pixels."""
-    boxes = []
-    for offset in ((6, 3), (6, -11), (-38, 5), (6, 16), (6, -24)):
+def beside(axes, x, y, words, taken):
+    """A short name's offset from a point, the first that covers least of what is there, and its box in pixels."""
+    def box_at(offset):
         corner = axes.transData.transform((x, y)) + np.array(offset) * DPI / 72
-        box = np.concatenate([corner, corner + (56, 16)])
-        boxes.append((offset, box))
-        if not any(shared_area(box, other) > 0 for other in taken):
-            return boxes[-1]
-    return boxes[0]
+        return np.concatenate([corner, corner + (8 * len(words) + 4, 14)])
+
+    def covered(offset):
+        return sum(shared_area(box_at(offset), other) for other in taken)
+
+    best = min(((6, 3), (6, -11), (-26, 5), (6, 16), (6, -24), (-26, -14), (-16, 10), (-16, -20)),
+               key=covered)
+    return best, box_at(best)
+
+
+def marks_of(axes, curves):
+    """Boxes around the marks of curves in the foreground, in pixels."""
+    return [np.concatenate([mark - 6, mark + 6]) for curve in curves
+            if not isinstance(curve["look"], dict)
+            for mark in axes.transData.transform(list(zip(curve["x"], curve["y"])))]
 
 
 def name_rings(page, axes, panel, taken):
@@ -309,13 +318,13 @@ def draw_study(data, _):
             axes.axvline(data["x_note"]["x"], color="#bbbbbb", linewidth=1.5, zorder=1)
             axes.text(data["x_note"]["x"] * 1.04, 0.98, data["x_note"]["text"], color="#777777",
                       va="top", size=NORMAL, transform=axes.get_xaxis_transform())
-        taken = []  # by names of thin curves
+        taken = marks_of(axes, panel["curves"])  # and by names of thin curves
         for curve in panel["curves"]:
             thin = isinstance(curve["look"], dict)  # named at its end, not in the legend
             axes.plot(curve["x"], curve["y"], label="_" if thin else curve["title"],
                       **curve_look(curve["look"]))
             if thin:
-                place, box = beside(axes, curve["x"][-1], curve["y"][-1], taken)
+                place, box = beside(axes, curve["x"][-1], curve["y"][-1], curve["title"], taken)
                 taken.append(box)
                 named(axes, curve["x"][-1], curve["y"][-1], curve["title"], place, SMALL, SOFT,
                       zorder=1.5)
