@@ -132,12 +132,13 @@ bool FlatSystem<N>::solve(std::vector<FlatPoint>& points) {
   right.resize(solver_->matrix.cols(), N == 1 ? 2 : 1);
   double* const values = right.data();  // Of each place, x, then y.
   for (std::size_t v = 0; v < points.size(); ++v) {
-    values[2 * place_[v]] = points[v].x;
-    values[2 * place_[v] + 1] = points[v].y;
+    double* const p = values + std::size_t{2} * place_[v];
+    p[0] = points[v].x;
+    p[1] = points[v].y;
   }
   right = solver_->factor.solve(right).eval();
   for (std::size_t v = 0; v < points.size(); ++v) {
-    const double* const p = right.data() + 2 * place_[v];
+    const double* const p = right.data() + std::size_t{2} * place_[v];
     points[v] = {p[0], p[1]};
   }
   return right.allFinite();
