@@ -105,10 +105,8 @@ DeviationGuard::DeviationGuard(const CollapseMesh& mesh, const BoundSamples& sam
       }
     });
     holds_ =
-        std::none_of(squared.begin(), squared.end(), [&](double d) { return d > bound * bound; });
-    if (holds_) {
-      holds_ = distance_back(samples.surface, points, mesh.triangles).largest <= bound;
-    }
+        std::none_of(squared.begin(), squared.end(), [&](double d) { return d > bound * bound; }) &&
+        distance_back(samples.surface, points, mesh.triangles).largest <= bound;
   }
   for (std::size_t i = of.size(); i-- > 0;) {
     next_[i] = first_[of[i]];

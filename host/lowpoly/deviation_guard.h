@@ -33,7 +33,7 @@ enum class Distances : std::uint8_t { large, all };
 /// Refuses a collapse after which samples of the high poly would be too far from the low poly.
 /// Each sample is assigned to a triangle. Those around a collapse go to the nearest of the triangles that it
 /// leaves (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The true nearest point is no
-/// farther. Nor may a vertex go farther from the high poly than that: it would be no farther from any sample, but
+/// farther. Nor may corners, centroids and middles of edges be farther from the high poly: no sample would tell, but
 /// thin bars would grow thick.
 class DeviationGuard {
  public:
@@ -86,7 +86,7 @@ class DeviationGuard {
 
   const BoundSamples& samples_;
   std::vector<double> limits_;  ///< Of samples, squared.
-  double bound_;                ///< Of vertices, squared.
+  double bound_;                ///< Of the low poly's own points, squared.
   bool holds_ = true, has_refused_ = false;
   double refused_ =
       0;  ///< Squared distance for which keeps() said no, over what the sample may be off.

@@ -79,12 +79,12 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
     SimplifyResult result;
     const std::size_t mended = mend_within(shrinking, result);
     result.deviation = measure(result, kMostSamples);
-    result.back =
-        distance_back(bound_samples_->surface, to_floats(result.points), result.triangles);
     if (result.deviation.largest > bound) {
       limit *= 0.95 * bound / result.deviation.largest;
       continue;
     }
+    result.back =
+        distance_back(bound_samples_->surface, to_floats(result.points), result.triangles);
     result.bound = shrinking.is_bound();
     const bool good = is_good(result);
     if (best.triangles.empty() || result.flawed.size() < best.flawed.size()) {
