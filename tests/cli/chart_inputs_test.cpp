@@ -246,7 +246,8 @@ TEST(ChartCommand, TakesHeightFields) {
                                               "ray,uv"};
   // One Python without matplotlib, and then one that fails: its own words are what to go by.
   ProcessOptions options;
-  options.environment = {{"PATH", test::folder_with("python3", "exit 69") + ":" +
+  const std::string bare = "exec '" + test::found_program("python3") + "' -S \"$@\"";
+  options.environment = {{"PATH", test::folder_with("python3", bare) + ":" +
                                       test::folder_with("python3", "echo broken >&2; exit 5") +
                                       ":" + test::path_without("python3")}};
   const ProcessResult result = run_kiln(arguments, options);

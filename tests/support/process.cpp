@@ -147,6 +147,11 @@ ProcessOptions without_python() {
   return options;
 }
 
+std::string found_program(const std::string& name) {
+  const std::string found = run_process({"/bin/sh", "-c", "command -v \"$1\"", "sh", name}).output;
+  return found.substr(0, found.find('\n'));
+}
+
 std::string folder_with(const std::string& name, const std::string& script) {
   const fs::path file = scratch_folder() / name;
   std::ofstream(file) << "#!/bin/sh\n" << script << "\n";

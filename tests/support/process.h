@@ -44,6 +44,9 @@ std::string path_without(const std::string& program);
 /// No Python, so no pictures of data: drawing one takes it a second.
 ProcessOptions without_python();
 
+/// Where PATH finds a program first; empty where it does not.
+std::string found_program(const std::string& name);
+
 /// A folder with one program, NAME: a script for /bin/sh.
 std::string folder_with(const std::string& name, const std::string& script);
 

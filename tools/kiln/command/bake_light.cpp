@@ -1,13 +1,13 @@
 // A bake whose low poly, map and match are planned together.
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "arguments/bake_values.h"
 #include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
 #include "command/bake_run.h"
-#include "lab/plot.h"
 
 namespace kiln::cli {
 
@@ -251,7 +251,7 @@ bool save_light_plot(BakeRun& run) {
                {"x_title", "KiB of low poly and maps"},
                {"x_ticks", std::move(ticks)},
                {"panels", Json::array({panel})}};
-  return save_plots(run.arguments.out, {plot}, run.outputs, run.warnings);
+  return save_plots(run.arguments.out, {plot}, run.outputs, run.warnings, std::move(run.python));
 }
 
 }  // namespace kiln::cli

@@ -10,6 +10,7 @@
 #include "arguments/bake_arguments.h"
 #include "arguments/dense_input.h"
 #include "kiln/kiln.h"
+#include "lab/plot.h"
 #include "report/console.h"
 #include "report/report.h"
 
@@ -65,6 +66,7 @@ struct BakeRun {
   Json lod_levels = Json::array();
   BakeResult result;
   std::vector<std::string> outputs;
+  std::optional<RunningProgram> python;  // to draw a plan
   Json mips, ranges = Json::object();
 };
 

@@ -293,6 +293,7 @@ int run_bake(const BakeArguments& given) {
   prepare_parent(arguments.save_match);
   prepare_parent(arguments.save_cage);
 
+  if (plans_light(arguments)) run.python = start_python();
   const Device device = Device::open(arguments.device);
   if (!read_inputs(run)) return kExitCancelled;
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;

@@ -30,23 +30,6 @@ fs::path present(const fs::path& file) {
   return held.empty() ? fs::absolute(file) : held;
 }
 
-/// \param tiles  empty where the plot has none
-/// \returns nothing where no python3 of PATH has matplotlib
-std::optional<ProgramResult> run_script(const fs::path& data, const fs::path& tiles) {
-  const char* set = std::getenv("PATH");
-  std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const fs::path python = fs::path(folder) / "python3";
-    if (folder.empty() || access(python.c_str(), X_OK) != 0) continue;
-    // Not in the plot's folder: Python would take a json.py there for its own.
-    std::vector<std::string> command = {python, "-c", kPlotScript, present(data), "-"};
-    if (!tiles.empty()) command.push_back(present(tiles));
-    std::optional<ProgramResult> result = run_program(command, "/", kLimitSeconds);
-    if (interrupted() || (result && result->exit_code != kNoMatplotlib)) return result;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::string join(const std::vector<std::string>& parts, const char* between) {
@@ -71,27 +54,46 @@ std::vector<std::string> plot_files(const std::string& name) {
   return {name + "_plot.json", name + "_plot.png", name + ".png", kScriptName};
 }
 
+std::optional<RunningProgram> start_python() {
+  const char* set = std::getenv("PATH");
+  std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
+  // The first one's place, and what it goes on to where it has no matplotlib.
+  std::vector<std::string> command = {"", "-c", kPlotScript, "-", "-"};
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path python = fs::path(folder) / "python3";
+    if (folder.empty() || access(python.c_str(), X_OK) != 0) continue;
+    command.front().empty() ? command.front() = python : command.emplace_back(python);
+  }
+  if (command.front().empty()) return std::nullopt;
+  // Not in the plot's folder: Python would take a json.py there for its own.
+  return RunningProgram::start(std::move(command), "/");
+}
+
 bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
-                std::vector<std::string>& outputs, std::vector<Warning>& warnings) {
+                std::vector<std::string>& outputs, std::vector<Warning>& warnings,
+                std::optional<RunningProgram> python) {
   std::vector<std::string> by_hand;
   for (const Plot& plot : plots) {
     const auto saved = [&](const std::string& file) {
       outputs.push_back((folder / file).string());
       return folder / file;
     };
-    fs::path tiles;
+    Json data = plot.data;
+    save_text(saved(plot.name + "_plot.json"), data.dump(1) + "\n");
     if (plot.tiles) {
-      tiles = saved(plot.name + "_plot.png");
+      const fs::path tiles = saved(plot.name + "_plot.png");
       save_image(*plot.tiles, tiles, {ImageFormat::png16});
+      data["image"] = present(tiles).string();
     }
-    const fs::path data = saved(plot.name + "_plot.json");
-    save_text(data, plot.data.dump(1) + "\n");
     const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
                                 "_plot.json " + plot.name + ".png";
     // Where one finds no Python, no other does.
-    const std::optional<ProgramResult> result =
-        by_hand.empty() ? run_script(data, tiles) : std::nullopt;
+    std::optional<ProgramResult> result;
+    if (by_hand.empty() && !python) python = start_python();
+    if (by_hand.empty() && python) result = python->finish(data.dump(), kLimitSeconds);
+    python.reset();
     if (interrupted()) return false;
+    if (result && result->exit_code == kNoMatplotlib) result.reset();
     constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
     if (!result) {
       by_hand.push_back(command);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kiln/image.h"
+#include "lab/program.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -29,12 +30,18 @@ struct Plot {
 /// The files that save_plots() may write.
 std::vector<std::string> plot_files(const std::string& name);
 
+/// A Python that gets ready to draw: reading matplotlib takes a third of a second, in which others can work.
+/// \returns nothing where PATH has no python3
+std::optional<RunningProgram> start_python();
+
 /// Saves what plots show, and draws them by the first python3 of PATH that has matplotlib. Where there is
 /// none, a warning says what to install, and the script comes along to draw them by hand.
 /// \param outputs,warnings  files written, and what went wrong; added to
+/// \param python  what start_python() started before; for the first plot
 /// \returns false where interrupted
 /// \throws Error(output)
 bool save_plots(const std::filesystem::path& folder, const std::vector<Plot>& plots,
-                std::vector<std::string>& outputs, std::vector<Warning>& warnings);
+                std::vector<std::string>& outputs, std::vector<Warning>& warnings,
+                std::optional<RunningProgram> python = start_python());
 
 }  // namespace kiln::cli

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Draws what `kiln chart` and `kiln measure` found. Needs matplotlib (Debian: python3-matplotlib).
 
-    python3 plot.py DATA.json OUT.png [TILES.png]     OUT.png may be -, standard output
+    python3 plot.py DATA.json OUT.png     either may be -: standard input, standard output
 
-DATA.json says what to draw by its "kind":
+The command passes this text by -c, and more words: other Pythons, for where this one has no
+matplotlib. DATA.json says what to draw by its "kind":
 
     chart     seconds against errors: groups of panels of marks, each with its name beside it
     study     curves over views, faces or map size: a row of panels
-    pictures  values on a mesh as colours. A PNG of 16 bits beside DATA.json, or TILES.png, holds tiles
+    pictures  values on a mesh as colours. "image", a PNG of 16 bits beside DATA.json, holds tiles
               below each other: 0 beside the mesh, 1 not known, 2 folded over, 3 to 65535 values up
               to "most"
 
@@ -27,6 +28,9 @@ try:
     from matplotlib.ticker import MaxNLocator
     from matplotlib.transforms import IdentityTransform
 except ImportError as missing:
+    if sys.argv[0] == "-c" and sys.argv[3:] and hasattr(sys, "orig_argv"):
+        script = sys.orig_argv[-len(sys.argv)]
+        os.execv(sys.argv[3], [sys.argv[3], "-c", script, *sys.argv[1:3], *sys.argv[4:]])
     print(missing, file=sys.stderr)
     sys.exit(69)  # EX_UNAVAILABLE
 # In the command, that file stands in this line's place.
@@ -412,19 +416,25 @@ def draw_pictures(data, folder):
     return page
 
 
-def draw(path, tiles=None):
-    """\\returns the page of a file of data"""
+def draw(path):
+    """\\returns the page of a file of data; None where none came"""
     matplotlib.rcdefaults()  # whatever the user's own settings are
     matplotlib.rcParams["text.parse_math"] = False  # names of meshes are no formulas
-    with open(path, encoding="utf-8") as file:
-        data = json.load(file)
-    if tiles:
-        data["image"] = tiles
+    if path == "-":
+        text = sys.stdin.buffer.read()
+    else:
+        with open(path, "rb") as file:
+            text = file.read()
+    if not text:
+        return None
+    data = json.loads(text)
     draw_kind = {"chart": draw_chart, "study": draw_study, "pictures": draw_pictures}[data["kind"]]
     return draw_kind(data, os.path.dirname(os.path.abspath(path)))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (3, 4):
-        sys.exit("usage: python3 plot.py DATA.json OUT.png [TILES.png]")
-    draw(sys.argv[1], *sys.argv[3:]).save(sys.argv[2])
+    if len(sys.argv) < 3:
+        sys.exit("usage: python3 plot.py DATA.json OUT.png")
+    page = draw(sys.argv[1])
+    if page:
+        page.save(sys.argv[2])

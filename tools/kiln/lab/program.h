@@ -1,9 +1,13 @@
 // Another program, run to its end.
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kiln::cli {
@@ -14,13 +18,28 @@ struct ProgramResult {
   std::string errors;  ///< Standard error
 };
 
-/// Runs a program found in PATH, with nothing on its standard input.
-/// \param command  name and arguments
-/// \param folder  where it starts
-/// \param limit_seconds  killed then, as it is at an interrupt
-/// \returns nothing where there is no such program
-/// \throws Error(internal) where it cannot be started for another reason
-std::optional<ProgramResult> run_program(std::vector<std::string> command,
-                                         const std::filesystem::path& folder, double limit_seconds);
+/// A program that works beside this one, until it is given its standard input. It is killed with this object.
+class RunningProgram {
+ public:
+  /// \param command  name and arguments; the name is looked for in PATH
+  /// \param folder  where it starts
+  /// \returns nothing where there is no such program
+  /// \throws Error(internal) where it cannot be started for another reason
+  static std::optional<RunningProgram> start(std::vector<std::string> command,
+                                             const std::filesystem::path& folder);
+  RunningProgram(RunningProgram&&) noexcept;
+  RunningProgram& operator=(RunningProgram&&) noexcept;
+  ~RunningProgram();
+
+  /// Waits for its end. To be called once.
+  /// \param input  all of its standard input; what it does not read is left
+  /// \param limit_seconds  from now on; killed then, as it is at an interrupt
+  ProgramResult finish(std::string_view input, double limit_seconds);
+
+ private:
+  struct Process;
+  explicit RunningProgram(std::unique_ptr<Process> process);
+  std::unique_ptr<Process> process_;
+};
 
 }  // namespace kiln::cli
