@@ -154,6 +154,22 @@ Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
 ///         more than 2^31 - 1 of anything
 Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = nullptr);
 
+/// What agree_windings() turned round.
+struct TurnedTriangles {
+  std::uint64_t count = 0;
+  std::uint32_t first = 0;  ///< The lowest of them, where there are any
+};
+
+/// Turns triangles round that face against those beside them, so that each part faces one way. A part is what edges of
+/// two triangles connect, by exactly equal positions. Of a part that disagrees, what has less area is turned. Where
+/// both have two fifths of it, a closed part faces outwards. A part with one side alone (a Möbius strip) stays as it
+/// is, and so does one that agrees, whichever way it faces. The triangles' own normals are turned with them, where
+/// they faced as the triangles did.
+/// Time: 0.02 s for a million triangles that agree. Thread safety: may be called from several threads, for other meshes.
+/// \param mesh  changed: the order of corners, and normals added to the pool
+/// \throws Error(input) for a mesh that does not hold together, see validate()
+TurnedTriangles agree_windings(Mesh& mesh);
+
 /// Writes a Wavefront OBJ: positions, colours without alpha, UVs, normals, groups, objects, names of
 /// materials. It has 9 significant digits, so that reading it back gives the same floats; 17 digits
 /// for the positions of a mesh with an origin. `material_files` are named as they are, and not

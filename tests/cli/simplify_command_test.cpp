@@ -41,6 +41,23 @@ TEST(SimplifyCommand, PairsAreManyChartsAndChartsFew) {
   EXPECT_EQ(pairs["border_texels"], 2);
 }
 
+TEST(SimplifyCommand, TrianglesThatFaceAgainstOthersAreTurned) {
+  const fs::path scene = make_scene(4000);
+  Mesh high = load_mesh(scene / "high.obj");
+  simplify_to(scene, {});
+  const Mesh as_it_was = load_mesh(scene / "made.obj");
+  for (const std::size_t t : {7, 100, 3000}) {
+    for (std::vector<Triangle>* corners : {&high.triangles, &high.uv_triangles, &high.normal_triangles}) {
+      if (!corners->empty()) std::swap((*corners)[t][0], (*corners)[t][2]);
+    }
+  }
+  save_obj(high, scene / "high.obj");
+  const json report = simplify_to(scene, {});
+  EXPECT_EQ(test::count_warnings(report, "turned-triangles", "3 of"), 1U);
+  EXPECT_EQ(load_mesh(scene / "made.obj").triangles.size(), as_it_was.triangles.size());
+  EXPECT_NEAR(report["charts"].get<double>(), simplify_to(scene, {})["charts"].get<double>(), 0);
+}
+
 TEST(SimplifyCommand, TexelsGoByAreaOrDetail) {
   const fs::path scene = make_scene(4000);
   const json area = simplify_to(scene, {"--size", "128"});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <tuple>
 
@@ -97,6 +98,21 @@ DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
   dense.mesh = height_field_mesh(*dense.heights, height_field_options(arguments));
   dense.mesh.name = std::filesystem::path(path).stem().string();
   return dense;
+}
+
+void turn_strays(Mesh& high, std::vector<Warning>& warnings) {
+  const TurnedTriangles turned = agree_windings(high);
+  if (turned.count == 0) return;
+  const Vec3& place = high.positions[high.triangles[turned.first][0]];
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "'%s': %s of %s triangles faced against those beside them, one at (%.5g, %.5g, "
+                "%.5g); they were turned round. To be rid of this, let the program that made the "
+                "mesh recalculate its normals.",
+                high.name.c_str(), with_commas(turned.count).c_str(),
+                with_commas(high.triangles.size()).c_str(), high.origin[0] + place.x,
+                high.origin[1] + place.y, high.origin[2] + place.z);
+  warnings.push_back({"turned-triangles", text, turned.count});
 }
 
 UvOptions uv_options(const DenseInput& dense, UvOptions options) {

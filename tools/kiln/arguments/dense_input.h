@@ -43,6 +43,9 @@ DenseInput load_dense(const std::vector<std::string>& files, const HeightArgumen
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
                       std::vector<Warning>& warnings);
 
+/// Turns triangles of a high poly that low polys are made of as those beside them face, and says so: else each is a hole.
+void turn_strays(Mesh& high, std::vector<Warning>& warnings);
+
 /// How far matching by UVs trusts the layouts of a high poly and of a low poly. Those of a height field
 /// agree by make; how far the surfaces are apart is what is baked, so its heights are allowed for.
 UvOptions uv_options(const DenseInput& dense, UvOptions options = {});

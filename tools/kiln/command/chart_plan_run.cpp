@@ -111,8 +111,9 @@ int run_plan_command(const ChartArguments& a) {
                               stage);
     };
     if (!show(0, "reading " + path)) return kExitCancelled;
-    const DenseInput dense =
+    DenseInput dense =
         load_dense(path, is_height_field(path) ? a.heights : HeightArguments(), warnings);
+    if (!dense.heights) turn_strays(dense.mesh, warnings);
     seconds_load += watch.lap();
     std::optional<PlanChart> chart = run_plan_chart(device, dense.mesh, options, show);
     if (!chart) return kExitCancelled;

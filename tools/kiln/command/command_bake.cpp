@@ -150,6 +150,7 @@ bool read_inputs(BakeRun& run) {
   }
   run.dense = load_dense(high_files(arguments), arguments.heights,
                          has_more_files(arguments) && !made, run.warnings);
+  if (made && !run.dense.heights) turn_strays(run.dense.mesh, run.warnings);
   run.options.uv = uv_options(run.dense, run.options.uv);
   load_textures(arguments, run.dense.mesh, run.options, run.warnings);
   apply_alpha_test(arguments, run.options, run.dense.mesh, run.warnings);

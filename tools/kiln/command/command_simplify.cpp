@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "arguments/dense_input.h"
 #include "arguments/mesh_files.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -64,7 +65,8 @@ int run_simplify(const SimplifyArguments& arguments) {
   prepare_parent(arguments.json);
   std::vector<Warning> warnings;
   if (!console.progress(0.0, "reading")) return kExitCancelled;
-  const Mesh high = load_mesh(arguments.high, &warnings);
+  Mesh high = load_mesh(arguments.high, &warnings);
+  turn_strays(high, warnings);
   if (!console.progress(0.2, "simplifying")) return kExitCancelled;
   SimplifyReport report;
   SimplifyOptions options;

@@ -1,0 +1,230 @@
+// Triangles that face against those beside them.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.h"
+#include "kiln/mesh.h"
+#include "kiln/validate.h"
+#include "mesh/vector.h"
+#include "mesh/vertex_lists.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// Where the smaller side of a part has more of its area than this, it is no small mistake.
+constexpr double kMinority = 0.4;
+
+/// Triangles by vertices that are equal by place. A mesh of few vertices shares them already.
+std::vector<Triangle> welded(const Mesh& mesh) {
+  std::vector<Triangle> triangles = mesh.triangles;
+  if (mesh.positions.size() < triangles.size()) return triangles;
+  const std::vector<std::uint32_t> first = weld_vertices(mesh.positions);
+  for (Triangle& t : triangles) {
+    for (std::uint32_t& v : t) v = first[v];
+  }
+  return triangles;
+}
+
+/// Whether two triangles run along an edge from the same end to the other, as those that face alike do not.
+bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
+  std::vector<std::uint32_t> start(vertices + 1, 0), ends(triangles.size() * 3);
+  for (const Triangle& t : triangles) {
+    for (const std::uint32_t v : t) ++start[v];
+  }
+  std::uint32_t sum = 0;
+  for (std::uint32_t& list : start) list = sum += list;
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) ends[--start[t[k]]] = t[(k + 1) % 3];
+  }
+  constexpr std::size_t kListsOfPiece = std::size_t{1} << 14, kShort = 16;
+  std::vector<std::uint8_t> found((vertices + kListsOfPiece - 1) / kListsOfPiece, 0);
+  parallel_for(vertices, kListsOfPiece, [&](std::size_t begin, std::size_t end) {
+    bool any = false;
+    for (std::size_t v = begin; v < end && !any; ++v) {
+      const std::span<std::uint32_t> list(ends.data() + start[v], ends.data() + start[v + 1]);
+      if (list.size() > kShort) {
+        std::sort(list.begin(), list.end());
+        any = std::adjacent_find(list.begin(), list.end()) != list.end();
+        continue;
+      }
+      for (std::size_t i = 1; i < list.size(); ++i) {
+        any |= std::find(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(i), list[i]) !=
+               list.begin() + static_cast<std::ptrdiff_t>(i);
+      }
+    }
+    found[begin / kListsOfPiece] = any;
+  });
+  return std::find(found.begin(), found.end(), 1) != found.end();
+}
+
+/// A triangle beside another, at an edge that no third one has.
+struct Beside {
+  std::uint32_t triangle;
+  bool against;  ///< Faces the other way
+};
+
+/// Up to three a triangle.
+struct Neighbours {
+  std::vector<std::array<Beside, 3>> of;
+  std::vector<std::uint8_t> count;
+  std::vector<std::uint8_t> open;  ///< Triangles with an edge that two do not share
+
+  Neighbours(std::span<const Triangle> triangles, std::size_t vertices)
+      : of(triangles.size()), count(triangles.size(), 0), open(triangles.size(), 0) {
+    SideLists(triangles, vertices)
+        .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
+          const std::uint32_t a = sides[0].index / 3, b = sides.back().index / 3;
+          if (sides.size() != 2 || a == b || same_corners(triangles[a], triangles[b])) {
+            for (const SideLists::Item& side : sides) open[side.index / 3] = 1;
+            return;
+          }
+          const bool against = SideLists::forward(sides[0]) == SideLists::forward(sides[1]);
+          of[a][count[a]++] = {b, against};
+          of[b][count[b]++] = {a, against};
+        });
+  }
+
+ private:
+  static bool same_corners(Triangle a, Triangle b) {
+    std::sort(a.begin(), a.end());
+    std::sort(b.begin(), b.end());
+    return a == b;
+  }
+};
+
+/// Finds which triangles to turn.
+class Windings {
+ public:
+  Windings(const Mesh& mesh, std::span<const Triangle> triangles)
+      : mesh_(mesh),
+        beside_(triangles, mesh.positions.size()),
+        side_(triangles.size(), kNone),
+        turned_(triangles.size(), 0) {
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+      if (side_[t] == kNone) look_at(part_of(t));
+    }
+  }
+  const std::vector<std::uint8_t>& turned() const { return turned_; }
+
+ private:
+  static constexpr std::uint8_t kNone = 2;
+
+  struct Part {
+    std::vector<std::uint32_t> triangles;
+    bool two_sided = true, closed = true;  ///< Whether it has two sides, as a Möbius strip has not
+  };
+
+  /// Walks over a part, and gives each triangle the side that the first one faces to, or the other.
+  Part part_of(std::uint32_t first) {
+    Part part;
+    part.triangles.push_back(first);
+    side_[first] = 0;
+    for (std::size_t i = 0; i < part.triangles.size(); ++i) {
+      const std::uint32_t t = part.triangles[i];
+      part.closed = part.closed && beside_.open[t] == 0;
+      for (std::size_t k = 0; k < beside_.count[t]; ++k) {
+        const Beside next = beside_.of[t][k];
+        const std::uint8_t side = side_[t] ^ static_cast<std::uint8_t>(next.against);
+        if (side_[next.triangle] == kNone) {
+          side_[next.triangle] = side;
+          part.triangles.push_back(next.triangle);
+        } else if (side_[next.triangle] != side) {
+          part.two_sided = false;
+        }
+      }
+    }
+    return part;
+  }
+
+  Vec3d corner(std::uint32_t t, std::size_t k) const {
+    const Vec3& p = mesh_.positions[mesh_.triangles[t][k]];
+    return {p.x, p.y, p.z};
+  }
+
+  void look_at(const Part& part) {
+    const auto is_other = [&](std::uint32_t t) { return side_[t] == 1; };
+    if (!part.two_sided || std::none_of(part.triangles.begin(), part.triangles.end(), is_other))
+      return;
+    const Vec3d middle = corner(part.triangles.front(), 0);
+    std::array<double, 2> area{};
+    double volume = 0;  // As the first triangle faces
+    for (const std::uint32_t t : part.triangles) {
+      const Vec3d a = corner(t, 0) - middle, b = corner(t, 1) - middle, c = corner(t, 2) - middle;
+      const double size = length(cross(b - a, c - a));
+      if (!std::isfinite(size)) continue;
+      area[side_[t]] += size;
+      volume += (side_[t] == 0 ? 1 : -1) * dot(a, cross(b, c));
+    }
+    // The smaller side is wrong; where neither is small, the one that makes a closed part face inwards.
+    std::uint8_t wrong = area[1] <= area[0] ? 1 : 0;
+    const bool unclear = area[wrong] > kMinority * (area[0] + area[1]);
+    if (unclear && part.closed && volume != 0) wrong = volume > 0 ? 1 : 0;
+    for (const std::uint32_t t : part.triangles) turned_[t] = side_[t] == wrong;
+  }
+
+  const Mesh& mesh_;
+  Neighbours beside_;
+  std::vector<std::uint8_t> side_;  ///< Of a triangle: 0 or 1, by which way it faces; or kNone
+  std::vector<std::uint8_t> turned_;
+};
+
+/// Its own normals that face as a triangle did, turned with it.
+class TurnedNormals {
+ public:
+  explicit TurnedNormals(Mesh& mesh) : mesh_(mesh) {}
+
+  void turn(std::size_t t) {
+    const Triangle& v = mesh_.triangles[t];
+    const auto at = [&](std::size_t k) {
+      const Vec3& p = mesh_.positions[v[k]];
+      return Vec3d{p.x, p.y, p.z};
+    };
+    const Vec3d face = cross(at(1) - at(0), at(2) - at(0));
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& n = mesh_.normal_triangles[t][k];
+      const Vec3 own = mesh_.normals[n];
+      if (!(dot(face, Vec3d{own.x, own.y, own.z}) > 0)) continue;
+      const auto [found, is_new] =
+          other_.try_emplace(n, static_cast<std::uint32_t>(mesh_.normals.size()));
+      if (is_new) mesh_.normals.push_back({-own.x, -own.y, -own.z});
+      n = found->second;
+      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // The same bitangent.
+    }
+  }
+
+ private:
+  Mesh& mesh_;
+  std::unordered_map<std::uint32_t, std::uint32_t> other_;
+};
+
+}  // namespace
+
+TurnedTriangles agree_windings(Mesh& mesh) {
+  validate(mesh);
+  TurnedTriangles result;
+  const std::vector<Triangle> triangles = welded(mesh);
+  if (!any_side_twice(triangles, mesh.positions.size())) return result;
+  const Windings windings(mesh, triangles);
+  TurnedNormals normals(mesh);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (windings.turned()[t] == 0) continue;
+    if (result.count++ == 0) result.first = static_cast<std::uint32_t>(t);
+    if (!mesh.normal_triangles.empty()) normals.turn(t);
+    for (std::vector<Triangle>* corners :
+         {&mesh.triangles, &mesh.uv_triangles, &mesh.normal_triangles}) {
+      if (!corners->empty()) std::swap((*corners)[t][1], (*corners)[t][2]);
+    }
+    if (!mesh.tangents.empty()) std::swap(mesh.tangents[3 * t + 1], mesh.tangents[3 * t + 2]);
+  }
+  return result;
+}
+
+}  // namespace kiln
