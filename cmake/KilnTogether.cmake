@@ -52,6 +52,7 @@ kiln_compile_together(host hot_10
   lowpoly/crumbs.cpp lowpoly/head_start.cpp lowpoly/label_seams.cpp lowpoly/height_field.cpp lowpoly/height_rule.cpp lowpoly/hull_rule.cpp
   lowpoly/inside_out.cpp lowpoly/keep_names.cpp lowpoly/layout_borders.cpp lowpoly/packing.cpp lowpoly/pairing.cpp
   lowpoly/quadric.cpp lowpoly/simplify.cpp lowpoly/simplify_input.cpp lowpoly/simplify_job.cpp lowpoly/simplify_labels.cpp
+  lowpoly/simplify_sides.cpp
   lowpoly/surface_fit.cpp lowpoly/texel_detail.cpp lowpoly/unwrap.cpp)
 kiln_compile_together(host hot_11
   accel/raster.cpp mesh/dense_normals.cpp mesh/frame.cpp mesh/parts.cpp source/dense_mesh.cpp
@@ -60,7 +61,7 @@ kiln_compile_together(host hot_12
   bake/recall.cpp image/compare.cpp image/gutter.cpp image/mips.cpp image/pixels.cpp image/srgb.cpp
   image/value_range.cpp lowpoly/unwrap_pairs.cpp)
 kiln_compile_together(host hot_13
-  lowpoly/unwrap_charts.cpp mesh/mesh_view.cpp mesh/soft_seams.cpp render/render.cpp volume/short_edges.cpp)
+  lowpoly/unwrap_charts.cpp mesh/mesh_view.cpp mesh/soft_seams.cpp mesh/two_sided.cpp render/render.cpp volume/short_edges.cpp)
 kiln_compile_together(host hot_14
   io/volume/nrrd_axes.cpp io/volume/volume_io.cpp io/volume/volume_nrrd_write.cpp io/volume/volume_vdb.cpp
   io/volume/volume_vdb_frame.cpp io/volume/volume_voxels.cpp)

@@ -280,7 +280,7 @@ void EdgeCollapser::run(std::size_t faces, double distance) {
   std::size_t poor = 0, looked = 0;
   while (true) {
     std::size_t taken = 0;
-    while (mesh_.faces > faces && queue_.front(stamps_) != nullptr) {
+    while (mesh_.all_faces() > faces && queue_.front(stamps_) != nullptr) {
       if (++looked % kBeat == 0) Heartbeat::beat();
       if (renew(distance)) continue;
       const Entry entry = *queue_.front(stamps_);
@@ -290,7 +290,7 @@ void EdgeCollapser::run(std::size_t faces, double distance) {
       queue_.pop();
       if (valid) taken += take(entry);
     }
-    if (mesh_.faces <= faces || taken == 0) return;
+    if (mesh_.all_faces() <= faces || taken == 0) return;
     if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;
     fill_queue(guard_ != nullptr);  // What was refused may be allowed by now.
   }

@@ -59,7 +59,7 @@ class EdgeCollapser {
   /// quadrics anew.
   void relax(Distances which);
 
-  /// Collapses until at most `faces` triangles are left, or nothing more is allowed. Ends before a collapse
+  /// Collapses until at most `faces` triangles are left (backs of two-sided ones count), or nothing more is allowed. Ends before a collapse
   /// that strays from the planes by more than `distance` (root mean square, by its quadric). May be
   /// called again with lower `faces` or a longer `distance`, and goes on where it stopped.
   void run(std::size_t faces, double distance = std::numeric_limits<double>::infinity());

@@ -56,6 +56,10 @@ class CollapseMesh {
   std::vector<std::uint64_t> edges() const;
   /// `gone` becomes `kept`; triangles with both vanish.
   void merge(std::uint32_t kept, std::uint32_t gone);
+  /// From now on some triangles count for two: those of two-sided sheets.
+  void count_sides(std::vector<std::uint8_t> of_triangles);
+  /// Triangles with those on backs.
+  std::size_t all_faces() const { return faces + backs; }
   /// What is left, with only the vertices in use, in the order they came.
   /// \param sources  the index that each triangle had
   void extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
@@ -67,7 +71,8 @@ class CollapseMesh {
   std::vector<std::uint8_t> alive;    ///< Per triangle.
   std::vector<std::uint32_t> valence;
   std::vector<std::vector<std::uint32_t>> around;  ///< Triangles of a vertex, some no longer alive.
-  std::size_t faces = 0;
+  std::vector<std::uint8_t> two_sided;  ///< Per triangle, whether it has a back; empty: none has.
+  std::size_t faces = 0, backs = 0;
   std::uint64_t visits = 0;
 
  private:

@@ -46,6 +46,7 @@ std::uint64_t PartSizes::count_below(double size) const {
 Work PartSizes::without(const Work& work, double size) const {
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   Work result;
+  result.keep_labels = work.keep_labels;
   std::vector<std::uint32_t> number(work.points.size(), kNone);
   for (std::size_t t = 0; t < part_.size(); ++t) {
     if (is_below(part_[t], size)) continue;

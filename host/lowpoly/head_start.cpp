@@ -309,6 +309,7 @@ void head_start(Work& work, std::size_t faces, double error, bool height_field,
   if (!work.labels.empty()) {
     seams.emplace(work.labels, given, positions);
     if (!seams->pays()) {
+      if (work.keep_labels) return;
       seams.reset();
       given = work.triangles;
       positions.resize(work.points.size());

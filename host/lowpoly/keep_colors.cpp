@@ -13,6 +13,7 @@
 #include "lowpoly/point_shares.h"
 #include "mesh/frame.h"
 #include "mesh/surface_distance.h"
+#include "mesh/two_sided.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -26,6 +27,8 @@ constexpr std::size_t kPlacesOfVertex = 40;
 constexpr std::size_t kGrainOfPlaces = 256;
 // How much of a vertex's weight its nearest place has besides: colours would ring where places are few.
 constexpr double kTowardsNearest = 0.01;
+// A vertex is on one side of a sheet where its faces look one way by this share of their area.
+constexpr double kOneSide = 0.1;
 
 /// Where a vertex of the high poly lies on the low poly.
 struct ColoredPlace {
@@ -40,36 +43,69 @@ Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
   return {linear[color[0]], linear[color[1]], linear[color[2]], color[3] / 255.0};
 }
 
-/// The area around each vertex, in frame units; 0 where a corner is not finite.
-std::vector<double> areas_around(const Mesh& high, const std::vector<Vec3>& positions) {
-  std::vector<double> areas(positions.size());
-  for (const Triangle& t : high.triangles) {
-    const Vec3d a(positions[t[0]]), b(positions[t[1]]), c(positions[t[2]]);
-    const double area = length(cross(b - a, c - a)) / 6;
-    if (!std::isfinite(area)) continue;
-    for (const std::uint32_t vertex : t) areas[vertex] += area;
+Vec3d facing_of(const std::vector<Vec3>& positions, const Triangle& t) {
+  const Vec3d a(positions[t[0]]), b(positions[t[1]]), c(positions[t[2]]);
+  return cross(b - a, c - a);
+}
+
+/// What lies around each vertex, in frame units.
+struct Surroundings {
+  std::vector<double> area;  ///< A third of the triangles'; 0 where a corner is not finite.
+  std::vector<Vec3d>
+      facing;  ///< Six times the same as a vector; about 0 where a vertex is on both sides of a sheet.
+
+  /// Which side of a sheet a vertex is on: along the normal of a triangle (1), against it (-1), or both (0).
+  int side(std::size_t vertex, const Vec3d& normal) const {
+    const double agrees = dot(facing[vertex], normal);
+    if (std::abs(agrees) < kOneSide * 6 * area[vertex] * length(normal)) return 0;
+    return agrees > 0 ? 1 : -1;
   }
-  return areas;
+};
+
+Surroundings around_vertices(const Mesh& high, const std::vector<Vec3>& positions) {
+  Surroundings around{std::vector<double>(positions.size()), std::vector<Vec3d>(positions.size())};
+  for (const Triangle& t : high.triangles) {
+    const Vec3d facing = facing_of(positions, t);
+    const double area = length(facing) / 6;
+    if (!std::isfinite(area)) continue;
+    for (const std::uint32_t vertex : t) {
+      around.area[vertex] += area;
+      around.facing[vertex] += facing;
+    }
+  }
+  return around;
 }
 
 std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> dense = frame.to_frame(high), light = frame.to_frame(low);
-  const std::vector<double> areas = areas_around(high, dense);
+  const Surroundings around = around_vertices(high, dense);
   const SurfaceDistance surface(light, low.triangles);
+  const TwoSided sides = TwoSided::of(low);
   const std::size_t most = std::max(kLeastPlaces, kPlacesOfVertex * low.positions.size());
   const std::size_t step = (dense.size() + most - 1) / most;
-  std::vector<ColoredPlace> places((dense.size() + step - 1) / step);
-  parallel_for(places.size(), kGrainOfPlaces, [&](std::size_t begin, std::size_t end) {
+  const std::size_t count = (dense.size() + step - 1) / step;
+  // Those of vertices on both sides of a sheet have a second, on its back.
+  std::vector<ColoredPlace> places(sides.empty() ? count : 2 * count);
+  parallel_for(count, kGrainOfPlaces, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      ColoredPlace& place = places[i];
       const Vec3& point = dense[i * step];
-      if (!(areas[i * step] > 0) || !is_finite(point)) continue;
-      place.area = areas[i * step];
-      place.color = linear_of(high.colors[i * step]);
-      place.corners = low.triangles[surface.nearest(point)];
-      const auto& [a, b, c] = place.corners;
-      place.share = shares_of(Vec3d(point), Vec3d(light[a]), Vec3d(light[b]), Vec3d(light[c]));
+      if (!(around.area[i * step] > 0) || !is_finite(point)) continue;
+      const auto put = [&](ColoredPlace& place, std::uint32_t triangle, double area) {
+        place.area = area;
+        place.color = linear_of(high.colors[i * step]);
+        place.corners = low.triangles[triangle];
+        const auto& [a, b, c] = place.corners;
+        place.share = shares_of(Vec3d(point), Vec3d(light[a]), Vec3d(light[b]), Vec3d(light[c]));
+      };
+      const std::uint32_t nearest = surface.nearest(point);
+      const std::uint32_t twin = sides.empty() ? TwoSided::kNone : sides.twins[nearest];
+      const int side = twin == TwoSided::kNone
+                           ? 1
+                           : around.side(i * step, facing_of(light, low.triangles[nearest]));
+      const double area = around.area[i * step];
+      put(places[i], side < 0 ? twin : nearest, side == 0 ? area / 2 : area);
+      if (side == 0) put(places[count + i], twin, area / 2);
     }
   });
   return places;

@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "mesh/frame.h"
 #include "mesh/surface_distance.h"
+#include "mesh/two_sided.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -23,7 +24,7 @@ bool differ(const Names& names) {
                      [&](std::uint32_t name) { return name != names.front(); });
 }
 
-/// The high poly's nearest triangles to four places of each of the low poly's.
+/// The high poly's nearest triangles to four places of each of the low poly's; of two-sided sheets, those of its side.
 std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> dense = frame.to_frame(high), light = frame.to_frame(low);
@@ -39,6 +40,17 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
     number.push_back(t);
   }
   const SurfaceDistance surface(dense, usable);
+  const TwoSided low_sides = TwoSided::of(low);
+  const TwoSided sides = low_sides.empty() ? low_sides : TwoSided::of(high);
+  const auto facing_of = [](const std::vector<Vec3>& positions, const Triangle& t) {
+    const Vec3d a(positions[t[0]]);
+    return cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
+  };
+  const auto of_side = [&](std::uint32_t found, const Triangle& t) {
+    if (sides.empty() || sides.twins[found] == TwoSided::kNone) return found;
+    const bool away = dot(facing_of(dense, high.triangles[found]), facing_of(light, t)) < 0;
+    return away ? sides.twins[found] : found;
+  };
   std::vector<std::array<std::uint32_t, 4>> nearest(low.triangles.size());
   parallel_for(nearest.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
@@ -49,6 +61,7 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
       for (std::size_t k = 0; k < 3; ++k) {
         nearest[t][k + 1] = number[surface.nearest(to_float(middle * 0.5 + corner[k] * 0.5))];
       }
+      for (std::uint32_t& found : nearest[t]) found = of_side(found, low.triangles[t]);
     }
   });
   return nearest;

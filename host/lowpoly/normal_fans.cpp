@@ -85,12 +85,13 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
   }
 }
 
-NormalFans::NormalFans(const Mesh& low, double least_turn)
+NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn)
     : sets_(3 * low.triangles.size()), welded_(low.triangles) {
   const std::vector<std::uint32_t> first = weld_positions(low.positions);
   for (Triangle& t : welded_) {
     for (std::uint32_t& vertex : t) vertex = first[vertex];
   }
+  const std::size_t vertices = part_sides(sides, low.positions.size());
   if (low.uv_triangles.size() == low.triangles.size() && !low.uvs.empty()) {
     const std::vector<std::uint32_t> first_uv = first_uvs(low);
     uvs_.reserve(3 * low.triangles.size());
@@ -100,8 +101,7 @@ NormalFans::NormalFans(const Mesh& low, double least_turn)
   }
   const bool creased = least_turn > -1;
   const VertexLists corners(
-      low.positions.size(), 3 * low.triangles.size(),
-      [&](std::size_t i) { return welded_[i / 3][i % 3]; },
+      vertices, 3 * low.triangles.size(), [&](std::size_t i) { return welded_[i / 3][i % 3]; },
       [&](std::size_t i) { return std::uint64_t{uv_of(i)}; });
   order_.reserve(3 * low.triangles.size());
   for (std::size_t v = 0; v < corners.vertices(); ++v) {
@@ -114,8 +114,18 @@ NormalFans::NormalFans(const Mesh& low, double least_turn)
       }
     }
   }
-  if (creased) join_over_edges(low, least_turn);
-  if (!uvs_.empty() || creased) find_seams(low.positions.size());
+  if (creased) join_over_edges(low, vertices, least_turn);
+  if (!uvs_.empty() || creased) find_seams(vertices);
+}
+
+/// Gives backs of two-sided sheets vertices of their own, and fronts of those by themselves. \returns how many there are then
+std::size_t NormalFans::part_sides(const TwoSided& sides, std::size_t vertices) {
+  if (sides.empty()) return vertices;
+  for (std::size_t t = 0; t < welded_.size(); ++t) {
+    const std::size_t shift = vertices * (sides.backs[t] != 0 ? 2 : sides.alone[t]);
+    for (std::uint32_t& v : welded_[t]) v += static_cast<std::uint32_t>(shift);
+  }
+  return 3 * vertices;
 }
 
 /// Whether UVs differ at an end of an edge.
@@ -123,8 +133,8 @@ bool NormalFans::is_seam(const std::array<std::array<std::uint32_t, 2>, 2>& ends
   return uv_of(ends[0][0]) != uv_of(ends[0][1]) || uv_of(ends[1][0]) != uv_of(ends[1][1]);
 }
 
-void NormalFans::join_over_edges(const Mesh& low, double least_turn) {
-  SideLists(welded_, low.positions.size())
+void NormalFans::join_over_edges(const Mesh& low, std::size_t vertices, double least_turn) {
+  SideLists(welded_, vertices)
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
         const std::uint32_t b = SideLists::higher(sides[0]);
         for (std::size_t i = 1; i < sides.size(); ++i) {

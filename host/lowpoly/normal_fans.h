@@ -9,6 +9,7 @@
 
 #include "base/disjoint_sets.h"
 #include "kiln/mesh.h"
+#include "mesh/two_sided.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -39,8 +40,9 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
 /// vertices. At creases, where these are asked for, they do.
 class NormalFans {
  public:
+  /// \param sides  of `low`: fronts and backs of two-sided sheets share none, nor do sheets by themselves with bodies
   /// \param least_turn  cosine: edges whose faces turn by more are creases, which part normals; -1: none
-  explicit NormalFans(const Mesh& low, double least_turn = -1);
+  explicit NormalFans(const Mesh& low, const TwoSided& sides, double least_turn = -1);
 
   /// Joins normals over seams where they part by less at both ends.
   /// \param of_seams, of_creases  cosines: of UV seams, and of creases that are none
@@ -72,7 +74,8 @@ class NormalFans {
     return {{{corner(one, a), corner(other, a)}, {corner(one, b), corner(other, b)}}};
   }
   void find_seams(std::size_t vertices);
-  void join_over_edges(const Mesh& low, double least_turn);
+  std::size_t part_sides(const TwoSided& sides, std::size_t vertices);
+  void join_over_edges(const Mesh& low, std::size_t vertices, double least_turn);
 
   DisjointSets sets_;
   std::vector<Triangle> welded_;

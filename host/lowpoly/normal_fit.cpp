@@ -93,8 +93,10 @@ bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& sha
   return length(normal) > 0;
 }
 
-/// Samples of even area, each matched with the nearest point of the low poly.
-std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& low) const {
+/// Samples of even area, each matched with the nearest point of the low poly; on two-sided sheets, with that of its
+/// side.
+std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& low,
+                                                const TwoSided& sides) const {
   std::vector<Place> result(count);
   const double whole = area_until_.back();
   const std::vector<Vec3> light = frame_.to_frame(low);
@@ -125,8 +127,13 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
                           Vec3d(positions_[c[2]]) * share[2];
       Place& place = result[i];
       place.triangle = source[surface.nearest(to_float(point))];
+      Vec3d below = face_of(light, low.triangles[place.triangle]);
+      if (!sides.empty() && sides.twins[place.triangle] != TwoSided::kNone &&
+          dot(below, unit) < 0) {
+        place.triangle = sides.twins[place.triangle];
+        below = below * -1.0;
+      }
       const Triangle& l = low.triangles[place.triangle];
-      const Vec3d below = face_of(light, l);
       if (!(dot(below, unit) > kAgreement * length(below))) continue;
       place.share = shares_of(point, Vec3d(light[l[0]]), Vec3d(light[l[1]]), Vec3d(light[l[2]]));
       place.normal = normal;
@@ -247,27 +254,30 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
   if (purpose == NormalPurpose::by_uvs) {
     purpose = low.uv_triangles.empty() ? NormalPurpose::shading : NormalPurpose::map;
   }
-  fit(low, places(wanted, low), purpose, options, report);
+  const TwoSided sides = TwoSided::of(low);
+  fit(low, sides, places(wanted, low, sides), purpose, options, report);
 }
 
 std::array<Mesh, 2> NormalFit::look(const Mesh& low, const FitNormalsOptions& options) const {
   const std::size_t wanted = std::max(kLeastSamples, kSamplesOfFace * low.triangles.size());
-  const std::vector<Place> found = places(wanted / kRough, low);
+  const TwoSided sides = TwoSided::of(low);
+  const std::vector<Place> found = places(wanted / kRough, low, sides);
   std::array<Mesh, 2> result{low, low};
-  fit(result[0], found, NormalPurpose::shading, options, nullptr);
-  fit(result[1], found, NormalPurpose::map, options, nullptr);
+  fit(result[0], sides, found, NormalPurpose::shading, options, nullptr);
+  fit(result[1], sides, found, NormalPurpose::map, options, nullptr);
   return result;
 }
 
-void NormalFit::fit(Mesh& low, const std::vector<Place>& found, NormalPurpose purpose,
-                    const FitNormalsOptions& options, FitNormalsReport* report) const {
+void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& found,
+                    NormalPurpose purpose, const FitNormalsOptions& options,
+                    FitNormalsReport* report) const {
   const std::vector<Vec3> positions = frame_.to_frame(low);
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles, purpose);
   // A map undoes what normals turn too far: there a crease is not worth a seam's vertices.
   const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
   const bool creased = shaded && options.crease_degrees < 180;
-  NormalFans fans(low, creased ? cosine_of(options.crease_degrees) : -1);
+  NormalFans fans(low, sides, creased ? cosine_of(options.crease_degrees) : -1);
   std::vector<std::uint32_t> slots = fans.slots();
   Normals normals = solver.solve(slots, fans.count());
   solver.look(normals, slots);

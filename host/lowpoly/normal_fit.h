@@ -9,6 +9,7 @@
 #include "kiln/lowpoly.h"
 #include "mesh/frame.h"
 #include "mesh/normals.h"
+#include "mesh/two_sided.h"
 
 namespace kiln {
 
@@ -27,8 +28,8 @@ class NormalFit {
  private:
   struct Place;
   class Solver;
-  std::vector<Place> places(std::size_t count, const Mesh& low) const;
-  void fit(Mesh& low, const std::vector<Place>& found, NormalPurpose purpose,
+  std::vector<Place> places(std::size_t count, const Mesh& low, const TwoSided& sides) const;
+  void fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& found, NormalPurpose purpose,
            const FitNormalsOptions& options, FitNormalsReport* report) const;
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;

@@ -148,10 +148,10 @@ SimplifyLevels::~SimplifyLevels() = default;
 std::size_t SimplifyLevels::count() const { return impl_->results.size(); }
 std::uint32_t SimplifyLevels::asked(std::size_t level) const { return impl_->asked.at(level); }
 std::size_t SimplifyLevels::faces(std::size_t level) const {
-  return impl_->results.at(level).triangles.size();
+  return impl_->job->count_faces(impl_->results.at(level));
 }
 std::size_t SimplifyLevels::vertices(std::size_t level) const {
-  return impl_->results.at(level).points.size();
+  return impl_->job->count_vertices(impl_->results.at(level));
 }
 
 Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {

@@ -16,6 +16,7 @@
 #include "lowpoly/pairing.h"
 #include "mesh/charts.h"
 #include "mesh/normals.h"
+#include "mesh/two_sided.h"
 #include "mesh/uv_grid.h"
 #include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
@@ -49,22 +50,32 @@ struct Candidate {
   SourceTriangle source;
 };
 
-/// Whether each repeats an earlier one.
-std::vector<std::uint8_t> find_twins(const std::vector<Candidate>& candidates,
-                                     std::size_t vertices) {
+/// What has the corners of another.
+struct Repeats {
+  std::vector<std::uint8_t> twin;  ///< Whether each repeats an earlier one.
+  bool turned = false;             ///< Whether some are each other turned round.
+};
+
+Repeats find_repeats(const std::vector<Candidate>& candidates, std::size_t vertices) {
   const VertexLists lists(
       vertices, candidates.size(), [&](std::size_t i) { return candidates[i].corners[0]; },
       [&](std::size_t i) {
         return std::uint64_t{candidates[i].corners[1]} << 32 | candidates[i].corners[2];
       });
-  std::vector<std::uint8_t> twin(candidates.size(), 0);
+  Repeats found{std::vector<std::uint8_t>(candidates.size(), 0)};
+  const auto less = [](const VertexLists::Item& item, std::uint64_t key) { return item.key < key; };
   for (std::size_t v = 0; v < vertices; ++v) {
     const std::span<const VertexLists::Item> items = lists.of(v);
     for (std::size_t i = 1; i < items.size(); ++i) {
-      twin[items[i].index] = items[i].key == items[i - 1].key;
+      found.twin[items[i].index] = items[i].key == items[i - 1].key;
+      if (found.turned) continue;
+      const std::uint64_t turned = std::rotl(items[i].key, 32);
+      if (turned > items[i].key) continue;
+      const auto at = std::lower_bound(items.begin(), items.begin() + i, turned, less);
+      found.turned = at->key == turned;
     }
   }
-  return twin;
+  return found;
 }
 
 Triangle welded_corners(const Mesh& mesh, const std::vector<std::uint32_t>& welded, std::size_t t) {
@@ -81,10 +92,31 @@ Triangle welded_corners(const Mesh& mesh, const std::vector<std::uint32_t>& weld
   return v;
 }
 
+/// Leaves out the backs of two-sided sheets. \returns Work::backs
+std::vector<std::uint32_t> drop_backs(std::vector<Triangle>& triangles,
+                                      std::vector<SourceTriangle>& sources, std::size_t vertices) {
+  const TwoSided sides = TwoSided::of(triangles, vertices);
+  std::vector<std::uint32_t> backs;
+  if (sides.empty()) return backs;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (sides.backs[t] != 0) continue;
+    const std::uint32_t twin = sides.twins[t];
+    triangles[backs.size()] = triangles[t];
+    backs.push_back(twin == TwoSided::kNone ? twin : sources[twin].index);
+  }
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < sides.backs.size(); ++t) {
+    if (sides.backs[t] == 0) sources[kept++] = sources[t];
+  }
+  triangles.resize(kept);
+  sources.resize(kept);
+  return backs;
+}
+
 }  // namespace
 
 std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sources,
-                            std::vector<Warning>& warnings) {
+                            std::vector<std::uint32_t>* backs, std::vector<Warning>& warnings) {
   const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
   Dropped not_finite, degenerate, duplicate;
   std::vector<Candidate> candidates;
@@ -114,13 +146,13 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
       candidates.push_back({v, source});
     }
   }
-  const std::vector<std::uint8_t> twin = find_twins(candidates, mesh.positions.size());
+  const Repeats repeats = find_repeats(candidates, mesh.positions.size());
   std::vector<Triangle> result;
   result.reserve(candidates.size());
   sources.clear();
   sources.reserve(candidates.size());
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (twin[i] != 0) {
+    if (repeats.twin[i] != 0) {
       duplicate.add(candidates[i].source.index);
     } else {
       result.push_back(candidates[i].corners);
@@ -137,6 +169,8 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
                 "simplify: mesh '" + mesh.name + "' has no usable triangle among " +
                     std::to_string(mesh.triangles.size()) + "; check the program that wrote it");
   }
+  if (backs != nullptr && repeats.turned)
+    *backs = drop_backs(result, sources, mesh.positions.size());
   return result;
 }
 
@@ -168,7 +202,7 @@ Vec3d Scale::to_work(const Vec3& p) const {
 }
 
 Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
-             const Scale& scale) {
+             std::vector<std::uint32_t> backs, const Scale& scale) {
   Work work;
   std::vector<std::uint32_t> number(mesh.positions.size(), kNoVertex);
   for (Triangle& t : triangles) {
@@ -182,23 +216,33 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<Sour
   }
   work.triangles = std::move(triangles);
   work.sources = std::move(sources);
+  work.backs = std::move(backs);
   return work;
 }
 
 Labels labels_of(const Mesh& mesh, const Work& work) {
   using ThreeNames = std::array<std::uint32_t, 3>;
+  using BothNames = std::pair<ThreeNames, ThreeNames>;
+  constexpr std::uint32_t kNoBack = TwoSided::kNone;
   Labels labels;
-  if (mesh.groups.empty() && mesh.objects.empty() && mesh.materials.empty()) return labels;
+  if (mesh.groups.empty() && mesh.objects.empty() && mesh.materials.empty() && work.backs.empty()) {
+    return labels;
+  }
   const auto name_at = [&](const std::vector<std::uint32_t>& names, std::uint32_t t) {
     return names.size() == mesh.triangles.size() ? names[t] : 0;
   };
-  std::map<ThreeNames, std::uint32_t> numbers;
+  const auto names_at = [&](std::uint32_t t) {
+    if (t == kNoBack) return ThreeNames{kNoBack, kNoBack, kNoBack};
+    return ThreeNames{name_at(mesh.groups, t), name_at(mesh.objects, t),
+                      name_at(mesh.materials, t)};
+  };
+  std::map<BothNames, std::uint32_t> numbers;
   labels.of.reserve(work.triangles.size());
-  ThreeNames last{};
-  for (const SourceTriangle& source : work.sources) {
-    const std::uint32_t t = source.index;
-    const ThreeNames names{name_at(mesh.groups, t), name_at(mesh.objects, t),
-                           name_at(mesh.materials, t)};
+  BothNames last{};
+  for (std::size_t i = 0; i < work.sources.size(); ++i) {
+    const std::uint32_t t = work.sources[i].index;
+    const std::uint32_t back = work.backs.empty() ? kNoBack : work.backs[i];
+    const BothNames names{names_at(t), names_at(back)};
     if (!labels.of.empty() && names == last) {
       labels.of.push_back(labels.of.back());
       continue;
@@ -206,7 +250,10 @@ Labels labels_of(const Mesh& mesh, const Work& work) {
     last = names;
     const auto [found, added] =
         numbers.try_emplace(names, static_cast<std::uint32_t>(numbers.size()));
-    if (added) labels.source.push_back(t);
+    if (added) {
+      labels.source.push_back(t);
+      if (!work.backs.empty()) labels.backs.push_back(back);
+    }
     labels.of.push_back(found->second);
   }
   return labels;

@@ -36,8 +36,12 @@ struct Work {
   std::vector<Triangle> triangles;
   std::vector<SourceTriangle> sources;  ///< By triangle; empty once a head start has made new ones.
   std::vector<std::uint32_t> labels;    ///< By triangle; empty: all have one. See Labels.
-  std::vector<Fold> folds;              ///< That a head start left.
-  std::vector<Vec3d> torn;  ///< Where it left edges of too many triangles, which were cut.
+  /// By triangle, the given mesh's triangle on its back, or TwoSided::kNone; empty: none has two sides. For
+  /// labels_of() alone, which gives triangles of one side and of two different labels.
+  std::vector<std::uint32_t> backs;
+  bool keep_labels = false;  ///< Labels may not be lost: some triangles alone have two sides.
+  std::vector<Fold> folds;   ///< That a head start left.
+  std::vector<Vec3d> torn;   ///< Where it left edges of too many triangles, which were cut.
 };
 
 /// Whether much of a mesh is flat, or curved in far finer steps than low polys need: around at least 15% of the
@@ -62,18 +66,21 @@ class Scale {
 };
 
 /// Triangles over welded vertices, without those that have no area or a twin.
+/// \param backs  where to note backs of two-sided sheets, which are left out then, by triangle: see Work; null: all stay
 /// \throws Error(input) for an index out of range, or where nothing is left
 std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sources,
-                            std::vector<Warning>& warnings);
+                            std::vector<std::uint32_t>* backs, std::vector<Warning>& warnings);
 
 /// Renumbers to the vertices in use.
 Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
-             const Scale& scale);
+             std::vector<std::uint32_t> backs, const Scale& scale);
 
-/// What group, object and material a triangle has, as one number.
+/// What group, object and material a triangle has on its front, and on its back, if it has one; as one number.
 struct Labels {
   std::vector<std::uint32_t> of;      ///< By triangle; empty: the mesh has none.
   std::vector<std::uint32_t> source;  ///< By label, a triangle of the given mesh that has it.
+  std::vector<std::uint32_t>
+      backs;  ///< By label, one on its back, or TwoSided::kNone; empty: none has two sides.
 };
 Labels labels_of(const Mesh& mesh, const Work& work);
 

@@ -89,6 +89,7 @@ void Shrinking::unfold(std::span<const Fold> folds) {
 
 SimplifyResult SimplifyJob::to_count(const Work& work) const {
   Shrinking shrinking(work, layout(), options_, scale_);
+  shrinking.count_sides(sides_of(work));
   shrinking.collapser().run(options_.faces);
   SimplifyResult result;
   shrinking.extract(result);
@@ -172,6 +173,7 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& face
   std::vector<SimplifyResult> results;
   const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, is_fine());
   Shrinking shrinking(work, layout(), options_, scale_);
+  shrinking.count_sides(sides_of(work));
   std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
     const std::size_t before = shrinking.faces();
@@ -250,7 +252,9 @@ bool SimplifyJob::drop_crumbs() {
   if (options_.faces == 0) return false;
   const PartSizes parts(dense_);
   // No low poly is off by more than its triangles are long.
-  if (parts.count_below(mean_edge(dense_, options_.faces)) == 0) return false;
+  const std::size_t of_one_side = options_.faces * dense_.triangles.size() / faces_of_dense();
+  if (parts.count_below(mean_edge(dense_, std::max<std::size_t>(of_one_side, 1))) == 0)
+    return false;
   const double size =
       measure(to_count(start(options_.faces, {}, true, /*fine=*/false)), kGuidingSamples).largest;
   report_.dropped_parts = parts.count_below(size);
@@ -272,7 +276,7 @@ bool SimplifyJob::drop_crumbs() {
 }
 
 void SimplifyJob::warn_of_count(const SimplifyResult& result) {
-  const std::size_t left = result.triangles.size();
+  const std::size_t left = count_faces(result);
   if (options_.faces == 0 || left <= options_.faces) return;
   const std::uint64_t parts = count_components(result.triangles, result.points.size());
   report_.warnings.push_back(
@@ -297,9 +301,11 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   mesh.name = high_.name;
   mesh.origin = high_.origin;
   mesh.triangles = result.triangles;
-  mesh.positions.reserve(result.points.size());
-  for (const Vec3d& p : result.points) mesh.positions.push_back(scale_.to_mesh(p));
-  mesh.normals = vertex_normals(to_floats(result.points), result.triangles);
+  std::vector<Vec3d> points = result.points;
+  add_backs(result, points, mesh.triangles);
+  mesh.positions.reserve(points.size());
+  for (const Vec3d& p : points) mesh.positions.push_back(scale_.to_mesh(p));
+  mesh.normals = vertex_normals(to_floats(points), mesh.triangles);
   mesh.normal_triangles = mesh.triangles;
   name(result, mesh);
   if (!options_.keep_uvs) return mesh;
@@ -324,7 +330,7 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
     const Place& place = result.flawed.at(folded ? report_.without_area : 0);
     return place_in_words(place.center);
   });
-  report_.faces = result.triangles.size();
+  report_.faces = count_faces(result);
   report_.error = result.deviation.largest;
   report_.mean_error = result.deviation.mean;
   report_.back_error = result.back.largest;
@@ -358,9 +364,9 @@ Mesh SimplifyJob::run(bool with_deviation) {
     warn_of_inside_out(
         dense_, [&](const Vec3d& p) { return place_in_words(p); }, report_.warnings);
   }
-  const std::size_t count = dense_.triangles.size();
+  const std::size_t count = faces_of_dense();
   if (options_.faces == 0 || options_.faces < count) {
-    if (options_.faces < count && drop_crumbs() && dense_.triangles.size() <= options_.faces) {
+    if (options_.faces < count && drop_crumbs() && faces_of_dense() <= options_.faces) {
       return finish(unchanged());
     }
     SimplifyResult result = solve();

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/lowpoly.h"
@@ -19,6 +20,7 @@
 #include "lowpoly/simplify_input.h"
 #include "lowpoly/surface_fit.h"
 #include "mesh/surface_distance.h"
+#include "mesh/two_sided.h"
 
 namespace kiln {
 
@@ -75,7 +77,11 @@ class Shrinking {
   }
   void run_within();
   bool is_bound() const { return guard_->has_refused(); }
-  std::size_t faces() const { return mesh_.faces; }
+  std::size_t faces() const { return mesh_.all_faces(); }
+  /// \param of_triangles  as CollapseMesh::two_sided
+  void count_sides(std::vector<std::uint8_t> of_triangles) {
+    mesh_.count_sides(std::move(of_triangles));
+  }
 
   /// \param of  where to write which triangle each one was; may be null
   void extract(SimplifyResult& result, std::vector<std::uint32_t>* of = nullptr) const {
@@ -121,9 +127,9 @@ class SimplifyJob {
       : high_(high),
         options_(options),
         report_(report),
-        cleaned_(clean(high, sources_, report.warnings)),
+        cleaned_(clean(high, sources_, drops_backs(options) ? &backs_ : nullptr, report.warnings)),
         scale_(high, cleaned_),
-        dense_(compact(high, std::move(cleaned_), std::move(sources_), scale_)),
+        dense_(compact(high, std::move(cleaned_), std::move(sources_), std::move(backs_), scale_)),
         dense_positions_(to_floats(dense_.points)),
         check_(dense_positions_, dense_.triangles, options.height_field) {
     if (options.keep_uvs)
@@ -148,14 +154,31 @@ class SimplifyJob {
   SimplifyResult solve();
   /// How far a low poly strays, by all samples.
   DistanceReport deviation(const SimplifyResult& result) const;
+  /// Triangles of its mesh, and vertices: backs of two-sided sheets have their own.
+  std::size_t count_faces(const SimplifyResult& result) const {
+    return count_faces(result.triangles.size(), result.labels);
+  }
+  std::size_t count_vertices(const SimplifyResult& result) const;
   /// The mesh of what was found, and the report.
   Mesh finish(const SimplifyResult& result);
 
  private:
-  DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const {
-    const SurfaceDistance light(to_floats(result.points), result.triangles);
-    return one_sided_distance(dense_positions_, dense_.triangles, light, samples);
+  /// Backs of two-sided sheets are left out meanwhile, but where other rules say how vertices may move.
+  static bool drops_backs(const SimplifyOptions& options) {
+    return !options.keep_uvs && !options.hull && !options.height_field;
   }
+  /// Whether a triangle has a back.
+  bool has_back(const std::vector<std::uint32_t>& labels, std::size_t triangle) const {
+    if (label_back_.empty()) return false;
+    return !dense_.keep_labels || label_back_[labels[triangle]] != TwoSided::kNone;
+  }
+  /// Triangles with their backs.
+  std::size_t count_faces(std::size_t triangles, const std::vector<std::uint32_t>& labels) const;
+  std::size_t faces_of_dense() const { return count_faces(dense_.triangles.size(), dense_.labels); }
+  std::vector<std::uint8_t> sides_of(const Work& work) const;
+  void add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
+                 std::vector<Triangle>& triangles) const;
+  DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
   SimplifyResult unchanged() const {
     return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, false, {}};
@@ -185,6 +208,7 @@ class SimplifyJob {
   const SimplifyOptions& options_;
   SimplifyReport& report_;
   std::vector<SourceTriangle> sources_;
+  std::vector<std::uint32_t> backs_;
   std::vector<Triangle> cleaned_;
   Scale scale_;
   Work dense_;
@@ -192,6 +216,7 @@ class SimplifyJob {
   SimplifyCheck check_;
   Layout layout_;
   std::vector<std::uint32_t> label_source_;      ///< By label, a triangle of the high poly.
+  std::vector<std::uint32_t> label_back_;        ///< As Labels::backs
   std::unique_ptr<BoundSamples> bound_samples_;  ///< Once asked for.
   std::optional<bool> is_fine_;                  ///< Once asked for.
 };

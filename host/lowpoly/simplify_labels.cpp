@@ -1,4 +1,5 @@
 // simplify() at work: groups, objects and materials, whose borders are lines on the surface.
+#include <algorithm>
 #include <span>
 #include <utility>
 
@@ -29,20 +30,30 @@ bool are_held(const SimplifyResult& result) {
 /// What groups, objects and materials to hold, where triangles differ.
 void SimplifyJob::find_labels() {
   Labels labels = labels_of(high_, dense_);
-  if (labels.source.size() < 2) return;
-  dense_.labels = std::move(labels.of);
+  dense_.backs = {};
+  label_back_ = std::move(labels.backs);
+  const auto one_sided = std::count(label_back_.begin(), label_back_.end(), TwoSided::kNone);
+  dense_.keep_labels = one_sided != 0;
+  if (labels.source.size() < 2 && label_back_.empty()) return;
   label_source_ = std::move(labels.source);
+  if (label_source_.size() > 1) dense_.labels = std::move(labels.of);
 }
 
-/// Groups, objects and materials of the triangles that each came from.
+/// Groups, objects and materials of the triangles that each came from, then those of their backs.
 void SimplifyJob::name(const SimplifyResult& result, Mesh& mesh) const {
   const bool laid_out = options_.keep_uvs;
-  const std::vector<std::uint32_t>& labels = laid_out ? result.layout.groups : result.labels;
+  const std::vector<std::uint32_t> one(label_source_.size() == 1 ? result.triangles.size() : 0, 0);
+  const std::vector<std::uint32_t>& labels = laid_out      ? result.layout.groups
+                                             : one.empty() ? result.labels
+                                                           : one;
   const std::vector<std::uint32_t>& source = laid_out ? layout_.group_of : label_source_;
-  if (labels.empty() || (!laid_out && !are_held(result))) return;
+  if (labels.empty() || (!laid_out && one.empty() && !are_held(result))) return;
   const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
     if (from.size() != high_.triangles.size()) return;
     for (const std::uint32_t label : labels) to.push_back(from[source[label]]);
+    for (std::size_t t = 0; t < labels.size() && !label_back_.empty(); ++t) {
+      if (has_back(labels, t)) to.push_back(from[label_back_[labels[t]]]);
+    }
   };
   keep(high_.groups, mesh.groups);
   keep(high_.objects, mesh.objects);

@@ -104,7 +104,7 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
 /// Where a bound leaves all, or next to nothing.
 void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   if (options_.faces != 0) return;
-  const std::size_t left = result.triangles.size(), all = dense_.triangles.size();
+  const std::size_t left = count_faces(result), all = faces_of_dense();
   std::array<char, 64> bound{};
   std::snprintf(bound.data(), bound.size(), "%.4g%% of the diagonal", 100 * options_.max_error);
   const std::string faces = std::to_string(all) + " faces";
@@ -121,10 +121,11 @@ void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
                                 "all " + faces + " were kept: with fewer, a hole or a fold would " +
                                     "come, or a connected part would vanish",
                                 left});
-  } else if (left == 1) {
+  } else if (result.triangles.size() == 1) {
     report_.warnings.push_back({"one-triangle",
-                                "one triangle is all that a deviation of " +
-                                    std::string(bound.data()) + " leaves of " + faces +
+                                std::string("one triangle ") + (left == 1 ? "" : "and its back ") +
+                                    (left == 1 ? "is" : "are") + " all that a deviation of " +
+                                    bound.data() + " leaves of " + faces +
                                     "; ask for a smaller one",
                                 left});
   }

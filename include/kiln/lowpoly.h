@@ -49,8 +49,9 @@ struct SimplifyReport {
   /// Search distance for bakes onto the result, as a share of the diagonal (BakeOptions::max_distance): the default of
   /// bakes, or 2.5 times the deviation. It is along rays, and from the low poly where that is farther off.
   double search_distance() const { return error > 0.008 ? 2.5 * error : 0.02; }
-  std::uint64_t mended =
-      0;  ///< Triangles that were folded, flat or facing down, and no longer are.
+  /// Triangles that were folded, flat or facing down, and no longer are. Of two-sided sheets, flaws are counted on one
+  /// side.
+  std::uint64_t mended = 0;
   /// Triangles that face away from the high poly, or down in a height field, and stayed so.
   std::uint64_t folded = 0;
   std::uint64_t without_area = 0;   ///< Triangles without area that stayed so.
@@ -84,6 +85,11 @@ struct SimplifyReport {
 /// ("dropped-parts" in the warnings). Deviations are then of the parts that stay. The largest part stays
 /// in any case. Nothing is left out with a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
 ///
+/// Two-sided sheets (cloth, flags, leaves) have each triangle twice, once each way round. One side is simplified, and
+/// comes back turned round, with vertices of its own. Both count as faces. Each side has its own groups, objects,
+/// materials, colours and normals. Sheets may touch bodies and each other. With `height_field`, `keep_uvs` or `hull`,
+/// backs are triangles as any others, and hardly one of them can go.
+///
 /// What was made is compared with the high poly: faults are mended. Faults are triangles that face
 /// away from the surface near them, or have no area; triangles back to back with a neighbour where the
 /// high poly has no such edge; of a height field, triangles that face down. New holes are counted. With a bound,
@@ -96,7 +102,8 @@ struct SimplifyReport {
 /// they are not held: names are those of most of the high poly under each triangle. A bound is one of the surface, not
 /// of lines on it. Where the high poly has vertex colours, its own come nearest
 /// to them (least squares in linear light). Its triangle count is the target, or one below it where
-/// a collapse takes two. Each mended triangle may take up to two more. Works the same at any scale.
+/// a collapse takes two; with two-sided sheets, up to three below it. Each mended triangle may take up to two more.
+/// Works the same at any scale.
 /// Deterministic: the same on every run and number of threads. Lifetimes: `high` is read during the
 /// call, and the result is the caller's own. Thread safety: may be called from several threads. A
 /// ProgressScope hears of it and may stop it.
@@ -159,6 +166,8 @@ struct FitNormalsReport {
 /// UV seams are hard edges where that helps: see FitNormalsOptions. Vertices are split at seams in
 /// any case, so hard edges cost none. Creases inside charts do, and are made where they are asked for and no map
 /// bends normals. Else corners that share a position and UVs share their normal.
+///
+/// The sides of a two-sided sheet share no normal: each takes the samples that look its way.
 ///
 /// Normals that the mesh had are replaced, and its tangents, which went with them, left out. All else is kept.
 /// Deterministic: the same on every run and number of threads. Lifetimes and threads as simplify().

@@ -4,7 +4,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "cli/chart_files.h"
 #include "cli/command_scene.h"
 #include "kiln/kiln.h"
 #include "mesh/fans.h"
@@ -47,15 +50,17 @@ TEST(SimplifyCommand, TrianglesThatFaceAgainstOthersAreTurned) {
   simplify_to(scene, {});
   const Mesh as_it_was = load_mesh(scene / "made.obj");
   for (const std::size_t t : {7, 100, 3000}) {
-    for (std::vector<Triangle>* corners : {&high.triangles, &high.uv_triangles, &high.normal_triangles}) {
+    for (std::vector<Triangle>* corners :
+         {&high.triangles, &high.uv_triangles, &high.normal_triangles}) {
       if (!corners->empty()) std::swap((*corners)[t][0], (*corners)[t][2]);
     }
   }
   save_obj(high, scene / "high.obj");
   const json report = simplify_to(scene, {});
   EXPECT_EQ(test::count_warnings(report, "turned-triangles", "3 of"), 1U);
+  // Corners begin elsewhere, so bytes may differ.
   EXPECT_EQ(load_mesh(scene / "made.obj").triangles.size(), as_it_was.triangles.size());
-  EXPECT_NEAR(report["charts"].get<double>(), simplify_to(scene, {})["charts"].get<double>(), 0);
+  EXPECT_EQ(report["flaws"]["folded"], 0);
 }
 
 TEST(SimplifyCommand, TexelsGoByAreaOrDetail) {
