@@ -16,6 +16,7 @@
 #include "lowpoly/normal_fit.h"
 #include "lowpoly/simplify_job.h"
 #include "lowpoly/simplify_levels.h"
+#include "lowpoly/simplify_uvs.h"
 
 namespace kiln {
 namespace {

@@ -298,40 +298,6 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
   return layout;
 }
 
-std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings) {
-  const std::size_t count = mesh.uvs.size();
-  std::vector<std::uint8_t> lost(count, 0);  // Of a triangle without any
-  std::vector<std::array<double, 3>> sums(count, std::array<double, 3>{});
-  std::uint64_t bad = 0;
-  for (const Triangle& t : mesh.uv_triangles) {
-    const auto good =
-        std::count_if(t.begin(), t.end(), [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); });
-    if (good == 3) continue;
-    bad += good > 0;
-    for (const std::uint32_t to : t) {
-      lost[to] = lost[to] | (good == 0);
-      for (const std::uint32_t from : t) {
-        const Vec2& uv = mesh.uvs[from];
-        if (is_finite(uv)) sums[to][0] += uv.x, sums[to][1] += uv.y, sums[to][2] += 1;
-      }
-    }
-  }
-  if (bad == 0) return std::nullopt;
-  warnings.push_back(
-      {"non-finite-uvs",
-       std::to_string(bad) + (bad == 1 ? " triangle has" : " triangles have") +
-           " a corner whose UV is NaN or infinite, where others have one: it got the "
-           "mean of those beside it",
-       bad});
-  Mesh result = mesh;
-  for (std::size_t v = 0; v < count; ++v) {
-    if (is_finite(mesh.uvs[v]) || lost[v] != 0 || !(sums[v][2] > 0)) continue;
-    result.uvs[v] = {static_cast<float>(sums[v][0] / sums[v][2]),
-                     static_cast<float>(sums[v][1] / sums[v][2])};
-  }
-  return result;
-}
-
 std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {
   std::vector<Vec3> result(points.size());
   std::transform(points.begin(), points.end(), result.begin(), to_float);

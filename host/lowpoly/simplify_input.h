@@ -87,11 +87,6 @@ Labels labels_of(const Mesh& mesh, const Work& work);
 /// The given mesh's UVs and groups at the triangles of `work`.
 Layout layout_of(const Mesh& mesh, const Work& work);
 
-/// The mesh with UVs where single ones are not finite: the mean of those beside. Triangles without any stay so.
-/// Nothing where there are none such.
-/// \param warnings  where to count the triangles
-std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings);
-
 std::vector<Vec3> to_floats(const std::vector<Vec3d>& points);
 
 }  // namespace kiln

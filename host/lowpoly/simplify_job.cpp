@@ -16,6 +16,7 @@
 #include "lowpoly/grid_start.h"
 #include "lowpoly/head_start.h"
 #include "lowpoly/inside_out.h"
+#include "lowpoly/simplify_uvs.h"
 #include "mesh/charts.h"
 #include "mesh/fans.h"
 #include "mesh/normals.h"
@@ -323,6 +324,20 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   return mesh;
 }
 
+void SimplifyJob::warn_of_uvs_outside(const Mesh& mesh) {
+  const std::uint64_t outside = count_outside(mesh);
+  if (outside == 0) return;
+  const bool before = count_outside(high_) > 0;
+  report_.warnings.push_back(
+      {"uv-outside",
+       std::to_string(outside) + " of " + std::to_string(mesh.triangles.size()) +
+           " triangles of the low poly reach out of the unit square of UV space, as those of the "
+           "high poly do" +
+           (before ? "" : " not: seams at its border were simplified, within the error asked for") +
+           ". A bake leaves out what lies outside, and coverage counts it",
+       outside});
+}
+
 Mesh SimplifyJob::finish(const SimplifyResult& result) {
   warn_of_count(result);
   warn_of_bound(result);
@@ -339,22 +354,8 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
     std::vector<std::uint32_t> charts = uv_charts(mesh);
     report_.charts = *std::max_element(charts.begin(), charts.end()) + 1;
     report_.coverage = uv_area(mesh);
-    std::uint64_t outside = 0;
-    for (const Triangle& t : mesh.uv_triangles) {
-      outside += std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
-        const Vec2& uv = mesh.uvs[v];
-        return !(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1);
-      });
-    }
-    if (outside > 0) {
-      report_.warnings.push_back({"uv-outside",
-                                  std::to_string(outside) + " of " +
-                                      std::to_string(mesh.triangles.size()) +
-                                      " triangles of the low poly reach out of the unit square of "
-                                      "UV space, as those of the high poly do: "
-                                      "a bake leaves out what lies outside, and coverage counts it",
-                                  outside});
-    }
+    report_.uv_strays = uvs_stray(mesh, high_);
+    warn_of_uvs_outside(mesh);
   }
   return mesh;
 }
@@ -377,7 +378,7 @@ Mesh SimplifyJob::run(bool with_deviation) {
     report_.warnings.push_back({"faces-above-input",
                                 std::to_string(options_.faces) +
                                     " faces were asked for, but the mesh has " +
-                                    std::to_string(count) + " usable ones; all were kept",
+                                    std::to_string(count) + " that can be used; all were kept",
                                 count});
   }
   return finish(unchanged());

@@ -199,6 +199,7 @@ class SimplifyJob {
   bool try_from(const Work& work, bool last, SimplifyResult& result);
   std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
+  void warn_of_uvs_outside(const Mesh& mesh);
   void name(const SimplifyResult& result, Mesh& mesh) const;
   void warn_of_bound(const SimplifyResult& result);
   std::string place_in_words(const Vec3d& place) const;

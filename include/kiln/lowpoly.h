@@ -60,6 +60,9 @@ struct SimplifyReport {
   std::uint64_t charts = 0;         ///< With keep_uvs: connected pieces of the layout that is left.
   double coverage =
       0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1; outside of it, too.
+  /// With keep_uvs: how far UVs lie outside of the high poly's charts at most, where the unit square's side is 1. A
+  /// texture has to go on so far around its charts. Samples are those of back_error.
+  double uv_strays = 0;
   double seconds = 0;             ///< That it took
   std::vector<Warning> warnings;  ///< What was imperfect and handled
 };
@@ -112,8 +115,8 @@ struct SimplifyReport {
 /// With `keep_uvs`, vertices of seams, open borders and borders between groups move along these lines only.
 /// Ends and crossings stay, and no triangle turns over in the layout. Charts that did not overlap do not
 /// come to. UVs inside a chart follow the affine maps of the triangles that they stand for (Hoppe 1999).
-/// A single UV that is not finite gets the mean of those beside it ("non-finite-uvs" counts triangles); triangles
-/// without any stay so. Triangles out of the unit square are counted ("uv-outside").
+/// A corner without a finite UV gets the one that its chart has there, or the mean of those beside it ("non-finite-uvs"
+/// counts triangles); triangles without any stay so. Triangles out of the unit square are counted ("uv-outside").
 ///
 /// With `hull`, each collapse puts its vertex outside of, or on, the planes of all triangles around
 /// the edge. There the sum of squared distances is least (Sander, Gu, Gortler, Hoppe and Snyder

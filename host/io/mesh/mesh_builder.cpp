@@ -259,18 +259,18 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
     uvs.push_back({kNowhere, kNowhere});
     missing = 1;
-    input_.warn(
-        "missing-uvs",
-        std::to_string(bare) + " triangles have corners without a UV; nothing is baked for them.",
-        bare);
+    input_.warn("missing-uvs",
+                counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
+                    " corners without a UV; nothing is baked there.",
+                bare);
   }
   if (const std::uint64_t bare =
           fill(normal_triangles_, static_cast<std::uint32_t>(normals.size()))) {
     normals.push_back({});
-    input_.warn(
-        "missing-normals",
-        std::to_string(bare) + " triangles have corners without a normal; theirs will be computed.",
-        bare);
+    input_.warn("missing-normals",
+                counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
+                    " corners without a normal; theirs will be computed.",
+                bare);
   }
   if (uv_triangles_.empty()) {
     uvs.clear();
@@ -284,11 +284,10 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
           [](const Vec2& uv) { return !std::isfinite(uv.x) || !std::isfinite(uv.y); })) -
       missing;
   if (bad != 0) {
-    input_.warn(
-        "non-finite-uvs",
-        std::to_string(bad) +
-            " UVs are NaN or infinite; they were kept, and triangles with them are skipped.",
-        bad);
+    input_.warn("non-finite-uvs",
+                counted(bad, "UV") + (bad == 1 ? " is" : " are") +
+                    " NaN or infinite, and kept; a bake skips triangles with them.",
+                bad);
   }
   mesh.uvs = std::move(uvs);
   mesh.uv_triangles = std::move(uv_triangles_);

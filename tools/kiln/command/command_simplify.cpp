@@ -43,6 +43,19 @@ std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
   return text;
 }
 
+/// UVs that lie farther outside of HIGH's charts than most textures go on around them.
+void warn_of_uvs(const SimplifyReport& report, std::uint32_t size, std::vector<Warning>& warnings) {
+  constexpr double kMostTexels = 8;
+  const double texels = report.uv_strays * size;
+  if (!(texels > kMostTexels)) return;
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "The low poly's UVs reach up to %.0f texels of %u out of HIGH's charts: textures "
+                "need as wide borders there. Ask for more faces, or for less error.",
+                texels, size);
+  warnings.push_back({"uv-strays", text, 1});
+}
+
 int run_simplify(const SimplifyArguments& arguments) {
   Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
@@ -100,6 +113,7 @@ int run_simplify(const SimplifyArguments& arguments) {
     warnings.insert(warnings.end(), list->begin(), list->end());
   }
   warn_of_lost_shape(report, "Ask for more --faces.", warnings);
+  if (arguments.keep_uvs) warn_of_uvs(report, std::max(width, height), warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const std::uint64_t charts = arguments.keep_uvs ? report.charts : unwrap_report.charts;
   const double coverage = arguments.keep_uvs ? report.coverage : unwrap_report.coverage;
@@ -117,8 +131,8 @@ int run_simplify(const SimplifyArguments& arguments) {
       layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
   console.line(text);
   if (report.mended > 0) {
-    console.line("mended " + with_commas(report.mended) +
-                 " triangles that were folded, without area or facing down");
+    console.line("mended " + plural(report.mended, "triangle") +
+                 ", folded, without area or facing down");
   }
   if (!arguments.json.empty()) {
     Json json = {{"version", version()},
@@ -129,6 +143,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"error", report.error},
                  {"back_error", by_error ? Json(report.back_error) : Json()},
                  {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
+                 {"uv_strays", arguments.keep_uvs ? Json(report.uv_strays) : Json()},
                  {"hull", arguments.hull},
                  {"dropped_parts", report.dropped_parts},
                  {"normals", arguments.normals},

@@ -1,0 +1,25 @@
+// UVs of a mesh whose layout simplify() keeps.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "kiln/mesh.h"
+
+namespace kiln {
+
+/// The mesh with UVs where single corners have none, or one that is not finite: the UV that a triangle of the same
+/// chart has there, or the mean of what others of its triangles have. Triangles without any stay so.
+/// Nothing where there are none such.
+/// \param warnings  where to count the triangles
+std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings);
+
+/// Triangles with finite UVs, of which one lies out of the unit square.
+std::uint64_t count_outside(const Mesh& mesh);
+
+/// How far a low poly's UVs lie outside of the high poly's UV triangles at most; 0 where either has none that are
+/// finite.
+double uvs_stray(const Mesh& low, const Mesh& high);
+
+}  // namespace kiln
