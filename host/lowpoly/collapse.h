@@ -64,6 +64,9 @@ class EdgeCollapser {
   /// called again with lower `faces` or a longer `distance`, and goes on where it stopped.
   void run(std::size_t faces, double distance = std::numeric_limits<double>::infinity());
 
+  /// The planes that a vertex stands for.
+  const Quadric& quadric(std::uint32_t vertex) const { return quadrics_[vertex]; }
+
   /// Takes collapses that cost at most so much, in order. Edges of a vertex that changes wait for the next call.
   void run_cheap(double cost);
 

@@ -36,9 +36,7 @@ Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   // Solve for the step from the middle, with a slight pull towards it, which keeps the matrix regular.
   const double pull = kPull * (xx + yy + zz);
   const double m00 = xx + pull, m11 = yy + pull, m22 = zz + pull;
-  const Vec3d r{-(xx * middle.x + xy * middle.y + xz * middle.z + x),
-                -(xy * middle.x + yy * middle.y + yz * middle.z + y),
-                -(xz * middle.x + yz * middle.y + zz * middle.z + z)};
+  const Vec3d r = slope(middle) * -1.0;
   const Vec3d row0{m00, xy, xz}, row1{xy, m11, yz}, row2{xz, yz, m22};
   const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
   const double determinant = dot(row0, c12);

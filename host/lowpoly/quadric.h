@@ -21,6 +21,8 @@ struct Quadric {
   Quadric& operator*=(double weight);
   /// The sum at a point, at least 0.
   double at(const Vec3d& p) const;
+  /// Half of its gradient at a point.
+  Vec3d slope(const Vec3d& p) const;
   /// Where the sum is least, near the edge from a to b: with a slight pull to its middle, which decides
   /// where the planes leave a direction free. One of a, b and the middle where that is far off.
   Vec3d best_near(const Vec3d& a, const Vec3d& b) const;
@@ -36,6 +38,11 @@ inline double Quadric::at(const Vec3d& p) const {
   const double value = p.x * (xx * p.x + 2 * (xy * p.y + xz * p.z + x)) +
                        p.y * (yy * p.y + 2 * (yz * p.z + y)) + p.z * (zz * p.z + 2 * z) + c;
   return std::max(value, 0.0);
+}
+
+inline Vec3d Quadric::slope(const Vec3d& p) const {
+  return {xx * p.x + xy * p.y + xz * p.z + x, xy * p.x + yy * p.y + yz * p.z + y,
+          xz * p.x + yz * p.y + zz * p.z + z};
 }
 
 /// How much more the planes of a bent surface weigh than a flat one's, for each unit of curvature.

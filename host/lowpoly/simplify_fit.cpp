@@ -18,13 +18,20 @@ bool SimplifyJob::is_fitted(const SimplifyResult& result) const {
          dense_.triangles.size() >= kLeastToFit * result.triangles.size();
 }
 
+/// The planes that hold a low poly's vertices while they are fitted. Those of height fields hold its rectangle, too.
+std::span<const Quadric> SimplifyJob::planes_of(const SimplifyResult& result) const {
+  if (options_.height_field) return {};
+  return result.quadrics;
+}
+
 SurfaceFit SimplifyJob::surface_fit() const {
   return {dense_positions_, dense_.triangles, [this](const Vec3d& p) { return scale_.snap(p); }};
 }
 
 void SimplifyJob::fit_roughly(SimplifyResult& result) const {
   if (!is_fitted(result)) return;
-  surface_fit().run(result.points, result.triangles, result.labels, options_.height_field,
+  surface_fit().run(result.points, result.triangles, result.labels, planes_of(result),
+                    options_.height_field,
                     /*rough=*/true);
 }
 
@@ -51,7 +58,8 @@ void SimplifyJob::take_back_flaws(SimplifyResult& fitted, const SimplifyResult& 
 bool SimplifyJob::fit(SimplifyResult& result) {
   if (!is_fitted(result)) return false;
   SimplifyResult fitted = result;
-  surface_fit().run(fitted.points, fitted.triangles, fitted.labels, options_.height_field);
+  surface_fit().run(fitted.points, fitted.triangles, fitted.labels, planes_of(fitted),
+                    options_.height_field);
   take_back_flaws(fitted, result);
   report_.mended = mend(fitted);
   if (!is_good(fitted)) return false;

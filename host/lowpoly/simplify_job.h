@@ -38,6 +38,8 @@ struct SimplifyResult {
   std::vector<std::uint32_t>
       labels;     ///< By triangle, of SimplifyJob::labels(); empty: none are known.
   Layout layout;  ///< Empty where none is kept.
+  /// By point, the planes that it stands for; empty: none are known.
+  std::vector<Quadric> quadrics;
   DistanceReport deviation;
   DistanceReport back;  ///< The other way, with a bound.
   bool bound = false;   ///< Whether a bound stopped collapses.
@@ -88,6 +90,10 @@ class Shrinking {
     std::vector<std::uint32_t> own;
     std::vector<std::uint32_t>& sources = of != nullptr ? *of : own;
     mesh_.extract(result.points, result.triangles, sources);
+    result.quadrics.clear();
+    for (std::uint32_t v = 0; v < mesh_.points.size(); ++v) {
+      if (mesh_.valence[v] != 0) result.quadrics.push_back(collapser_.quadric(v));
+    }
     result.labels.clear();
     if (!mesh_.labels.empty()) {
       for (const std::uint32_t t : sources) result.labels.push_back(mesh_.labels[t]);
@@ -181,7 +187,7 @@ class SimplifyJob {
   DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
   SimplifyResult unchanged() const {
-    return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, false, {}};
+    return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, {}, false, {}};
   }
   SimplifyResult to_count(const Work& work) const;
   SimplifyResult within(double bound, const Work& work);
@@ -191,6 +197,7 @@ class SimplifyJob {
   void find_labels();
   bool drop_crumbs();
   bool is_fitted(const SimplifyResult& result) const;
+  std::span<const Quadric> planes_of(const SimplifyResult& result) const;
   SurfaceFit surface_fit() const;
   bool fit(SimplifyResult& result);
   void take_back_flaws(SimplifyResult& fitted, const SimplifyResult& before);

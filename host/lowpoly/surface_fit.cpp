@@ -36,6 +36,9 @@ constexpr double kAtSides = 6;
 constexpr double kOntoPlane = 0.05;
 /// How much more samples weigh for each unit of curvature: of outlines, vertices have more to lose here than collapses.
 constexpr double kBentSampleWeight = 1;
+/// Weight of a vertex's own planes, where collapses met them as badly as samples are off; where they met them better, as
+/// many times more, up to a bound. Flats and creases are met to rounding: few samples must not move vertices off them.
+constexpr double kOnPlanes = 0.003, kMostMet = 1000;
 /// A step's length, against that of the shortest side around.
 constexpr double kLongestStep = 0.3;
 /// Cosine of the largest turn of a triangle in one step.
@@ -123,7 +126,7 @@ std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
 struct Pull {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   Vec3d right;
-  double weight = 0;
+  double weight = 0, missed = 0;  ///< Sums of weights, and of squares as they are.
 
   void add(const Vec3d& normal, const Vec3d& missing, double share, double w) {
     const double along = dot(normal, missing), square = w * share * share;
@@ -132,6 +135,7 @@ struct Pull {
     yz += square * normal.y * normal.z, zz += square * normal.z * normal.z;
     right += normal * (w * share * along) + missing * (w * share * kAcross);
     weight += square;
+    missed += square * along * along;
   }
   /// Draws onto a plane, but not along it: where planes hardly hold a vertex, as on shallow fillets, that moved it off.
   void draw(const Vec3d& normal, const Vec3d& missing, double w) {
@@ -141,6 +145,15 @@ struct Pull {
   void hold(const AcrossLines& lines) {
     xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
     yy += weight * lines.yy, yz += weight * lines.yz, zz += weight * lines.zz;
+  }
+  /// Draws onto the planes that a vertex at p stands for. \param met  where collapses put it
+  void hold(const Quadric& planes, const Vec3d& met, const Vec3d& p) {
+    if (!(missed > 0) || !(planes.area > 0)) return;
+    const double off = planes.at(met) / planes.area + missed / weight / kMostMet;
+    const double w = kOnPlanes * missed / off / planes.area;
+    xx += w * planes.xx, xy += w * planes.xy, xz += w * planes.xz;
+    yy += w * planes.yy, yz += w * planes.yz, zz += w * planes.zz;
+    right += planes.slope(p) * -w;
   }
   Vec3d step() const {
     const double more = (kAcross + kStay) * weight;
@@ -334,12 +347,14 @@ std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
 }
 
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
-                     std::span<const std::uint32_t> labels, bool height_field, bool rough) const {
+                     std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
+                     bool height_field, bool rough) const {
   const std::vector<Sample> given =
       samples(rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * low.size())
                     : std::max(kLeastSamples, kSamplesOfFace * low.size()),
               height_field);
   std::vector<Sample> found;
+  const std::vector<Vec3d> met = points;
   const Moving moving(points, low, height_field);
   const std::vector<AcrossLines> lines = lines_of(points, low, labels);
   for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
@@ -365,6 +380,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       if (!(pull.weight > 0)) continue;
       const double onto = height_field ? 0 : kOntoPlane * pull.weight;
       pull.draw(nearest->normal, nearest->point - points[v], onto);
+      if (!planes.empty()) pull.hold(planes[v], met[v], points[v]);
       if (!lines.empty()) pull.hold(lines[v]);
       Vec3d step = pull.step();
       const double size = length(step), longest = moving.longest_step(v);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kiln/types.h"
+#include "lowpoly/quadric.h"
 #include "mesh/vector.h"
 #include "mesh/vertex_lists.h"
 
@@ -33,8 +34,10 @@ class SurfaceFit {
   /// No triangle turns far, loses its area or, of a height field, faces down. Does not depend on threads.
   /// \param rough  with a quarter of the samples and half the rounds, for meshes that are only looked at
   /// \param labels  by triangle: along lines between labels, vertices move along these; empty: none
+  /// \param planes  by point, those that it stands for and is held by; empty: none
   void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
-           std::span<const std::uint32_t> labels, bool height_field, bool rough = false) const;
+           std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
+           bool height_field, bool rough = false) const;
 
  private:
   /// A point of the high poly, and where it was matched.

@@ -192,7 +192,7 @@ TEST(LabelBorders, StayWhereVerticesAreFitted) {
     for (const Vec3& p : low.positions) points.emplace_back(p);
     SurfaceFit(dense.positions, dense.triangles, [](const Vec3d& p) {
       return p;
-    }).run(points, low.triangles, labels, false);
+    }).run(points, low.triangles, labels, {}, false);
     double sum = 0;
     for (std::size_t v = 0; v < points.size(); ++v) {
       if (around[v].size() < 2) continue;

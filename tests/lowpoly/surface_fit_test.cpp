@@ -20,6 +20,7 @@ namespace {
 struct Pair {
   Mesh dense = test::BumpySphere::dense(20000), low = test::BumpySphere::dense(800);
   std::vector<Vec3d> given, moved;
+  std::vector<Quadric> planes;  ///< By vertex; empty: none hold it.
 
   Pair() {
     for (const Vec3& p : low.positions) given.emplace_back(p);
@@ -28,7 +29,7 @@ struct Pair {
     moved = given;
     SurfaceFit(dense.positions, dense.triangles, [](const Vec3d& p) {
       return Vec3d(to_float(p));
-    }).run(moved, low.triangles, {}, false);
+    }).run(moved, low.triangles, {}, planes, false);
   }
   double distance(const std::vector<Vec3d>& points) const {
     std::vector<Vec3> floats;
@@ -50,6 +51,31 @@ TEST(SurfaceFit, FacesComeNearerAndNoneTurnsFar) {
   for (const Triangle& t : pair.low.triangles) {
     EXPECT_GT(dot(pair.normal(pair.given, t), pair.normal(pair.moved, t)), 0.5);
   }
+}
+
+/// Each vertex meets three planes to rounding, or misses them by far.
+TEST(SurfaceFit, PlanesThatAreMetHoldVertices) {
+  const auto moved_by = [](double missed, bool held) {
+    Pair pair;
+    for (const Vec3d& p : pair.given) {
+      if (!held) break;
+      Quadric& corner = pair.planes.emplace_back();
+      for (const Vec3d& normal : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
+        corner.add_plane(normal, p + normal * missed, 1);
+        corner.add_plane(normal, p - normal * missed, 1);
+        corner.area += 2;
+      }
+    }
+    pair.fit();
+    double sum = 0;
+    for (std::size_t v = 0; v < pair.given.size(); ++v)
+      sum += length(pair.moved[v] - pair.given[v]);
+    return sum;
+  };
+  const double free = moved_by(0, false);
+  EXPECT_GT(free, 0);
+  EXPECT_LT(moved_by(0, true), 0.5 * free);
+  EXPECT_GT(moved_by(1, true), 0.9 * free);
 }
 
 TEST(SurfaceFit, OpenBordersStay) {
