@@ -19,7 +19,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 /// A corner without a finite UV, in triangles where others have one: those of one vertex and UV are one.
 struct BareCorner {
   double u = 0, v = 0, count = 0;  ///< Sums of the finite UVs of its triangles
-  std::uint32_t given = kNone;  ///< The UV that a triangle beside has there
+  std::uint32_t given = kNone;     ///< The UV that a triangle beside has there
 
   Vec2 mean() const { return {static_cast<float>(u / count), static_cast<float>(v / count)}; }
 };
@@ -30,8 +30,8 @@ using BareCorners = std::map<std::array<std::uint32_t, 2>, BareCorner>;
 /// Of a triangle's corners, those without a finite UV.
 int bare_corners(const Mesh& mesh, std::size_t t) {
   const Triangle& uv = mesh.uv_triangles[t];
-  return static_cast<int>(std::count_if(
-      uv.begin(), uv.end(), [&](std::uint32_t v) { return !is_finite(mesh.uvs[v]); }));
+  return static_cast<int>(std::count_if(uv.begin(), uv.end(),
+                                        [&](std::uint32_t v) { return !is_finite(mesh.uvs[v]); }));
 }
 
 /// Whether two triangles have a vertex other than `at` with the same finite UV: one chart goes on.
@@ -39,8 +39,8 @@ bool goes_on(const Mesh& mesh, std::size_t t, std::size_t other, std::uint32_t a
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t vertex = mesh.triangles[t][i], uv = mesh.uv_triangles[t][i];
     for (std::size_t k = 0; k < 3; ++k) {
-      if (vertex != at && mesh.triangles[other][k] == vertex &&
-          mesh.uv_triangles[other][k] == uv && is_finite(mesh.uvs[uv])) {
+      if (vertex != at && mesh.triangles[other][k] == vertex && mesh.uv_triangles[other][k] == uv &&
+          is_finite(mesh.uvs[uv])) {
         return true;
       }
     }

@@ -57,7 +57,7 @@ TEST(SimplifyCommand, TrianglesThatFaceAgainstOthersAreTurned) {
   }
   save_obj(high, scene / "high.obj");
   const json report = simplify_to(scene, {});
-  EXPECT_EQ(test::count_warnings(report, "turned-triangles", "3 of"), 1U);
+  EXPECT_EQ(test::chart_files::count_warnings(report, "turned-triangles", "3 of"), 1U);
   // Corners begin elsewhere, so bytes may differ.
   EXPECT_EQ(load_mesh(scene / "made.obj").triangles.size(), as_it_was.triangles.size());
   EXPECT_EQ(report["flaws"]["folded"], 0);
