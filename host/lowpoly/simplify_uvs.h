@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-/// The mesh with UVs where single corners have none, or one that is not finite: the UV that a triangle of the same
-/// chart has there, or the mean of what others of its triangles have. Triangles without any stay so.
+/// The mesh with UVs where single corners have none, or one that is not finite. They get the UV that their chart has
+/// there, or else the mean of their triangles' others. Triangles without any stay so.
 /// Nothing where there are none such.
 /// \param warnings  where to count the triangles
 std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings);

@@ -115,8 +115,8 @@ struct SimplifyReport {
 /// With `keep_uvs`, vertices of seams, open borders and borders between groups move along these lines only.
 /// Ends and crossings stay, and no triangle turns over in the layout. Charts that did not overlap do not
 /// come to. UVs inside a chart follow the affine maps of the triangles that they stand for (Hoppe 1999).
-/// A corner without a finite UV gets the one that its chart has there, or the mean of those beside it ("non-finite-uvs"
-/// counts triangles); triangles without any stay so. Triangles out of the unit square are counted ("uv-outside").
+/// A corner without a finite UV gets its chart's there, or else the mean of those beside it.
+/// "non-finite-uvs" counts such triangles; those without any UV stay so. Triangles out of the unit square are counted ("uv-outside").
 ///
 /// With `hull`, each collapse puts its vertex outside of, or on, the planes of all triangles around
 /// the edge. There the sum of squared distances is least (Sander, Gu, Gortler, Hoppe and Snyder
