@@ -111,11 +111,12 @@ class LightPlanner {
       }
       if (next && worth_trying(*next)) {
         try_pair(next_level_, next->size);
-      } else if (!best_reached() || (!try_another_size() && !try_much_lighter())) {
+      } else if (!best_reached() || (!try_another_size() && !try_lighter(kMuchLighter, kFlat))) {
         break;
       }
     }
     for (int i = 0; i < kMostBetween && try_between(); ++i) continue;
+    if (try_lighter(kWorthwhile, kFlat)) try_lighter(kWorthwhile, 1);
   }
 
   /// What nearly did is far lighter than what does: half-way between the two, whatever the model expects. Layouts of one
@@ -195,22 +196,24 @@ class LightPlanner {
     return false;
   }
 
-  /// Where errors hardly grow with fewer faces, charts decide more than the model knows: whether a much lighter
-  /// mesh does with maps of the same size. \returns false if the model expects too much of an error
-  bool try_much_lighter() {
+  /// Where errors hardly grow with fewer faces, charts decide more than the model knows: whether a lighter mesh does
+  /// with maps of the same size. \returns false if the model expects too much of an error
+  /// \param share  of the lightest's bytes
+  /// \param room   times the error that may be expected of a map, once the mesh was looked at
+  bool try_lighter(double share, double room) {
+    if (!best_reached()) return false;
     const std::uint32_t size = best_->trial.size;
     std::size_t next = best_->level;
-    while (next < levels().count() && maker_.weight(next, size) > kMuchLighter * best_bytes())
-      ++next;
-    const double most = kFlat * options_.max_error;
-    if (size == 0 || next == levels().count() || !has_texels(looks_.faces(next), size) ||
+    while (next < levels().count() && maker_.weight(next, size) > share * best_bytes()) ++next;
+    if (next == levels().count() || !has_texels(looks_.faces(next), size) ||
+        was_tried(plan_.trials, looks_.faces(next), size) ||
         misses_at(size).heaviest >= maker_.weight(next, size) ||
-        model().guessed(next, size) > most) {
+        model().guessed(next, size) > kFlat * options_.max_error) {
       return false;
     }
-    model().exactly(next);
-    if (model().guessed(next, size) > most) return false;
-    try_map(next, size);
+    size == 0 ? model().plainly(next) : model().exactly(next);
+    if (model().guessed(next, size) > (size == 0 ? 1 : room) * options_.max_error) return false;
+    try_pair(next, size);
     return true;
   }
 
