@@ -304,6 +304,27 @@ std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {
   return result;
 }
 
+bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
+  constexpr double kClosed = 1e-6;  // Areas as vectors cancel out then.
+  const auto at = [&](std::uint32_t v) {
+    const Vec3& p = mesh.positions[v];
+    return Vec3d{p.x, p.y, p.z};
+  };
+  const Vec3d middle = at(triangles.at(0)[0]);
+  Vec3d sum{0, 0, 0};
+  double area = 0, volume = 0;
+  for (const Triangle& t : triangles) {
+    const Vec3d a = at(t[0]) - middle, b = at(t[1]) - middle, c = at(t[2]) - middle;
+    const Vec3d face = cross(b - a, c - a);
+    sum += face;
+    area += length(face);
+    volume += dot(a, cross(b, c));
+  }
+  if (!(volume < 0) || !(length(sum) <= kClosed * area)) return false;
+  for (Triangle& t : triangles) std::swap(t[1], t[2]);
+  return true;
+}
+
 bool is_finely_curved(const Work& work) {
   constexpr double kCosine = 0.99996192306;  // of half a degree
   constexpr std::size_t kShare = 15, kAll = 100;

@@ -49,6 +49,10 @@ struct Work {
 /// cost, and leaves slivers. Hard surfaces and smooth tubes have 23% to 64%, scans and rocks 1% to 5%.
 bool is_finely_curved(const Work& work);
 
+/// Turns all triangles round where they are closed and inside out, as marching cubes often leaves them. Outlines and
+/// hollows differ in weight, so which way is out counts. \returns whether it did
+bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles);
+
 /// Between the mesh's own coordinates and the collapser's.
 class Scale {
  public:

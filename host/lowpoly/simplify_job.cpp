@@ -304,6 +304,9 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   mesh.triangles = result.triangles;
   std::vector<Vec3d> points = result.points;
   add_backs(result, points, mesh.triangles);
+  if (turned_) {
+    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  }
   mesh.positions.reserve(points.size());
   for (const Vec3d& p : points) mesh.positions.push_back(scale_.to_mesh(p));
   mesh.normals = vertex_normals(to_floats(points), mesh.triangles);

@@ -135,7 +135,7 @@ class SimplifyJob {
         report_(report),
         cleaned_(clean(high, sources_, drops_backs(options) ? &backs_ : nullptr, report.warnings)),
         scale_(high, cleaned_),
-        dense_(compact(high, std::move(cleaned_), std::move(sources_), std::move(backs_), scale_)),
+        dense_(prepared()),
         dense_positions_(to_floats(dense_.points)),
         check_(dense_positions_, dense_.triangles, options.height_field) {
     if (options.keep_uvs)
@@ -185,6 +185,12 @@ class SimplifyJob {
   void add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
                  std::vector<Triangle>& triangles) const;
   DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
+  /// The cleaned mesh, made ready for collapses.
+  Work prepared() {
+    const bool plain = !options_.keep_uvs && !options_.height_field && !options_.hull;
+    turned_ = plain && backs_.empty() && turn_outwards(high_, cleaned_);
+    return compact(high_, std::move(cleaned_), std::move(sources_), std::move(backs_), scale_);
+  }
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
   SimplifyResult unchanged() const {
     return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, {}, false, {}};
@@ -219,6 +225,8 @@ class SimplifyJob {
   std::vector<std::uint32_t> backs_;
   std::vector<Triangle> cleaned_;
   Scale scale_;
+  bool turned_ =
+      false;  ///< Whether all triangles of dense_ face the other way than the given mesh's.
   Work dense_;
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;

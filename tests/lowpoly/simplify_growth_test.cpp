@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "kiln/lowpoly.h"
 #include "lowpoly/collapse.h"
 #include "mesh/surface_distance.h"
 #include "support/crowded.h"
@@ -184,6 +186,25 @@ TEST(SurfaceDistanceGrowth, ATriangleTurnedRoundIsNotTheSame) {
   const DistanceReport report = one_sided_distance(corners, one, light, 4);
   EXPECT_EQ(report.searched, 4U);
   EXPECT_EQ(report.largest, 0);
+}
+
+TEST(Simplify, WhichWayAClosedMeshFacesDoesNotCount) {
+  // With hollows and rims: these weigh differently.
+  Mesh right = test::BumpyTorus::dense(12000);
+  right.normals.clear();
+  right.normal_triangles.clear();
+  Mesh turned = right;
+  for (Triangle& t : turned.triangles) std::swap(t[1], t[2]);
+  SimplifyOptions options;
+  options.fit_normals = false;
+  for (const std::uint32_t faces : {100U, 500U, 12000U}) {
+    options.faces = faces;
+    const Mesh one = simplify(right, options);
+    Mesh other = simplify(turned, options);
+    EXPECT_EQ(one.positions, other.positions);
+    for (Triangle& t : other.triangles) std::swap(t[1], t[2]);
+    EXPECT_EQ(one.triangles, other.triangles);
+  }
 }
 
 }  // namespace
