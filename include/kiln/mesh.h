@@ -156,7 +156,7 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = 
 
 /// What agree_windings() turned round.
 struct TurnedTriangles {
-  std::uint64_t count = 0;
+  std::uint64_t count = 0;  ///< Triangles
   std::uint32_t first = 0;  ///< The lowest of them, where there are any
 };
 
