@@ -123,13 +123,13 @@ class LightPlanner {
   /// mesh differ from the next one's, and misses in a row say little of more faces. \returns false where it is not
   bool try_between() {
     if (!best_reached()) return false;
-    for (const std::uint32_t size : sizes_) {
+    for (const std::uint32_t size : all_sizes()) {
       const double most = misses_at(size).between(best_bytes(), options_.max_error);
       if (most == 0) continue;
       const std::size_t level = maker_.finest_within(most, size, finest());
       const std::uint64_t faces = looks_.faces(level);
       if (!has_texels(faces, size) || was_tried(plan_.trials, faces, size)) continue;
-      try_map(level, size);
+      try_pair(level, size);
       return true;
     }
     return false;
