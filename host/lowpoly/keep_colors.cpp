@@ -10,6 +10,7 @@
 
 #include "base/parallel.h"
 #include "image/srgb.h"
+#include "lowpoly/normal_fans.h"
 #include "lowpoly/point_shares.h"
 #include "mesh/frame.h"
 #include "mesh/surface_distance.h"
@@ -43,11 +44,6 @@ Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
   return {linear[color[0]], linear[color[1]], linear[color[2]], color[3] / 255.0};
 }
 
-Vec3d facing_of(const std::vector<Vec3>& positions, const Triangle& t) {
-  const Vec3d a(positions[t[0]]), b(positions[t[1]]), c(positions[t[2]]);
-  return cross(b - a, c - a);
-}
-
 /// What lies around each vertex, in frame units.
 struct Surroundings {
   std::vector<double> area;  ///< A third of the triangles'; 0 where a corner is not finite.
@@ -65,7 +61,7 @@ struct Surroundings {
 Surroundings around_vertices(const Mesh& high, const std::vector<Vec3>& positions) {
   Surroundings around{std::vector<double>(positions.size()), std::vector<Vec3d>(positions.size())};
   for (const Triangle& t : high.triangles) {
-    const Vec3d facing = facing_of(positions, t);
+    const Vec3d facing = face_of(positions, t);
     const double area = length(facing) / 6;
     if (!std::isfinite(area)) continue;
     for (const std::uint32_t vertex : t) {
@@ -102,7 +98,7 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
       const std::uint32_t twin = sides.empty() ? TwoSided::kNone : sides.twins[nearest];
       const int side = twin == TwoSided::kNone
                            ? 1
-                           : around.side(i * step, facing_of(light, low.triangles[nearest]));
+                           : around.side(i * step, face_of(light, low.triangles[nearest]));
       const double area = around.area[i * step];
       put(places[i], side < 0 ? twin : nearest, side == 0 ? area / 2 : area);
       if (side == 0) put(places[count + i], twin, area / 2);

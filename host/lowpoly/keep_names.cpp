@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "lowpoly/normal_fans.h"
 #include "mesh/frame.h"
 #include "mesh/surface_distance.h"
 #include "mesh/two_sided.h"
@@ -42,13 +43,9 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
   const SurfaceDistance surface(dense, usable);
   const TwoSided low_sides = TwoSided::of(low);
   const TwoSided sides = low_sides.empty() ? low_sides : TwoSided::of(high);
-  const auto facing_of = [](const std::vector<Vec3>& positions, const Triangle& t) {
-    const Vec3d a(positions[t[0]]);
-    return cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
-  };
   const auto of_side = [&](std::uint32_t found, const Triangle& t) {
     if (sides.empty() || sides.twins[found] == TwoSided::kNone) return found;
-    const bool away = dot(facing_of(dense, high.triangles[found]), facing_of(light, t)) < 0;
+    const bool away = dot(face_of(dense, high.triangles[found]), face_of(light, t)) < 0;
     return away ? sides.twins[found] : found;
   };
   std::vector<std::array<std::uint32_t, 4>> nearest(low.triangles.size());

@@ -133,7 +133,7 @@ class SimplifyJob {
       : high_(high),
         options_(options),
         report_(report),
-        cleaned_(clean(high, sources_, drops_backs(options) ? &backs_ : nullptr, report.warnings)),
+        cleaned_(clean(high, sources_, is_free(options) ? &backs_ : nullptr, report.warnings)),
         scale_(high, cleaned_),
         dense_(prepared()),
         dense_positions_(to_floats(dense_.points)),
@@ -169,8 +169,9 @@ class SimplifyJob {
   Mesh finish(const SimplifyResult& result);
 
  private:
-  /// Backs of two-sided sheets are left out meanwhile, but where other rules say how vertices may move.
-  static bool drops_backs(const SimplifyOptions& options) {
+  /// Whether no rule says how vertices may move. Then backs of two-sided sheets are left out meanwhile, and what is inside
+  /// out is turned.
+  static bool is_free(const SimplifyOptions& options) {
     return !options.keep_uvs && !options.hull && !options.height_field;
   }
   /// Whether a triangle has a back.
@@ -187,8 +188,7 @@ class SimplifyJob {
   DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
   /// The cleaned mesh, made ready for collapses.
   Work prepared() {
-    const bool plain = !options_.keep_uvs && !options_.height_field && !options_.hull;
-    turned_ = plain && backs_.empty() && turn_outwards(high_, cleaned_);
+    turned_ = is_free(options_) && backs_.empty() && turn_outwards(high_, cleaned_);
     return compact(high_, std::move(cleaned_), std::move(sources_), std::move(backs_), scale_);
   }
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }

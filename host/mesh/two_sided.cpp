@@ -103,12 +103,7 @@ TwoSided TwoSided::of(std::span<const Triangle> welded, std::size_t vertices) {
 }
 
 TwoSided TwoSided::of(const Mesh& mesh) {
-  const std::vector<std::uint32_t> first = weld_vertices(mesh.positions);
-  std::vector<Triangle> welded = mesh.triangles;
-  for (Triangle& t : welded) {
-    for (std::uint32_t& v : t) v = first[v];
-  }
-  return of(welded, mesh.positions.size());
+  return of(welded_triangles(mesh), mesh.positions.size());
 }
 
 }  // namespace kiln

@@ -30,4 +30,13 @@ std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
   return first;
 }
 
+std::vector<Triangle> welded_triangles(const Mesh& mesh) {
+  const std::vector<std::uint32_t> first = weld_vertices(mesh.positions);
+  std::vector<Triangle> triangles = mesh.triangles;
+  for (Triangle& t : triangles) {
+    for (std::uint32_t& v : t) v = first[v];
+  }
+  return triangles;
+}
+
 }  // namespace kiln

@@ -22,17 +22,6 @@ namespace {
 /// Where the smaller side of a part has more of its area than this, it is no small mistake.
 constexpr double kMinority = 0.4;
 
-/// Triangles by vertices that are equal by place. A mesh of few vertices shares them already.
-std::vector<Triangle> welded(const Mesh& mesh) {
-  std::vector<Triangle> triangles = mesh.triangles;
-  if (mesh.positions.size() < triangles.size()) return triangles;
-  const std::vector<std::uint32_t> first = weld_vertices(mesh.positions);
-  for (Triangle& t : triangles) {
-    for (std::uint32_t& v : t) v = first[v];
-  }
-  return triangles;
-}
-
 /// Whether two triangles run along an edge from the same end to the other, as those that face alike do not.
 bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
   std::vector<std::uint32_t> start(vertices + 1, 0), ends(triangles.size() * 3);
@@ -210,7 +199,9 @@ class TurnedNormals {
 TurnedTriangles agree_windings(Mesh& mesh) {
   validate(mesh);
   TurnedTriangles result;
-  const std::vector<Triangle> triangles = welded(mesh);
+  // A mesh of few vertices shares them already.
+  const bool shared = mesh.positions.size() < mesh.triangles.size();
+  const std::vector<Triangle> triangles = shared ? mesh.triangles : welded_triangles(mesh);
   if (!any_side_twice(triangles, mesh.positions.size())) return result;
   const Windings windings(mesh, triangles);
   TurnedNormals normals(mesh);

@@ -1,8 +1,6 @@
 // Another program, run to its end.
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <memory>
 #include <optional>
