@@ -156,16 +156,22 @@ std::size_t SimplifyLevels::vertices(std::size_t level) const {
 }
 
 Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
+  if (report != nullptr) *report = this->report(level);
   Impl::Made& made = impl_->made(level);
-  if (report != nullptr && !made.measured) {
+  impl_->turn_to(level);
+  impl_->report = made.report;
+  return impl_->finished(made.result);
+}
+
+SimplifyReport SimplifyLevels::report(std::size_t level) const {
+  Impl::Made& made = impl_->made(level);
+  if (!std::exchange(made.measured, true)) {
     made.result.deviation = impl_->job->deviation(made.result);
-    made.measured = true;
   }
   impl_->turn_to(level);
   impl_->report = made.report;
-  Mesh mesh = impl_->finished(made.result);
-  if (report != nullptr) *report = impl_->report;
-  return mesh;
+  impl_->job->finish(made.result);
+  return impl_->report;
 }
 
 std::array<Mesh, 2> SimplifyLevels::glance(std::size_t level) const {

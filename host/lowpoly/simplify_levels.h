@@ -43,6 +43,8 @@ class SimplifyLevels {
   /// Made once. What a head start left and cannot be mended stays, unless solve() was called.
   /// \param report  where to write what was done; may be null (which saves measuring)
   Mesh mesh(std::size_t level, SimplifyReport* report = nullptr) const;
+  /// What was done to make it, measured once.
+  SimplifyReport report(std::size_t level) const;
 
   /// A level to look at, not to keep: fitted roughly, nothing mended. First with normals for shading, then with
   /// those for a map.

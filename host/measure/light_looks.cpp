@@ -133,12 +133,22 @@ const LaidOut& LightLooks::laid_out(std::size_t level, const LightPlanOptions& o
   return known_->laid_out[{level, size}] = std::move(next);
 }
 
+/// Low polys are made meanwhile.
 void LightLooks::take_pictures(std::uint32_t screen) {
   say(0, "looking at the high poly");
-  const Stopwatch watch;
-  shown_ = shown_to_plans(source_, screen);
-  coarse_ = shown_to_plans(source_, screen, /*coarse=*/true);
-  plan_.seconds_measure += watch.total();
+  pictures_.emplace([&source = source_, screen] {
+    return Seen{shown_to_plans(source, screen), shown_to_plans(source, screen, /*coarse=*/true)};
+  });
+}
+
+const LightLooks::Seen& LightLooks::seen() {
+  if (pictures_) {
+    const Stopwatch watch;
+    seen_ = pictures_->get();
+    pictures_.reset();
+    plan_.seconds_measure += watch.total();
+  }
+  return seen_;
 }
 
 void LightLooks::make_levels(std::uint32_t most, double share, bool height_field) {
@@ -223,17 +233,19 @@ LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
   const double plain = look_plain(level);
   const Mesh& mapped = glance(level)[1];
+  const DenseShown& coarse = seen().coarse;
   const Stopwatch watch;
-  LightModel::Node node = limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse_));
+  LightModel::Node node = limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse));
   node.plain = plain;
   plan_.seconds_measure += watch.total();
   return node;
 }
 
 double LightLooks::look_plain(std::size_t level) {
-  const Mesh& seen = glance(level)[0];
+  const Mesh& plainly = glance(level)[0];
+  const DenseShown& coarse = seen().coarse;
   const Stopwatch watch;
-  const double plain = without_map(seen, coarse_).mean_degrees;
+  const double plain = without_map(plainly, coarse).mean_degrees;
   plan_.seconds_measure += watch.total();
   return plain;
 }
@@ -243,15 +255,16 @@ NormalError LightLooks::without_map(const Mesh& low, const DenseShown& shown) co
 }
 
 NormalError LightLooks::plain(const Mesh& low) {
+  const DenseShown& fine = shown();
   const Stopwatch watch;
-  const NormalError error = without_map(low, shown_);
+  const NormalError error = without_map(low, fine);
   plan_.seconds_measure += watch.total();
   return error;
 }
 
 LightModel::Node LightLooks::look_with(std::size_t level, const NormalProbe& mapped) {
   LightModel::Node node = limits_of(mapped);
-  node.plain = without_map(mesh(level), shown_).mean_degrees;
+  node.plain = without_map(mesh(level), shown()).mean_degrees;
   return node;
 }
 
@@ -276,8 +289,9 @@ BakeOptions LightLooks::limit_options(MatchMethod method) const {
 
 void LightLooks::choose_match(std::size_t level, bool height_field) {
   const Mesh& low = glance(level)[1];
+  const auto& [fine, coarse] = seen();
   const Stopwatch watch;
-  const DenseShown& shown = shown_.pictures.front().subpixels > 1 ? coarse_ : shown_;
+  const DenseShown& shown = fine.pictures.front().subpixels > 1 ? coarse : fine;
   const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown);
   std::shared_ptr<const VisibilityField> field;
   std::vector<MatchMethod> ways = planned_matches(&MatchRow::light_turn);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/beside.h"
 #include "kiln/light_plan.h"
 #include "lowpoly/texel_detail.h"
 #include "measure/light_model.h"
@@ -64,7 +65,7 @@ class LightLooks {
   /// Made once.
   const LaidOut& laid_out(std::size_t level, const LightPlanOptions& options, std::uint32_t size);
 
-  const DenseShown& shown() const { return shown_; }
+  const DenseShown& shown() { return seen().fine; }
   const SimplifyLevels& levels() const { return *known_->levels; }
   /// Of a level, as far as is known: meshes that are made may have fewer, since flaws are mended.
   std::size_t faces(std::size_t level) const;
@@ -84,6 +85,11 @@ class LightLooks {
   /// \param share  of the high poly's faces, which it has at most, too
   void make_levels(std::uint32_t most, double share, bool height_field);
   void say(double done, const char* doing) const;
+  /// Pictures of the high poly: to measure by, and to look by.
+  struct Seen {
+    DenseShown fine, coarse;
+  };
+  const Seen& seen();
   const std::array<Mesh, 2>& glance(std::size_t level);
   LightModel::Node look(std::size_t level);
   double look_plain(std::size_t level);
@@ -96,9 +102,10 @@ class LightLooks {
   BakeOptions& bake_;
   LightBake& plan_;
   LevelCache& cache_;
-  DenseShown shown_, coarse_;     ///< To measure by, to look by
+  Seen seen_;
   KnownLevels* known_ = nullptr;  ///< In `cache_`
   std::unique_ptr<LightModel> model_;
+  std::optional<Beside<Seen>> pictures_;  ///< While they are taken
   std::optional<TexelDetail> detail_;  ///< Of the high poly, where it was asked for
 };
 

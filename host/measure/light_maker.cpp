@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bake/pipeline.h"
+#include "base/beside.h"
 #include "base/stopwatch.h"
 #include "lowpoly/keep_colors.h"
 #include "measure/bounds.h"
@@ -164,10 +165,18 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
 }
 
 void LightMaker::bake_all_maps(const LightMade& made) {
+  // Deviations take long to measure, so only that of what was chosen is, and beside the bake.
+  Beside<SimplifyReport> simplified([&] { return looks_.levels().report(made.level); });
   plan_.low = made.low;
   keep_colors(high_, plan_.low);
   plan_.chosen = made.trial;
-  if (plan_.chosen.size == 0) return;
+  if (plan_.chosen.size != 0) bake_chosen(made);
+  const Stopwatch watch;
+  plan_.simplified = simplified.get();
+  plan_.seconds_simplify += watch.total();
+}
+
+void LightMaker::bake_chosen(const LightMade& made) {
   plan_.unwrapped = made.unwrapped;
   plan_.bake = made.bake;
   plan_.bake.progress = bake_.progress;

@@ -69,12 +69,13 @@ class LightMaker {
   /// Tries look from few directions, until this is called.
   void look_from_all_directions() { all_directions_ = true; }
 
-  /// Bakes all maps, as asked for: the plan's result.
+  /// Bakes all maps, as asked for: the plan's result. Measures how its mesh deviates.
   void bake_all_maps(const LightMade& made);
 
  private:
   LightModel& model() const { return looks_.model(); }
   std::uint32_t samples_for(std::uint32_t size) const;
+  void bake_chosen(const LightMade& made);
 
   const Source& source_;
   const Mesh& high_;

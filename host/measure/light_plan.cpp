@@ -57,10 +57,6 @@ class LightPlanner {
       try_map(next_level_, next.size);
       search_and_bake();
     }
-    // Its deviation takes long to measure, so only that of what was chosen is.
-    const Stopwatch watch;
-    levels().mesh(best_->level, &plan_.simplified);
-    plan_.seconds_simplify += watch.total();
     plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds);
     fill_trade(
         plan_, model(), all_sizes(),
@@ -262,8 +258,8 @@ class LightPlanner {
     return LightMisses::of(plan_.trials, size, options_.max_error);
   }
 
-  double price(std::size_t level, std::uint32_t size) const {
-    return maker_.weight(level, size) * misses_at(size).price();
+  LightOffer offer(std::size_t level, std::uint32_t size) const {
+    return {level, size, looks_.faces(level), maker_.weight(level, size) * misses_at(size).price()};
   }
 
   /// Not below this level: with maps of this size, hardly finer meshes missed the error.
@@ -295,8 +291,8 @@ class LightPlanner {
   }
 
   /// For each size the fewest faces expected to do, but not what weighs far more than others: looks take long.
-  std::vector<std::pair<std::size_t, std::uint32_t>> pairs() {
-    std::vector<std::pair<std::size_t, std::uint32_t>> result;
+  std::vector<LightOffer> offers() {
+    std::vector<LightOffer> result;
     std::vector<std::uint32_t> sizes = all_sizes();
     // What does, or was tried last, is about right, and tells what is far more.
     const LightTrial& right = best_reached() ? best_->trial : plan_.trials.back();
@@ -316,33 +312,30 @@ class LightPlanner {
           model().fewest([&](std::size_t i) { return model().expected(i, size) / aim; }, from),
           size);
       if (!level || !has_texels(looks_.faces(*level), size)) continue;
-      result.emplace_back(*level, size);
-      least = std::min(least, price(*level, size));
+      result.push_back(offer(*level, size));
+      least = std::min(least, result.back().price);
     }
     std::sort(result.begin(), result.end(),
-              [](const auto& a, const auto& b) { return a.second < b.second; });
+              [](const LightOffer& a, const LightOffer& b) { return a.size < b.size; });
     return result;
   }
 
   /// Sets next_level_. Where nothing is expected to do: what gets near the least error with few bytes.
   std::optional<LightTrial> best_expected() {
-    std::vector<std::pair<std::size_t, std::uint32_t>> candidates = pairs();
+    std::vector<LightOffer> candidates = offers();
     if (candidates.empty()) {
       double least = model().expected(finest(), sizes_.back());
       for (const std::uint32_t size : sizes_) {
         const auto level = model().fewest(
             [&](std::size_t i) { return model().expected(i, size) / (kNearLeast * least); },
             finest());
-        if (level) candidates.emplace_back(*level, size);
+        if (level) candidates.push_back(offer(*level, size));
       }
     }
     if (candidates.empty()) return std::nullopt;
-    const auto [level, size] =
-        *std::min_element(candidates.begin(), candidates.end(), [&](const auto& a, const auto& b) {
-          return price(a.first, a.second) < price(b.first, b.second);
-        });
-    next_level_ = level;
-    return maker_.expect(level, size);
+    const LightOffer& next = quickest(candidates);
+    next_level_ = next.level;
+    return maker_.expect(next.level, next.size);
   }
 
   /// Not what was made before, nor what is hardly lighter than the lightest that does.

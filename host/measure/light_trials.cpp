@@ -104,6 +104,19 @@ double LightMisses::falling(std::uint64_t faces) const {
   return nearest * std::pow(nearest_faces / static_cast<double>(faces), kFallsWithFaces);
 }
 
+const LightOffer& quickest(std::span<const LightOffer> offers) {
+  const LightOffer& cheapest = *std::min_element(
+      offers.begin(), offers.end(),
+      [](const LightOffer& a, const LightOffer& b) { return a.price < b.price; });
+  if (cheapest.size == 0) return cheapest;
+  const LightOffer* best = &cheapest;
+  for (const LightOffer& offer : offers) {
+    const bool hardly_more = offer.size != 0 && kWorthwhile * offer.price < cheapest.price;
+    if (hardly_more && offer.faces < best->faces) best = &offer;
+  }
+  return *best;
+}
+
 void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::uint32_t> sizes,
                 const std::function<LightTrial(std::size_t, std::uint32_t)>& guess,
                 const std::function<double(std::uint32_t)>& aim) {

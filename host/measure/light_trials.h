@@ -78,6 +78,18 @@ struct LightMisses {
   double falling(std::uint64_t faces) const;
 };
 
+/// What may be tried next.
+struct LightOffer {
+  std::size_t level = 0;
+  std::uint32_t size = 0;   ///< 0: without a map
+  std::uint64_t faces = 0;
+  double price = 0;
+};
+
+/// The cheapest, or the one with fewest faces among maps that cost hardly more: layouts take most of a plan's time.
+/// Meshes without a map need none. \pre there is one
+const LightOffer& quickest(std::span<const LightOffer> offers);
+
 /// LightBake::trade, outlook and levels. Nothing is looked at for this: what is not known is guessed.
 /// \param sizes  of maps; 0: none
 /// \param guess  a level with a map of a size
