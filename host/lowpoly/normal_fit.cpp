@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -23,6 +24,9 @@ namespace {
 /// Samples of the high poly for each face, and at least; of what is only looked at, a quarter.
 constexpr std::size_t kSamplesOfFace = 16, kLeastSamples = std::size_t{1} << 15, kRough = 4;
 constexpr std::size_t kGrainOfSamples = 1024;
+constexpr double kEndless = std::numeric_limits<double>::infinity();
+/// More than double precision loses of squared distances, as a share.
+constexpr double kRounding = 1e-9;
 /// Without normals of its own, a high poly of more triangles is sampled by its faces' normals: there is no telling
 /// them from smooth ones.
 constexpr std::size_t kDense = 200'000;
@@ -110,7 +114,15 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
   }
   if (triangles.empty()) return result;
   const SurfaceDistance surface(light, triangles);
+  // Of a squared distance: that of a triangle, and what rounding may add.
+  const auto surely_within = [&](const Vec3& point, std::uint32_t triangle) {
+    const Triangle& c = triangles[triangle];
+    const std::array<Vec3, 3> corners{light[c[0]], light[c[1]], light[c[2]]};
+    const double known = squared_to_triangle(Vec3d(point), corners.data(), kEndless);
+    return known * (1 + kRounding) + kRounding * kRounding;
+  };
   parallel_for(count, kGrainOfSamples, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t nearest = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const double at = whole * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
       const auto found = std::upper_bound(area_until_.begin(), area_until_.end(), at);
@@ -126,7 +138,10 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
       const Vec3d point = Vec3d(positions_[c[0]]) * share[0] + Vec3d(positions_[c[1]]) * share[1] +
                           Vec3d(positions_[c[2]]) * share[2];
       Place& place = result[i];
-      place.triangle = source[surface.nearest(to_float(point))];
+      const Vec3 rounded = to_float(point);
+      // Samples follow the high poly's triangles, so the last one's is seldom far.
+      nearest = surface.nearest(rounded, surely_within(rounded, nearest));
+      place.triangle = source[nearest];
       Vec3d below = face_of(light, low.triangles[place.triangle]);
       if (!sides.empty() && sides.twins[place.triangle] != TwoSided::kNone &&
           dot(below, unit) < 0) {
