@@ -54,6 +54,9 @@ struct NormalFit::Place {
   bool counts() const { return dot(normal, normal) > 0; }
 };
 
+NormalFit::Samples::Samples() = default;
+NormalFit::Samples::~Samples() = default;
+
 NormalFit::NormalFit(const Mesh& high)
     : high_(high), frame_(Frame::of(high)), positions_(frame_.to_frame(high)) {
   if (high.normal_triangles.size() != high.triangles.size() && high.triangles.size() <= kDense) {
@@ -263,14 +266,25 @@ class NormalFit::Solver {
   std::vector<double> left_;                 ///< Of the samples of each triangle, mean squares
 };
 
-void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsReport* report) const {
+const std::vector<NormalFit::Place>& NormalFit::taken(const Mesh& low, const TwoSided& sides,
+                                                      Samples& last) const {
+  if (last.positions_ == low.positions && last.triangles_ == low.triangles) return last.places_;
   const std::size_t wanted = std::max(kLeastSamples, kSamplesOfFace * low.triangles.size());
+  last.places_ = places(wanted, low, sides);
+  last.positions_ = low.positions;
+  last.triangles_ = low.triangles;
+  return last.places_;
+}
+
+void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsReport* report,
+                    Samples* last) const {
   NormalPurpose purpose = options.purpose;
   if (purpose == NormalPurpose::by_uvs) {
     purpose = low.uv_triangles.empty() ? NormalPurpose::shading : NormalPurpose::map;
   }
   const TwoSided sides = TwoSided::of(low);
-  fit(low, sides, places(wanted, low, sides), purpose, options, report);
+  Samples none;
+  fit(low, sides, taken(low, sides, last != nullptr ? *last : none), purpose, options, report);
 }
 
 std::array<Mesh, 2> NormalFit::look(const Mesh& low, const FitNormalsOptions& options) const {

@@ -19,9 +19,12 @@ class NormalFit {
   /// \throws Error(input) where no triangle has an extent
   explicit NormalFit(const Mesh& high);
 
+  class Samples;
   /// Gives a low poly normals. Deterministic on any number of threads.
-  void run(Mesh& low, const FitNormalsOptions& options = {},
-           FitNormalsReport* report = nullptr) const;
+  /// \param last  samples of the low poly before, which are taken where only UVs differ, and then of this one; may be
+  /// null
+  void run(Mesh& low, const FitNormalsOptions& options = {}, FitNormalsReport* report = nullptr,
+           Samples* last = nullptr) const;
   /// The same for a mesh that is only looked at, with a quarter of the samples: for shading and for a map.
   std::array<Mesh, 2> look(const Mesh& low, const FitNormalsOptions& options) const;
 
@@ -34,11 +37,28 @@ class NormalFit {
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;
 
+  const std::vector<Place>& taken(const Mesh& low, const TwoSided& sides, Samples& last) const;
+
   const Mesh& high_;
   Frame frame_;
   std::vector<Vec3> positions_;
   CornerNormals smooth_;            ///< Where the mesh has none and is small; else empty
   std::vector<double> area_until_;  ///< Doubled, of all triangles up to each
+};
+
+/// Where samples of a high poly lie on a low poly.
+class NormalFit::Samples {
+ public:
+  Samples();
+  ~Samples();
+  Samples(const Samples&) = delete;
+  Samples& operator=(const Samples&) = delete;
+
+ private:
+  friend class NormalFit;
+  std::vector<Vec3> positions_;
+  std::vector<Triangle> triangles_;
+  std::vector<Place> places_;
 };
 
 }  // namespace kiln

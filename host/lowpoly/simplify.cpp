@@ -119,7 +119,7 @@ struct SimplifyLevels::Impl {
   Mesh finished(const SimplifyResult& result) {
     Mesh mesh = job->finish(result);
     keep_names(high, mesh);
-    normals().run(mesh, {.crease_degrees = kCrease});
+    normals().run(mesh, {.crease_degrees = kCrease}, nullptr, &samples);
     lay_out(mesh);
     return mesh;
   }
@@ -135,6 +135,7 @@ struct SimplifyLevels::Impl {
   SimplifyOptions options;
   std::optional<SimplifyJob> job;
   std::optional<NormalFit> fit;  ///< Made where it is first needed
+  NormalFit::Samples samples;    ///< Of the last mesh
   std::vector<SimplifyResult> results;
   std::map<std::size_t, Made> meshes;  ///< By level
 };
@@ -184,7 +185,9 @@ std::array<Mesh, 2> SimplifyLevels::glance(std::size_t level) const {
   return looks;
 }
 
-void SimplifyLevels::fit_normals(Mesh& low) const { impl_->normals().run(low); }
+void SimplifyLevels::fit_normals(Mesh& low) const {
+  impl_->normals().run(low, {}, nullptr, &impl_->samples);
+}
 
 bool SimplifyLevels::is_flawed(std::size_t level) const { return impl_->made(level).flawed; }
 
