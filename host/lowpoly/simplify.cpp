@@ -171,7 +171,7 @@ SimplifyReport SimplifyLevels::report(std::size_t level) const {
   }
   impl_->turn_to(level);
   impl_->report = made.report;
-  impl_->job->finish(made.result);
+  impl_->job->finish(made.result, /*measured=*/true);
   return impl_->report;
 }
 

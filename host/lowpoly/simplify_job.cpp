@@ -341,7 +341,7 @@ void SimplifyJob::warn_of_uvs_outside(const Mesh& mesh) {
        outside});
 }
 
-Mesh SimplifyJob::finish(const SimplifyResult& result) {
+Mesh SimplifyJob::finish(const SimplifyResult& result, bool measured) {
   warn_of_count(result);
   warn_of_bound(result);
   warn_of_flaws(report_, [&](bool folded) {
@@ -357,7 +357,7 @@ Mesh SimplifyJob::finish(const SimplifyResult& result) {
     std::vector<std::uint32_t> charts = uv_charts(mesh);
     report_.charts = *std::max_element(charts.begin(), charts.end()) + 1;
     report_.coverage = uv_area(mesh);
-    report_.uv_strays = uvs_stray(mesh, high_);
+    if (measured) report_.uv_strays = uvs_stray(mesh, high_);
     warn_of_uvs_outside(mesh);
   }
   return mesh;
@@ -371,11 +371,11 @@ Mesh SimplifyJob::run(bool with_deviation) {
   const std::size_t count = faces_of_dense();
   if (options_.faces == 0 || options_.faces < count) {
     if (options_.faces < count && drop_crumbs() && faces_of_dense() <= options_.faces) {
-      return finish(unchanged());
+      return finish(unchanged(), with_deviation);
     }
     SimplifyResult result = solve();
     if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMostSamples);
-    return finish(result);
+    return finish(result, with_deviation);
   }
   if (options_.faces > count) {
     report_.warnings.push_back({"faces-above-input",
@@ -384,7 +384,7 @@ Mesh SimplifyJob::run(bool with_deviation) {
                                     std::to_string(count) + " that can be used; all were kept",
                                 count});
   }
-  return finish(unchanged());
+  return finish(unchanged(), with_deviation);
 }
 
 }  // namespace kiln

@@ -166,7 +166,8 @@ class SimplifyJob {
   }
   std::size_t count_vertices(const SimplifyResult& result) const;
   /// The mesh of what was found, and the report.
-  Mesh finish(const SimplifyResult& result);
+  /// \param measured  the report also says how far UVs stray, which takes a while
+  Mesh finish(const SimplifyResult& result, bool measured = false);
 
  private:
   /// Whether no rule says how vertices may move. Then backs of two-sided sheets are left out meanwhile, and what is inside

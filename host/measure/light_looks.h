@@ -106,7 +106,7 @@ class LightLooks {
   KnownLevels* known_ = nullptr;  ///< In `cache_`
   std::unique_ptr<LightModel> model_;
   std::optional<Beside<Seen>> pictures_;  ///< While they are taken
-  std::optional<TexelDetail> detail_;  ///< Of the high poly, where it was asked for
+  std::optional<TexelDetail> detail_;     ///< Of the high poly, where it was asked for
 };
 
 }  // namespace kiln

@@ -105,9 +105,9 @@ double LightMisses::falling(std::uint64_t faces) const {
 }
 
 const LightOffer& quickest(std::span<const LightOffer> offers) {
-  const LightOffer& cheapest = *std::min_element(
-      offers.begin(), offers.end(),
-      [](const LightOffer& a, const LightOffer& b) { return a.price < b.price; });
+  const LightOffer& cheapest =
+      *std::min_element(offers.begin(), offers.end(),
+                        [](const LightOffer& a, const LightOffer& b) { return a.price < b.price; });
   if (cheapest.size == 0) return cheapest;
   const LightOffer* best = &cheapest;
   for (const LightOffer& offer : offers) {

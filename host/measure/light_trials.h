@@ -81,7 +81,7 @@ struct LightMisses {
 /// What may be tried next.
 struct LightOffer {
   std::size_t level = 0;
-  std::uint32_t size = 0;   ///< 0: without a map
+  std::uint32_t size = 0;  ///< 0: without a map
   std::uint64_t faces = 0;
   double price = 0;
 };

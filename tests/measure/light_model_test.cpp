@@ -232,5 +232,32 @@ TEST(LightMisses, TellWhatLiesBetween) {
   EXPECT_EQ(LightMisses::of(trials, 256, 3).between(100'000, 3), 0) << "never tried";
 }
 
+/// Of maps that cost hardly more than the cheapest, the one whose mesh takes the least time to lay out.
+TEST(LightOffers, TakeTheCoarserOfMapsThatWeighAboutAsMuch) {
+  const LightOffer fine{10, 128, 4000, 100'000}, coarse{80, 256, 800, 105'000};
+  const LightOffer dear{99, 512, 400, 120'000}, plain{20, 0, 3000, 99'000};
+  const std::vector<LightOffer> maps = {fine, coarse, dear};
+  EXPECT_EQ(quickest(maps).size, 256U);
+  EXPECT_EQ(quickest(std::vector{fine, dear}).size, 128U);
+  EXPECT_EQ(quickest(std::vector{plain, fine, coarse}).size, 0U) << "needs no layout";
+  EXPECT_EQ(quickest(std::vector{LightOffer{20, 0, 300, 103'000}, fine}).size, 128U);
+}
+
+/// Samples of a level are taken once, for normals with and without seams.
+TEST(SimplifyLevels, FitNormalsAsFitNormalsDoes) {
+  const Mesh high = test::BumpySphere::dense(6000);
+  const std::vector<std::uint32_t> faces = {2000, 700};
+  const SimplifyLevels levels(high, faces, LevelRule::shape);
+  const Mesh other = levels.mesh(1);
+  Mesh low = unwrap(levels.mesh(0), {UnwrapMethod::charts, 256, 2});
+  const Mesh expected = fit_normals(low, high);
+  levels.fit_normals(low);
+  EXPECT_EQ(low.normals, expected.normals);
+  EXPECT_EQ(low.normal_triangles, expected.normal_triangles);
+  Mesh coarser = other;
+  levels.fit_normals(coarser);
+  EXPECT_EQ(coarser.normals, fit_normals(other, high).normals);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -60,6 +61,8 @@ struct RunningProgram::Process {
 };
 
 namespace {
+
+constexpr int kNice = 10;
 
 [[noreturn]] void not_started(const std::string& program, int error) {
   throw Error(ErrorCode::internal,
@@ -144,6 +147,8 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
   posix_spawnattr_destroy(&attributes);
   if (status == ENOENT || status == EACCES || status == ENOTDIR) return std::nullopt;
   if (status != 0) not_started(command[0], status);
+  // Whoever starts it works meanwhile, and should not wait for it.
+  setpriority(PRIO_PROCESS, static_cast<id_t>(id), kNice);
   process->id = id;
   Process::Pipe::close_end(process->input.read_end);
   Process::Pipe::close_end(process->output.write_end);
