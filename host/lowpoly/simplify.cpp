@@ -191,6 +191,11 @@ void SimplifyLevels::fit_normals(Mesh& low) const {
 
 bool SimplifyLevels::is_flawed(std::size_t level) const { return impl_->made(level).flawed; }
 
+bool SimplifyLevels::has_flaws(std::size_t level) const {
+  const SimplifyReport& report = impl_->made(level).report;
+  return report.folded + report.without_area + report.holes > 0;
+}
+
 void SimplifyLevels::solve(std::size_t level) const {
   Impl::Made& made = impl_->made(level);
   if (!std::exchange(made.flawed, false)) return;

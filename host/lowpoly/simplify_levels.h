@@ -55,6 +55,8 @@ class SimplifyLevels {
 
   /// Whether mesh() has flaws that simplify() may not have.
   bool is_flawed(std::size_t level) const;
+  /// Whether mesh() has triangles that are folded or without area, or new holes.
+  bool has_flaws(std::size_t level) const;
   /// Makes a flawed level as simplify() does, from other head starts or the high poly itself, which takes long.
   void solve(std::size_t level) const;
 

@@ -7,6 +7,7 @@
 #include "detail/registry.h"
 #include "match/registry.h"
 #include "measure/bounds.h"
+#include "measure/light_planner.h"
 
 namespace kiln {
 
@@ -44,6 +45,12 @@ void check_light_plan(const LightPlanOptions& options) {
     fail("bake_light: matching by " + std::string(bake.method.name) +
          " is for a low poly of your own");
   }
+}
+
+LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options) {
+  check_light_plan(options);
+  LevelCache cache;
+  return plan_light(source, high, options, cache);
 }
 
 }  // namespace kiln

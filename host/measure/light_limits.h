@@ -22,6 +22,10 @@ inline constexpr std::size_t kMostTrialsToReach = 10;
 inline constexpr int kMostLooks = 4;
 /// Meshes with flaws that are made anew, at most.
 inline constexpr int kMostMended = 2;
+/// A mesh with flaws gives way to a finer one without that weighs at most so many times as much. Looked for so many
+/// levels up.
+inline constexpr double kSoundPrice = 1.5;
+inline constexpr std::size_t kMostFiner = 8;
 /// Share of the error that is left as room for scatter: at first, and more of it after each miss.
 inline constexpr double kFirstCare = 0.02, kCare = 0.03;
 /// Share by which each miss raises the price of maps of its size.

@@ -10,7 +10,6 @@
 #include "kiln/plan.h"
 #include "kiln/progress.h"
 #include "measure/bounds.h"
-#include "measure/light_check.h"
 #include "measure/light_limits.h"
 #include "measure/light_looks.h"
 #include "measure/light_maker.h"
@@ -76,6 +75,21 @@ class LightPlanner {
       best_.reset();
       try_pair(level, size);
       if (!best_reached()) try_pairs();
+    }
+    avoid_flaws();
+  }
+
+  /// Triangles that face away are holes to many renderers.
+  void avoid_flaws() {
+    for (std::size_t step = 1; step <= kMostFiner && best_reached(); step *= 2) {
+      const std::uint32_t size = best_->trial.size;
+      if (!levels().has_flaws(best_->level) || best_->level < finest() + step) return;
+      const std::size_t next = best_->level - step;
+      if (maker_.weight(next, size) > kSoundPrice * best_bytes()) return;
+      if (levels().has_flaws(next)) continue;
+      const LightMade flawed = *std::exchange(best_, std::nullopt);
+      try_pair(next, size);
+      if (!best_reached()) best_ = flawed;
     }
   }
 
@@ -381,12 +395,6 @@ class LightPlanner {
 LightBake plan_light(const Source& source, const Mesh& high, const LightPlanOptions& options,
                      LevelCache& cache, std::uint64_t most_faces) {
   return LightPlanner(source, high, options, cache, most_faces).run();
-}
-
-LightBake bake_light(const Source& source, const Mesh& high, const LightPlanOptions& options) {
-  check_light_plan(options);
-  LevelCache cache;
-  return plan_light(source, high, options, cache);
 }
 
 }  // namespace kiln
