@@ -36,8 +36,8 @@
 // 9. Where what was found has folded triangles, triangles without area or new holes, finer meshes without are
 //    looked for: up to 8 levels up, at most 1.5 times as heavy.
 //
-// Pictures of the high poly are taken while it is simplified, and the result's deviation is measured while its maps
-// are baked.
+// Pictures of the high poly are taken while it is simplified. The result's deviation is measured while its maps are
+// baked.
 //
 // Tries of visibility and hybrid matches look from 64 directions, not 512: errors differ by less than a
 // thousandth. What is chosen is baked from all. Should it miss the error, the search goes on with all. Where a
