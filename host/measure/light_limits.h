@@ -10,6 +10,8 @@ namespace kiln::light_limits {
 inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 /// Faces of the finest level, to begin with, and at most, where the error asks for more.
 inline constexpr std::uint32_t kMostFaces = 25000, kManyFaces = 200000;
+/// Where it does, the finest level has so many times the faces that are expected to be needed.
+inline constexpr double kRoomForFaces = 1.3;
 /// To begin with, at most this share of the faces of a high poly with many: with more, a low poly saves little.
 inline constexpr double kMostShare = 0.5;
 inline constexpr std::size_t kMostTrials = 6;

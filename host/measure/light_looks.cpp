@@ -176,13 +176,24 @@ void LightLooks::make_levels(std::uint32_t most, double share, bool height_field
 }
 
 std::optional<std::size_t> LightLooks::fewest_within(double limit, bool height_field) {
-  const auto share = [&](std::size_t level) { return model().at(level).limit / limit; };
   const bool few = high_.triangles.size() <= light_limits::kMostFaces;
   make_levels(light_limits::kMostFaces, few ? 1 : light_limits::kMostShare, height_field);
-  const std::optional<std::size_t> found = model().fewest(share);
-  if (found || few) return found;
-  make_levels(light_limits::kManyFaces, 1, height_field);
-  return model().fewest(share);
+  std::optional<std::size_t> found = fewest_known(limit);
+  // Finer levels take long, so no more of them are made than the errors so far ask for.
+  std::uint32_t most = light_limits::kMostFaces;
+  const double wanted = found || few ? 0 : light_limits::kRoomForFaces * model().faces_for(limit);
+  while (!found && !few && most < light_limits::kManyFaces) {
+    do {
+      most *= 2;
+    } while (most < wanted && most < light_limits::kManyFaces);
+    make_levels(most, 1, height_field);
+    found = fewest_known(limit);
+  }
+  return found;
+}
+
+std::optional<std::size_t> LightLooks::fewest_known(double limit) {
+  return model().fewest([&](std::size_t level) { return model().at(level).limit / limit; });
 }
 
 std::size_t LightLooks::faces(std::size_t level) const {
@@ -287,7 +298,7 @@ BakeOptions LightLooks::limit_options(MatchMethod method) const {
   return options;
 }
 
-void LightLooks::choose_match(std::size_t level, bool height_field) {
+bool LightLooks::choose_match(std::size_t level, bool height_field) {
   const Mesh& low = glance(level)[1];
   const auto& [fine, coarse] = seen();
   const Stopwatch watch;
@@ -298,7 +309,7 @@ void LightLooks::choose_match(std::size_t level, bool height_field) {
   if (bake_.cage) {
     std::erase_if(ways, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
   }
-  const MatchMethod first = ways.front();
+  const MatchMethod first = ways.front(), before = bake_.method;
   if (height_field) ways.insert(ways.begin(), match_at_uvs());
   double least = 0;
   for (const MatchMethod way : ways) {
@@ -316,6 +327,7 @@ void LightLooks::choose_match(std::size_t level, bool height_field) {
   }
   std::erase(bake_.fallback, bake_.method);
   plan_.seconds_measure += watch.total();
+  return bake_.method != before;
 }
 
 }  // namespace kiln

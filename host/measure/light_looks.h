@@ -52,8 +52,10 @@ class LightLooks {
   /// \param height_field  the high poly is one
   /// \returns the coarsest whose error with an endless map is at most `limit`
   std::optional<std::size_t> fewest_within(double limit, bool height_field);
-  /// The first of the ways that gets nearest, on one mesh.
-  void choose_match(std::size_t level, bool height_field);
+  /// The same of the levels that there are.
+  std::optional<std::size_t> fewest_known(double limit);
+  /// The first of the ways that gets nearest, on one mesh. \returns whether it is another than before
+  bool choose_match(std::size_t level, bool height_field);
 
   /// What a level without a map does, measured, and one whose normals are for a map. Its caller counts the time.
   /// \param mapped  of the latter, whatever its layout

@@ -20,6 +20,8 @@ constexpr std::size_t kMostSteps = 3;
 constexpr double kFirst = 1000;
 /// A rough fit's errors are within e to the power of this, times those of a good one.
 constexpr double kMostRough = 0.5;
+/// With more faces, errors fall at least with this power of their number.
+constexpr double kLeastFall = 0.25;
 /// An error is at least this share of the limit above it.
 constexpr double kLeastAbove = 0.01;
 constexpr double kTiny = 1e-9;
@@ -99,6 +101,19 @@ void LightModel::know_plain(std::size_t level, double plain) {
   if (found.is_looked) plain_share_.add(plain, found.looked.plain);
   found.made.plain = plain;
   found.is_plain_made = true;
+}
+
+double LightModel::faces_for(double limit) const {
+  const std::map<std::size_t, Node> nodes = known();
+  if (nodes.empty()) return faces_.front();
+  const auto finest = nodes.begin(), next = std::next(finest);
+  double slope = kLeastFall;
+  if (next != nodes.end() && finest->second.limit > 0) {
+    slope = std::log(next->second.limit / finest->second.limit) /
+            std::log(faces_[finest->first] / faces_[next->first]);
+  }
+  const double over = std::max(1.0, finest->second.limit / limit);
+  return faces_[finest->first] * std::pow(over, 1 / std::max(slope, kLeastFall));
 }
 
 std::map<std::size_t, LightModel::Node> LightModel::known() const {

@@ -39,6 +39,9 @@ class LightModel {
   void know(std::size_t level, const Node& node);
   /// The same of one that is made without a map: what it does with one is still by looks.
   void know_plain(std::size_t level, double plain);
+  /// Faces, more than those of any level, whose error with an endless map is a limit: along the line of the finest two
+  /// that are known.
+  double faces_for(double limit) const;
   /// By level, looks corrected.
   std::map<std::size_t, Node> known() const;
   bool knows(std::size_t level) const { return nodes_.contains(level); }

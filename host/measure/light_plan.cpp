@@ -1,10 +1,7 @@
 #include "kiln/light_plan.h"
 
 #include <algorithm>
-#include <cmath>
-#include <memory>
 #include <span>
-#include <string>
 #include <utility>
 
 #include "kiln/plan.h"
@@ -230,10 +227,13 @@ class LightPlanner {
   /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
   /// as many bytes of texels as of vertices.
   void first_map() {
-    const auto coarse =
-        looks_.fewest_within(kFirstLimit * options_.max_error, options_.height_field);
-    const std::size_t level = std::max(coarse.value_or(0), finest());
-    if (options_.choose_match) looks_.choose_match(level, options_.height_field);
+    const double limit = kFirstLimit * options_.max_error;
+    std::optional<std::size_t> found = looks_.fewest_within(limit, options_.height_field);
+    std::size_t level = std::max(found.value_or(0), finest());
+    if (options_.choose_match && looks_.choose_match(level, options_.height_field)) {
+      found = looks_.fewest_known(limit);
+      level = std::max(found.value_or(0), finest());
+    }
     if (may_leave_map_out_ && model().at(level).plain <= options_.max_error) {
       keep(maker_.without_map(level));  // A map would spare few faces.
       if (best_reached()) return;
