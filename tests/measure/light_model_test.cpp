@@ -211,6 +211,17 @@ TEST(LightModel, CorrectsRoughLooks) {
   EXPECT_NEAR(model.exactly(51).plain, fine.plain, 1e-9);
 }
 
+/// How fine further levels must be follows from those that there are.
+TEST(LightModel, TellsHowManyFacesALimitNeeds) {
+  Powers powers;
+  LightModel model = powers.model();
+  EXPECT_EQ(model.faces_for(1), powers.faces.front()) << "nothing is known";
+  const double limit = model.exactly(0).limit;
+  model.exactly(34);
+  EXPECT_NEAR(model.faces_for(limit / 3) / powers.faces.front(), 3, 0.01);
+  EXPECT_EQ(model.faces_for(2 * limit), powers.faces.front()) << "the finest does";
+}
+
 LightTrial miss(std::uint64_t faces, std::uint32_t size, double degrees, std::uint64_t bytes) {
   LightTrial trial;
   trial.faces = faces;
