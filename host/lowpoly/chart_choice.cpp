@@ -193,6 +193,7 @@ Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const C
   relax_charts(grown.chosen.charts, threads);
   trim_charts(surface, grown.chosen.borders, {}, grown.chosen.charts);
   const double vertices = vertices_of(surface, grown.chosen.charts);
+  grown.chosen.any_size = true;
   if (vertices > fewest + kMoreVertices) return grown;
   fewest = std::min(fewest, vertices);
   const std::vector<CutChoice> choices = choices_for(surface, grown.chosen.charts);
@@ -200,6 +201,7 @@ Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const C
     grown.worth = -vertex_price(surface, grown.chosen.charts);
     return grown;
   }
+  grown.chosen.any_size = false;
   std::vector<Tried> tried = cut(surface, options, choices, grown.chosen, threads);
   if (grown.chosen.charts.size() > kManyCharts) {  // One choice: nothing to compare by packing.
     tried[0].worth = -vertex_price(surface, tried[0].chosen.charts);
@@ -245,7 +247,11 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
       return std::move(joined->chosen);
     }
   }
-  return std::move(best_of(tried).chosen);
+  const bool any_size =
+      std::all_of(tried.begin(), tried.end(), [](const Tried& one) { return one.chosen.any_size; });
+  ChosenCharts chosen = std::move(best_of(tried).chosen);
+  chosen.any_size = any_size;
+  return chosen;
 }
 
 void relax_charts(std::vector<FlatChart>& charts, int threads) {

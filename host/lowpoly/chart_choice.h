@@ -22,6 +22,7 @@ struct ChosenCharts {
   ChartBorders borders;  ///< What is glued of the surface's edges.
   std::vector<FlatChart> charts;
   std::optional<PackState> packed = std::nullopt;  ///< How they were packed, if they were.
+  bool any_size = false;  ///< Whether every size and border would have led to them.
 };
 
 /// Grows charts in a few ways, cuts each at a few prices, and packs what comes out roughly. Takes the charts

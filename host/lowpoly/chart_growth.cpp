@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <utility>
 
@@ -55,6 +57,42 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
   return triangles;
 }
 
+/// What cut_open() needs for edges that are not glued as the borders say.
+struct CutScratch {
+  std::vector<std::uint32_t> local;
+  std::vector<std::uint8_t> other;  ///< 0, but while it is in use.
+
+  explicit CutScratch(const ChartSurface& surface)
+      : local(surface.triangles.size()), other(surface.mate.size(), 0) {}
+  /// Edges that count as the opposite; 0: no longer.
+  void mark(const ChartSurface& surface, std::span<const std::uint32_t> edges, std::uint8_t value) {
+    for (const std::uint32_t h : edges) other[h] = other[surface.mate[h]] = value;
+  }
+};
+
+/// As many as there are threads at work, since each is as large as the surface.
+class ScratchPool {
+ public:
+  explicit ScratchPool(const ChartSurface& surface) : surface_(surface) {}
+
+  std::unique_ptr<CutScratch> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<CutScratch>(surface_);
+    std::unique_ptr<CutScratch> one = std::move(free_.back());
+    free_.pop_back();
+    return one;
+  }
+  void give_back(std::unique_ptr<CutScratch> one) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(one));
+  }
+
+ private:
+  const ChartSurface& surface_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<CutScratch>> free_;
+};
+
 /// A patch, and the way down in it by the larger part each time, until a part can be laid flat.
 struct Descent {
   std::vector<std::uint32_t> path;  ///< The patch first, a triangle last.
@@ -81,7 +119,11 @@ class PatchLayer {
  public:
   PatchLayer(const ChartSurface& surface, const std::vector<ChartPatch>& patches,
              const ChartLimits& limits, ChartBorders& borders)
-      : surface_(surface), patches_(patches), limits_(limits), borders_(borders) {
+      : surface_(surface),
+        patches_(patches),
+        limits_(limits),
+        borders_(borders),
+        scratches_(surface) {
     sizes_.reserve(patches.size());
     for (const ChartPatch& patch : patches) {  // Parts come before what is made of them.
       const auto [a, b] = patch.parts;
@@ -97,10 +139,10 @@ class PatchLayer {
     std::vector<FlatChart> charts;
     while (!waiting.empty()) {
       const auto lay = [&](std::size_t begin, std::size_t end) {
-        std::vector<std::uint32_t> local(surface_.triangles.size());
-        for (std::size_t i = begin; i < end; ++i) try_next(waiting[i], local);
+        std::unique_ptr<CutScratch> scratch = scratches_.take();
+        for (std::size_t i = begin; i < end; ++i) try_next(waiting[i], *scratch);
+        scratches_.give_back(std::move(scratch));
       };
-      // Each piece has a scratch of its own.
       parallel_for(waiting.size(), waiting.size() / kPieces + 1, lay, threads);
       std::vector<Descent> next;
       for (Descent& one : waiting) {
@@ -133,25 +175,24 @@ class PatchLayer {
     return result;
   }
 
-  void try_next(Descent& one, std::vector<std::uint32_t>& local) const {
-    const int at = one.next(sizes_);
-    std::vector<std::uint8_t> glued;
-    for (int n = 0; n < at; ++n) {
-      if (n == 0) glued = borders_.glued();
-      for (const std::uint32_t h : patches_[one.path[static_cast<std::size_t>(n)]].glued)
-        glued[h] = glued[surface_.mate[h]] = 0;
-    }
-    const std::uint32_t p = one.path[static_cast<std::size_t>(at)];
-    FlatChart chart =
-        cut_open(surface_, triangles_of(patches_, p), at == 0 ? borders_.glued() : glued, local);
+  void try_next(Descent& one, CutScratch& scratch) const {
+    const auto at = static_cast<std::size_t>(one.next(sizes_));
+    const auto mark_above = [&](std::uint8_t value) {
+      for (std::size_t n = 0; n < at; ++n)
+        scratch.mark(surface_, patches_[one.path[n]].glued, value);
+    };
+    mark_above(1);
+    FlatChart chart = cut_open(surface_, triangles_of(patches_, one.path[at]), borders_.glued(),
+                               scratch.local, scratch.other);
+    mark_above(0);
     const bool done = chart.source.size() == 1    ? (lay_flat(chart, surface_), true)
                       : lay_flat(chart, surface_) ? within(chart, limits_)
                                                   : relax_from_circle(chart, limits_);
     if (!done) {
-      one.fails = at;
+      one.fails = static_cast<int>(at);
       return;
     }
-    one.fits = at;
+    one.fits = static_cast<int>(at);
     one.chart = std::move(chart);
   }
 
@@ -160,6 +201,7 @@ class PatchLayer {
   const ChartLimits& limits_;
   ChartBorders& borders_;
   std::vector<std::uint32_t> sizes_;  ///< Triangles of each patch.
+  ScratchPool scratches_;
 };
 
 /// Patches of triangles whose guide normals agree; those that cannot be laid flat within the limits are taken
@@ -229,12 +271,12 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
 /// Two charts as one, laid edge to edge. \param joint  half-edges to glue
 FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
                std::span<const std::uint32_t> joint, const FlatChart& a, const FlatChart& b,
-               std::vector<std::uint32_t>& local) {
+               CutScratch& scratch) {
   std::vector<std::uint32_t> triangles = a.source;
   triangles.insert(triangles.end(), b.source.begin(), b.source.end());
-  std::vector<std::uint8_t> glued = borders.glued();
-  for (const std::uint32_t h : joint) glued[h] = glued[surface.mate[h]] = 1;
-  FlatChart joined = cut_open(surface, triangles, glued, local);
+  scratch.mark(surface, joint, 1);
+  FlatChart joined = cut_open(surface, triangles, borders.glued(), scratch.local, scratch.other);
+  scratch.mark(surface, joint, 0);
   lay_edge_to_edge(joined, a, b);
   return joined;
 }
@@ -310,8 +352,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
     patch.border = borders.trace(patch.open);
     merger.add(std::move(patch));
   }
-  std::array<std::vector<std::uint32_t>, kTogether> locals;
-  for (auto& local : locals) local.resize(surface.triangles.size());
+  ScratchPool scratches(surface);
   const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
     std::array<FlatChart, kTogether> laid;
     // The largest first, so that none is left for the end.
@@ -325,13 +366,15 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
     std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(joined.size()),
                      [&](std::size_t p, std::size_t q) { return sizes[p] > sizes[q]; });
     const auto lay = [&](std::size_t begin, std::size_t end) {
+      std::unique_ptr<CutScratch> scratch = scratches.take();
       for (std::size_t n = begin; n < end; ++n) {
         const std::size_t i = order[n];
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
-        laid[i] = join(surface, borders, joined[i].glued, a, b, locals[i]);
+        laid[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
         const auto gains = [&] { return worth(joined[i].glued, a, b, laid[i]); };
         accepted[i] = gains() && lay_joined(laid[i], limits) && gains() ? 1 : 0;
       }
+      scratches.give_back(std::move(scratch));
     };
     parallel_for(joined.size(), 1, lay, triangles < kWorthThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {

@@ -39,6 +39,8 @@ class ChartMerger {
   std::uint32_t add(ChartPatch patch) {
     patches_.push_back(std::move(patch));
     root_.push_back(static_cast<std::uint32_t>(root_.size()));
+    waiting_.emplace_back();
+    place_.push_back(kNoIndex);
     return root_.back();
   }
   void own(std::uint32_t triangle, std::uint32_t patch) { owner_[triangle] = patch; }
@@ -67,7 +69,10 @@ class ChartMerger {
         }
         if (width > 1) glue(joined[i]);
         const auto [a, b] = joined[i].parts;
-        patches_[a].alive = patches_[b].alive = false;
+        for (const std::uint32_t part : {a, b}) {
+          patches_[part].alive = false;
+          waiting_[part] = {};
+        }
         const std::uint32_t id = add(std::move(joined[i]));
         root_[a] = root_[b] = id;
         propose(id, false, fits);
@@ -79,6 +84,7 @@ class ChartMerger {
   struct Pair {
     double cost = 0;
     std::uint32_t a = 0, b = 0, half_edge = 0;
+    std::uint32_t from = 0;                    ///< Which of the two queued it.
     bool operator<(const Pair& other) const {  // The cheapest on top.
       return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
     }
@@ -90,6 +96,7 @@ class ChartMerger {
     while (joined.size() < width && !queue_.empty()) {
       const Pair pair = queue_.top();
       queue_.pop();
+      queue_next(pair.from);
       const ChartPatch &a = patches_[pair.a], &b = patches_[pair.b];
       if (!a.alive || !b.alive) continue;
       ChartPatch patch;
@@ -120,6 +127,20 @@ class ChartMerger {
     return p;
   }
 
+  /// Queues the cheapest pair that a patch has waiting. Most of the others are never needed: they wait apart,
+  /// since a queue of all would be many times as long.
+  void queue_next(std::uint32_t p) {
+    std::vector<Pair>& waiting = waiting_[p];
+    while (!waiting.empty()) {
+      std::pop_heap(waiting.begin(), waiting.end());
+      const Pair pair = waiting.back();
+      waiting.pop_back();
+      if (!patches_[pair.a].alive || !patches_[pair.b].alive) continue;
+      queue_.push(pair);
+      return;
+    }
+  }
+
   /// Queues a patch with each of its neighbours, over the longest run they share.
   template <typename Fits>
   void propose(std::uint32_t p, bool later_only, const Fits& fits) {
@@ -129,12 +150,12 @@ class ChartMerger {
     const auto look = [&](std::uint32_t half_edge) {
       const ChartBorders::Run run = borders_.run_through(half_edge);
       const std::uint32_t other = owner(surface_.mate[half_edge]);
-      for (auto& [neighbour, longest] : best) {
-        if (neighbour != other) continue;
-        if (run.length > longest.length) longest = run;
-        return;
+      if (place_[other] == kNoIndex) {
+        place_[other] = static_cast<std::uint32_t>(best.size());
+        best.push_back({other, run});
+      } else if (run.length > best[place_[other]].second.length) {
+        best[place_[other]].second = run;
       }
-      best.push_back({other, run});
     };
     bool any = false;
     std::uint32_t last_shared = kNoIndex;
@@ -151,7 +172,9 @@ class ChartMerger {
     } while (h != open);
     if (!any && last_shared != kNoIndex) look(last_shared);
     const ChartPatch& patch = patches_[p];
+    std::vector<Pair>& waiting = waiting_[p];
     for (const auto& [other, run] : best) {
+      place_[other] = kNoIndex;
       if (later_only && other < p) continue;
       const ChartPatch& neighbour = patches_[other];
       const double area = patch.area + neighbour.area;
@@ -161,15 +184,19 @@ class ChartMerger {
                           variance(neighbour.area, neighbour.normal);
       const double cost =
           (std::max(rise, 0.0) + kSmallPull * std::min(patch.area, neighbour.area)) / run.length;
-      queue_.push({cost, std::min(p, other), std::max(p, other), run.first});
+      waiting.push_back({cost, std::min(p, other), std::max(p, other), run.first, p});
     }
+    std::make_heap(waiting.begin(), waiting.end());
+    queue_next(p);
   }
 
   const ChartSurface& surface_;
   ChartBorders& borders_;
   std::vector<std::uint32_t> owner_, root_;
   std::vector<ChartPatch> patches_;
-  std::priority_queue<Pair> queue_;
+  std::priority_queue<Pair> queue_;         ///< Of each patch, the cheapest pair.
+  std::vector<std::vector<Pair>> waiting_;  ///< Heaps of the other pairs that a patch has queued.
+  std::vector<std::uint32_t> place_;        ///< Scratch of propose(): of each patch, or kNoIndex.
 };
 
 }  // namespace kiln

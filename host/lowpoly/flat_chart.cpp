@@ -54,15 +54,21 @@ RestShape rest_shape(const std::array<FlatPoint, 3>& p) {
   return rest;
 }
 
+/// Which half-edges are glued, see cut_open().
+struct GluedEdges {
+  std::span<const std::uint8_t> glued, other;
+  bool operator[](std::uint32_t h) const { return glued[h] != (other.empty() ? 0 : other[h]); }
+};
+
 /// The border's half-edges in order: round every vertex, over glued edges, to the next open one.
-std::vector<std::uint32_t> border_of(const ChartSurface& surface,
-                                     std::span<const std::uint8_t> glued, std::uint32_t first) {
+std::vector<std::uint32_t> border_of(const ChartSurface& surface, const GluedEdges& glued,
+                                     std::uint32_t first) {
   std::vector<std::uint32_t> border;
   std::uint32_t h = first;
   do {
     border.push_back(h);
     h = next_half_edge(h);
-    while (glued[h] != 0) h = next_half_edge(surface.mate[h]);
+    while (glued[h]) h = next_half_edge(surface.mate[h]);
   } while (h != first);
   return border;
 }
@@ -87,7 +93,9 @@ double length_of(const FlatChart& chart) {
 }  // namespace
 
 FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
-                   std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local) {
+                   std::span<const std::uint8_t> glued_by, std::vector<std::uint32_t>& local,
+                   std::span<const std::uint8_t> other_by) {
+  const GluedEdges glued{glued_by, other_by};
   FlatChart chart;
   chart.source.assign(triangles.begin(), triangles.end());
   const auto count = static_cast<std::uint32_t>(triangles.size());
@@ -106,7 +114,7 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
   for (std::uint32_t i = 0; i < count; ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t h = 3 * triangles[i] + k;
-      if (glued[h] == 0) {
+      if (!glued[h]) {
         if (open == kNoIndex) open = h;
         continue;
       }
@@ -128,6 +136,7 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     chart.triangles[c / 3][c % 3] = number[r];
   }
   double area = 0, bend = 0, squared = 0;
+  chart.rest.reserve(count);
   for (const std::uint32_t t : triangles) {
     chart.rest.push_back(rest_shape(rest_points(surface, t)));
     area += surface.area[t];

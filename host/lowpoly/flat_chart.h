@@ -61,8 +61,10 @@ struct ChartLimits {
 /// Cuts a chart open: corners are one vertex where glued half-edges connect them.
 /// \param glued  per half-edge of the surface, whether its two triangles are joined there
 /// \param local  scratch, one entry a triangle of the surface; any contents
+/// \param other  per half-edge, 1 where it counts as the opposite of `glued`; or empty
 FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
-                   std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local);
+                   std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local,
+                   std::span<const std::uint8_t> other = {});
 
 /// Lays the chart on the plane across its mean normal.
 void project(FlatChart& chart, const ChartSurface& surface);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <tuple>
@@ -24,18 +26,31 @@ constexpr double kFirstShare = 0.75, kStep = 1.006, kLeastStep = 1.003;
 /// Outlines change places that differ in size by this share.
 constexpr double kMix = 0.3;
 constexpr int kMostStarts = 24;
+/// Of more outlines than this, the first share is such that widened outlines fill so much of the square; each loses
+/// so many cells all around. Steps to other shares, and when that ends.
+constexpr std::uint32_t kThousand = 1000;
+constexpr double kLikelyFill = 0.8, kLostCells = 0.5, kFarStep = 1.03, kNearStep = 1.012;
 /// Above a step, packing goes on after so many rounds in vain by a smaller one.
 constexpr std::uint32_t kPatience = 3;
 
 class ManyPacking {
  public:
   ManyPacking(std::span<const Outline> outlines, std::uint32_t size, double padding, int threads)
-      : sheets_(outlines, size, padding), size_(size), cells_(kCells), threads_(threads) {}
+      : sheets_(outlines, size, padding),
+        size_(size),
+        cells_(kCells),
+        margin_(0.5 * padding * kCells / size),
+        threads_(threads) {}
 
   OutlinePacking run() {
-    begin();
-    if (share_ == 0) return {};
     const auto count = static_cast<std::uint32_t>(sheets_.outlines().size());
+    const double likely = count > kThousand ? likely_share() : 0;
+    if (likely > 0) {
+      begin_near(likely);
+    } else {
+      begin();
+    }
+    if (share_ == 0) return {};
     const std::uint32_t rounds = std::clamp(kRounds / count, kLeastRounds, kMostRounds);
     double step = kStep;
     std::uint32_t waited = 0;
@@ -76,23 +91,69 @@ class ManyPacking {
     return plan;
   }
 
+  /// A share that may just fit, of outlines that are small beside the padding: what they cover with it.
+  double likely_share() const {
+    double length = 0, rings = 0;
+    for (const Outline& outline : sheets_.outlines()) {
+      for (const auto& ring : outline.rings) {
+        rings += 1;
+        for (std::size_t i = 0; i < ring.size(); ++i) {
+          const FlatPoint side = ring[(i + 1) % ring.size()] - ring[i];
+          length += std::sqrt(dot(side, side));
+        }
+      }
+    }
+    // Of a widened outline: area, a strip along its length, and a disc.
+    const double margin = margin_ + kLostCells;
+    const double strip = 0.5 * margin * length / sheets_.area();
+    const double room = kLikelyFill * cells_ * cells_ - std::numbers::pi * margin * margin * rings;
+    if (room <= 0) return 0;
+    const double scale = std::sqrt(strip * strip + room / sheets_.area()) - strip;
+    return sheets_.area() * scale * scale / (1.0 * cells_ * cells_);
+  }
+
+  /// As begin(), of so many outlines that each order takes long. What does not fit ends at once.
+  void begin_near(double share) {
+    double fails = 1;
+    for (int i = 0; i < kMostStarts && share > 0; ++i) {
+      draw(share);
+      PackOrder plan = by_size(true);
+      Packed packed = sheets_.pack(sheet_, plan, 0);
+      if (packed.refused.empty()) {
+        const double rows = static_cast<double>(packed.height) / cells_;
+        keep(share, plan, packed);
+        share = std::min(share / rows * kFarStep, 0.5 * (share + fails));
+      } else {
+        fails = share;
+        share = share_ > 0 ? 0.5 * (share_ + fails) : share / kFarStep;
+      }
+      if (share_ > 0 && fails < share_ * kNearStep) break;
+    }
+    current_ = best_;
+  }
+
+  void keep(double share, PackOrder& plan, Packed& packed) {
+    share_ = share;
+    order_ = std::move(plan);
+    best_ = std::move(packed);
+  }
+
   /// The largest share, or nearly, at which an order by size fits.
   void begin() {
     double share = kFirstShare, fails = 1;
     for (int i = 0; i < kMostStarts && share > 0; ++i) {
       draw(share);
       PackOrder plan = by_size(true);
-      Packed packed = sheets_.pack(sheet_, plan);
+      // Where one is known to fit, what is left out does not matter.
+      Packed packed = sheets_.pack(sheet_, plan, share_ > 0 ? 0 : sheets_.area());
       const double left_out = packed.left_out / sheets_.area();
       if (left_out > 0) {
         fails = share;
         const double less = share * std::clamp(1 - left_out, 0.5, 0.99);
         share = share_ > 0 ? 0.5 * (share_ + fails) : less;
       } else {
-        share_ = share;
-        order_ = std::move(plan);
         const double rows = static_cast<double>(packed.height) / cells_;
-        best_ = std::move(packed);
+        keep(share, plan, packed);
         share = std::min(share / rows, 0.5 * (share + fails));
       }
       if (share_ > 0 && (share < share_ * kStep || fails < share_ * kStep)) break;
@@ -133,18 +194,32 @@ class ManyPacking {
   bool improve(std::uint32_t round) {
     std::array<PackOrder, kTogether> plans;
     std::array<Packed, kTogether> results;
+    // What leaves out more is not taken.
+    const double most = current_.refused.empty() ? sheets_.area() : current_.left_out;
+    // Of very many outlines the first order that fits is taken. What comes after it does not matter, whether it was
+    // packed or not.
+    const bool is_first_enough = sheets_.outlines().size() > kThousand;
+    std::atomic<std::size_t> first{kTogether};
     const auto body = [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
+        if (is_first_enough && i > first) continue;
         plans[i] = changed(round, static_cast<std::uint32_t>(i));
-        results[i] = sheets_.pack(sheet_, plans[i]);
+        results[i] = sheets_.pack(sheet_, plans[i], most);
+        if (!results[i].refused.empty()) continue;
+        for (std::size_t now = first; i < now && !first.compare_exchange_weak(now, i);) {
+        }
       }
     };
     parallel_for(kTogether, 1, body, threads_);
     std::size_t best = 0;
-    for (std::size_t i = 1; i < kTogether; ++i) {
-      if (std::tie(results[i].left_out, results[i].weight) <
-          std::tie(results[best].left_out, results[best].weight))
-        best = i;
+    if (is_first_enough && first < kTogether) {
+      best = first;
+    } else {
+      for (std::size_t i = 1; i < kTogether; ++i) {
+        if (std::tie(results[i].left_out, results[i].weight) <
+            std::tie(results[best].left_out, results[best].weight))
+          best = i;
+      }
     }
     if (results[best].refused.empty()) {
       share_ = drawn_share_;
@@ -161,6 +236,7 @@ class ManyPacking {
 
   ChartSheets sheets_;
   std::uint32_t size_, cells_;
+  double margin_;  ///< Cells that outlines are widened by.
   int threads_;
   double share_ = 0;  ///< Of the square: what fits.
   Packed best_;       ///< And how.

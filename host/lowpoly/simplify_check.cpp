@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -84,18 +85,18 @@ std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
   return found;
 }
 
-/// Cells of a grid over [-1, 1]^3 that a box touches.
+/// Cells of a grid over [-1, 1]^3 that a box touches, as runs along x: of each the first cell and their count.
+/// \param body  \returns whether to go on
 template <class Body>
-void each_cell(const Vec3d& low, const Vec3d& high, const Body& body) {
+void each_run(const Vec3d& low, const Vec3d& high, const Body& body) {
   const auto at = [](double x) {
-    return std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1);
+    return static_cast<std::size_t>(
+        std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1));
   };
-  for (int z = at(low.z); z <= at(high.z); ++z) {
-    for (int y = at(low.y); y <= at(high.y); ++y) {
-      for (int x = at(low.x); x <= at(high.x); ++x) {
-        body((static_cast<std::size_t>(z) * kCells + static_cast<std::size_t>(y)) * kCells +
-             static_cast<std::size_t>(x));
-      }
+  const std::size_t first = at(low.x), count = at(high.x) - first + 1;
+  for (std::size_t z = at(low.z); z <= at(high.z); ++z) {
+    for (std::size_t y = at(low.y); y <= at(high.y); ++y) {
+      if (!body((z * kCells + y) * kCells + first, count)) return;
     }
   }
 }
@@ -123,7 +124,10 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
     for (auto* cells : {&needed, &marked}) {
       const double wide = cells == &needed ? reach : reach + kSpare;
       const Vec3d margin{wide, wide, wide};
-      each_cell(low - margin, high + margin, [&](std::size_t cell) { (*cells)[cell] = 1; });
+      each_run(low - margin, high + margin, [&](std::size_t first, std::size_t count) {
+        std::memset(cells->data() + first, 1, count);
+        return true;
+      });
     }
   }
   const bool known =
@@ -136,7 +140,10 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles_[i];
       bounds({Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]), Vec3d(positions_[t[2]])}, from, to);
-      each_cell(from, to, [&](std::size_t cell) { is_near[i] = is_near[i] | marked[cell]; });
+      each_run(from, to, [&](std::size_t first, std::size_t count) {
+        is_near[i] = std::memchr(marked.data() + first, 1, count) != nullptr;
+        return is_near[i] == 0;
+      });
     }
   });
   near_.clear();

@@ -54,7 +54,7 @@ Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report
 }
 
 Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetail* detail,
-                UnwrapReport* report) {
+                UnwrapReport* report, KnownCharts* known) {
   const auto start = std::chrono::steady_clock::now();
   check(mesh, options);
   const bool charts = options.method == UnwrapMethod::charts;
@@ -77,7 +77,7 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
   if (report != nullptr) *report = {};
   const std::optional<TexelDetail> own = detail == nullptr ? detail_of(options) : std::nullopt;
   if (own) detail = &*own;
-  Mesh result = charts ? unwrap_charts(mesh, options, report, 0, detail)
+  Mesh result = charts ? unwrap_charts(mesh, options, report, 0, detail, known)
                        : unwrap_pairs(mesh, options, shapes, report);
   if (report == nullptr) return result;
   if (degenerate != 0) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -59,17 +60,15 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lon
   return surface;
 }
 
-/// What follows the choice of charts: triangles by themselves, and a last relaxation.
-void finish_charts(const ChartSurface& surface, const UnwrapOptions& options,
-                   const std::vector<std::uint8_t>& lone, ChosenCharts& chosen, int threads) {
+/// Lays triangles by themselves, which have the size of a texel.
+void lay_lone(const ChartSurface& surface, const UnwrapOptions& options,
+              const std::vector<std::uint8_t>& lone, ChosenCharts& chosen) {
   const double texel = std::sqrt(surface.total_area) / options.size;
-  std::vector<FlatChart>& charts = chosen.charts;
   std::vector<std::uint32_t> local(surface.triangles.size());
-  for (FlatChart& chart : charts) {
+  for (FlatChart& chart : chosen.charts) {
     if (lone[chart.source[0]] != 0)
       chart = lone_chart(surface, chosen.borders, chart.source[0], texel, local);
   }
-  relax_charts(charts, threads);
 }
 
 struct Layout {
@@ -333,14 +332,27 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
 
 }  // namespace
 
+struct KnownCharts::State {
+  std::unique_ptr<ChartSurface> surface;
+  std::optional<ChosenCharts> chosen;  ///< Relaxed, not yet at their places.
+};
+
+KnownCharts::KnownCharts() : state_(std::make_unique<State>()) {}
+KnownCharts::~KnownCharts() = default;
+
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
-                   int threads, const TexelDetail* detail) {
+                   int threads, const TexelDetail* detail, KnownCharts* kept) {
+  KnownCharts own;
+  KnownCharts::State& known = kept != nullptr ? kept->state() : own.state();
   std::vector<std::uint8_t> lone(mesh.triangles.size(), 0);
   // Each round sets at least one more triangle apart, and one by itself always has a place.
   for (;;) {
-    const ChartSurface surface = make_surface(mesh, lone);
-    ChosenCharts made = choose_charts(surface, options, threads);
-    finish_charts(surface, options, lone, made, threads);
+    if (!known.chosen) known.surface = std::make_unique<ChartSurface>(make_surface(mesh, lone));
+    const ChartSurface& surface = *known.surface;
+    ChosenCharts made = known.chosen ? *known.chosen : choose_charts(surface, options, threads);
+    if (!known.chosen) relax_charts(made.charts, threads);
+    if (kept != nullptr && !known.chosen && made.any_size) known.chosen.emplace(made);
+    lay_lone(surface, options, lone, made);
     std::vector<FlatChart>& charts = made.charts;
     Layout layout = pack(charts, made.packed ? &*made.packed : nullptr, options, threads);
     if (detail != nullptr) follow_detail(surface, mesh, *detail, options, made, layout, threads);
@@ -352,7 +364,12 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
       rounded.mark(lone);
       failed = true;
     }
-    if (failed) continue;
+    if (failed) {
+      known.chosen.reset();
+      continue;
+    }
+    // Of other triangles by themselves, charts may be others.
+    if (std::find(lone.begin(), lone.end(), 1) != lone.end()) known.chosen.reset();
     if (report != nullptr) describe(surface, charts, layout.padding, options, *report);
     return write(mesh, surface, charts);
   }

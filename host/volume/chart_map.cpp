@@ -173,13 +173,13 @@ void gather_rows(const std::vector<Placed>& placed, const PolygonTexels& polygon
 }  // namespace
 
 ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std::uint32_t size,
-                           std::uint32_t border, const TexelDetail* detail) {
+                           std::uint32_t border, const TexelDetail* detail, KnownCharts* known) {
   UnwrapOptions options;
   options.method = UnwrapMethod::charts;
   options.size = size;
   options.border_texels = std::min(2 * border, size / 4);
   ChartLayout layout;
-  layout.mesh = unwrap_for(polygon_mesh(light, volume), options, detail, &layout.unwrapped);
+  layout.mesh = unwrap_for(polygon_mesh(light, volume), options, detail, &layout.unwrapped, known);
   layout.texels_per_unit = size * std::sqrt(layout.unwrapped.coverage / area_of(light));
   return layout;
 }
@@ -192,11 +192,12 @@ ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
     return kStep * std::max(1U, static_cast<std::uint32_t>(steps));
   };
   size = size_for(texels_per_unit * std::sqrt(area_of(light) / kExpectedCoverage));
-  ChartLayout layout = lay_out_charts(light, volume, size, border, detail);
+  KnownCharts known;
+  ChartLayout layout = lay_out_charts(light, volume, size, border, detail, &known);
   const double reached = layout.texels_per_unit / texels_per_unit;
   if (reached > kNearlyAsDense || size == kLargest) return layout;
   size = size_for(size / reached);
-  return lay_out_charts(light, volume, size, border, detail);
+  return lay_out_charts(light, volume, size, border, detail, &known);
 }
 
 Image chart_map(cl::Context& context, const FineSurface& surface, const LightSurface& light,

@@ -5,6 +5,7 @@
 #include "kiln/contour.h"
 #include "kiln/lowpoly.h"
 #include "lowpoly/texel_detail.h"
+#include "lowpoly/unwrap_charts.h"
 #include "volume/fine_surface.h"
 #include "volume/light_surface.h"
 
@@ -19,9 +20,11 @@ struct ChartLayout {
 
 /// \param border  texels around each chart
 /// \param detail  for texels by it; null: by area
+/// \param known   see unwrap_for()
 /// \throws Error(input) where the charts are too many for the size
 ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std::uint32_t size,
-                           std::uint32_t border, const TexelDetail* detail = nullptr);
+                           std::uint32_t border, const TexelDetail* detail = nullptr,
+                           KnownCharts* known = nullptr);
 
 /// The same with a map, a multiple of 16 texels, that is about large enough for a density; at most 8192.
 /// \param size  [out]

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/counted.h"
+#include "base/heartbeat.h"
 #include "base/memory.h"
 #include "mesh/charts.h"
 #include "volume/atlas.h"
@@ -251,6 +252,7 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   ExtractResult result;
   ExtractReport& report = result.report;
   report.contour = contour;
+  Heartbeat::at(0, "simplifying");
   report.warnings = contour.warnings;
   LightSurface light = choose_surface(surface, tree, volume, options, report.used);
   if (light.polygons.empty()) {
@@ -266,6 +268,7 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   ExtractOptions sized = options;
   const double spacing = spacing_of(volume);
   if (options.unwrap == UnwrapMethod::charts) {
+    Heartbeat::at(0, "growing charts on " + counted(light.polygons.size(), "polygon"));
     std::optional<TexelDetail> detail;
     if (options.density == TexelDensity::detail) detail.emplace(fine_mesh(surface, volume));
     const TexelDetail* by = detail ? &*detail : nullptr;
@@ -277,6 +280,7 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
     require_map(kCharts, light, volume, sized.size);
     describe_charts(layout, volume, report);
     report.seconds_atlas = lap();
+    Heartbeat::at(0, "making the map");
     result.normal_map =
         chart_map(context, surface, light, volume, layout, spacing, sized, report.splatted_texels);
     result.mesh = std::move(layout.mesh);
@@ -300,6 +304,7 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
   check_extract_options(options);
   const auto start = std::chrono::steady_clock::now();
   ContourReport contour;
+  Heartbeat::at(0, "contouring");
   const FineSurface surface =
       fine_surface(context_of(device), volume, options.contour, true, contour);
   const auto contoured = std::chrono::steady_clock::now();

@@ -8,6 +8,8 @@
 #include "lowpoly/box_packing.h"
 #include "lowpoly/charts_check.h"
 #include "lowpoly/many_packing.h"
+#include "lowpoly/unwrap_charts.h"
+#include "support/shapes.h"
 
 namespace kiln {
 namespace {
@@ -32,27 +34,33 @@ std::vector<Outline> random_triangles(std::size_t count) {
 }
 
 TEST(ManyCharts, AreDenserThanTheirBoxes) {
-  const std::vector<Outline> outlines = random_triangles(400);
-  const OutlinePacking many = pack_many(outlines, 1024, 4), boxes = pack_boxes(outlines, 1024, 4);
-  EXPECT_GT(many.scale, 1.1 * boxes.scale);
-}
-
-TEST(ManyCharts, ThreadsChangeNothing) {
-  const std::vector<Outline> outlines = random_triangles(150);
-  const OutlinePacking one = pack_many(outlines, 512, 2, 1), two = pack_many(outlines, 512, 2, 2);
-  EXPECT_EQ(one.scale, two.scale);
-  ASSERT_EQ(one.places.size(), two.places.size());
-  for (std::size_t i = 0; i < one.places.size(); ++i) {
-    EXPECT_EQ(one.places[i].shift.x, two.places[i].shift.x);
-    EXPECT_EQ(one.places[i].shift.y, two.places[i].shift.y);
+  for (const std::size_t count : {400, 1100}) {
+    const std::vector<Outline> outlines = random_triangles(count);
+    const OutlinePacking many = pack_many(outlines, 1024, 4), boxes = pack_boxes(outlines, 1024, 4);
+    EXPECT_GT(many.scale, 1.1 * boxes.scale) << count;
   }
 }
 
-TEST(ManyCharts, ScrapsKeepTheirDistance) {
+TEST(ManyCharts, ThreadsChangeNothing) {
+  for (const std::size_t count : {150, 1100}) {
+    const std::vector<Outline> outlines = random_triangles(count);
+    const OutlinePacking one = pack_many(outlines, 512, 2, 1);
+    const OutlinePacking more = pack_many(outlines, 512, 2, 3);
+    EXPECT_EQ(one.scale, more.scale);
+    ASSERT_EQ(one.places.size(), more.places.size());
+    for (std::size_t i = 0; i < one.places.size(); ++i) {
+      EXPECT_EQ(one.places[i].shift.x, more.places[i].shift.x);
+      EXPECT_EQ(one.places[i].shift.y, more.places[i].shift.y);
+    }
+  }
+}
+
+/// Single triangles, none beside another.
+Mesh scraps(std::uint32_t count) {
   Mesh mesh;
   mesh.name = "scraps";
   std::mt19937 random(7);
-  for (std::uint32_t i = 0; i < 300; ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     const auto at = static_cast<std::uint32_t>(mesh.positions.size());
     for (int k = 0; k < 3; ++k) {
       mesh.positions.push_back({static_cast<float>(share(random)),
@@ -60,10 +68,42 @@ TEST(ManyCharts, ScrapsKeepTheirDistance) {
     }
     mesh.triangles.push_back({at, at + 1, at + 2});
   }
+  return mesh;
+}
+
+TEST(ManyCharts, ScrapsKeepTheirDistance) {
   UnwrapReport report;
-  const LayoutFacts facts = check_charts(mesh, {.size = 1024, .border_texels = 4}, report);
-  EXPECT_EQ(facts.charts, 300u);
-  EXPECT_GT(facts.coverage, 0.6);
+  const LayoutFacts few = check_charts(scraps(300), {.size = 1024, .border_texels = 4}, report);
+  EXPECT_EQ(few.charts, 300u);
+  EXPECT_GT(few.coverage, 0.6);
+  const LayoutFacts many = check_charts(scraps(1100), {.size = 1024, .border_texels = 2}, report);
+  EXPECT_EQ(many.charts, 1100u);
+  EXPECT_GT(many.coverage, 0.6);
+}
+
+TEST(ManyCharts, KnownOnesOfAnotherSizeChangeNothing) {
+  // Of the first the size does not matter to the charts; of the second it may.
+  Mesh parts;
+  parts.name = "parts";
+  for (std::uint32_t i = 0; i < 80; ++i) {
+    const std::uint32_t at = 4 * i;
+    const auto z = static_cast<float>(i);
+    for (const Vec3& p : {Vec3{0, 0, z}, Vec3{1, 0, z}, Vec3{0, 1, z}, Vec3{0, 0, z + 0.7F}})
+      parts.positions.push_back(p);
+    for (const Triangle& t :
+         {Triangle{0, 2, 1}, Triangle{0, 1, 3}, Triangle{1, 2, 3}, Triangle{0, 3, 2}})
+      parts.triangles.push_back({at + t[0], at + t[1], at + t[2]});
+  }
+  for (const Mesh& mesh : {parts, test::torus(24, 12)}) {
+    KnownCharts known;
+    for (const UnwrapOptions& options : {UnwrapOptions{.size = 512, .border_texels = 2},
+                                         UnwrapOptions{.size = 256, .border_texels = 4}}) {
+      const Mesh fresh = unwrap_charts(mesh, options, nullptr);
+      const Mesh again = unwrap_charts(mesh, options, nullptr, 0, nullptr, &known);
+      EXPECT_EQ(again.uvs, fresh.uvs) << mesh.name << options.size;
+      EXPECT_EQ(again.uv_triangles, fresh.uv_triangles) << mesh.name << options.size;
+    }
+  }
 }
 
 TEST(ManyCharts, SheetsThatCrossGoOn) {

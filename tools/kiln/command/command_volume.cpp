@@ -203,7 +203,8 @@ int run_volume(const VolumeArguments& a) {
   const Volume volume = read_volume(a.volume, a.surface, warnings);
   const double load_seconds = watch.lap();
   if (!console.progress(0.2, "contouring")) return kExitCancelled;
-  ExtractResult result = extract(device, volume, options);
+  ExtractResult result =  // With its stages told.
+      (ProgressScope(console.stages_at(0.2)), extract(device, volume, options));
   result.mesh.name = stem;
   watch.lap();
   std::optional<Baked> baked;

@@ -22,6 +22,10 @@ class Console {
 
   /// Shows that `share` of the whole work is done. \returns false where the user interrupted
   bool progress(double share, std::string_view stage);
+  /// A callback that shows a call's stages, all at one share.
+  Progress stages_at(double share) {
+    return [this, share](double, std::string_view stage) { return progress(share, stage); };
+  }
   /// A line of result.
   void line(const std::string& text);
   /// A warning, with flags for the library's parameters.
