@@ -202,9 +202,9 @@ int run_volume(const VolumeArguments& a) {
   if (!console.progress(0, "reading " + a.volume)) return kExitCancelled;
   const Volume volume = read_volume(a.volume, a.surface, warnings);
   const double load_seconds = watch.lap();
-  if (!console.progress(0.2, "contouring")) return kExitCancelled;
-  ExtractResult result =  // With its stages told.
-      (ProgressScope(console.stages_at(0.2)), extract(device, volume, options));
+  std::optional<ProgressScope> stages(console.stages_at(0.2));
+  ExtractResult result = extract(device, volume, options);
+  stages.reset();
   result.mesh.name = stem;
   watch.lap();
   std::optional<Baked> baked;
