@@ -23,8 +23,8 @@ namespace kiln {
 
 /// Reduces a triangle mesh step by step. The edge whose collapse costs least goes first, to the point
 /// that its quadric calls best (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error
-/// Metrics"). Planes hold open borders in place (section 6). Without a rule, it costs distances, not
-/// their squares, and quadrics are made anew whenever half of the triangles are gone.
+/// Metrics"). Planes hold open borders in place (section 6). Without a rule, a step costs what
+/// it adds to distances, not to their squares. Quadrics are made anew whenever half of the triangles are gone then.
 ///
 /// Kept at every step: the topology (link condition; borders do not pinch, components do not vanish).
 /// Triangles do not turn over, fold onto a neighbour or lose their area. Unless that costs several times

@@ -16,9 +16,9 @@ namespace {
 /// Triangles of a piece, at least. What a piece needs then stays in a processor's cache for the most part.
 constexpr std::size_t kPiece = 16'000;
 /// What collapses may cost at first and at last: from below what rounding costs to all.
-constexpr double kFirstCost = 1e-18, kLastCost = 1;
-/// By how many times it grows. Costs are distance times area: a third of the triangles goes in this step, or less.
-constexpr double kGrowth = 1.6;
+constexpr double kFirstCost = 1e-16, kLastCost = 1;
+/// By how many times it grows. Costs are distance times area: a step takes a third of the triangles, or less.
+constexpr double kGrowth = 2;
 
 /// How often what collapses may cost grows before triangles are counted again: a piece is worked on for a while, but
 /// not past the goal. \param over  triangles, times the goal
