@@ -10,13 +10,15 @@
 namespace kiln {
 namespace {
 
-/// Share of the edge length that counts as squared deviation: where the surface is flat, short edges go first and
-/// triangles stay even. More than single precision loses, yet so little that no face stays there that curved places
-/// need. By the square of the length, 1e-8 was too much for long edges.
-constexpr double kLengthWeight = 1e-12;
+/// Share of the edge length that counts as deviation: where the surface is flat, short edges go first and triangles
+/// stay even. So little that no face stays there that curved places need.
+constexpr double kLengthWeight = 1e-7;
+/// Under a rule: the same of squared deviation, more than single precision loses. By the square of the length, 1e-8 was
+/// too much for long edges.
+constexpr double kLengthWeightOfSquares = 1e-12;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
 /// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
-constexpr double kPenalty = 6;
+constexpr double kPenalty = 1.5, kPenaltyOfSquares = 6;
 constexpr double kStale = 1.01;  ///< At a hub, costs may be out of date by this share.
 /// What was refused is tried again while a round takes at least one step in so many triangles, or a few rounds more.
 constexpr std::size_t kWorthAnother = 64, kMostPoorRounds = 4;
@@ -32,13 +34,16 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule, Snap snap,
       quadrics_(mesh.points.size()),
       stamps_(mesh.points.size(), 0),
       fixed_(std::move(fixed)),
-      border_(mesh.points.size(), 0) {
+      border_(mesh.points.size(), 0),
+      penalty_(rule == nullptr ? kPenalty : kPenaltyOfSquares) {
   build_quadrics();
   if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
   fill_queue();
 }
 
 /// Where an edge would go, and at what cost. A hub stays: moving it would move all that is around it.
+/// A step costs what the surface is farther off by it, distance times weight: pictures show a deviation by its size,
+/// not by its square. Under a rule, whose planes weigh against squares, it costs these, as Garland and Heckbert have it.
 EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) const {
   Step step;
   step.sum = quadrics_[a];
@@ -55,8 +60,14 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
     step.target = hub_a ? pa : hub_b ? pb : step.sum.best_near(pa, pb);
   }
   step.allowed = true;
-  const Vec3d edge = pb - pa;
-  step.cost = step.sum.at(step.target) + kLengthWeight * length(edge) * step.sum.area;
+  const double size = length(pb - pa);
+  if (rule_ != nullptr) {
+    step.cost = step.sum.at(step.target) + kLengthWeightOfSquares * size * step.sum.area;
+    return step;
+  }
+  const double already = quadrics_[a].off(pa) + quadrics_[b].off(pb);
+  step.cost =
+      std::max(0.0, step.sum.off(step.target) - already) + kLengthWeight * size * step.sum.area;
   return step;
 }
 
@@ -213,7 +224,7 @@ bool EdgeCollapser::take(const Entry& entry) {
   Step step = step_for(entry.a, entry.b);
   if (!step.allowed) return false;
   if (step.anchor != Anchor::none) {
-    const double cost = step.cost * std::pow(kPenalty, entry.leniency);
+    const double cost = step.cost * std::pow(penalty_, entry.leniency);
     if (cost > kStale * entry.cost) {
       ++mesh_.visits;
       Entry later = entry;
@@ -229,7 +240,7 @@ bool EdgeCollapser::take(const Entry& entry) {
   if (!shapes) {
     if (entry.leniency == CollapseShape::kMostLenient) return false;
     Entry later = entry;
-    later.cost *= kPenalty;
+    later.cost *= penalty_;
     ++later.leniency;
     queue_.push(later);
     return false;
@@ -242,8 +253,8 @@ bool EdgeCollapser::take(const Entry& entry) {
 /// A sum of planes counts most of them twice and thrice, and some of surface that lies elsewhere by now: planes of
 /// the mesh as it is place vertices better (Lindstrom and Turk 1998, "Fast and Memory Efficient Polygonal
 /// Simplification"). At powers of two, so that a way through several numbers of faces is the same as to the last.
-bool EdgeCollapser::renew(double distance) {
-  if (rule_ != nullptr || std::isfinite(distance) || mesh_.faces > next_renewal_) return false;
+bool EdgeCollapser::renew() {
+  if (rule_ != nullptr || mesh_.faces > next_renewal_) return false;
   // Beside a hub most edges wait: to look at all of them again and again would cost too much.
   const auto is_hub = [](std::uint32_t valence) { return valence > CollapseMesh::kMostAround; };
   if (std::any_of(mesh_.valence.begin(), mesh_.valence.end(), is_hub)) {
@@ -275,20 +286,17 @@ void EdgeCollapser::run_cheap(double cost) {
   }
 }
 
-void EdgeCollapser::run(std::size_t faces, double distance) {
+void EdgeCollapser::run(std::size_t faces) {
   constexpr std::size_t kBeat = 1024;
   std::size_t poor = 0, looked = 0;
   while (true) {
     std::size_t taken = 0;
     while (mesh_.all_faces() > faces && queue_.front(stamps_) != nullptr) {
       if (++looked % kBeat == 0) Heartbeat::beat();
-      if (renew(distance)) continue;
+      if (renew()) continue;
       const Entry entry = *queue_.front(stamps_);
-      const bool valid = is_current(entry);
-      const double area = quadrics_[entry.a].area + quadrics_[entry.b].area;
-      if (valid && entry.cost > distance * distance * area) return;
       queue_.pop();
-      if (valid) taken += take(entry);
+      if (is_current(entry)) taken += take(entry);
     }
     if (mesh_.all_faces() <= faces || taken == 0) return;
     if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;

@@ -23,8 +23,8 @@ namespace kiln {
 
 /// Reduces a triangle mesh step by step. The edge whose collapse costs least goes first, to the point
 /// that its quadric calls best (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error
-/// Metrics"). Planes hold open borders in place (section 6). Without a rule or a distance,
-/// quadrics are made anew whenever half of the triangles are gone.
+/// Metrics"). Planes hold open borders in place (section 6). Without a rule, a step costs what
+/// it adds to distances, not to their squares. Quadrics are made anew whenever half of the triangles are gone then.
 ///
 /// Kept at every step: the topology (link condition; borders do not pinch, components do not vanish).
 /// Triangles do not turn over, fold onto a neighbour or lose their area. Unless that costs several times
@@ -59,10 +59,9 @@ class EdgeCollapser {
   /// quadrics anew.
   void relax(Distances which);
 
-  /// Collapses until at most `faces` triangles are left (backs of two-sided ones count), or nothing more is allowed. Ends before a collapse
-  /// that strays from the planes by more than `distance` (root mean square, by its quadric). May be
-  /// called again with lower `faces` or a longer `distance`, and goes on where it stopped.
-  void run(std::size_t faces, double distance = std::numeric_limits<double>::infinity());
+  /// Collapses until at most `faces` triangles are left (backs of two-sided ones count), or nothing more is allowed.
+  /// May be called again with lower `faces`, and goes on where it stopped.
+  void run(std::size_t faces);
 
   /// The planes that a vertex stands for.
   const Quadric& quadric(std::uint32_t vertex) const { return quadrics_[vertex]; }
@@ -88,7 +87,7 @@ class EdgeCollapser {
   void build_quadrics();
   void bound_lines(double bound);
   bool keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const;
-  bool renew(double distance);
+  bool renew();
   bool is_current(const Entry& entry) const {
     return entry.stamp_a == stamps_[entry.a] && entry.stamp_b == stamps_[entry.b];
   }
@@ -123,6 +122,7 @@ class EdgeCollapser {
   std::vector<std::uint32_t> stamps_;
   std::vector<std::uint8_t> fixed_;   ///< May be empty.
   std::vector<std::uint8_t> border_;  ///< Whether a vertex came from one on an open border.
+  double penalty_;  ///< By how many times a step that leaves bad shapes must be cheaper.
   CollapseQueue queue_;
   std::optional<std::vector<std::uint32_t>> deferred_;  ///< Changed vertices whose edges wait.
   std::vector<CollapseMesh::Neighbour> near_a_, near_b_;

@@ -15,10 +15,12 @@ namespace {
 
 /// Triangles of a piece, at least. What a piece needs then stays in a processor's cache for the most part.
 constexpr std::size_t kPiece = 16'000;
-/// What collapses may cost at first and at last, for each area: from below what rounding costs to all.
-constexpr double kFirstCost = 1e-22, kLastCost = 1;
+/// What collapses may cost at first and at last: from below what rounding costs to all.
+constexpr double kFirstCost = 1e-16, kLastCost = 1;
+/// By how many times it grows. Costs are distance times area: a step takes a third of the triangles, or less.
+constexpr double kGrowth = 2;
 
-/// How often what collapses may cost is doubled before triangles are counted again: a piece is worked on for a while, but
+/// How often what collapses may cost grows before triangles are counted again: a piece is worked on for a while, but
 /// not past the goal. \param over  triangles, times the goal
 int steps_to(double over) { return over > 5 ? 4 : over > 2.5 ? 2 : over > 1 ? 1 : 0; }
 
@@ -151,9 +153,9 @@ void collapse_in_pieces(Work& work, std::size_t faces, std::span<const Place> un
     if (steps == 0) break;
     each([&](std::size_t i) {
       double own = cost;
-      for (int step = 0; step < steps; ++step) pieces[i]->collapser().run_cheap(own *= 2);
+      for (int step = 0; step < steps; ++step) pieces[i]->collapser().run_cheap(own *= kGrowth);
     });
-    cost *= std::exp2(steps);
+    cost *= std::pow(kGrowth, steps);
     left = 0;
     for (const std::unique_ptr<Piece>& piece : pieces) left += piece->faces();
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "mesh/vector.h"
 
@@ -21,6 +22,8 @@ struct Quadric {
   Quadric& operator*=(double weight);
   /// The sum at a point, at least 0.
   double at(const Vec3d& p) const;
+  /// Root mean square of the distances from a point, times the weight of the surface's planes.
+  double off(const Vec3d& p) const;
   /// Half of its gradient at a point.
   Vec3d slope(const Vec3d& p) const;
   /// Where the sum is least, near the edge from a to b: with a slight pull to its middle, which decides
@@ -39,6 +42,8 @@ inline double Quadric::at(const Vec3d& p) const {
                        p.y * (yy * p.y + 2 * (yz * p.z + y)) + p.z * (zz * p.z + 2 * z) + c;
   return std::max(value, 0.0);
 }
+
+inline double Quadric::off(const Vec3d& p) const { return std::sqrt(at(p) * area); }
 
 inline Vec3d Quadric::slope(const Vec3d& p) const {
   return {xx * p.x + xy * p.y + xz * p.z + x, xy * p.x + yy * p.y + yz * p.z + y,
