@@ -3,8 +3,8 @@
 // bake_light() finds the fewest bytes of vertices and texels that reach an error e of rendered normals.
 //
 // 1. One run of collapses gives meshes of all numbers of faces F, 4% apart (SimplifyLevels): from a high
-//    poly of up to 25,000 faces on, else from half of its faces. Where that is too coarse, another begins at the
-//    high poly itself, or at 200,000 faces.
+//    poly of up to 25,000 faces on, else from half of its faces. Where that is too coarse, another begins
+//    at the high poly itself, or at 50,000, 100,000 or 200,000 faces. The errors so far say at which.
 //    Their normals are fitted, and part at creases of 75 degrees, where charts end, too. So p(F) below is that of
 //    a mesh with and without UVs; vertices at creases are counted.
 // 2. Pictures from 30 directions compare a few of them with the high poly: p(F) without a map, f(F) with an
@@ -16,6 +16,7 @@
 //    need be. Mip-maps of the smaller count for 0.8 of theirs: charts of small maps are farther apart. Beyond the
 //    sizes that are known, h follows the slope of the largest two: edges are blurred by a texel's width, smooth
 //    detail by its square. The first mesh leaves half of the error to texels.
+//    Where another match turns out better on it, it is looked for again.
 // 4. For each size, the fewest faces with e(F, s) in bounds; of all sizes, the fewest bytes. A fine mesh is
 //    looked at only where the lines of 2 leave room for it: its guessed error is at most 1.3 times the one
 //    asked for, its bytes at most 1.5 times the least. A map has two texels a face at least.
