@@ -24,6 +24,8 @@ inline constexpr std::size_t kMostTrialsToReach = 10;
 inline constexpr int kMostLooks = 4;
 /// Meshes with flaws that are made anew, at most.
 inline constexpr int kMostMended = 2;
+/// A low poly's outlines may differ by this share of what either mesh covers.
+inline constexpr double kMostOneSided = 0.1;
 /// A mesh with flaws gives way to a finer one without that weighs at most so many times as much. Looked for so many
 /// levels up.
 inline constexpr double kSoundPrice = 1.5;

@@ -196,6 +196,24 @@ std::optional<std::size_t> LightLooks::fewest_known(double limit) {
   return model().fewest([&](std::size_t level) { return model().at(level).limit / limit; });
 }
 
+bool LightLooks::leave_out_coarse(std::size_t level, double most) {
+  constexpr int kMostTimes = 3;
+  constexpr double kLooked = 0.8;  // Few places are looked at.
+  if (left_out_++ == kMostTimes) return false;
+  const DenseShown& coarse = seen().coarse;
+  const auto does = [&](std::size_t at) {
+    return without_map(glance(at)[0], coarse).one_sided_share <= kLooked * most;
+  };
+  if (level == 0 || !does(0)) return false;
+  std::size_t good = 0, bad = level;
+  while (bad - good > 1) {
+    const std::size_t middle = (good + bad) / 2;
+    (does(middle) ? good : bad) = middle;
+  }
+  model().leave_out_from(bad);
+  return true;
+}
+
 std::size_t LightLooks::faces(std::size_t level) const {
   const auto found = known_->meshes.find(level);
   return found != known_->meshes.end() ? found->second.triangles.size() : levels().faces(level);

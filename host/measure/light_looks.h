@@ -57,6 +57,10 @@ class LightLooks {
   /// The first of the ways that gets nearest, on one mesh. \returns whether it is another than before
   bool choose_match(std::size_t level, bool height_field);
 
+  /// Leaves a level out, and those before it that are coarse, as far as outlines differ by more than a share. A few
+  /// times. \returns false where nothing is left out: no other level does
+  bool leave_out_coarse(std::size_t level, double most);
+
   /// What a level without a map does, measured, and one whose normals are for a map. Its caller counts the time.
   /// \param mapped  of the latter, whatever its layout
   LightModel::Node look_with(std::size_t level, const NormalProbe& mapped);
@@ -107,6 +111,7 @@ class LightLooks {
   Seen seen_;
   KnownLevels* known_ = nullptr;  ///< In `cache_`
   std::unique_ptr<LightModel> model_;
+  int left_out_ = 0;                      ///< How often levels were
   std::optional<Beside<Seen>> pictures_;  ///< While they are taken
   std::optional<TexelDetail> detail_;     ///< Of the high poly, where it was asked for
 };

@@ -108,6 +108,22 @@ std::size_t LightMaker::finest_within(double bytes, std::uint32_t size, std::siz
   return level;
 }
 
+LightTrial LightMaker::within_leap(const LightTrial& next, std::size_t& level,
+                                   std::size_t finest) const {
+  const LightReach reach = LightReach::of(plan_.trials);
+  const std::uint32_t size = reach.size(next.size);
+  std::size_t nearer = size == next.size ? level : finest;
+  const double most = kLighter * static_cast<double>(next.bytes.total());
+  while (nearer + 1 < model().count() && (!reach.faces(looks_.faces(nearer)) ||
+                                          (size != next.size && weight(nearer, size) > most))) {
+    ++nearer;
+  }
+  const bool is_new = !tried_about(plan_.trials, looks_.faces(nearer), size);
+  if ((nearer == level && size == next.size) || !is_new) return next;
+  level = nearer;
+  return expect(level, size);
+}
+
 std::shared_ptr<const NormalProbe> LightMaker::lay_out(std::size_t level, std::uint32_t size) {
   const Mesh& low = looks_.laid_out(level, options_, size).mesh;
   const Stopwatch watch;

@@ -43,7 +43,10 @@ double between(double a, double b, double share) {
 
 LightModel::LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look,
                        std::function<double(std::size_t)> plain)
-    : faces_(std::move(faces)), look_(std::move(look)), look_plain_(std::move(plain)) {}
+    : faces_(std::move(faces)),
+      count_(faces_.size()),
+      look_(std::move(look)),
+      look_plain_(std::move(plain)) {}
 
 void LightModel::Shares::add(double made, double looked) {
   if (!(made > 0) || !(looked > 0)) return;

@@ -1,6 +1,7 @@
 // How the error of rendered normals depends on a low poly's faces and its map's size.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -24,7 +25,9 @@ class LightModel {
   LightModel(std::vector<double> faces, std::function<Node(std::size_t)> look,
              std::function<double(std::size_t)> plain = {});
 
-  std::size_t count() const { return faces_.size(); }
+  std::size_t count() const { return count_; }
+  /// Levels from here on are not in question any more.
+  void leave_out_from(std::size_t level) { count_ = std::min(count_, level); }
   /// Between levels that were looked at: the logarithm is linear in that of the number of faces. Looks where these
   /// are far apart.
   Node at(std::size_t level);
@@ -102,6 +105,7 @@ class LightModel {
   double slope() const;
 
   std::vector<double> faces_;
+  std::size_t count_;  ///< Of levels that are in question
   std::function<Node(std::size_t)> look_;
   std::function<double(std::size_t)> look_plain_;
   Nodes nodes_;

@@ -74,6 +74,12 @@ class LightPlanner {
       if (!best_reached()) try_pairs();
     }
     avoid_flaws();
+    // Where a part of the surface is lost, what is left may well have the right normals.
+    if (!best_reached() || best_->trial.one_sided <= kMostOneSided) return;
+    if (!looks_.leave_out_coarse(best_->level, kMostOneSided)) return;
+    best_ = std::exchange(shown_, std::nullopt);
+    earlier_ = plan_.trials.size();
+    search();
   }
 
   /// Triangles that face away are holes to many renderers.
@@ -110,7 +116,7 @@ class LightPlanner {
         model().plainly(next_level_);
         next = best_expected();
       }
-      if (next && next->size != 0) next = within_leap(*next);
+      if (next && next->size != 0) next = maker_.within_leap(*next, next_level_, finest());
       // What was expected to do and did not: a little more of it.
       while (next && !best_reached() && was_tried(plan_.trials, next->faces, next->size) &&
              next_level_ > finest()) {
@@ -142,24 +148,6 @@ class LightPlanner {
     return false;
   }
 
-  /// Of a mesh or a map far finer than all that were made little is known, and its layout takes long: what lies
-  /// between tells more of it first.
-  LightTrial within_leap(const LightTrial& next) {
-    const LightReach reach = LightReach::of(plan_.trials);
-    const std::uint32_t size = reach.size(next.size);
-    std::size_t level = size == next.size ? next_level_ : finest();
-    const double most = kLighter * static_cast<double>(next.bytes.total());
-    while (level + 1 < levels().count() &&
-           (!reach.faces(looks_.faces(level)) ||
-            (size != next.size && maker_.weight(level, size) > most))) {
-      ++level;
-    }
-    const bool is_new = !tried_about(plan_.trials, looks_.faces(level), size);
-    if ((level == next_level_ && size == next.size) || !is_new) return next;
-    next_level_ = level;
-    return maker_.expect(level, size);
-  }
-
   /// Whether another map is worth its time. Layouts take most of it, and their faces tell how much.
   bool may_try_another() const {
     const std::size_t tried = plan_.trials.size() - earlier_;
@@ -186,7 +174,7 @@ class LightPlanner {
       if (size == best_->trial.size) continue;
       const double most = kLighter * best_bytes();
       std::size_t level = finest();
-      while (level + 1 < levels().count() &&
+      while (level + 1 < model().count() &&
              (maker_.weight(level, size) > most || !reach.faces(looks_.faces(level)))) {
         ++level;
       }
@@ -211,8 +199,8 @@ class LightPlanner {
     if (!best_reached()) return false;
     const std::uint32_t size = best_->trial.size;
     std::size_t next = best_->level;
-    while (next < levels().count() && maker_.weight(next, size) > share * best_bytes()) ++next;
-    if (next == levels().count() || !has_texels(looks_.faces(next), size) ||
+    while (next < model().count() && maker_.weight(next, size) > share * best_bytes()) ++next;
+    if (next == model().count() || !has_texels(looks_.faces(next), size) ||
         was_tried(plan_.trials, looks_.faces(next), size) ||
         misses_at(size).heaviest >= maker_.weight(next, size) ||
         model().guessed(next, size) > kFlat * options_.max_error) {
@@ -282,7 +270,7 @@ class LightPlanner {
     const LightMisses misses = misses_at(size);
     const bool nearly = misses.nearly(options_.max_error);
     if (misses.count == 0 && !nearly) return level;
-    std::size_t next = levels().count() - 1;
+    std::size_t next = model().count() - 1;
     if (misses.count > 0) {
       const double least = misses.next_bytes(best_reached() ? best_bytes() : kEndless);
       while (next > finest() && maker_.weight(next, size) < least) --next;
@@ -315,8 +303,8 @@ class LightPlanner {
     double least = kEndless;
     for (const std::uint32_t size : sizes) {
       std::size_t from = finest();
-      while (from + 1 < levels().count() && (maker_.weight(from, size) > kFarMore * least ||
-                                             !has_texels(looks_.faces(from), size))) {
+      while (from + 1 < model().count() && (maker_.weight(from, size) > kFarMore * least ||
+                                            !has_texels(looks_.faces(from), size))) {
         ++from;
       }
       const double aim = misses_at(size).aim(options_.max_error);
@@ -372,7 +360,11 @@ class LightPlanner {
 
   void keep(LightMade made) {
     plan_.trials.push_back(made.trial);
-    if (!best_ || is_better(made.trial, best_->trial, options_.max_error)) best_ = std::move(made);
+    const auto better_than = [&](const std::optional<LightMade>& other) {
+      return !other || is_better(made.trial, other->trial, options_.max_error);
+    };
+    if (made.trial.one_sided <= kMostOneSided && better_than(shown_)) shown_ = made;
+    if (better_than(best_)) best_ = std::move(made);
   }
 
   const LightPlanOptions& options_;
@@ -384,7 +376,8 @@ class LightPlanner {
   bool may_leave_map_out_ = true, tried_another_ = false, all_directions_ = false;
   // `earlier_`: trials with maps that turned out too small for another map
   std::size_t next_level_ = 0, earlier_ = 0;
-  std::optional<LightMade> best_;
+  std::optional<LightMade> best_,
+      shown_;  ///< `shown_`: with the high poly's outlines, more or less
   LightBake plan_;
   LightLooks looks_;
   LightMaker maker_;

@@ -1,5 +1,9 @@
-// Plans of hard surfaces: of few faces, with parts of few triangles.
+// Plans of low polys of few faces, which may lose what they show.
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 
 #include "hard_scenes.h"
 #include "kiln/kiln.h"
@@ -21,6 +25,35 @@ TEST(LightPlan, RatherTakesAFinerMeshThanFoldedTriangles) {
   EXPECT_EQ(light.simplified.folded + light.simplified.without_area + light.simplified.holes, 0U);
   EXPECT_LT(light.trials.front().measured, 3);
   EXPECT_LT(light.trials.front().faces, light.chosen.faces);
+}
+
+/// A wavy sheet of two sides. The coarsest mesh, two triangles back to back, is half of it, with about the right normals.
+TEST(LightPlan, DoesNotLoseHalfOfASheet) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kSide = 40;
+  Mesh high;
+  for (std::uint32_t i = 0; i <= kSide; ++i) {
+    for (std::uint32_t j = 0; j <= kSide; ++j) {
+      const float x = static_cast<float>(i) / kSide, y = static_cast<float>(j) / kSide;
+      high.positions.push_back({x, y, 0.004F * std::sin(9 * x + 2 * y)});
+      if (i == kSide || j == kSide) continue;
+      const std::uint32_t a = i * (kSide + 1) + j, b = a + kSide + 1;
+      for (const Triangle& t : {Triangle{a, b, b + 1}, Triangle{a, b + 1, a + 1}}) {
+        high.triangles.push_back(t);
+        high.triangles.push_back({t[0], t[2], t[1]});
+      }
+    }
+  }
+  LightPlanOptions options;
+  options.max_error = 5;
+  options.screen = 300;
+  const LightBake light = bake_light(Source(*test::device(), high), high, options);
+  EXPECT_TRUE(light.reached);
+  EXPECT_LT(light.chosen.one_sided, 0.05);
+  EXPECT_LT(light.chosen.faces, 20U);
+  EXPECT_TRUE(std::any_of(light.trials.begin(), light.trials.end(), [](const LightTrial& trial) {
+    return trial.measured < 5 && trial.one_sided > 0.4;
+  })) << "what is refused was not tried";
 }
 
 }  // namespace
