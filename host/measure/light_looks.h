@@ -57,8 +57,8 @@ class LightLooks {
   /// The first of the ways that gets nearest, on one mesh. \returns whether it is another than before
   bool choose_match(std::size_t level, bool height_field);
 
-  /// Leaves a level out, and those before it that are coarse, as far as outlines differ by more than a share. A few
-  /// times. \returns false where nothing is left out: no other level does
+  /// Leaves out a level, coarser ones, and finer ones whose outlines differ by more than a share. A few times.
+  /// \returns false where nothing is left out: no other level does
   bool leave_out_coarse(std::size_t level, double most);
 
   /// What a level without a map does, measured, and one whose normals are for a map. Its caller counts the time.

@@ -59,8 +59,8 @@ class LightMaker {
   }
   /// The finest level, from `finest` on, that weighs at most so many bytes with a map; the last where none does.
   std::size_t finest_within(double bytes, std::uint32_t size, std::size_t finest) const;
-  /// Of a mesh or a map far finer than all that were made little is known, and its layout takes long: what lies
-  /// between tells more of it first.
+  /// Little is known of meshes and maps far finer than those that were made. Layouts take long, so what lies
+  /// between tells more first.
   /// \param level   of `next`; out: of what is returned
   /// \param finest  levels before it are not in question
   LightTrial within_leap(const LightTrial& next, std::size_t& level, std::size_t finest) const;

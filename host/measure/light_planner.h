@@ -36,8 +36,8 @@
 //    between the two are tried then.
 // 9. Where what was found has folded triangles, triangles without area or new holes, finer meshes without are
 //    looked for: up to 8 levels up, at most 1.5 times as heavy.
-// 10. Normals tell nothing of what only one of the meshes covers. Where that is over a tenth of what either covers,
-//    that mesh and coarser ones are left out, and the search goes on.
+// 10. Normals tell nothing of what only one of the meshes covers. Where that is over a tenth of what either
+//    does, the mesh and coarser ones are left out. The search goes on.
 //
 // Pictures of the high poly are taken while it is simplified. The result's deviation is measured while its maps are
 // baked.

@@ -130,6 +130,8 @@ std::uint64_t split_vertices(const Mesh& mesh);
 /// sizes, and mip-maps tell h for several sizes. For each size follow the fewest faces that are expected to do, and their bytes.
 /// The pair with the fewest is made and measured, which corrects h; that repeats until nothing better is expected,
 /// at most five times, or nine as long as none does. What is returned is always measured on the very map.
+/// Meshes with flaws give way to finer ones, as do those whose outlines differ by over a tenth
+/// (LightTrial::one_sided).
 /// Lifetimes, threads, tangents and welding as bake() and simplify(): nothing is kept, and several threads may
 /// plan from one Source. BakeOptions::progress comes on the caller's thread, ten times a second. Where it says
 /// stop, LightBake::cancelled is set.
