@@ -89,6 +89,12 @@ LightMade LightMaker::without_map(std::size_t level) {
   return made;
 }
 
+bool LightMaker::may_do_without_map(double bytes, std::size_t finest) {
+  const std::size_t level = finest_within(bytes, 0, finest);
+  if (model().knows(level)) return false;
+  return model().plainly(level).plain <= options_.max_error;
+}
+
 std::vector<LightMade> LightMaker::first_maps(std::size_t level, std::uint32_t size) {
   std::vector<LightMade> made;
   const std::uint32_t half = size / 2;

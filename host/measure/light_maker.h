@@ -48,6 +48,9 @@ class LightMaker {
                                                   std::size_t finest, std::size_t first,
                                                   std::uint32_t laid_out_for);
   LightMade without_map(std::size_t level);
+  /// Looks at the finest mesh without a map that weighs at most so many bytes. \returns false where it was looked at, or
+  /// does not reach the error
+  bool may_do_without_map(double bytes, std::size_t finest);
 
   /// Lays a level out, and finds what pictures show of it: for measured_map().
   std::shared_ptr<const NormalProbe> lay_out(std::size_t level, std::uint32_t size);

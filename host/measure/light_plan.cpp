@@ -75,8 +75,8 @@ class LightPlanner {
     }
     avoid_flaws();
     // Where a part of the surface is lost, what is left may well have the right normals.
-    if (!best_reached() || best_->trial.one_sided <= kMostOneSided) return;
-    if (!looks_.leave_out_coarse(best_->level, kMostOneSided)) return;
+    const bool lost = best_reached() && best_->trial.one_sided > kMostOneSided;
+    if (!lost || !looks_.leave_out_coarse(best_->level, kMostOneSided)) return;
     best_ = std::exchange(shown_, std::nullopt);
     earlier_ = plan_.trials.size();
     search();
@@ -109,7 +109,7 @@ class LightPlanner {
   }
 
   void try_pairs() {
-    while (may_try_another()) {
+    while (may_try_another() || may_do_without_map()) {
       std::optional<LightTrial> next = best_expected();
       for (int i = 0; i < kMostLooks && next && next->size == 0 && !model().knows(next_level_);
            ++i) {
@@ -124,7 +124,8 @@ class LightPlanner {
       }
       if (next && worth_trying(*next)) {
         try_pair(next_level_, next->size);
-      } else if (!best_reached() || (!try_another_size() && !try_lighter(kMuchLighter, kFlat))) {
+      } else if (!best_reached() || (!try_another_size() && !try_lighter(kMuchLighter, kFlat) &&
+                                     !may_do_without_map())) {
         break;
       }
     }
@@ -153,6 +154,13 @@ class LightPlanner {
     const std::size_t tried = plan_.trials.size() - earlier_;
     if (!best_reached()) return tried < kMostTrialsToReach;
     return tried < kMostTrials && laid_out_since_first() <= kMostLaidOut * faces_of_best();
+  }
+
+  /// Errors without a map do not fall evenly: once, whether the finest that is lighter than the lightest does.
+  bool may_do_without_map() {
+    const bool has_map = may_leave_map_out_ && best_reached() && best_->trial.size != 0;
+    return has_map && !std::exchange(looked_without_map_, true) &&
+           maker_.may_do_without_map(kWorthwhile * best_bytes(), finest());
   }
 
   /// How fine the first mesh had to be was not known.
@@ -216,11 +224,10 @@ class LightPlanner {
   /// as many bytes of texels as of vertices.
   void first_map() {
     const double limit = kFirstLimit * options_.max_error;
-    std::optional<std::size_t> found = looks_.fewest_within(limit, options_.height_field);
-    std::size_t level = std::max(found.value_or(0), finest());
+    const auto coarse = looks_.fewest_within(limit, options_.height_field);
+    std::size_t level = std::max(coarse.value_or(0), finest());
     if (options_.choose_match && looks_.choose_match(level, options_.height_field)) {
-      found = looks_.fewest_known(limit);
-      level = std::max(found.value_or(0), finest());
+      level = std::max(looks_.fewest_known(limit).value_or(0), finest());
     }
     if (may_leave_map_out_ && model().at(level).plain <= options_.max_error) {
       keep(maker_.without_map(level));  // A map would spare few faces.
@@ -374,10 +381,10 @@ class LightPlanner {
   std::uint32_t largest_ = 0;
   std::vector<std::uint32_t> sizes_;
   bool may_leave_map_out_ = true, tried_another_ = false, all_directions_ = false;
-  // `earlier_`: trials with maps that turned out too small for another map
+  bool looked_without_map_ = false;
+  // `earlier_`: trials with maps too small for another map. `shown_`: the best with about the right outlines
   std::size_t next_level_ = 0, earlier_ = 0;
-  std::optional<LightMade> best_,
-      shown_;  ///< `shown_`: with the high poly's outlines, more or less
+  std::optional<LightMade> best_, shown_;
   LightBake plan_;
   LightLooks looks_;
   LightMaker maker_;
