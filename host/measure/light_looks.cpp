@@ -176,13 +176,13 @@ void LightLooks::make_levels(std::uint32_t most, double share, bool height_field
 }
 
 std::optional<std::size_t> LightLooks::fewest_within(double limit, bool height_field) {
-  const bool few = high_.triangles.size() <= light_limits::kMostFaces;
-  make_levels(light_limits::kMostFaces, few ? 1 : light_limits::kMostShare, height_field);
+  const std::size_t all = high_.triangles.size();
+  std::uint32_t most = light_limits::kMostFaces;
+  make_levels(most, all <= most ? 1 : light_limits::kMostShare, height_field);
   std::optional<std::size_t> found = fewest_known(limit);
   // Finer levels take long, so no more of them are made than the errors so far ask for.
-  std::uint32_t most = light_limits::kMostFaces;
-  const double wanted = found || few ? 0 : light_limits::kRoomForFaces * model().faces_for(limit);
-  while (!found && !few && most < light_limits::kManyFaces) {
+  const double wanted = light_limits::kRoomForFaces * model().faces_for(limit);
+  while (!found && most < all && most < light_limits::kManyFaces) {
     do {
       most *= 2;
     } while (most < wanted && most < light_limits::kManyFaces);
