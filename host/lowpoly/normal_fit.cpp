@@ -268,7 +268,8 @@ class NormalFit::Solver {
 
 const std::vector<NormalFit::Place>& NormalFit::taken(const Mesh& low, const TwoSided& sides,
                                                       Samples& last) const {
-  if (last.positions_ == low.positions && last.triangles_ == low.triangles) return last.places_;
+  const bool known = !last.places_.empty() && last.triangles_ == low.triangles;
+  if (known && last.positions_ == low.positions) return last.places_;
   const std::size_t wanted = std::max(kLeastSamples, kSamplesOfFace * low.triangles.size());
   last.places_ = places(wanted, low, sides);
   last.positions_ = low.positions;
