@@ -293,7 +293,9 @@ NormalError LightLooks::plain(const Mesh& low) {
 
 LightModel::Node LightLooks::look_with(std::size_t level, const NormalProbe& mapped) {
   LightModel::Node node = limits_of(mapped);
-  node.plain = without_map(mesh(level), shown()).mean_degrees;
+  const bool surely_too_much = model().may_guess_plain(level) &&
+                               model().guess(level).plain > light_limits::kSurely * plan_.wanted;
+  if (!surely_too_much) node.plain = without_map(mesh(level), shown()).mean_degrees;
   return node;
 }
 

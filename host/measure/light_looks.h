@@ -61,8 +61,9 @@ class LightLooks {
   /// \returns false where nothing is left out: no other level does
   bool leave_out_coarse(std::size_t level, double most);
 
-  /// What a level without a map does, measured, and one whose normals are for a map. Its caller counts the time.
-  /// \param mapped  of the latter, whatever its layout
+  /// What a level does whose normals are for a map, measured; without a map, too, unless that is surely too much. Its
+  /// caller counts the time.
+  /// \param mapped  of the former, whatever its layout
   LightModel::Node look_with(std::size_t level, const NormalProbe& mapped);
   /// The first of these alone.
   NormalError plain(const Mesh& low);

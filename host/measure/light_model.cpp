@@ -78,6 +78,11 @@ LightModel::Node LightModel::plainly(std::size_t level) {
   return corrected(found);
 }
 
+double LightModel::glance(std::size_t level) {
+  if (knows(level) || !look_plain_) return exactly(level).plain;
+  return look_plain_(level) * plain_share_.mean();
+}
+
 LightModel::Node LightModel::corrected(const Found& found) const {
   Node node = found.made;
   if (!found.is_plain_made) node.plain = found.looked.plain * plain_share_.mean();
@@ -88,6 +93,10 @@ LightModel::Node LightModel::corrected(const Found& found) const {
   return node;
 }
 
+bool LightModel::may_guess_plain(std::size_t level) const {
+  return plain_share_.count > 0 && between_looks(level).plain > 0;
+}
+
 void LightModel::know(std::size_t level, const Node& node) {
   const Node looked = between_looks(level);
   plain_share_.add(node.plain, looked.plain);
@@ -95,7 +104,9 @@ void LightModel::know(std::size_t level, const Node& node) {
   limit_share_.add(node.limit, looked.limit);
   Found& found = nodes_[level];
   found.made = node;
-  found.is_made = found.is_plain_made = true;
+  if (!found.is_looked) found.looked.plain = looked.plain;
+  found.is_made = true;
+  found.is_plain_made = node.plain > 0;
 }
 
 void LightModel::know_plain(std::size_t level, double plain) {
@@ -165,14 +176,31 @@ LightModel::Node LightModel::at(std::size_t level) {
 }
 
 LightModel::Node LightModel::guess(std::size_t level) const {
-  auto after = nodes_.lower_bound(level);
+  const auto after = nodes_.lower_bound(level);
   if (after != nodes_.end() && after->first == level) return corrected(after->second);
   if (nodes_.size() < 2) return nodes_.empty() ? Node{} : corrected(nodes_.begin()->second);
-  if (after == nodes_.begin()) ++after;
-  if (after == nodes_.end()) --after;
+  if (after == nodes_.begin()) return beyond(level, nodes_.begin(), nodes_.end());
+  if (after == nodes_.end()) return beyond(level, nodes_.rbegin(), nodes_.rend());
   const auto before = std::prev(after);
   return on_line(level, before->first, corrected(before->second), after->first,
                  corrected(after->second));
+}
+
+/// Errors of neighbours scatter, so the line goes through one that is farther off. Coarser levels have no less than
+/// the last, finer ones no more.
+template <class Iterator>
+LightModel::Node LightModel::beyond(std::size_t level, Iterator last, Iterator end) const {
+  const std::size_t at = last->first;
+  const Node known = corrected(last->second);
+  Iterator other = std::next(last);
+  const auto apart = [at](std::size_t i) { return i > at ? i - at : at - i; };
+  while (apart(other->first) < kStep && std::next(other) != end) ++other;
+  const Node line = on_line(level, at, known, other->first, corrected(other->second));
+  const auto bounded = [&](double value, double bound) {
+    return level > at ? std::max(value, bound) : std::min(value, bound);
+  };
+  return {bounded(line.plain, known.plain), bounded(line.bare, known.bare),
+          bounded(line.limit, known.limit)};
 }
 
 void LightModel::forget() {

@@ -37,8 +37,11 @@ class LightModel {
   Node exactly(std::size_t level);
   /// The same without a map alone, between levels that were looked at: the rest follows from these.
   Node plainly(std::size_t level);
+  /// The error without a map alone, of any level. Nothing is remembered.
+  double glance(std::size_t level);
   /// What was found of a level's mesh as it is made. Looks are at meshes that are fitted roughly: what the two differ
   /// by at this level, they differ by at others.
+  /// \param node  its `plain` may be 0, which is not known, where may_guess_plain()
   void know(std::size_t level, const Node& node);
   /// The same of one that is made without a map: what it does with one is still by looks.
   void know_plain(std::size_t level, double plain);
@@ -48,6 +51,8 @@ class LightModel {
   /// By level, looks corrected.
   std::map<std::size_t, Node> known() const;
   bool knows(std::size_t level) const { return nodes_.contains(level); }
+  /// Whether looks around a level, and a mesh that was made, tell its error without a map.
+  bool may_guess_plain(std::size_t level) const;
 
   /// Another way to match: limits are no longer known.
   void forget();
@@ -86,6 +91,9 @@ class LightModel {
   };
   using Nodes = std::map<std::size_t, Found>;
   Node corrected(const Found& found) const;
+  /// Along a line through the last of what is known.
+  template <class Iterator>
+  Node beyond(std::size_t level, Iterator last, Iterator end) const;
   /// Along the line of the nearest two of all, or of those that were looked at, uncorrected.
   Node between_looks(std::size_t level) const;
   Node on_line(std::size_t level, std::size_t a, const Node& at_a, std::size_t b,

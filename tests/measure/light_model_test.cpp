@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "kiln/kiln.h"
@@ -106,6 +107,58 @@ TEST(LightModel, GuessesWithoutALook) {
   EXPECT_EQ(powers.looks, looks);
   model.at(85);  // A level where looks begin: itself alone.
   EXPECT_EQ(powers.looks, looks + 1);
+}
+
+/// Errors of neighbours scatter: a line through two of them says nothing of what is far off.
+TEST(LightModel, GuessesBeyondByWhatIsFarthestApart) {
+  Powers powers;
+  powers.model();
+  std::map<std::size_t, double> limits = {{34, 2}, {51, 3}, {52, 2.9}};
+  LightModel model(powers.faces, [&](std::size_t level) {
+    return LightModel::Node{4 * limits[level], 5 * limits[level], limits[level]};
+  });
+  for (const auto& [level, limit] : limits) model.exactly(level);
+  EXPECT_GT(model.guess(100).limit, 2.9) << "of fewer faces";
+  EXPECT_GT(model.guess(150).limit, model.guess(100).limit);
+  limits[35] = 1.9;
+  model.exactly(35);
+  EXPECT_LT(model.guess(0).limit, 1.9);
+}
+
+TEST(LightModel, GlancesRememberNothing) {
+  Powers powers;
+  powers.model();
+  LightModel model(
+      powers.faces, [&](std::size_t level) { return powers.look(level); },
+      [&](std::size_t level) { return 0.5 * powers.look(level).plain; });
+  model.exactly(51);
+  const int looks = powers.looks;
+  EXPECT_NEAR(model.glance(20), 0.5 * 200 / std::sqrt(powers.faces[20]), 1e-9);
+  EXPECT_EQ(powers.looks, looks + 1);
+  EXPECT_FALSE(model.knows(20));
+  EXPECT_EQ(model.glance(51), model.exactly(51).plain);
+  EXPECT_EQ(powers.looks, looks + 1);
+}
+
+/// A mesh that was made for a map tells of meshes without one, or leaves that to looks around it.
+TEST(LightModel, GuessesWhatAMeshDoesWithoutItsMap) {
+  Powers powers;
+  LightModel model = powers.model();
+  EXPECT_FALSE(model.may_guess_plain(40));
+  model.exactly(34);
+  model.exactly(51);
+  EXPECT_FALSE(model.may_guess_plain(40)) << "no mesh was made";
+  LightModel::Node made = powers.look(34);
+  made.plain *= 1.2;
+  model.know(34, made);
+  ASSERT_TRUE(model.may_guess_plain(40));
+  EXPECT_FALSE(model.may_guess_plain(80)) << "beyond all looks";
+  LightModel::Node mapped = powers.look(40);
+  const double plain = mapped.plain;
+  mapped.plain = 0;
+  model.know(40, mapped);
+  EXPECT_NEAR(model.guess(40).plain, 1.2 * plain, 0.01 * plain);
+  EXPECT_EQ(model.guess(40).limit, mapped.limit);
 }
 
 TEST(LightModel, LooksWithoutAMapLeaveTheLimitToOthers) {
