@@ -21,11 +21,16 @@ constexpr double kWorthwhile = 0.9;
 /// Of the meshes simplified from the first level: each has this share of the faces of the one before.
 constexpr double kShare = 0.95;
 constexpr std::uint32_t kFewestFaces = 12;
+constexpr double kMostGrowth = 4;
 
 void check(const LodOptions& options) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
   if (options.levels < kFewestLevels || options.levels > kMostLevels) {
     fail("bake_lods: levels is " + std::to_string(options.levels) + "; it must be 2 to 8");
+  }
+  if (!(options.error_growth >= 1) || options.error_growth > kMostGrowth) {
+    fail("bake_lods: error_growth is " + std::to_string(options.error_growth) +
+         "; it must be 1 to 4");
   }
   const std::uint32_t least = kSmallestScreen << (options.levels - 1);
   if (options.plan.screen < least) {
@@ -45,6 +50,7 @@ class LodMaker {
     chain_.levels.reserve(options_.levels);  // `simpler_` refers to the first.
     for (std::uint32_t k = 0; k < options_.levels; ++k) {
       const std::uint32_t screen = options_.plan.screen >> k;
+      if (k > 0) growth_ *= options_.error_growth;
       LodLevel level = k > 0 && options_.share_uvs ? from_first(k, screen) : planned(k, screen);
       if (level.light.cancelled) {
         chain_.cancelled = true;
@@ -70,6 +76,9 @@ class LodMaker {
     LightPlanOptions plan = options_.plan;
     plan.screen = screen;
     plan.bake.progress = progress_of(k);
+    plan.max_error *= growth_;
+    for (MapBound& bound : plan.bounds) bound.max_error *= growth_;
+    if (k > 0) plan.on_measured = {};
     if (options_.share_uvs) plan.may_leave_map_out = false;
     LodLevel level;
     level.screen = screen;
@@ -93,7 +102,7 @@ class LodMaker {
     LodLevel level;
     level.screen = screen;
     level.own_maps = false;
-    level.light.wanted = options_.plan.max_error;
+    level.light.wanted = growth_ * options_.plan.max_error;
     level.light.bake = first().bake;
     make_simpler();
     progress.at(0, "looking at the high poly");
@@ -109,7 +118,7 @@ class LodMaker {
       progress.at(0.5, "looking at low polys");
       const std::size_t middle = begin + (end - begin) / 2;
       const LightTrial trial = try_mesh(middle, shown, level.light);
-      if (trial.measured <= options_.plan.max_error) {
+      if (trial.measured <= level.light.wanted) {
         begin = middle + 1;
       } else {
         end = middle;
@@ -147,7 +156,7 @@ class LodMaker {
     set_measured(probe.with_map(first().drawn, bake), trial);
     trial.expected = trial.measured;
     light.trials.push_back(trial);
-    if (trial.measured > options_.plan.max_error) return trial;
+    if (trial.measured > light.wanted) return trial;
     light.low = std::move(low);
     keep_colors(first().low, light.low);
     light.simplified = std::move(report);
@@ -161,14 +170,14 @@ class LodMaker {
       chain_.levels.push_back(std::move(level));
       return;
     }
-    const std::string faces = std::to_string(chain_.levels.back().light.chosen.faces);
-    chain_.warnings.push_back({"lod-left-out",
-                               "At " + std::to_string(level.screen) + " pixels the mesh of " +
-                                   faces +
-                                   " faces serves, too: what is within the error there has more "
-                                   "faces, or over 90% of its "
-                                   "bytes",
-                               1});
+    std::string text = "At " + std::to_string(level.screen) + " pixels the mesh of " +
+                       std::to_string(faces_before()) +
+                       " faces serves, too: what is within the error there has more faces, or over "
+                       "90% of its bytes.";
+    if (options_.error_growth == 1 && chain_.warnings.empty()) {
+      text += " Errors that grow from level to level (--lod-growth) give lighter ones.";
+    }
+    chain_.warnings.push_back({"lod-left-out", std::move(text), 1});
   }
 
   std::uint64_t faces_before() const { return chain_.levels.back().light.chosen.faces; }
@@ -190,6 +199,7 @@ class LodMaker {
   const Source& source_;
   const Mesh& high_;
   const LodOptions& options_;
+  double growth_ = 1;  ///< The level's error over the first one's
   LevelCache cache_;
   std::unique_ptr<SimplifyLevels> simpler_;  ///< Of the first level
   LodChain chain_;

@@ -17,6 +17,9 @@ struct LodOptions {
   /// level will be seen. The last one's, screen / 2^(levels - 1), must be 16 pixels or more.
   LightPlanOptions plan = {};
   std::uint32_t levels = 4;  ///< 2 to 8
+  /// Each level may be off by so many times the one before, and so may its `plan.bounds`: 1 to 4. Of one error for all,
+  /// fine detail may leave few levels: a map that shows it blurs no less from far away.
+  double error_growth = 1;
   /// All levels have the first one's UV layout, and its maps serve all. Else each has its own. A map in tangent
   /// space turns with the normals of each level; one in object space does with fewer faces.
   bool share_uvs = false;
@@ -28,7 +31,7 @@ struct LodLevel {
   std::uint32_t screen = 0;
   bool own_maps =
       true;  ///< It has maps of its own, or needs none; else the first level's serve it.
-  /// The mesh and its maps; `chosen.measured` is the error at `screen`. Where the first level's maps serve it,
+  /// The mesh and its maps; `chosen.measured` is the error at `screen`, `wanted` its bound. Where the first level's maps serve it,
   /// `trials` has the meshes that were looked at, and there is no `result`.
   LightBake light;
 };
@@ -37,11 +40,12 @@ struct LodLevel {
 struct LodChain {
   std::vector<LodLevel> levels;   ///< By falling `screen` and bytes; may be fewer than asked for
   std::vector<Warning> warnings;  ///< "lod-left-out": a size for which none was made
-  bool reached = false;           ///< All levels are within LightPlanOptions::max_error.
+  bool reached = false;           ///< All levels are within their bounds.
   bool cancelled = false;         ///< By BakeOptions::progress; then `levels` is not whole.
 };
 
-/// Plans a chain of low polys: bake_light() for `screen`, half of it, a quarter and so on.
+/// Plans a chain of low polys: bake_light() for `screen`, half of it, a quarter and so on. The error of each is that of
+/// the one before times `error_growth`.
 ///
 /// With shared UVs, the first level is planned so, with a map. The others are simplified from it,
 /// with its seams and layout (SimplifyOptions::keep_uvs): few faces with which its map, rounded as
@@ -49,7 +53,7 @@ struct LodChain {
 /// or over 90% of its bytes, is left out. There is a warning then, and the one before then serves
 /// its size, too.
 /// Lifetimes, threads, progress and determinism: as bake_light().
-/// \throws as bake_light(); Error(usage) for levels or screen out of range
+/// \throws as bake_light(); Error(usage) for levels, growth or screen out of range
 LodChain bake_lods(const Source& source, const Mesh& high, const LodOptions& options);
 
 }  // namespace kiln

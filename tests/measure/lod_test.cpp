@@ -119,6 +119,28 @@ TEST(Lods, EachLevelIsThePlanForItsSize) {
   }
 }
 
+TEST(Lods, LetErrorsGrow) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = wavy();
+  const Source source(*test::device(), high);
+  LodOptions options = lod_options(3, 128, 3);
+  options.error_growth = 2;
+  for (const bool share : {false, true}) {
+    options.share_uvs = share;
+    const LodChain chain = bake_lods(source, high, options);
+    ASSERT_EQ(chain.levels.size(), 3U) << share;
+    EXPECT_TRUE(chain.reached);
+    EXPECT_TRUE(chain.warnings.empty());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const LightBake& light = chain.levels[k].light;
+      EXPECT_EQ(light.wanted, 3.0 * (1U << k));
+      EXPECT_LE(light.chosen.measured, light.wanted);
+      // What is allowed is used: with the bound of the level before, more faces would be needed.
+      if (k > 0) EXPECT_GT(light.chosen.measured, chain.levels[k - 1].light.wanted) << share << k;
+    }
+  }
+}
+
 TEST(Lods, OneMapServesAllLevels) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = wavy();
@@ -190,6 +212,11 @@ TEST(Lods, RefusesAndCancels) {
     EXPECT_THROW(bake_lods(source, high, lod_options(5, screen, levels)), Error) << screen;
   }
   LodOptions options = lod_options(5, 128, 2);
+  for (const double growth : {0.9, 4.5, std::nan("")}) {
+    options.error_growth = growth;
+    EXPECT_THROW(bake_lods(source, high, options), Error) << growth;
+  }
+  options.error_growth = 1;
   int calls = 0;
   options.plan.bake.progress = [&](double, std::string_view) { return ++calls < 4; };
   EXPECT_TRUE(bake_lods(source, high, options).cancelled);

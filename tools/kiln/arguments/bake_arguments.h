@@ -92,6 +92,7 @@ struct BakeArguments {
   std::string max_angle;
   std::string screen;
   std::uint32_t lods = 0;        // 0: one low poly
+  double lod_growth = 1;         // of errors, a level
   std::string lod_uvs = "own";   // own, shared
   bool unwrap = false;           // whether --unwrap was given
   std::string unwrap_method;     // charts, pairs; empty: charts

@@ -33,8 +33,10 @@ void check_fallback(const BakeArguments& a) {
 
 /// Flags of a chain of low polys.
 void check_lods(const BakeArguments& a) {
-  if (a.given.contains("--lod-uvs") && a.lods == 0) {
-    fail_usage("--lod-uvs is for several low polys: add --lod N, or leave it out.");
+  for (const char* flag : {"--lod-uvs", "--lod-growth"}) {
+    if (a.given.contains(flag) && a.lods == 0) {
+      fail_usage(std::string(flag) + " is for several low polys: add --lod N, or leave it out.");
+    }
   }
   if (a.lods == 0) return;
   if (!plans_light(a) || a.screen.empty()) {

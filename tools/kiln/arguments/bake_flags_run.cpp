@@ -57,6 +57,12 @@ void add_run_flags(Command& command, BakeArguments& a) {
       ->check(range(2U, 8U))
       ->group(group_low);
   command
+      .add_option("--lod-growth", a.lod_growth,
+                  "With --lod: each level may be off by so many times the one before, 1 (default, "
+                  "all by the same) to 4")
+      ->check(range(1.0, 4.0))
+      ->group(group_low);
+  command
       .add_option("--lod-uvs", a.lod_uvs,
                   "With --lod: own, each level has its layout and maps, or shared, the first one's "
                   "maps serve all")

@@ -101,6 +101,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
       {"max_angle", or_null(a.max_angle)},
       {"screen", or_null(a.screen)},
       {"lod", a.lods == 0 ? Json() : Json(a.lods)},
+      {"lod_growth", a.lods == 0 ? Json() : Json(a.lod_growth)},
       {"lod_uvs", a.lods == 0 ? Json() : Json(a.lod_uvs)},
       {"max_missed_percent", a.max_missed_percent},
       {"unwrap", a.unwrap},

@@ -63,7 +63,9 @@ std::string lods_file(const BakeArguments& arguments) {
 bool make_lods(BakeRun& run, const Source& source) {
   LodOptions options;
   options.plan = light_options(run);
+  draw_at_once(run, options.plan);
   options.levels = run.arguments.lods;
+  options.error_growth = run.arguments.lod_growth;
   options.share_uvs = shares_uvs(run.arguments);
   run.lods = bake_lods(source, run.dense.mesh, options);
   LodChain& chain = *run.lods;
