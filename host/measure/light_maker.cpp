@@ -92,7 +92,17 @@ LightMade LightMaker::without_map(std::size_t level) {
 bool LightMaker::may_do_without_map(double bytes, std::size_t finest) {
   const std::size_t level = finest_within(bytes, 0, finest);
   if (model().knows(level)) return false;
-  return model().plainly(level).plain <= options_.max_error;
+  return model().glance(level) <= options_.max_error &&
+         model().plainly(level).plain <= options_.max_error;
+}
+
+std::uint32_t LightMaker::first_size(std::size_t level,
+                                     std::span<const std::uint32_t> sizes) const {
+  std::uint32_t size = sizes.front();
+  while (2 * size <= sizes.back() && bytes(level, 2 * size).texels < bytes(level, 0).total()) {
+    size *= 2;
+  }
+  return std::min(size * (4 * size <= kSmallFirst ? 4 : 2), sizes.back());
 }
 
 std::vector<LightMade> LightMaker::first_maps(std::size_t level, std::uint32_t size) {
@@ -186,25 +196,26 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
   return made;
 }
 
-void LightMaker::bake_all_maps(const LightMade& made) {
+void LightMaker::bake_all_maps(const LightMade& made, const std::function<void()>& on_measured) {
   // Deviations take long to measure, so only that of what was chosen is, and beside the bake.
   Beside<SimplifyReport> simplified([&] { return looks_.levels().report(made.level); });
   plan_.low = made.low;
   keep_colors(high_, plan_.low);
   plan_.chosen = made.trial;
-  if (plan_.chosen.size != 0) bake_chosen(made);
+  plan_.chosen.size != 0 ? bake_chosen(made, on_measured) : on_measured();
   const Stopwatch watch;
   plan_.simplified = simplified.get();
   plan_.seconds_simplify += watch.total();
 }
 
-void LightMaker::bake_chosen(const LightMade& made) {
+void LightMaker::bake_chosen(const LightMade& made, const std::function<void()>& on_measured) {
   plan_.unwrapped = made.unwrapped;
   plan_.bake = made.bake;
   plan_.bake.progress = bake_.progress;
   plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
   plan_.drawn = rounded(std::move(plan_.drawn), cost_.bits);
   set_measured(made.probe->with_map(plan_.drawn, plan_.bake), plan_.chosen);
+  on_measured();
   plan_.bounds =
       reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
 }

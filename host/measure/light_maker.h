@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -54,6 +55,8 @@ class LightMaker {
 
   /// Lays a level out, and finds what pictures show of it: for measured_map().
   std::shared_ptr<const NormalProbe> lay_out(std::size_t level, std::uint32_t size);
+  /// Of these sizes, one with about as many bytes of texels as of vertices, or larger. \param sizes  rising
+  std::uint32_t first_size(std::size_t level, std::span<const std::uint32_t> sizes) const;
   /// The first maps tell of many sizes: a map, its mip-maps, and one of twice the size. Layouts for small maps take
   /// less time.
   std::vector<LightMade> first_maps(std::size_t level, std::uint32_t size);
@@ -78,12 +81,13 @@ class LightMaker {
   void look_from_all_directions() { all_directions_ = true; }
 
   /// Bakes all maps, as asked for: the plan's result. Measures how its mesh deviates.
-  void bake_all_maps(const LightMade& made);
+  /// \param on_measured  called as soon as the plan's choice is measured
+  void bake_all_maps(const LightMade& made, const std::function<void()>& on_measured);
 
  private:
   LightModel& model() const { return looks_.model(); }
   std::uint32_t samples_for(std::uint32_t size) const;
-  void bake_chosen(const LightMade& made);
+  void bake_chosen(const LightMade& made, const std::function<void()>& on_measured);
 
   const Source& source_;
   const Mesh& high_;

@@ -54,10 +54,6 @@ class LightPlanner {
       search_and_bake();
     }
     plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds);
-    fill_trade(
-        plan_, model(), all_sizes(),
-        [this](std::size_t level, std::uint32_t size) { return maker_.guess(level, size); },
-        [this](std::uint32_t size) { return misses_at(size).aim(options_.max_error); });
     return std::move(plan_);
   }
 
@@ -99,13 +95,22 @@ class LightPlanner {
   /// Tries look from few directions. Where that told too little, from all of them.
   void search_and_bake() {
     search();
-    maker_.bake_all_maps(*best_);
+    bake_all_maps();
     if (plan_.chosen.measured <= options_.max_error || !best_reached() || all_directions_) return;
     all_directions_ = true;
     maker_.look_from_all_directions();
     correct(plan_.trials, best_->trial = plan_.chosen);
     search();
-    maker_.bake_all_maps(*best_);
+    bake_all_maps();
+  }
+
+  void bake_all_maps() {
+    maker_.bake_all_maps(*best_, [this] {
+      fill_trade(plan_, model(), all_sizes(), [this](std::size_t level, std::uint32_t size) {
+        return maker_.guess(level, size);
+      });
+      if (options_.on_measured) options_.on_measured(plan_);
+    });
   }
 
   void try_pairs() {
@@ -220,8 +225,7 @@ class LightPlanner {
     return true;
   }
 
-  /// The first map tells how much texels matter: of a mesh whose limit leaves room for them, with about
-  /// as many bytes of texels as of vertices.
+  /// The first map tells how much texels matter: of a mesh whose limit leaves room for them.
   void first_map() {
     const double limit = kFirstLimit * options_.max_error;
     const auto coarse = looks_.fewest_within(limit, options_.height_field);
@@ -233,13 +237,7 @@ class LightPlanner {
       keep(maker_.without_map(level));  // A map would spare few faces.
       if (best_reached()) return;
     }
-    std::uint32_t size = sizes_.front();
-    while (2 * size <= largest_ &&
-           maker_.bytes(level, 2 * size).texels < maker_.bytes(level, 0).total()) {
-      size *= 2;
-    }
-    size *= 4 * size <= kSmallFirst ? 4 : 2;
-    size = std::min(size, sizes_.back());
+    const std::uint32_t size = maker_.first_size(level, sizes_);
     if (no_map_is_lightest(level, size)) return;
     for (LightMade& made : maker_.first_maps(level, size)) keep(std::move(made));
   }

@@ -64,6 +64,7 @@ LightMisses LightMisses::of(std::span<const LightTrial> trials, std::uint32_t si
     if (trial.size != size || is_wide(trial) || trial.measured <= wanted) continue;
     const auto bytes = static_cast<double>(trial.bytes.total());
     misses.heaviest = std::max(misses.heaviest, bytes);
+    misses.finest = std::max(misses.finest, trial.faces);
     if (misses.nearest == 0 || trial.measured < misses.nearest) {
       misses.nearest = trial.measured;
       misses.nearest_faces = static_cast<double>(trial.faces);
@@ -118,16 +119,25 @@ const LightOffer& quickest(std::span<const LightOffer> offers) {
 }
 
 void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::uint32_t> sizes,
-                const std::function<LightTrial(std::size_t, std::uint32_t)>& guess,
-                const std::function<double(std::uint32_t)>& aim) {
+                const std::function<LightTrial(std::size_t, std::uint32_t)>& guess) {
+  plan.trade.clear();
+  plan.outlook.clear();
+  plan.levels.clear();
+  const std::map<std::size_t, LightModel::Node> known = model.known();
+  const std::size_t coarsest = known.empty() ? 0 : known.rbegin()->first + 1;
   for (const std::uint32_t size : sizes) {
-    std::size_t level = model.count();
-    while (level > 0 && model.guessed(level - 1, size) > aim(size)) --level;
+    const LightMisses misses = LightMisses::of(plan.trials, size, plan.wanted);
+    const double aim = misses.aim(plan.wanted);
+    std::size_t level = std::min(coarsest, model.count());
+    while (level > 0 && (model.guessed(level - 1, size) > aim ||
+                         guess(level - 1, size).faces <= misses.finest)) {
+      --level;
+    }
     if (level == 0) continue;
     const LightTrial fewest = guess(level - 1, size);
     if (fewest.bytes.total() <= kShown * plan.chosen.bytes.total()) plan.trade.push_back(fewest);
   }
-  for (const auto& [level, node] : model.known()) {
+  for (const auto& [level, node] : known) {
     for (const std::uint32_t size : sizes) plan.outlook.push_back(guess(level, size));
     const LightTrial plain = guess(level, 0);
     plan.levels.push_back({plain.faces, plain.positions, node.plain, node.limit});

@@ -55,6 +55,7 @@ struct LightMisses {
   double heaviest = 0;       ///< Bytes of the heaviest
   double nearest = 0;        ///< The least error, degrees
   double nearest_faces = 0;  ///< Of the mesh with that
+  std::uint64_t finest = 0;  ///< The most faces
 
   /// \param wanted  the error to reach, degrees
   static LightMisses of(std::span<const LightTrial> trials, std::uint32_t size, double wanted);
@@ -90,13 +91,12 @@ struct LightOffer {
 /// Meshes without a map need none. \pre there is one
 const LightOffer& quickest(std::span<const LightOffer> offers);
 
-/// LightBake::trade, outlook and levels. Nothing is looked at for this: what is not known is guessed.
+/// LightBake::trade, outlook and levels. Nothing is looked at for this: what is not known is guessed. The trade has no
+/// level coarser than all that were looked at, nor than one that missed the error with a map of the same size.
 /// \param sizes  of maps; 0: none
 /// \param guess  a level with a map of a size
-/// \param aim    the error to reach with a size
 void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::uint32_t> sizes,
-                const std::function<LightTrial(std::size_t, std::uint32_t)>& guess,
-                const std::function<double(std::uint32_t)>& aim);
+                const std::function<LightTrial(std::size_t, std::uint32_t)>& guess);
 
 /// Whether one reaches the error and the other does not, or is heavier; of two that do not, whether it is nearer.
 bool is_better(const LightTrial& next, const LightTrial& best, double wanted);

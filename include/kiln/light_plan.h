@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct LightBytes {
   /// Bytes of both.
   std::uint64_t total() const { return vertices + texels; }
 };
+
+struct LightBake;
 
 /// The error to reach, how large the mesh will be seen, and what to bake.
 struct LightPlanOptions {
@@ -59,6 +62,10 @@ struct LightPlanOptions {
   /// The high poly is a height_field_mesh(). Low polys keep its border (SimplifyOptions::height_field) and its
   /// layout, and MatchMethod::uv is tried first.
   bool height_field = false;
+  /// Called on the caller's thread as soon as the choice is measured, so that it can be shown while the rest is done:
+  /// LightBake::chosen, trials, trade, outlook, levels and wanted stand then. Called again where that missed the error and
+  /// the search went on. May be null.
+  std::function<void(const LightBake&)> on_measured = {};
 };
 
 /// A low poly with a map of a size: expected, or made and measured.

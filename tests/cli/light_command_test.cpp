@@ -182,7 +182,7 @@ TEST(LightCommand, OneMapServesAllLevelsWhereAsked) {
   const Wavy dense;
   const ProcessResult done =
       dense.bake("shared", {"--max-error", "normal=5", "--screen", "192px", "--lod", "4",
-                            "--lod-uvs", "shared", "--space", "object"});
+                            "--lod-uvs", "shared", "--space", "object", "--lod-growth", "1.25"});
   ASSERT_EQ(done.exit_code, 0) << done.errors;
   const fs::path folder = dense.folder / "shared";
   const nlohmann::json levels = read_json(folder / "high_lods.json")["levels"];
@@ -190,8 +190,11 @@ TEST(LightCommand, OneMapServesAllLevelsWhereAsked) {
   for (const nlohmann::json& level : levels) {
     EXPECT_EQ(level["maps_of_level"], 0);
     EXPECT_EQ(level["maps"], levels[0]["maps"]);
-    EXPECT_LE(level["measured_degrees"].get<double>(), 5);
+    EXPECT_LE(level["measured_degrees"].get<double>(), level["wanted_degrees"].get<double>());
   }
+  EXPECT_EQ(levels[0]["wanted_degrees"], 5);
+  EXPECT_EQ(levels[1]["wanted_degrees"],
+            5 * std::pow(1.25, std::log2(192 / levels[1]["screen"].get<int>())));
   EXPECT_EQ(levels[1]["bytes"]["texels"], 0);
   EXPECT_FALSE(fs::exists(folder / "high_lod1_normal.png"));
   EXPECT_LT(levels[1]["faces"], levels[0]["faces"]);
@@ -221,6 +224,9 @@ TEST(LightCommand, LevelsAppearTogetherOrNotAtAll) {
   refuses({"--max-error", "normal=6", "--screen", "60px", "--lod", "3"}, "64px");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "1"}, "--lod");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod-uvs", "shared"}, "--lod N");
+  refuses({"--max-error", "normal=6", "--screen", "600px", "--lod-growth", "2"}, "--lod N");
+  refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "2", "--lod-growth", "0.5"},
+          "--lod-growth");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "2", "--reasons"}, "--reasons");
 }
 

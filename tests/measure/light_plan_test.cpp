@@ -116,8 +116,13 @@ TEST(LightPlan, SaysWhatItTriedAndExpected) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(6000, true);
   const Source source(*test::device(), high);
-  const LightBake light = bake_light(source, high, light_options(8));
+  LightPlanOptions options = light_options(8);
+  LightBake told;
+  options.on_measured = [&](const LightBake& light) { told = light; };
+  const LightBake light = bake_light(source, high, options);
   ASSERT_FALSE(light.trials.empty());
+  EXPECT_EQ(told.chosen.measured, light.chosen.measured);
+  EXPECT_EQ(told.outlook.size(), light.outlook.size());
   EXPECT_TRUE(std::any_of(light.trials.begin(), light.trials.end(), [&](const LightTrial& trial) {
     return trial.faces == light.chosen.faces && trial.size == light.chosen.size;
   }));
@@ -127,7 +132,14 @@ TEST(LightPlan, SaysWhatItTriedAndExpected) {
   }
   EXPECT_TRUE(std::is_sorted(light.trade.begin(), light.trade.end(),
                              [](const auto& a, const auto& b) { return a.size < b.size; }));
-  for (const LightTrial& row : light.trade) EXPECT_LE(row.expected, light.wanted);
+  for (const LightTrial& row : light.trade) {
+    EXPECT_LE(row.expected, light.wanted);
+    EXPECT_GE(row.faces, light.levels.front().faces) << "coarser than all that was looked at";
+    for (const LightTrial& trial : light.trials) {
+      if (trial.size == row.size && trial.laid_out_for == row.size && trial.measured > light.wanted)
+        EXPECT_GT(row.faces, trial.faces) << row.size;
+    }
+  }
   EXPECT_TRUE(std::is_sorted(light.levels.begin(), light.levels.end(),
                              [](const auto& a, const auto& b) { return a.faces < b.faces; }));
   EXPECT_GT(light.levels.front().limit, light.levels.back().limit);

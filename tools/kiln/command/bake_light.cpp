@@ -128,7 +128,9 @@ void warn_of_outline(const LightTrial& chosen, const std::string& place,
 }
 
 bool make_light(BakeRun& run, const Source& source) {
-  LightBake planned = bake_light(source, run.dense.mesh, light_options(run));
+  LightPlanOptions options = light_options(run);
+  draw_at_once(run, options);
+  LightBake planned = bake_light(source, run.dense.mesh, options);
   if (planned.cancelled) return false;
   take_light(run, std::move(planned));
   if (!run.light->reached) run.warnings.push_back(light_not_reached(*run.light));
@@ -205,8 +207,9 @@ Json light_json(const LightBake& light, std::uint32_t screen) {
             {"measure", light.seconds_measure}}}};
 }
 
-bool save_light_plot(BakeRun& run) {
-  const LightBake& light = *run.light;
+namespace {
+
+Plot light_plot(const LightBake& light, const std::string& stem) {
   Json panel = {{"y_title", "Mean angle between rendered normals, degrees"},
                 {"curves", Json::array()},
                 {"levels", Json::array()}};
@@ -245,13 +248,27 @@ bool save_light_plot(BakeRun& run) {
   while (4 * tick <= least) tick *= 4;
   for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
   Plot plot;
-  plot.name = run.low.stem + "_plan";
+  plot.name = stem + "_plan";
   plot.data = {{"kind", "study"},
-               {"title", "Faces against texels: " + run.low.stem},
+               {"title", "Faces against texels: " + stem},
                {"x_title", "KiB of low poly and maps"},
                {"x_ticks", std::move(ticks)},
                {"panels", Json::array({panel})}};
-  return save_plots(run.arguments.out, {plot}, run.outputs, run.warnings, std::move(run.python));
+  return plot;
+}
+
+}  // namespace
+
+void draw_at_once(BakeRun& run, LightPlanOptions& options) {
+  options.on_measured = [&run](const LightBake& light) {
+    if (run.python && run.python->began()) run.python = start_python();
+    if (run.python) begin_plot(*run.python, light_plot(light, run.low.stem));
+  };
+}
+
+bool save_light_plot(BakeRun& run) {
+  return save_plots(run.arguments.out, {light_plot(*run.light, run.low.stem)}, run.outputs,
+                    run.warnings, std::move(run.python));
 }
 
 }  // namespace kiln::cli

@@ -104,6 +104,8 @@ void warn_of_outline(const LightTrial& chosen, const std::string& place,
 /// The trade that the plan made, as lines of a table.
 std::vector<std::string> trade_table(const LightBake& light);
 Json light_json(const LightBake& light, std::uint32_t screen);
+/// Lets Python draw what save_light_plot() saves as soon as it is known.
+void draw_at_once(BakeRun& run, LightPlanOptions& options);
 /// Draws what was expected of all sizes and faces. \returns false where it was cancelled
 bool save_light_plot(BakeRun& run);
 

@@ -69,6 +69,10 @@ std::optional<RunningProgram> start_python() {
   return RunningProgram::start(std::move(command), "/");
 }
 
+void begin_plot(RunningProgram& python, const Plot& plot) {
+  python.begin(plot.data.dump(), kLimitSeconds);
+}
+
 bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
                 std::vector<std::string>& outputs, std::vector<Warning>& warnings,
                 std::optional<RunningProgram> python) {
@@ -89,8 +93,13 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
                                 "_plot.json " + plot.name + ".png";
     // Where one finds no Python, no other does.
     std::optional<ProgramResult> result;
+    const std::string text = data.dump();
+    if (python && python->began() && !python->began_with(text)) python.reset();
     if (by_hand.empty() && !python) python = start_python();
-    if (by_hand.empty() && python) result = python->finish(data.dump(), kLimitSeconds);
+    if (by_hand.empty() && python) {
+      if (!python->began()) python->begin(text, kLimitSeconds);
+      result = python->finish();
+    }
     python.reset();
     if (interrupted()) return false;
     if (result && result->exit_code == kNoMatplotlib) result.reset();

@@ -34,6 +34,9 @@ std::vector<std::string> plot_files(const std::string& name);
 /// \returns nothing where PATH has no python3
 std::optional<RunningProgram> start_python();
 
+/// Lets it draw a plot that has no tiles: save_plots() takes the picture where it is given the same plot.
+void begin_plot(RunningProgram& python, const Plot& plot);
+
 /// Saves what plots show, and draws them by the first python3 of PATH that has matplotlib. Where there is
 /// none, a warning says what to install, and the script comes along to draw them by hand.
 /// \param outputs,warnings  files written, and what went wrong; added to

@@ -13,6 +13,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <future>
 #include <utility>
 
 #include "interrupt.h"
@@ -44,9 +45,12 @@ struct RunningProgram::Process {
 
   pid_t id = 0;  ///< 0: has ended
   Pipe input, output, errors;
+  std::string given;                   ///< To its standard input
+  std::future<ProgramResult> working;  ///< From begin() on
 
   ~Process() {
     if (id != 0) kill(id, SIGKILL);
+    if (working.valid()) working.wait();
     wait();
   }
   bool exchange(std::string_view left, double limit_seconds, ProgramResult& result);
@@ -62,7 +66,7 @@ struct RunningProgram::Process {
 
 namespace {
 
-constexpr int kNice = 10;
+constexpr int kNice = 5;
 
 [[noreturn]] void not_started(const std::string& program, int error) {
   throw Error(ErrorCode::internal,
@@ -156,12 +160,26 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
   return RunningProgram(std::move(process));
 }
 
-ProgramResult RunningProgram::finish(std::string_view input, double limit_seconds) {
-  ProgramResult result;
-  if (!process_->exchange(input, limit_seconds, result)) {
-    kill(process_->id, SIGKILL);
-    result.errors += "stopped after " + std::to_string(std::lround(limit_seconds)) + " seconds";
-  }
+void RunningProgram::begin(std::string input, double limit_seconds) {
+  process_->given = std::move(input);
+  process_->working = std::async(std::launch::async, [process = process_.get(), limit_seconds] {
+    ProgramResult result;
+    if (!process->exchange(process->given, limit_seconds, result)) {
+      kill(process->id, SIGKILL);
+      result.errors += "stopped after " + std::to_string(std::lround(limit_seconds)) + " seconds";
+    }
+    return result;
+  });
+}
+
+bool RunningProgram::began() const { return process_->working.valid(); }
+
+bool RunningProgram::began_with(std::string_view input) const {
+  return began() && process_->given == input;
+}
+
+ProgramResult RunningProgram::finish() {
+  ProgramResult result = process_->working.get();
   const int ended = process_->wait();
   result.exit_code = WIFEXITED(ended) ? WEXITSTATUS(ended) : 128 + WTERMSIG(ended);
   return result;

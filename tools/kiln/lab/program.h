@@ -29,10 +29,16 @@ class RunningProgram {
   RunningProgram& operator=(RunningProgram&&) noexcept;
   ~RunningProgram();
 
-  /// Waits for its end. To be called once.
-  /// \param input  all of its standard input; what it does not read is left
+  /// Gives it all of its standard input, and returns while it works on. To be called once.
+  /// \param input  what it does not read is left
   /// \param limit_seconds  from now on; killed then, as it is at an interrupt
-  ProgramResult finish(std::string_view input, double limit_seconds);
+  void begin(std::string input, double limit_seconds);
+  /// Whether begin() was called, and with this.
+  bool began() const;
+  bool began_with(std::string_view input) const;
+
+  /// After begin(): waits for its end. To be called once.
+  ProgramResult finish();
 
  private:
   struct Process;
