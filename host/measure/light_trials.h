@@ -92,7 +92,7 @@ struct LightOffer {
 const LightOffer& quickest(std::span<const LightOffer> offers);
 
 /// LightBake::trade, outlook and levels. Nothing is looked at for this: what is not known is guessed. The trade has no
-/// level coarser than all that were looked at, nor than one that missed the error with a map of the same size.
+/// level coarser than all that were looked at. Nor has it one coarser than what missed the error with such a map.
 /// \param sizes  of maps; 0: none
 /// \param guess  a level with a map of a size
 void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::uint32_t> sizes,

@@ -62,9 +62,9 @@ struct LightPlanOptions {
   /// The high poly is a height_field_mesh(). Low polys keep its border (SimplifyOptions::height_field) and its
   /// layout, and MatchMethod::uv is tried first.
   bool height_field = false;
-  /// Called on the caller's thread as soon as the choice is measured, so that it can be shown while the rest is done:
-  /// LightBake::chosen, trials, trade, outlook, levels and wanted stand then. Called again where that missed the error and
-  /// the search went on. May be null.
+  /// Called on the caller's thread as soon as the choice is measured, so that it can be shown meanwhile.
+  /// LightBake::chosen, trials, trade, outlook, levels and wanted stand then. Called again where that missed the error
+  /// and the search went on. May be null.
   std::function<void(const LightBake&)> on_measured = {};
 };
 
