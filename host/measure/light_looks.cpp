@@ -260,12 +260,12 @@ void LightLooks::solve(std::size_t level) {
 
 LightModel::Node LightLooks::look(std::size_t level) {
   say(0.2, "looking at low polys");
-  const double plain = look_plain(level);
-  const Mesh& mapped = glance(level)[1];
+  const auto& [plainly, mapped] = glance(level);
   const DenseShown& coarse = seen().coarse;
   const Stopwatch watch;
+  Beside<double> plain([&, &low = plainly] { return without_map(low, coarse).mean_degrees; });
   LightModel::Node node = limits_of(NormalProbe(impl_of(source_), with_some_uvs(mapped), coarse));
-  node.plain = plain;
+  node.plain = plain.get();
   plan_.seconds_measure += watch.total();
   return node;
 }
@@ -322,6 +322,9 @@ bool LightLooks::choose_match(std::size_t level, bool height_field) {
   const Mesh& low = glance(level)[1];
   const auto& [fine, coarse] = seen();
   const Stopwatch watch;
+  // The mesh is what maps are tried with first, whatever the match is. Looks leave `levels()` alone.
+  std::optional<Beside<Mesh>> made;
+  if (!known_->meshes.contains(level)) made.emplace([&] { return levels().mesh(level); });
   const DenseShown& shown = fine.pictures.front().subpixels > 1 ? coarse : fine;
   const NormalProbe probe(impl_of(source_), with_some_uvs(low), shown);
   std::shared_ptr<const VisibilityField> field;
@@ -346,6 +349,7 @@ bool LightLooks::choose_match(std::size_t level, bool height_field) {
     if (way == first && probe.least_share(limit) >= kGain) break;
   }
   std::erase(bake_.fallback, bake_.method);
+  if (made) known_->meshes[level] = made->get();
   plan_.seconds_measure += watch.total();
   return bake_.method != before;
 }

@@ -144,7 +144,9 @@ std::shared_ptr<const NormalProbe> LightMaker::lay_out(std::size_t level, std::u
   const Mesh& low = looks_.laid_out(level, options_, size).mesh;
   const Stopwatch watch;
   auto probe = std::make_shared<const NormalProbe>(impl_of(source_), low, looks_.shown());
-  if (!model().knows(level)) model().know(level, looks_.look_with(level, *probe));
+  if (!model().knows(level)) {
+    learning_.emplace([this, level, probe] { return looks_.look_with(level, *probe); });
+  }
   plan_.seconds_measure += watch.total();
   return probe;
 }
@@ -158,8 +160,6 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
   made.low = laid_out.mesh;
   made.unwrapped = laid_out.report;
   made.unwrapped.border_texels *= static_cast<double>(size) / laid_out_for;
-  made.trial = expect(level, size);
-  made.trial.laid_out_for = laid_out_for;
   made.bake = for_size(bake_, size, samples_for(size));
   made.probe = probe;
   BakeOptions plain = normals_alone(made.bake);
@@ -176,6 +176,10 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
       });
   made.bake.max_distance = plain.max_distance;
   const Stopwatch measuring;
+  if (learning_) model().know(level, learning_->get());
+  learning_.reset();
+  made.trial = expect(level, size);
+  made.trial.laid_out_for = laid_out_for;
   const auto error = [&](const Image& map) {
     return probe->with_map(rounded(map, cost_.bits), plain);
   };

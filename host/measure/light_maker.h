@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/beside.h"
 #include "kiln/light_plan.h"
 #include "measure/light_looks.h"
 #include "measure/light_trials.h"
@@ -53,7 +54,7 @@ class LightMaker {
   /// does not reach the error
   bool may_do_without_map(double bytes, std::size_t finest);
 
-  /// Lays a level out, and finds what pictures show of it: for measured_map().
+  /// Lays a level out, and begins to find what pictures show of it: for measured_map(), which is to follow.
   std::shared_ptr<const NormalProbe> lay_out(std::size_t level, std::uint32_t size);
   /// Of these sizes, one with about as many bytes of texels as of vertices, or larger. \param sizes  rising
   std::uint32_t first_size(std::size_t level, std::span<const std::uint32_t> sizes) const;
@@ -97,6 +98,7 @@ class LightMaker {
   LightBake& plan_;
   LightCost cost_;
   bool all_directions_ = false;
+  std::optional<Beside<LightModel::Node>> learning_;  ///< Of the level that was laid out last
 };
 
 }  // namespace kiln
