@@ -18,6 +18,10 @@ void check_light_plan(const LightPlanOptions& options) {
     fail("bake_light: max_error is " + std::to_string(options.max_error) +
          " degrees; it must be finite and above 0");
   }
+  if (!(options.max_outline >= 0 && options.max_outline < 1)) {
+    fail("bake_light: max_outline is " + std::to_string(options.max_outline) +
+         "; it must be a share above 0 and below 1, or 0");
+  }
   if (options.density == TexelDensity::detail &&
       (options.unwrap != UnwrapMethod::charts || options.height_field)) {
     fail("bake_light: density by detail is for large charts, not for pairs or height fields");

@@ -175,11 +175,19 @@ void LightLooks::make_levels(std::uint32_t most, double share, bool height_field
       [this](std::size_t level) { return look_plain(level); });
 }
 
-std::optional<std::size_t> LightLooks::fewest_within(double limit, bool height_field) {
+std::optional<std::size_t> LightLooks::fewest_within(double limit, bool height_field,
+                                                     double max_outline) {
+  const auto fewest = [&] {
+    std::optional<std::size_t> found = fewest_known(limit);
+    if (!found || max_outline == 0) return found;
+    const auto shown = coarsest_shown(max_outline, model().count());
+    if (shown) model().leave_out_from(*shown + 1);
+    return shown ? std::min(*found, *shown) : shown;
+  };
   const std::size_t all = high_.triangles.size();
   std::uint32_t most = light_limits::kMostFaces;
   make_levels(most, all <= most ? 1 : light_limits::kMostShare, height_field);
-  std::optional<std::size_t> found = fewest_known(limit);
+  std::optional<std::size_t> found = fewest();
   // Finer levels take long, so no more of them are made than the errors so far ask for.
   const double wanted = light_limits::kRoomForFaces * model().faces_for(limit);
   while (!found && most < all && most < light_limits::kManyFaces) {
@@ -187,7 +195,7 @@ std::optional<std::size_t> LightLooks::fewest_within(double limit, bool height_f
       most *= 2;
     } while (most < wanted && most < light_limits::kManyFaces);
     make_levels(most, 1, height_field);
-    found = fewest_known(limit);
+    found = fewest();
   }
   return found;
 }
@@ -196,22 +204,27 @@ std::optional<std::size_t> LightLooks::fewest_known(double limit) {
   return model().fewest([&](std::size_t level) { return model().at(level).limit / limit; });
 }
 
-bool LightLooks::leave_out_coarse(std::size_t level, double most) {
-  constexpr int kMostTimes = 3;
-  constexpr double kLooked = 0.8;  // Few places are looked at.
-  if (left_out_++ == kMostTimes) return false;
+std::optional<std::size_t> LightLooks::coarsest_shown(double most, std::size_t end) {
   const DenseShown& coarse = seen().coarse;
   const auto does = [&](std::size_t at) {
-    return without_map(glance(at)[0], coarse).one_sided_share <= kLooked * most;
+    return without_map(glance(at)[0], coarse).one_sided_share <= most;
   };
-  if (level == 0 || !does(0)) return false;
-  std::size_t good = 0, bad = level;
+  if (end == 0 || !does(0)) return std::nullopt;
+  std::size_t good = 0, bad = end;
   while (bad - good > 1) {
     const std::size_t middle = (good + bad) / 2;
     (does(middle) ? good : bad) = middle;
   }
-  model().leave_out_from(bad);
-  return true;
+  return good;
+}
+
+bool LightLooks::leave_out_coarse(std::size_t level, double most) {
+  constexpr int kMostTimes = 3;
+  constexpr double kLooked = 0.8;  // Few places are looked at.
+  if (left_out_++ == kMostTimes) return false;
+  const auto shown = coarsest_shown(kLooked * most, level);
+  if (shown) model().leave_out_from(*shown + 1);
+  return shown.has_value();
 }
 
 std::size_t LightLooks::faces(std::size_t level) const {

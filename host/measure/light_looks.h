@@ -50,8 +50,9 @@ class LightLooks {
   void take_pictures(std::uint32_t screen);
   /// Makes levels: up to the high poly itself, unless it has very many faces, where coarser ones do not do.
   /// \param height_field  the high poly is one
+  /// \param max_outline  outlines may differ by this share: coarser levels are left out; 0: any
   /// \returns the coarsest whose error with an endless map is at most `limit`
-  std::optional<std::size_t> fewest_within(double limit, bool height_field);
+  std::optional<std::size_t> fewest_within(double limit, bool height_field, double max_outline);
   /// The same of the levels that there are.
   std::optional<std::size_t> fewest_known(double limit);
   /// The first of the ways that gets nearest, on one mesh. \returns whether it is another than before
@@ -98,6 +99,8 @@ class LightLooks {
   };
   const Seen& seen();
   const std::array<Mesh, 2>& glance(std::size_t level);
+  /// The coarsest level before `end` whose outlines differ by at most a share, by looks; none where the finest's do not.
+  std::optional<std::size_t> coarsest_shown(double most, std::size_t end);
   LightModel::Node look(std::size_t level);
   double look_plain(std::size_t level);
   NormalError without_map(const Mesh& low, const DenseShown& shown) const;

@@ -28,6 +28,7 @@ class LightPlanner {
         looks_(source, high, bake_, plan_, cache),
         maker_(source, high, options_, bake_, looks_, plan_) {
     plan_.wanted = options.max_error;
+    plan_.max_outline = options.max_outline;
     may_leave_map_out_ = options.may_leave_map_out && options.bounds.empty();
     if (options.choose_rays) leave_to_rays(options.bounds, bake_);
     largest_ = std::min(bake_.width, bake_.height);
@@ -53,7 +54,8 @@ class LightPlanner {
       try_map(next_level_, next.size);
       search_and_bake();
     }
-    plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds);
+    plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds) &&
+                    (plan_.max_outline == 0 || plan_.chosen.one_sided <= plan_.max_outline);
     return std::move(plan_);
   }
 
@@ -71,8 +73,8 @@ class LightPlanner {
     }
     avoid_flaws();
     // Where a part of the surface is lost, what is left may well have the right normals.
-    const bool lost = best_reached() && best_->trial.one_sided > kMostOneSided;
-    if (!lost || !looks_.leave_out_coarse(best_->level, kMostOneSided)) return;
+    const bool lost = best_reached() && best_->trial.one_sided > most_one_sided(options_);
+    if (!lost || !looks_.leave_out_coarse(best_->level, most_one_sided(options_))) return;
     best_ = std::exchange(shown_, std::nullopt);
     earlier_ = plan_.trials.size();
     search();
@@ -228,7 +230,7 @@ class LightPlanner {
   /// The first map tells how much texels matter: of a mesh whose limit leaves room for them.
   void first_map() {
     const double limit = kFirstLimit * options_.max_error;
-    const auto coarse = looks_.fewest_within(limit, options_.height_field);
+    const auto coarse = looks_.fewest_within(limit, options_.height_field, options_.max_outline);
     std::size_t level = std::max(coarse.value_or(0), finest());
     if (options_.choose_match && looks_.choose_match(level, options_.height_field)) {
       level = std::max(looks_.fewest_known(limit).value_or(0), finest());
@@ -368,7 +370,7 @@ class LightPlanner {
     const auto better_than = [&](const std::optional<LightMade>& other) {
       return !other || is_better(made.trial, other->trial, options_.max_error);
     };
-    if (made.trial.one_sided <= kMostOneSided && better_than(shown_)) shown_ = made;
+    if (made.trial.one_sided <= most_one_sided(options_) && better_than(shown_)) shown_ = made;
     if (better_than(best_)) best_ = std::move(made);
   }
 

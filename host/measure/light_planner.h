@@ -39,7 +39,8 @@
 // 9. Where what was found has folded triangles, triangles without area or new holes, finer meshes without are
 //    looked for: up to 8 levels up, at most 1.5 times as heavy.
 // 10. Normals tell nothing of what only one of the meshes covers. Where that is over a tenth of what either
-//    does, the mesh and coarser ones are left out. The search goes on.
+//    does, the mesh and coarser ones are left out. The search goes on. Where another share was asked for, levels
+//    that are coarser than it allows are left out before all else, by looks.
 //
 // Pictures of the high poly are taken while it is simplified. The result's deviation is measured while its maps are
 // baked.

@@ -145,6 +145,10 @@ void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::u
   std::reverse(plan.levels.begin(), plan.levels.end());
 }
 
+double most_one_sided(const LightPlanOptions& options) {
+  return options.max_outline > 0 ? options.max_outline : kMostOneSided;
+}
+
 bool is_better(const LightTrial& next, const LightTrial& best, double wanted) {
   const bool best_reaches = best.measured <= wanted;
   if (next.measured <= wanted) return !best_reaches || next.bytes.total() < best.bytes.total();

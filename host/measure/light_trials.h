@@ -98,6 +98,9 @@ const LightOffer& quickest(std::span<const LightOffer> offers);
 void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::uint32_t> sizes,
                 const std::function<LightTrial(std::size_t, std::uint32_t)>& guess);
 
+/// How far outlines may differ, as asked for or not.
+double most_one_sided(const LightPlanOptions& options);
+
 /// Whether one reaches the error and the other does not, or is heavier; of two that do not, whether it is nearer.
 bool is_better(const LightTrial& next, const LightTrial& best, double wanted);
 

@@ -21,7 +21,7 @@ constexpr double kWorthwhile = 0.9;
 /// Of the meshes simplified from the first level: each has this share of the faces of the one before.
 constexpr double kShare = 0.95;
 constexpr std::uint32_t kFewestFaces = 12;
-constexpr double kMostGrowth = 4;
+constexpr double kMostGrowth = 4, kMostOutline = 0.99;
 
 void check(const LodOptions& options) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
@@ -77,6 +77,7 @@ class LodMaker {
     plan.screen = screen;
     plan.bake.progress = progress_of(k);
     plan.max_error *= growth_;
+    plan.max_outline = max_outline();
     for (MapBound& bound : plan.bounds) bound.max_error *= growth_;
     if (k > 0) plan.on_measured = {};
     if (options_.share_uvs) plan.may_leave_map_out = false;
@@ -103,6 +104,7 @@ class LodMaker {
     level.screen = screen;
     level.own_maps = false;
     level.light.wanted = growth_ * options_.plan.max_error;
+    level.light.max_outline = max_outline();
     level.light.bake = first().bake;
     make_simpler();
     progress.at(0, "looking at the high poly");
@@ -118,7 +120,7 @@ class LodMaker {
       progress.at(0.5, "looking at low polys");
       const std::size_t middle = begin + (end - begin) / 2;
       const LightTrial trial = try_mesh(middle, shown, level.light);
-      if (trial.measured <= level.light.wanted) {
+      if (does(trial, level.light)) {
         begin = middle + 1;
       } else {
         end = middle;
@@ -156,7 +158,7 @@ class LodMaker {
     set_measured(probe.with_map(first().drawn, bake), trial);
     trial.expected = trial.measured;
     light.trials.push_back(trial);
-    if (trial.measured > light.wanted) return trial;
+    if (!does(trial, light)) return trial;
     light.low = std::move(low);
     keep_colors(first().low, light.low);
     light.simplified = std::move(report);
@@ -178,6 +180,14 @@ class LodMaker {
       text += " Errors that grow from level to level (--lod-growth) give lighter ones.";
     }
     chain_.warnings.push_back({"lod-left-out", std::move(text), 1});
+  }
+
+  /// Of a level, below 1.
+  double max_outline() const { return std::min(growth_ * options_.plan.max_outline, kMostOutline); }
+
+  static bool does(const LightTrial& trial, const LightBake& light) {
+    return trial.measured <= light.wanted &&
+           (light.max_outline == 0 || trial.one_sided <= light.max_outline);
   }
 
   std::uint64_t faces_before() const { return chain_.levels.back().light.chosen.faces; }

@@ -45,6 +45,9 @@ struct LightPlanOptions {
   /// 16384. It is as large from all sides. Then what is finer than a pixel does not count: mean normals of pixels are
   /// compared. 0: endlessly many pixels.
   std::uint32_t screen = 0;
+  /// How far outlines may differ: the share of what either mesh covers in pictures that one of them covers alone, above
+  /// 0 and below 1. 0: nothing is asked for; then meshes that differ by over a tenth give way where finer ones are not far.
+  double max_outline = 0;
   /// Choose how to match; else BakeOptions::method does.
   bool choose_match = true;
   /// The low poly's own normals may do, without a map.
@@ -109,8 +112,10 @@ struct LightBake {
   std::vector<LightTrial> outlook;  ///< Expected, of `levels` with each size
   std::vector<LightLevel> levels;   ///< That were looked at, by rising faces
   double wanted = 0;                ///< LightPlanOptions::max_error
-  bool reached =
-      false;  ///< `chosen` was measured within `wanted`, and each of `bounds` within its own
+  double max_outline = 0;           ///< LightPlanOptions::max_outline
+  /// `chosen` was measured within `wanted` and, where that was asked for, `max_outline`; and each of `bounds` within its
+  /// own.
+  bool reached = false;
   std::vector<MapReached> bounds;  ///< Of LightPlanOptions::bounds, what `result` reaches
   bool cancelled = false;          ///< By BakeOptions::progress
   double seconds_simplify = 0;     ///< Making low polys

@@ -17,7 +17,7 @@ struct LodOptions {
   /// level will be seen. The last one's, screen / 2^(levels - 1), must be 16 pixels or more.
   LightPlanOptions plan = {};
   std::uint32_t levels = 4;  ///< 2 to 8
-  /// Each level may be off by so many times the one before, and so may its `plan.bounds`: 1 to 4. Of one error for all,
+  /// Each level may be off by so many times the one before, in its outlines and `plan.bounds`, too: 1 to 4. Of one error for all,
   /// fine detail may leave few levels: a map that shows it blurs no less from far away.
   double error_growth = 1;
   /// All levels have the first one's UV layout, and its maps serve all. Else each has its own. A map in tangent

@@ -96,7 +96,13 @@ TEST(LightCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
   EXPECT_EQ(dense.report("none")["plan"]["chosen"]["size"], 0);
   EXPECT_NE(none.output.find("no map needed"), std::string::npos) << none.output;
   EXPECT_GT(dense.report("none")["plan"]["chosen"]["one_sided_share"].get<double>(), 0.05);
-  EXPECT_NE(none.errors.find("outlines"), std::string::npos) << none.errors;
+  EXPECT_NE(none.errors.find("--max-outline"), std::string::npos) << none.errors;
+  const ProcessResult bound =
+      dense.bake("bound", {"--max-error", "normal=60", "--max-outline", "2%"});
+  ASSERT_EQ(bound.exit_code, 0) << bound.errors;
+  EXPECT_LE(dense.report("bound")["plan"]["chosen"]["one_sided_share"].get<double>(), 0.02);
+  EXPECT_EQ(dense.report("bound")["plan"]["max_outline"], 0.02);
+  EXPECT_NE(bound.output.find("outlines differ by"), std::string::npos) << bound.output;
   EXPECT_EQ(dense.done.errors.find("outlines"), std::string::npos) << dense.done.errors;
   EXPECT_TRUE(fs::exists(dense.folder / "none" / "high_low.obj"));
   EXPECT_FALSE(fs::exists(dense.folder / "none" / "high_low_normal.png"));
@@ -225,6 +231,8 @@ TEST(LightCommand, LevelsAppearTogetherOrNotAtAll) {
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "1"}, "--lod");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod-uvs", "shared"}, "--lod N");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod-growth", "2"}, "--lod N");
+  refuses({"--max-error", "normal=6", "--max-outline", "60%"}, "--max-outline");
+  refuses({"--faces", "100", "--max-outline", "2%"}, "--max-outline");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "2", "--lod-growth", "0.5"},
           "--lod-growth");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "2", "--reasons"}, "--reasons");

@@ -8,6 +8,7 @@
 #include "hard_scenes.h"
 #include "kiln/kiln.h"
 #include "kiln/light_plan.h"
+#include "measure/light_looks.h"
 #include "support/environment.h"
 
 namespace kiln {
@@ -54,6 +55,44 @@ TEST(LightPlan, DoesNotLoseHalfOfASheet) {
   EXPECT_TRUE(std::any_of(light.trials.begin(), light.trials.end(), [](const LightTrial& trial) {
     return trial.measured < 5 && trial.one_sided > 0.4;
   })) << "what is refused was not tried";
+}
+
+/// Rendered normals tell little of outlines. Those of a pipe are found again from directions that plans do not look from.
+TEST(LightPlan, BoundsHowFarOutlinesDiffer) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = sample::hard_scene("pipe").high;
+  const Source source(*test::device(), high);
+  LightPlanOptions options;
+  options.max_error = 20;
+  options.screen = 300;
+  const LightBake any = bake_light(source, high, options);
+  const DenseShown shown = shown_from(source, 300, spread_views(40));
+  const auto differs = [&](const LightBake& light) {
+    const NormalProbe probe(impl_of(source), with_any_uvs(light.low), shown);
+    return probe.without_map().one_sided_share;
+  };
+  std::uint64_t faces = any.chosen.faces;
+  for (const double most : {0.02, 0.008}) {
+    ASSERT_GT(any.chosen.one_sided, most);
+    options.max_outline = most;
+    const LightBake light = bake_light(source, high, options);
+    EXPECT_TRUE(light.reached) << most;
+    EXPECT_LE(light.chosen.measured, 20) << most;
+    EXPECT_LE(light.chosen.one_sided, most);
+    EXPECT_NEAR(differs(light), light.chosen.one_sided, 0.3 * most);
+    EXPECT_GT(light.chosen.faces, faces) << most;
+    EXPECT_LT(light.chosen.bytes.total(), 64 * any.chosen.bytes.total()) << most;
+    for (const LightTrial& row : light.trade) EXPECT_GE(row.faces, faces);
+    faces = light.chosen.faces;
+  }
+  // What is not reached is said so.
+  options.max_outline = 1e-7;
+  const LightBake never = bake_light(source, high, options);
+  EXPECT_EQ(never.reached, never.chosen.one_sided <= 1e-7);
+  for (const double bad : {-0.1, 1.0, std::nan("")}) {
+    options.max_outline = bad;
+    EXPECT_THROW(bake_light(source, high, options), Error) << bad;
+  }
 }
 
 }  // namespace

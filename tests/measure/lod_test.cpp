@@ -125,6 +125,7 @@ TEST(Lods, LetErrorsGrow) {
   const Source source(*test::device(), high);
   LodOptions options = lod_options(3, 128, 3);
   options.error_growth = 2;
+  options.plan.max_outline = 0.01;
   for (const bool share : {false, true}) {
     options.share_uvs = share;
     const LodChain chain = bake_lods(source, high, options);
@@ -135,6 +136,8 @@ TEST(Lods, LetErrorsGrow) {
       const LightBake& light = chain.levels[k].light;
       EXPECT_EQ(light.wanted, 3.0 * (1U << k));
       EXPECT_LE(light.chosen.measured, light.wanted);
+      EXPECT_EQ(light.max_outline, 0.01 * (1U << k));
+      EXPECT_LE(light.chosen.one_sided, light.max_outline);
       // What is allowed is used: with the bound of the level before, more faces would be needed.
       if (k > 0) EXPECT_GT(light.chosen.measured, chain.levels[k - 1].light.wanted) << share << k;
     }

@@ -91,6 +91,7 @@ struct BakeArguments {
   std::string max_error;
   std::string max_angle;
   std::string screen;
+  std::string max_outline;
   std::uint32_t lods = 0;        // 0: one low poly
   double lod_growth = 1;         // of errors, a level
   std::string lod_uvs = "own";   // own, shared

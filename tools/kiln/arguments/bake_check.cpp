@@ -67,6 +67,14 @@ void check_light_plan(const BakeArguments& a) {
           "neither LOW nor --faces.");
     }
   }
+  if (!a.max_outline.empty()) {
+    parse_outline_bound(a.max_outline);
+    if (!plans) {
+      fail_usage(
+          "--max-outline is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
+          "neither LOW nor --faces.");
+    }
+  }
   if (!plans) {
     if (a.match != kAutomatic && bounds_maps(a)) {
       fail_usage("--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");

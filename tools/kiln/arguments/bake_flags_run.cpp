@@ -50,6 +50,12 @@ void add_run_flags(Command& command, BakeArguments& a) {
       ->group(group_low);
   command
       .add_option(
+          "--max-outline", a.max_outline,
+          "With --max-error normal=DEGREES: outlines may differ by this share of what "
+          "either mesh covers in pictures, such as 2%; rendered normals tell little of them")
+      ->group(group_low);
+  command
+      .add_option(
           "--lod", a.lods,
           "With --screen: N low polys, 2 to 8, each planned for half the size on screen "
           "of the one before (NAME_lod0, NAME_lod1...; NAME_lods.json says which takes over "

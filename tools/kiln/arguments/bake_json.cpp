@@ -100,6 +100,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
       {"max_error", or_null(a.max_error)},
       {"max_angle", or_null(a.max_angle)},
       {"screen", or_null(a.screen)},
+      {"max_outline", or_null(a.max_outline)},
       {"lod", a.lods == 0 ? Json() : Json(a.lods)},
       {"lod_growth", a.lods == 0 ? Json() : Json(a.lod_growth)},
       {"lod_uvs", a.lods == 0 ? Json() : Json(a.lod_uvs)},

@@ -88,14 +88,28 @@ std::optional<Length> optional_length(const char* flag, const std::string& text)
   return parse_length_above_0(flag, text);
 }
 
-double parse_error_bound(const std::string& text) {
+namespace {
+
+/// Up to 50%.
+double parse_percentage(const char* flag, const std::string& text, const char* wanted) {
   std::string_view number = text;
   if (!number.empty() && number.back() == '%') number.remove_suffix(1);
   double value = 0;
-  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50)) {
-    bad("--max-error", text, "a percentage of the diagonal, above 0 and up to 50, such as 0.2%");
-  }
+  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50)) bad(flag, text, wanted);
   return value / 100;
+}
+
+}  // namespace
+
+double parse_error_bound(const std::string& text) {
+  return parse_percentage("--max-error", text,
+                          "a percentage of the diagonal, above 0 and up to 50, such as 0.2%");
+}
+
+double parse_outline_bound(const std::string& text) {
+  return parse_percentage(
+      "--max-outline", text,
+      "a percentage of what the meshes cover, above 0 and up to 50, such as 2%");
 }
 
 double parse_degrees(const char* flag, const std::string& text) {

@@ -34,6 +34,9 @@ std::optional<Length> optional_length(const char* flag, const std::string& text)
 /// "0.2%" or "0.2" of the diagonal as 0.002, up to 50%. \throws Error(usage)
 double parse_error_bound(const std::string& text);
 
+/// The same of what meshes cover in pictures. \throws Error(usage)
+double parse_outline_bound(const std::string& text);
+
 /// Degrees above 0. \throws Error(usage)
 double parse_degrees(const char* flag, const std::string& text);
 

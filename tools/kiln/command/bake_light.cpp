@@ -19,6 +19,7 @@ LightPlanOptions light_options(const BakeRun& run) {
   options.bounds = map_bounds(a);
   options.choose_rays = !a.given.contains("--ao-rays");
   if (!a.screen.empty()) options.screen = parse_pixels("--screen", a.screen);
+  if (!a.max_outline.empty()) options.max_outline = parse_outline_bound(a.max_outline);
   options.choose_match = a.match == kAutomatic;
   options.choose_samples = !a.given.contains("--samples");
   if (a.given.contains("--format")) options.bits = a.format == "png8" ? 8 : 16;
@@ -83,9 +84,17 @@ Json trials_json(const std::vector<LightTrial>& trials) {
 }  // namespace
 
 Warning light_not_reached(const LightBake& light, const std::string& place) {
-  if (light.chosen.measured <= light.wanted)
-    return bounds_not_reached(light.bounds, light.chosen.size);
   char text[320];
+  if (light.chosen.measured <= light.wanted) {
+    if (!(light.max_outline > 0 && light.chosen.one_sided > light.max_outline))
+      return bounds_not_reached(light.bounds, light.chosen.size);
+    std::snprintf(text, sizeof text,
+                  "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of "
+                  "--max-outline: no low poly that was looked at comes nearer. Accept more, or "
+                  "simplify with --faces.",
+                  100 * light.chosen.one_sided, place.c_str(), 100 * light.max_outline);
+    return {"outlines-not-reached", text, 1};
+  }
   std::snprintf(
       text, sizeof text,
       "No low poly with maps up to the given --size is expected to reach a mean error "
@@ -114,15 +123,16 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
                       light});
 }
 
-void warn_of_outline(const LightTrial& chosen, const std::string& place,
+void warn_of_outline(const LightBake& light, const std::string& place,
                      std::vector<Warning>& warnings) {
   constexpr double kMuch = 0.05;
-  if (!(chosen.one_sided > kMuch)) return;
+  const LightTrial& chosen = light.chosen;
+  if (light.max_outline > 0 || !(chosen.one_sided > kMuch)) return;
   char text[320];
   std::snprintf(text, sizeof text,
                 "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
                 "covers, one alone does. Thin or small parts shrink or are lost, which rendered "
-                "normals do not tell. Ask for a smaller angle, or for --faces.",
+                "normals do not tell. Bound that (--max-outline 2%%), or ask for a smaller angle.",
                 place.c_str(), 100 * chosen.one_sided);
   warnings.push_back({"outlines", text, 1});
 }
@@ -134,7 +144,7 @@ bool make_light(BakeRun& run, const Source& source) {
   if (planned.cancelled) return false;
   take_light(run, std::move(planned));
   if (!run.light->reached) run.warnings.push_back(light_not_reached(*run.light));
-  warn_of_outline(run.light->chosen, {}, run.warnings);
+  warn_of_outline(*run.light, {}, run.warnings);
   return true;
 }
 
@@ -177,6 +187,11 @@ std::vector<std::string> trade_table(const LightBake& light) {
                   same(row, light.chosen) ? "  <- chosen" : "");
     lines.emplace_back(text);
   }
+  if (light.max_outline > 0) {
+    std::snprintf(text, sizeof text, "outlines differ by %.2g%% of what either mesh covers",
+                  100 * light.chosen.one_sided);
+    lines.emplace_back(text);
+  }
   if (light.chosen.size == 0 && light.reached) {
     lines.push_back("no map needed: normals at the vertices are within " + degrees(light.wanted) +
                     " degrees");
@@ -193,6 +208,7 @@ Json light_json(const LightBake& light, std::uint32_t screen) {
                       {"limit_degrees", level.limit}});
   }
   return {{"wanted_degrees", light.wanted},
+          {"max_outline", light.max_outline > 0 ? Json(light.max_outline) : Json()},
           {"reached", light.reached},
           {"screen", screen == 0 ? Json() : Json(screen)},
           {"views", kPlanViews},

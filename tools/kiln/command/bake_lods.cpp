@@ -76,7 +76,7 @@ bool make_lods(BakeRun& run, const Source& source) {
     const LightBake& light = level.light;
     const std::string place = " at " + std::to_string(level.screen) + " pixels";
     if (!light.reached) run.warnings.push_back(light_not_reached(light, place));
-    warn_of_outline(light.chosen, place, run.warnings);
+    warn_of_outline(light, place, run.warnings);
     if (&level == &chain.levels.front()) continue;  // The run's own warnings.
     for (const auto* list :
          {&light.simplified.warnings, light.unwrapped ? &light.unwrapped->warnings : nullptr}) {

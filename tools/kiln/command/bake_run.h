@@ -99,7 +99,7 @@ void take_light(BakeRun& run, LightBake planned);
 /// \param place  which of several low polys, as in "at 600 pixels "; may be empty
 Warning light_not_reached(const LightBake& light, const std::string& place = {});
 /// Tells where pictures show that outlines differ much.
-void warn_of_outline(const LightTrial& chosen, const std::string& place,
+void warn_of_outline(const LightBake& light, const std::string& place,
                      std::vector<Warning>& warnings);
 /// The trade that the plan made, as lines of a table.
 std::vector<std::string> trade_table(const LightBake& light);
