@@ -40,7 +40,7 @@
 //    looked for: up to 8 levels up, at most 1.5 times as heavy.
 // 10. Normals tell nothing of what only one of the meshes covers. Where that is over a tenth of what either
 //    does, the mesh and coarser ones are left out. The search goes on. Where another share was asked for, levels
-//    that are coarser than it allows are left out before all else, by looks.
+//    that are too coarse for it are left out first, by looks.
 //
 // Pictures of the high poly are taken while it is simplified. The result's deviation is measured while its maps are
 // baked.
