@@ -152,14 +152,14 @@ bool SimplifyJob::is_fine() {
 Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts,
                         bool fine) const {
   const std::size_t near_goal = goal_of_start(faces);
+  const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
+                     !options_.keep_uvs && !options_.hull;
+  if (dense && fine) {
+    return collapsed_in_pieces(dense_, dense_positions_, near_goal, untouched,
+                               [this](const Vec3d& p) { return scale_.snap(p); });
+  }
   Work work = dense_;
-  if (work.triangles.size() > std::max(kDirectLimit, near_goal) && !options_.keep_uvs &&
-      !options_.hull) {
-    if (fine) {
-      collapse_in_pieces(work, near_goal, untouched,
-                         [this](const Vec3d& p) { return scale_.snap(p); });
-      return work;
-    }
+  if (dense) {
     const double error = options_.faces == 0 ? 0.1 * options_.max_error : 1.0;
     if (options_.height_field && untouched.empty() && work.labels.empty() &&
         grid_start(work, near_goal, error)) {

@@ -96,7 +96,9 @@ class Shrinking {
     }
     result.labels.clear();
     if (!mesh_.labels.empty()) {
-      for (const std::uint32_t t : sources) result.labels.push_back(mesh_.labels[t]);
+      for (std::size_t t = 0; t < mesh_.labels.size(); ++t) {
+        if (mesh_.alive[t] != 0) result.labels.push_back(mesh_.labels[t]);
+      }
     }
     result.layout = {};
     if (!layout_) return;
