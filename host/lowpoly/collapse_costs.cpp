@@ -84,8 +84,8 @@ void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* en
       const TwoQuadrics::Point way = to - from;
       const Two already{off_[a] + off_[b], off_[c] + off_[d]};
       const Two added = sums.off(sums.best_near(from, to)) - already;
-      const Two cost = larger(Two{0, 0}, added) +
-                       kLengthWeight * TwoQuadrics::root(dot(way, way)) * sums.area;
+      const Two cost =
+          larger(Two{0, 0}, added) + kLengthWeight * TwoQuadrics::root(dot(way, way)) * sums.area;
       entries[waits] = {cost[0], a, b, stamps_[a], stamps_[b], 0};
       entries[i] = {cost[1], c, d, stamps_[c], stamps_[d], 0};
       waits = edges.size();

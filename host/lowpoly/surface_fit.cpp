@@ -295,21 +295,21 @@ double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
   return distance * distance;
 }
 
-/// Matches samples with the low poly as it is now.
+/// Matches the samples with the low poly as it is now.
 /// \param before  what they were matched with in the last round; empty in the first
-std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
-                                                    const std::vector<Sample>& before,
-                                                    const std::vector<Vec3d>& points,
-                                                    const std::vector<Triangle>& low) {
+/// \param found   out: the samples, matched
+void SurfaceFit::match(const std::vector<Sample>& before, const std::vector<Vec3d>& points,
+                       const std::vector<Triangle>& low, std::vector<Sample>& found) const {
   std::vector<Vec3> floats(points.size());
   std::transform(points.begin(), points.end(), floats.begin(), to_float);
   const SurfaceDistance tree(floats, low);
-  parallel_for(samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
+  found.resize(samples_.size());
+  parallel_for(found.size(), 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Sample& s = samples[i];
+      Sample& s = found[i] = samples_[i];
       if (s.weight == 0) continue;
       // No farther than where it was, or where its neighbour in the list is.
-      const Sample* known = !before.empty() ? &before[i] : i > begin ? &samples[i - 1] : nullptr;
+      const Sample* known = !before.empty() ? &before[i] : i > begin ? &found[i - 1] : nullptr;
       const double within = known == nullptr ? std::numeric_limits<double>::infinity()
                                              : surely_within(*known, s.point, points, low);
       s.triangle = tree.nearest(to_float(s.point), within);
@@ -321,19 +321,19 @@ std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
       s.weight *= 1 + kAtSides * (1 - 27 * s.share[0] * s.share[1] * s.share[2]);
     }
   });
-  return samples;
 }
 
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
                      std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
                      bool rough) {
   take_samples(wanted_for(low.size(), rough));
-  std::vector<Sample> found;
+  std::vector<Sample> found, before;
   const std::vector<Vec3d> met = points;
   const Moving moving(points, low, height_field_);
   const std::vector<AcrossLines> lines = lines_of(points, low, labels);
   for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
-    found = matched(samples_, found, points, low);
+    before.swap(found);
+    match(before, points, low, found);
     const VertexLists of_triangle(
         low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },
         [](std::size_t) { return std::uint64_t{0}; });
