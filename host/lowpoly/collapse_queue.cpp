@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-/// How many go into the heap at a time: at least, and a share of all.
+/// How many are put in order at a time: at least, and a share of all.
 constexpr std::size_t kLeastTaken = 1024, kShareTaken = 16;
 /// Costs that are looked at to find how dear these are.
 constexpr std::size_t kLookedAt = 4096;
