@@ -6,7 +6,8 @@ kiln_compile_together(host hot_1
   lowpoly/bitmap_packing.cpp lowpoly/box_packing.cpp lowpoly/cell_rows.cpp lowpoly/chart_borders.cpp
   lowpoly/chart_cut_search.cpp lowpoly/chart_cuts.cpp lowpoly/chart_density.cpp lowpoly/chart_growth.cpp
   lowpoly/chart_mask.cpp
-  lowpoly/chart_surface.cpp lowpoly/chart_trims.cpp lowpoly/collapse.cpp lowpoly/collapse_mesh.cpp lowpoly/collapse_planes.cpp
+  lowpoly/chart_surface.cpp lowpoly/chart_trims.cpp lowpoly/collapse.cpp lowpoly/collapse_costs.cpp
+  lowpoly/collapse_mesh.cpp lowpoly/collapse_planes.cpp
   lowpoly/collapse_shape.cpp lowpoly/flat_chart.cpp lowpoly/flat_predicates.cpp lowpoly/flat_solvers.cpp
   mesh/surface_links.cpp mesh/validate_mesh.cpp)
 kiln_compile_together(host hot_2

@@ -5,17 +5,10 @@
 #include <utility>
 
 #include "base/heartbeat.h"
-#include "base/parallel.h"
 
 namespace kiln {
 namespace {
 
-/// Share of the edge length that counts as deviation: where the surface is flat, short edges go first and triangles
-/// stay even. So little that no face stays there that curved places need.
-constexpr double kLengthWeight = 1e-7;
-/// Under a rule: the same of squared deviation, more than single precision loses. By the square of the length, 1e-8 was
-/// too much for long edges.
-constexpr double kLengthWeightOfSquares = 1e-12;
 /// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
 /// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
 constexpr double kPenalty = 1.5, kPenaltyOfSquares = 6;
@@ -32,82 +25,17 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule, Snap snap,
       snap_(std::move(snap)),
       shape_(mesh),
       quadrics_(mesh.points.size()),
+      off_(mesh.points.size()),
       stamps_(mesh.points.size(), 0),
       fixed_(std::move(fixed)),
       border_(mesh.points.size(), 0),
       penalty_(rule == nullptr ? kPenalty : kPenaltyOfSquares) {
-  build_quadrics();
-  if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
-  fill_queue();
-}
-
-/// Where an edge would go, and at what cost. A hub stays: moving it would move all that is around it.
-/// A step costs what the surface is farther off by it, distance times weight: pictures show a deviation by its size,
-/// not by its square. Under a rule, whose planes weigh against squares, it costs these, as Garland and Heckbert have it.
-EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) const {
-  Step step;
-  step.sum = quadrics_[a];
-  step.sum += quadrics_[b];
-  const bool hub_a = mesh_.is_hub(a), hub_b = mesh_.is_hub(b);
-  if ((hub_a && hub_b) || (!fixed_.empty() && (fixed_[a] != 0 || fixed_[b] != 0))) return step;
-  step.anchor = hub_a ? Anchor::first : hub_b ? Anchor::second : Anchor::none;
-  const Vec3d &pa = mesh_.points[a], &pb = mesh_.points[b];
-  if (rule_ != nullptr) {
-    const std::optional<Vec3d> place = rule_->place(mesh_, a, b, step.anchor, step.sum);
-    if (!place) return step;
-    step.target = *place;
-  } else {
-    step.target = hub_a ? pa : hub_b ? pb : step.sum.best_near(pa, pb);
-  }
-  step.allowed = true;
-  const double size = length(pb - pa);
-  if (rule_ != nullptr) {
-    step.cost = step.sum.at(step.target) + kLengthWeightOfSquares * size * step.sum.area;
-    return step;
-  }
-  const double already = quadrics_[a].off(pa) + quadrics_[b].off(pb);
-  step.cost =
-      std::max(0.0, step.sum.off(step.target) - already) + kLengthWeight * size * step.sum.area;
-  return step;
-}
-
-/// An edge that may not go has endless cost.
-EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) const {
-  const Step step = step_for(a, b);
-  const double cost = step.allowed ? step.cost : std::numeric_limits<double>::infinity();
-  return {cost, a, b, stamps_[a], stamps_[b], 0};
-}
-
-/// \param only_touched  leaves out edges around which nothing changed since the last time
-void EdgeCollapser::fill_queue(bool only_touched) {
-  std::vector<std::uint64_t> all = mesh_.edges();
-  if (only_touched) {
-    std::erase_if(all, [&](std::uint64_t e) {
-      return touched_[e >> 32] == 0 && touched_[static_cast<std::uint32_t>(e)] == 0;
-    });
-  }
-  if (guard_ != nullptr) touched_.assign(mesh_.points.size(), 0);
-  mesh_.visits += all.size();
-  std::vector<Entry> entries(all.size());
-  parallel_for(all.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      entries[i] =
-          entry_for(static_cast<std::uint32_t>(all[i] >> 32), static_cast<std::uint32_t>(all[i]));
-    }
-  });
-  std::erase_if(entries, [](const Entry& e) { return std::isinf(e.cost); });
-  queue_.assign(std::move(entries));
-}
-
-void EdgeCollapser::push(std::uint32_t a, std::uint32_t b) {
-  ++mesh_.visits;
-  const Entry entry = entry_for(std::min(a, b), std::max(a, b));
-  if (!std::isinf(entry.cost)) queue_.push(entry);
+  renew_queue();
 }
 
 /// Whether some triangle of a and one of b have their other two corners in common.
 bool EdgeCollapser::lies_on_another(std::uint32_t a, std::uint32_t b) {
-  const std::vector<std::uint32_t>& around = mesh_.around[b];
+  const std::span<const std::uint32_t> around = mesh_.around(b);
   mesh_.visits += around.size();
   const auto is_common = [&](std::uint32_t v) {
     return std::find(common_.begin(), common_.end(), v) != common_.end();
@@ -130,8 +58,8 @@ bool EdgeCollapser::lies_on_another(std::uint32_t a, std::uint32_t b) {
 bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   if (mesh_.is_hub(a)) return keeps_topology_at_hub(a, b);
   if (mesh_.is_hub(b)) return keeps_topology_at_hub(b, a);
-  mesh_.gather(a, near_a_);
-  mesh_.gather(b, near_b_);
+  mesh_.gather_unordered(a, near_a_);
+  mesh_.gather_unordered(b, near_b_);
   std::uint32_t on_edge = 0;
   common_.clear();
   bool border_a = false, border_b = false;
@@ -140,14 +68,7 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
     if (n.vertex == b) on_edge = n.triangles;
   }
   for (const CollapseMesh::Neighbour& n : near_b_) border_b = border_b || n.triangles == 1;
-  for (std::size_t i = 0, j = 0; i < near_a_.size() && j < near_b_.size();) {
-    if (near_a_[i].vertex == near_b_[j].vertex)
-      common_.push_back(near_a_[i].vertex), ++i, ++j;
-    else if (near_a_[i].vertex < near_b_[j].vertex)
-      ++i;
-    else
-      ++j;
-  }
+  mesh_.find_common(near_a_, near_b_, common_);
   if (on_edge == 0 || common_.size() != on_edge) return false;
   if (border_a && border_b && on_edge != 1) return false;
   // Something must be left, and no two triangles may come to lie on the same corners.
@@ -194,6 +115,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   if (guard_ != nullptr) guard_->collapse();
   mesh_.points[kept] = step.target;
   quadrics_[kept] += quadrics_[gone];
+  off_[kept] = quadrics_[kept].off(step.target);
   if (!lines_.empty()) lines_[kept] += lines_[gone];
   border_[kept] = border_[kept] | border_[gone];
   shape_.merge(kept, gone);
@@ -212,8 +134,8 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
     deferred_->push_back(kept);
     return;
   }
-  mesh_.gather(kept, near_a_);
-  for (const CollapseMesh::Neighbour& n : near_a_) push(kept, n.vertex);
+  mesh_.gather_unordered(kept, near_a_);
+  push_all(kept, near_a_);
   if (guard_ == nullptr) return;
   touched_[kept] = 1;
   for (const CollapseMesh::Neighbour& n : near_a_) touched_[n.vertex] = 1;
@@ -261,12 +183,52 @@ bool EdgeCollapser::renew() {
     next_renewal_ = 0;
     return false;
   }
-  build_quadrics();
-  fill_queue();
+  queue_.assign({});
+  if (guard_ == nullptr) compact();
+  renew_queue();
   return true;
 }
 
+void EdgeCollapser::compact() {
+  const std::vector<std::uint32_t> number = mesh_.compact();
+  queue_.renumber(number, stamps_);
+  shape_.renumber(number);
+  renumber_values(quadrics_, number);
+  renumber_values(off_, number);
+  renumber_values(stamps_, number);
+  renumber_values(fixed_, number);
+  renumber_values(border_, number);
+}
+
+/// Brings to the cache what the next entries will look at: the cheapest edges lie anywhere in the mesh.
+void EdgeCollapser::fetch_ahead() const {
+  constexpr std::size_t kCorners = 1, kTriangles = 2, kList = 4, kVertex = 8;
+  if (const Entry* e = queue_.ahead(kVertex)) {
+    for (const std::uint32_t v : {e->a, e->b}) {
+      __builtin_prefetch(&stamps_[v]);
+      mesh_.fetch(v);
+    }
+  }
+  const auto current = [&](std::size_t others) {
+    const Entry* const e = queue_.ahead(others);
+    return e != nullptr && is_current(*e) ? e : nullptr;
+  };
+  if (const Entry* e = current(kList)) {
+    for (const std::uint32_t v : {e->a, e->b}) {
+      mesh_.fetch_list(v);
+      fetch_planes(v);
+    }
+  }
+  if (const Entry* e = current(kTriangles)) {
+    for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_triangles(v);
+  }
+  if (const Entry* e = current(kCorners)) {
+    for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_corners(v);
+  }
+}
+
 void EdgeCollapser::run_cheap(double cost) {
+  constexpr std::uint8_t kDone = 2;
   deferred_.emplace();
   for (const Entry* front = nullptr; (front = queue_.front(stamps_)) != nullptr;) {
     const Entry entry = *front;
@@ -279,11 +241,15 @@ void EdgeCollapser::run_cheap(double cost) {
   std::vector<std::uint8_t> waits(mesh_.points.size(), 0);
   for (const std::uint32_t v : changed) waits[v] = 1;
   for (const std::uint32_t v : changed) {
-    mesh_.gather(v, near_a_);
-    for (const CollapseMesh::Neighbour& n : near_a_) {
-      if (waits[n.vertex] == 0 || n.vertex > v) push(v, n.vertex);
-    }
+    if (waits[v] == kDone) continue;
+    mesh_.gather_unordered(v, near_a_);
+    std::erase_if(near_a_, [&](const CollapseMesh::Neighbour& n) {
+      return waits[n.vertex] != 0 && n.vertex < v;
+    });
+    push_all(v, near_a_);
+    waits[v] = kDone;
   }
+  if (2 * mesh_.faces < mesh_.triangles.size()) compact();
 }
 
 void EdgeCollapser::run(std::size_t faces) {
@@ -296,11 +262,12 @@ void EdgeCollapser::run(std::size_t faces) {
       if (renew()) continue;
       const Entry entry = *queue_.front(stamps_);
       queue_.pop();
+      fetch_ahead();
       if (is_current(entry)) taken += take(entry);
     }
     if (mesh_.all_faces() <= faces || taken == 0) return;
     if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;
-    fill_queue(guard_ != nullptr);  // What was refused may be allowed by now.
+    fill_queue(mesh_.edges(), guard_ != nullptr);  // What was refused may be allowed by now.
   }
 }
 

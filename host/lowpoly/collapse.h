@@ -39,7 +39,8 @@ class EdgeCollapser {
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
   /// Triangles must have three different vertices, and no twin of the same orientation.
-  /// \param mesh  must outlive this
+  /// \param mesh  must outlive this. As it gets smaller, what is left of it gets new numbers (CollapseMesh::compact()),
+  ///              unless there is a rule or a guard
   /// \param rule  what must be kept beside the shape; may be null; must outlive this
   /// \param fixed  by vertex, whether no edge there may go; empty: all may
   explicit EdgeCollapser(CollapseMesh& mesh, CollapseRule* rule = nullptr, Snap snap = {},
@@ -77,6 +78,7 @@ class EdgeCollapser {
   using Entry = CollapseEntry;
   /// A collapse as it would be taken.
   struct Step {
+    explicit Step(const Quadric& planes) : sum(planes) {}
     bool allowed = false;
     Anchor anchor = Anchor::none;
     Vec3d target;
@@ -84,17 +86,27 @@ class EdgeCollapser {
     double cost = 0;
   };
 
-  void build_quadrics();
+  std::vector<std::uint64_t> build_quadrics();
+  void renew_queue();
   void bound_lines(double bound);
   bool keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const;
   bool renew();
+  void compact();
+  void fetch_ahead() const;
+  void fetch_planes(std::uint32_t vertex) const {
+    __builtin_prefetch(&quadrics_[vertex]);
+    __builtin_prefetch(&quadrics_[vertex].area);
+    mesh_.fetch(vertex);
+  }
   bool is_current(const Entry& entry) const {
     return entry.stamp_a == stamps_[entry.a] && entry.stamp_b == stamps_[entry.b];
   }
-  void fill_queue(bool only_touched = false);
+  void fill_queue(std::vector<std::uint64_t> all, bool only_touched = false);
   Step step_for(std::uint32_t a, std::uint32_t b) const;
   Entry entry_for(std::uint32_t a, std::uint32_t b) const;
+  void make_entries(std::span<const std::uint64_t> edges, Entry* entries) const;
   void push(std::uint32_t a, std::uint32_t b);
+  void push_all(std::uint32_t v, const std::vector<CollapseMesh::Neighbour>& others);
   bool keeps_topology(std::uint32_t a, std::uint32_t b);
   bool keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b);
   bool lies_on_another(std::uint32_t a, std::uint32_t b);
@@ -115,6 +127,7 @@ class EdgeCollapser {
   std::vector<std::uint8_t>
       touched_;  ///< Under a guard: whether what is around changed since the queue was filled.
   std::vector<Quadric> quadrics_;
+  std::vector<double> off_;  ///< Quadric::off() of each vertex where it is, without a rule.
   std::vector<Quadric>
       lines_;  ///< Under a guard: planes on lines between labels; empty without any.
   double lines_bound_ = 0;
@@ -126,6 +139,8 @@ class EdgeCollapser {
   CollapseQueue queue_;
   std::optional<std::vector<std::uint32_t>> deferred_;  ///< Changed vertices whose edges wait.
   std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
+  std::vector<std::uint64_t> edges_;  ///< Of push_all()
+  std::vector<Entry> entries_;
   std::vector<std::uint32_t> common_;  ///< Vertices next to both ends of an edge.
 };
 

@@ -54,9 +54,7 @@ void EdgeCollapser::relax(Distances which) {
     if (mesh_.valence[v] != 0 && border_[v] == 0 && !mesh_.is_hub(v)) relax_at(v, which);
   }
   touched_.assign(mesh_.points.size(), 1);
-  build_quadrics();
-  if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
-  fill_queue();
+  renew_queue();
 }
 
 }  // namespace kiln

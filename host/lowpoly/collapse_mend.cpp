@@ -38,6 +38,7 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
     guard_->collapse();
   }
   mesh_.points[mover] = best;
+  off_[mover] = quadrics_[mover].off(best);
   ++stamps_[mover];
   mesh_.gather(mover, near_a_);
   for (const CollapseMesh::Neighbour& n : near_a_) push(mover, n.vertex);
@@ -46,7 +47,7 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
 
 /// Collapses a side: to an end, the middle, or the best point.
 bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
-  Step best;
+  Step best{Quadric()};
   best.cost = std::numeric_limits<double>::infinity();
   std::uint32_t best_a = 0, best_b = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -96,7 +97,8 @@ bool EdgeCollapser::mend(std::uint32_t triangle,
         return bad(corners);
       };
       if (mesh.contains(mended, moved) && is_bad(mended)) return false;
-      return std::none_of(mesh.around[moved].begin(), mesh.around[moved].end(),
+      const std::span<const std::uint32_t> all = mesh.around(moved);
+      return std::none_of(all.begin(), all.end(),
                           [&](std::uint32_t t) { return t != mended && is_bad(t); });
     }
   };

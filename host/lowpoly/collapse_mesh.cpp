@@ -1,6 +1,7 @@
 #include "lowpoly/collapse_mesh.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace kiln {
 
@@ -11,14 +12,23 @@ CollapseMesh::CollapseMesh(std::span<const Vec3d> positions, std::span<const Tri
       labels(of_triangles.begin(), of_triangles.end()),
       alive(given.size(), 1),
       valence(positions.size(), 0),
-      around(positions.size()),
-      faces(given.size()) {
+      faces(given.size()),
+      lists_(positions.size()),
+      pool_(3 * given.size()),
+      marks_(positions.size(), 0) {
   for (const Triangle& t : triangles) {
     for (const std::uint32_t vertex : t) ++valence[vertex];
   }
-  for (std::size_t v = 0; v < around.size(); ++v) around[v].reserve(valence[v]);
+  std::uint32_t first = 0;
+  for (std::size_t v = 0; v < lists_.size(); ++v) {
+    lists_[v] = {first, 0, valence[v]};
+    first += valence[v];
+  }
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    for (const std::uint32_t vertex : triangles[t]) around[vertex].push_back(t);
+    for (const std::uint32_t vertex : triangles[t]) {
+      List& list = lists_[vertex];
+      pool_[list.first + list.size++] = t;
+    }
   }
 }
 
@@ -30,25 +40,38 @@ void CollapseMesh::count_sides(std::vector<std::uint8_t> of_triangles) {
   }
 }
 
-void CollapseMesh::gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours) {
+void CollapseMesh::gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours) {
   neighbours.clear();
   visits += valence[vertex];
   each_around(vertex, [&](std::uint32_t t) {
     for (const std::uint32_t other : triangles[t]) {
-      if (other != vertex) neighbours.push_back({other, 1});
+      if (other == vertex) continue;
+      if (marks_[other] != 0) {
+        ++neighbours[marks_[other] - 1].triangles;
+        continue;
+      }
+      neighbours.push_back({other, 1});
+      marks_[other] = static_cast<std::uint32_t>(neighbours.size());
     }
   });
+  for (const Neighbour& n : neighbours) marks_[n.vertex] = 0;
+}
+
+void CollapseMesh::gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours) {
+  gather_unordered(vertex, neighbours);
   std::sort(neighbours.begin(), neighbours.end(),
             [](const Neighbour& a, const Neighbour& b) { return a.vertex < b.vertex; });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < neighbours.size(); ++i) {
-    if (kept != 0 && neighbours[kept - 1].vertex == neighbours[i].vertex) {
-      ++neighbours[kept - 1].triangles;
-    } else {
-      neighbours[kept++] = neighbours[i];
-    }
+}
+
+void CollapseMesh::find_common(const std::vector<Neighbour>& one,
+                               const std::vector<Neighbour>& other,
+                               std::vector<std::uint32_t>& common) {
+  common.clear();
+  for (const Neighbour& n : one) marks_[n.vertex] = 1;
+  for (const Neighbour& n : other) {
+    if (marks_[n.vertex] != 0) common.push_back(n.vertex);
   }
-  neighbours.resize(kept);
+  for (const Neighbour& n : one) marks_[n.vertex] = 0;
 }
 
 std::vector<std::uint64_t> CollapseMesh::edges() const {
@@ -81,14 +104,32 @@ std::vector<std::uint64_t> CollapseMesh::edges() const {
 
 /// Drops dead triangles from a list once they are the greater part: a step for each that died.
 void CollapseMesh::tidy(std::uint32_t vertex) {
-  if (around[vertex].size() <= 2 * std::size_t{valence[vertex]}) return;
-  visits += around[vertex].size();
-  std::erase_if(around[vertex], [&](std::uint32_t t) { return alive[t] == 0; });
+  List& list = lists_[vertex];
+  if (list.size <= 2 * std::size_t{valence[vertex]}) return;
+  visits += list.size;
+  const auto begin = pool_.begin() + list.first;
+  const auto end =
+      std::remove_if(begin, begin + list.size, [&](std::uint32_t t) { return alive[t] == 0; });
+  list.size = static_cast<std::uint32_t>(end - begin);
+}
+
+/// Moves a list that has no room for so many more to the end, and makes its room twice as large.
+void CollapseMesh::make_room(std::uint32_t vertex, std::uint32_t more) {
+  List& list = lists_[vertex];
+  if (list.size + more <= list.capacity) return;
+  const auto first = static_cast<std::uint32_t>(pool_.size());
+  const std::uint32_t capacity = 2 * (list.size + more);
+  pool_.resize(pool_.size() + capacity);
+  std::copy_n(pool_.begin() + list.first, list.size, pool_.begin() + first);
+  list.first = first;
+  list.capacity = capacity;
 }
 
 void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
-  visits += around[gone].size();
-  for (const std::uint32_t t : around[gone]) {
+  visits += lists_[gone].size;
+  make_room(kept, valence[gone]);
+  List& list = lists_[kept];
+  for (const std::uint32_t t : around(gone)) {
     if (alive[t] == 0) continue;
     if (contains(t, kept)) {
       alive[t] = 0;
@@ -102,13 +143,59 @@ void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
       for (std::uint32_t& vertex : triangles[t]) {
         if (vertex == gone) vertex = kept;
       }
-      around[kept].push_back(t);
+      pool_[list.first + list.size++] = t;
       ++valence[kept];
     }
   }
-  around[gone] = {};
+  lists_[gone] = {};
   valence[gone] = 0;
   tidy(kept);
+}
+
+std::vector<std::uint32_t> CollapseMesh::compact() {
+  std::vector<std::uint32_t> number(points.size(), kNoVertex), of_triangle(triangles.size());
+  if (given_triangles_.empty()) {
+    given_triangles_.resize(triangles.size());
+    std::iota(given_triangles_.begin(), given_triangles_.end(), 0U);
+    given_vertices_.resize(points.size());
+    std::iota(given_vertices_.begin(), given_vertices_.end(), 0U);
+  }
+  std::uint32_t vertices = 0, count = 0;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (valence[v] != 0) number[v] = vertices++;
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (alive[t] == 0) continue;
+    of_triangle[t] = count;
+    const Triangle& corners = triangles[t];
+    triangles[count] = {number[corners[0]], number[corners[1]], number[corners[2]]};
+    given_triangles_[count] = given_triangles_[t];
+    if (!labels.empty()) labels[count] = labels[t];
+    if (!two_sided.empty()) two_sided[count] = two_sided[t];
+    ++count;
+  }
+  std::vector<std::uint32_t> pool;
+  pool.reserve(3 * std::size_t{count});
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] == kNoVertex) continue;
+    const auto first = static_cast<std::uint32_t>(pool.size());
+    for (const std::uint32_t t : around(static_cast<std::uint32_t>(v))) {
+      if (alive[t] != 0) pool.push_back(of_triangle[t]);
+    }
+    lists_[number[v]] = {first, valence[v], valence[v]};
+  }
+  pool_ = std::move(pool);
+  lists_.resize(vertices);
+  marks_.resize(vertices);
+  triangles.resize(count);
+  given_triangles_.resize(count);
+  if (!labels.empty()) labels.resize(count);
+  if (!two_sided.empty()) two_sided.resize(count);
+  alive.assign(count, 1);
+  renumber_values(points, number);
+  renumber_values(given_vertices_, number);
+  renumber_values(valence, number);
+  return number;
 }
 
 void CollapseMesh::extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
@@ -126,7 +213,7 @@ void CollapseMesh::extract(std::vector<Vec3d>& positions, std::vector<Triangle>&
     if (alive[t] == 0) continue;
     const Triangle& v = triangles[t];
     left.push_back({renumbered[v[0]], renumbered[v[1]], renumbered[v[2]]});
-    sources.push_back(t);
+    sources.push_back(given_triangle(t));
   }
 }
 

@@ -40,18 +40,48 @@ class CollapseMesh {
   template <class Body>
   void each_on_edge(std::uint32_t a, std::uint32_t b, const Body& body) const {
     if (valence[b] < valence[a]) std::swap(a, b);
-    for (const std::uint32_t t : around[a]) {
+    for (const std::uint32_t t : around(a)) {
       if (alive[t] != 0 && contains(t, b)) body(t);
     }
   }
   template <class Body>
   void each_around(std::uint32_t vertex, const Body& body) const {
-    for (const std::uint32_t t : around[vertex]) {
+    for (const std::uint32_t t : around(vertex)) {
       if (alive[t] != 0) body(t);
+    }
+  }
+  /// Triangles of a vertex, some no longer alive.
+  std::span<const std::uint32_t> around(std::uint32_t vertex) const {
+    const List& list = lists_[vertex];
+    return {pool_.data() + list.first, list.size};
+  }
+  /// Brings to the processor's cache what is soon looked at. First a vertex's own, later the list of its triangles, then
+  /// these, and at last their corners: each is found by what came before.
+  void fetch(std::uint32_t vertex) const {
+    __builtin_prefetch(&lists_[vertex]);
+    __builtin_prefetch(&points[vertex]);
+  }
+  void fetch_list(std::uint32_t vertex) const { __builtin_prefetch(around(vertex).data()); }
+  void fetch_triangles(std::uint32_t vertex) const {
+    if (is_hub(vertex)) return;
+    for (const std::uint32_t t : around(vertex)) {
+      __builtin_prefetch(&triangles[t]);
+      __builtin_prefetch(&alive[t]);
+    }
+  }
+  void fetch_corners(std::uint32_t vertex) const {
+    if (is_hub(vertex)) return;
+    for (const std::uint32_t t : around(vertex)) {
+      for (const std::uint32_t v : triangles[t]) __builtin_prefetch(&points[v]);
     }
   }
   /// Neighbours with the number of triangles on the edge to each, by vertex.
   void gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
+  /// The same in any order, in less time.
+  void gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
+  /// Vertices that are in both.
+  void find_common(const std::vector<Neighbour>& one, const std::vector<Neighbour>& other,
+                   std::vector<std::uint32_t>& common);
   /// All edges, each once, as lower vertex << 32 | higher vertex, in order.
   std::vector<std::uint64_t> edges() const;
   /// `gone` becomes `kept`; triangles with both vanish.
@@ -60,8 +90,18 @@ class CollapseMesh {
   void count_sides(std::vector<std::uint8_t> of_triangles);
   /// Triangles with those on backs.
   std::size_t all_faces() const { return faces + backs; }
+  /// Drops what is no longer alive, so that the rest lies close together. Triangles and vertices keep their order.
+  /// \returns the new number of each vertex, or kNoVertex
+  std::vector<std::uint32_t> compact();
+  /// The number that a triangle had when it was given, and a vertex.
+  std::uint32_t given_triangle(std::uint32_t triangle) const {
+    return given_triangles_.empty() ? triangle : given_triangles_[triangle];
+  }
+  std::uint32_t given_vertex(std::uint32_t vertex) const {
+    return given_vertices_.empty() ? vertex : given_vertices_[vertex];
+  }
   /// What is left, with only the vertices in use, in the order they came.
-  /// \param sources  the index that each triangle had
+  /// \param sources  the index that each triangle had when it was given
   void extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
                std::vector<std::uint32_t>& sources) const;
 
@@ -70,13 +110,33 @@ class CollapseMesh {
   std::vector<std::uint32_t> labels;  ///< Per triangle; empty: none.
   std::vector<std::uint8_t> alive;    ///< Per triangle.
   std::vector<std::uint32_t> valence;
-  std::vector<std::vector<std::uint32_t>> around;  ///< Triangles of a vertex, some no longer alive.
   std::vector<std::uint8_t> two_sided;  ///< Per triangle, whether it has a back; empty: none has.
   std::size_t faces = 0, backs = 0;
   std::uint64_t visits = 0;
 
  private:
+  /// Where a vertex's triangles are in pool_.
+  struct List {
+    std::uint32_t first = 0, size = 0, capacity = 0;
+  };
   void tidy(std::uint32_t vertex);
+  void make_room(std::uint32_t vertex, std::uint32_t more);
+
+  std::vector<List> lists_;
+  std::vector<std::uint32_t> pool_;
+  std::vector<std::uint32_t> marks_;  ///< By vertex; 0 but while neighbours are gathered.
+  std::vector<std::uint32_t> given_triangles_, given_vertices_;  ///< Empty: all as they were given.
 };
+
+/// Keeps values by vertex where vertices are renumbered, which keep their order.
+template <class Value>
+void renumber_values(std::vector<Value>& values, const std::vector<std::uint32_t>& number) {
+  if (values.empty()) return;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] != kNoVertex) values[count++] = values[v];
+  }
+  values.resize(count);
+}
 
 }  // namespace kiln

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -62,13 +63,41 @@ std::vector<std::uint8_t> fixed_vertices(const Work& work,
   return fixed;
 }
 
+/// Numbers by vertex for whoever needs some for a while: as many vectors as threads at most. They are long, and most
+/// of what they hold stays unused.
+class Numbers {
+ public:
+  using Lent = std::vector<std::uint32_t>;
+  explicit Numbers(std::size_t count) : count_(count) {}
+
+  /// \returns numbers that are all kNoVertex
+  Lent lend() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return Lent(count_, kNoVertex);
+    Lent numbers = std::move(idle_.back());
+    idle_.pop_back();
+    return numbers;
+  }
+  /// \param used  where they are not kNoVertex
+  void take_back(Lent numbers, std::span<const std::uint32_t> used) {
+    for (const std::uint32_t i : used) numbers[i] = kNoVertex;
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(numbers));
+  }
+
+ private:
+  std::size_t count_;
+  std::mutex mutex_;
+  std::vector<Lent> idle_;
+};
+
 /// A piece by itself.
 class Piece {
  public:
   Piece(const Work& work, std::vector<std::uint32_t> triangles,
-        const std::vector<std::uint8_t>& fixed, const EdgeCollapser::Snap& snap)
+        const std::vector<std::uint8_t>& fixed, Numbers& numbers, const EdgeCollapser::Snap& snap)
       : of_triangle_(std::move(triangles)) {
-    std::vector<std::uint32_t> number(work.points.size(), kNoVertex);
+    Numbers::Lent number = numbers.lend();
     std::vector<Vec3d> points;
     std::vector<Triangle> own;
     std::vector<std::uint8_t> stays;
@@ -85,6 +114,7 @@ class Piece {
         v = number[v];
       }
     }
+    numbers.take_back(std::move(number), of_vertex_);
     mesh_ = std::make_unique<CollapseMesh>(points, own);
     collapser_ = std::make_unique<EdgeCollapser>(*mesh_, nullptr, snap, std::move(stays));
   }
@@ -92,62 +122,56 @@ class Piece {
   std::size_t faces() const { return mesh_->faces; }
   EdgeCollapser& collapser() { return *collapser_; }
 
-  /// Puts back what is left. \param left  the triangles by their numbers before, added
-  void give_back(Work& work, std::vector<Triangle>& triangles, std::vector<std::uint32_t>& left) {
-    for (std::size_t v = 0; v < of_vertex_.size(); ++v) {
-      if (mesh_->valence[v] != 0) work.points[of_vertex_[v]] = mesh_->points[v];
+  /// Notes the vertices that are left, by their numbers before.
+  void note_used(std::vector<std::uint32_t>& used) const {
+    for (std::uint32_t v = 0; v < mesh_->points.size(); ++v) {
+      if (mesh_->valence[v] != 0) used[vertex(v)] = 1;
     }
-    for (std::size_t t = 0; t < of_triangle_.size(); ++t) {
+  }
+  /// Puts back what is left.
+  /// \param number  new ones of vertices, by those before
+  /// \param left    the triangles by their numbers before, added
+  void give_back(Work& work, const std::vector<std::uint32_t>& number,
+                 std::vector<std::uint32_t>& left) const {
+    for (std::uint32_t v = 0; v < mesh_->points.size(); ++v) {
+      if (mesh_->valence[v] != 0) work.points[number[vertex(v)]] = mesh_->points[v];
+    }
+    for (std::uint32_t t = 0; t < mesh_->triangles.size(); ++t) {
       if (mesh_->alive[t] == 0) continue;
       const Triangle& v = mesh_->triangles[t];
-      triangles.push_back({of_vertex_[v[0]], of_vertex_[v[1]], of_vertex_[v[2]]});
-      left.push_back(of_triangle_[t]);
+      work.triangles.push_back({number[vertex(v[0])], number[vertex(v[1])], number[vertex(v[2])]});
+      left.push_back(of_triangle_[mesh_->given_triangle(t)]);
     }
   }
 
  private:
+  /// The number that a vertex had before.
+  std::uint32_t vertex(std::uint32_t own) const { return of_vertex_[mesh_->given_vertex(own)]; }
+
   std::vector<std::uint32_t> of_triangle_, of_vertex_;
   std::unique_ptr<CollapseMesh> mesh_;
   std::unique_ptr<EdgeCollapser> collapser_;
 };
 
-/// Drops vertices that no triangle has.
-void renumber(Work& work) {
-  std::vector<std::uint32_t> number(work.points.size(), kNoVertex);
-  for (const Triangle& t : work.triangles) {
-    for (const std::uint32_t v : t) number[v] = 0;
-  }
-  std::uint32_t count = 0;
-  for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] == kNoVertex) continue;
-    work.points[count] = work.points[v];
-    number[v] = count++;
-  }
-  work.points.resize(count);
-  for (Triangle& t : work.triangles) {
-    for (std::uint32_t& v : t) v = number[v];
-  }
-}
-
 }  // namespace
 
-void collapse_in_pieces(Work& work, std::size_t faces, std::span<const Place> untouched,
-                        const EdgeCollapser::Snap& snap) {
-  std::vector<std::vector<std::uint32_t>> lists =
-      pieces_of(to_floats(work.points), work.triangles, kPiece);
-  const std::vector<std::uint8_t> fixed = fixed_vertices(work, lists, untouched);
+Work collapsed_in_pieces(const Work& dense, std::span<const Vec3> positions, std::size_t faces,
+                         std::span<const Place> untouched, const EdgeCollapser::Snap& snap) {
+  std::vector<std::vector<std::uint32_t>> lists = pieces_of(positions, dense.triangles, kPiece);
+  const std::vector<std::uint8_t> fixed = fixed_vertices(dense, lists, untouched);
   std::vector<std::unique_ptr<Piece>> pieces(lists.size());
   const auto each = [&](const auto& body) {
     parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) body(i);
     });
   };
+  Numbers numbers(dense.points.size());
   each([&](std::size_t i) {
-    pieces[i] = std::make_unique<Piece>(work, std::move(lists[i]), fixed, snap);
+    pieces[i] = std::make_unique<Piece>(dense, std::move(lists[i]), fixed, numbers, snap);
   });
   // Triangles that hardly can go are not among those that should be left.
-  const double goal = static_cast<double>(faces) + static_cast<double>(count_at(work, fixed));
-  std::size_t left = work.triangles.size();
+  const double goal = static_cast<double>(faces) + static_cast<double>(count_at(dense, fixed));
+  std::size_t left = dense.triangles.size();
   for (double cost = kFirstCost; cost < kLastCost;) {
     const int steps = steps_to(static_cast<double>(left) / goal);
     if (steps == 0) break;
@@ -159,17 +183,20 @@ void collapse_in_pieces(Work& work, std::size_t faces, std::span<const Place> un
     left = 0;
     for (const std::unique_ptr<Piece>& piece : pieces) left += piece->faces();
   }
-  std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> of;
-  for (const std::unique_ptr<Piece>& piece : pieces) piece->give_back(work, triangles, of);
-  if (!work.labels.empty()) {
-    std::vector<std::uint32_t> labels;
-    for (const std::uint32_t t : of) labels.push_back(work.labels[t]);
-    work.labels = std::move(labels);
+  std::vector<std::uint32_t> number(dense.points.size(), 0), of;
+  for (const std::unique_ptr<Piece>& piece : pieces) piece->note_used(number);
+  std::uint32_t count = 0;
+  for (std::uint32_t& v : number) count += std::exchange(v, count);
+  Work result;
+  result.keep_labels = dense.keep_labels;
+  result.points.resize(count);
+  result.triangles.reserve(left);
+  for (const std::unique_ptr<Piece>& piece : pieces) piece->give_back(result, number, of);
+  if (!dense.labels.empty()) {
+    result.labels.reserve(of.size());
+    for (const std::uint32_t t : of) result.labels.push_back(dense.labels[t]);
   }
-  work.triangles = std::move(triangles);
-  work.sources.clear();
-  renumber(work);
+  return result;
 }
 
 }  // namespace kiln

@@ -13,7 +13,8 @@ namespace kiln {
 /// nothing moves, nor where labels meet. All pieces stop at the same cost, so that flat ones lose more. The pieces
 /// depend on the mesh alone. Vertices that are left over go.
 /// \param untouched  where nothing moves either
-void collapse_in_pieces(Work& work, std::size_t faces, std::span<const Place> untouched,
-                        const EdgeCollapser::Snap& snap);
+/// \param positions  the mesh's points
+Work collapsed_in_pieces(const Work& dense, std::span<const Vec3> positions, std::size_t faces,
+                         std::span<const Place> untouched, const EdgeCollapser::Snap& snap);
 
 }  // namespace kiln

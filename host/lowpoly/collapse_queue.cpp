@@ -8,10 +8,16 @@
 namespace kiln {
 namespace {
 
-/// How many go into the heap at a time: at least, and a share of all.
+/// How many are put in order at a time: at least, and a share of all.
 constexpr std::size_t kLeastTaken = 1024, kShareTaken = 16;
 /// Costs that are looked at to find how dear these are.
 constexpr std::size_t kLookedAt = 4096;
+
+void erase_old(std::vector<CollapseEntry>& entries, const std::vector<std::uint32_t>& stamps) {
+  std::erase_if(entries, [&](const CollapseEntry& e) {
+    return e.stamp_a != stamps[e.a] || e.stamp_b != stamps[e.b];
+  });
+}
 
 }  // namespace
 
@@ -20,7 +26,8 @@ bool CollapseEntry::operator<(const CollapseEntry& o) const {
 }
 
 void CollapseQueue::assign(std::vector<CollapseEntry>&& entries) {
-  near_.clear();
+  sorted_.clear();
+  late_.clear();
   far_ = std::move(entries);
   limit_ = -std::numeric_limits<double>::infinity();
 }
@@ -30,19 +37,30 @@ void CollapseQueue::push(const CollapseEntry& entry) {
     far_.push_back(entry);
     return;
   }
-  near_.push_back(entry);
-  std::push_heap(near_.begin(), near_.end());
+  late_.push_back(entry);
+  std::push_heap(late_.begin(), late_.end());
 }
 
 void CollapseQueue::pop() {
-  std::pop_heap(near_.begin(), near_.end());
-  near_.pop_back();
+  if (late_.empty() || !is_late_first()) {
+    sorted_.pop_back();
+    return;
+  }
+  std::pop_heap(late_.begin(), late_.end());
+  late_.pop_back();
+}
+
+void CollapseQueue::renumber(const std::vector<std::uint32_t>& number,
+                             const std::vector<std::uint32_t>& stamps) {
+  for (std::vector<CollapseEntry>* entries : {&sorted_, &late_, &far_}) {
+    erase_old(*entries, stamps);
+    for (CollapseEntry& e : *entries) e.a = number[e.a], e.b = number[e.b];
+  }
+  std::make_heap(late_.begin(), late_.end());
 }
 
 void CollapseQueue::take_nearest(const std::vector<std::uint32_t>& stamps) {
-  std::erase_if(far_, [&](const CollapseEntry& e) {
-    return e.stamp_a != stamps[e.a] || e.stamp_b != stamps[e.b];
-  });
+  erase_old(far_, stamps);
   if (far_.empty()) return;
   limit_ = std::numeric_limits<double>::infinity();
   if (const std::size_t taken = std::max(kLeastTaken, far_.size() / kShareTaken);
@@ -56,9 +74,9 @@ void CollapseQueue::take_nearest(const std::vector<std::uint32_t>& stamps) {
   }
   const auto dearer = std::partition(far_.begin(), far_.end(),
                                      [&](const CollapseEntry& e) { return e.cost > limit_; });
-  near_.assign(dearer, far_.end());
+  sorted_.assign(dearer, far_.end());
   far_.erase(dearer, far_.end());
-  std::make_heap(near_.begin(), near_.end());
+  std::sort(sorted_.begin(), sorted_.end());
 }
 
 }  // namespace kiln

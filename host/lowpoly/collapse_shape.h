@@ -32,12 +32,17 @@ class CollapseShape {
 
   /// The surface around both is what `kept` stands for.
   void merge(std::uint32_t kept, std::uint32_t gone) { facing_[kept] += facing_[gone]; }
+  /// Follows CollapseMesh::compact().
+  void renumber(const std::vector<std::uint32_t>& number) { renumber_values(facing_, number); }
 
  private:
   /// A triangle around the vertex that the two become: the corners that stay, in order.
   struct Star {
-    std::uint32_t first, second, triangle;
-    Vec3d before, after;  ///< Unit normals; before: zero where there was no area.
+    std::uint32_t first, second;
+    bool turned;          ///< By more than a little.
+    bool is_unit;         ///< Whether normals have been made unit length.
+    Vec3d before, after;  ///< Normals; before: zero where there was no area.
+    void make_unit();
   };
   /// Normals, weighted by area, and the area.
   struct Facing {
@@ -52,6 +57,7 @@ class CollapseShape {
 
   std::vector<Facing> facing_;  ///< Of the surface that a vertex stands for.
   std::vector<Star> star_;
+  bool any_turned_ = false;  ///< Whether star_ has any that may fold.
   std::optional<double> sharpening_;
 };
 

@@ -10,6 +10,12 @@ namespace kiln {
 PartSizes::PartSizes(const Work& work) : part_(work.triangles.size()) {
   DisjointSets sets(work.points.size());
   join_parts(work.triangles, sets);
+  std::uint32_t roots = 0;
+  for (std::uint32_t v = 0; v < work.points.size(); ++v) roots += sets.find(v) == v;
+  if (roots < 2) {
+    diagonal_ = {std::numeric_limits<double>::infinity()};
+    return;
+  }
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   constexpr double kFar = std::numeric_limits<double>::max();
   std::vector<std::uint32_t> number(work.points.size(), kNone);

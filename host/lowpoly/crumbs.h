@@ -14,6 +14,8 @@ class PartSizes {
  public:
   explicit PartSizes(const Work& work);
 
+  /// Whether it is one part alone, of which nothing can be left out.
+  bool is_whole() const { return diagonal_.size() < 2; }
   /// Parts whose box has a diagonal below `size`; never the largest.
   std::uint64_t count_below(double size) const;
   /// The mesh without them, its vertices renumbered.
@@ -23,7 +25,7 @@ class PartSizes {
   bool is_below(std::uint32_t part, double size) const;
 
   std::vector<std::uint32_t> part_;  ///< Of each triangle.
-  std::vector<double> diagonal_;     ///< Of each part's box.
+  std::vector<double> diagonal_;     ///< Of each part's box; endless where there is one alone.
   std::uint32_t largest_ = 0;
 };
 

@@ -143,7 +143,7 @@ DeviationGuard::Face DeviationGuard::face_of(std::uint32_t triangle, const Vec3d
 
 void DeviationGuard::add_around(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                                 const Vec3d& target, bool with_common) {
-  for (const std::uint32_t t : mesh.around[moved]) {
+  for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0) continue;
     const bool common = other != kNoVertex && mesh.contains(t, other);
     if (common && !with_common) continue;

@@ -53,7 +53,7 @@ std::optional<Vec3d> HeightRule::place(const CollapseMesh& mesh, std::uint32_t a
 
 bool HeightRule::faces_up(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                           const Vec3d& target) const {
-  for (const std::uint32_t t : mesh.around[moved]) {
+  for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
     std::array<Vec3d, 3> p;
     for (std::size_t k = 0; k < 3; ++k) p[k] = mesh.points[mesh.triangles[t][k]];

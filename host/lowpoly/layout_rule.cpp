@@ -304,7 +304,7 @@ Vec2 LayoutRule::uv_at(const Plan& plan, const Vec3d& target) const {
 bool LayoutRule::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex, const Plan& plan,
                            const Vec2& inside_uv) const {
   const std::uint32_t other = vertex == plan.gone ? plan.kept : plan.gone;
-  for (const std::uint32_t t : mesh.around[vertex]) {
+  for (const std::uint32_t t : mesh.around(vertex)) {
     if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
     std::array<Vec2, 3> uv;
     std::size_t at = 0;

@@ -5,15 +5,6 @@
 #include <numbers>
 
 namespace kiln {
-namespace {
-
-/// Weight of a pull to the middle of an edge, against that of all planes. Where normals differ by an angle, their
-/// planes hold a place across it by about its square: with 1e-3, vertices on shallow fillets were pulled off, and a
-/// little with 1e-6.
-constexpr double kPull = 1e-9;
-
-}  // namespace
-
 void Quadric::add_plane(const Vec3d& normal, const Vec3d& through, double weight) {
   add_linear(normal, -dot(normal, through), weight);
 }

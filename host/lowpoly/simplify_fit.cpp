@@ -13,9 +13,16 @@ constexpr std::size_t kLeastToFit = 6;
 }  // namespace
 
 /// Whether vertices of a low poly move to where its faces lie on the high poly.
-bool SimplifyJob::is_fitted(const SimplifyResult& result) const {
+bool SimplifyJob::is_fitted(std::size_t faces) const {
   return !options_.hull && !options_.keep_uvs && options_.faces != 0 &&
-         dense_.triangles.size() >= kLeastToFit * result.triangles.size();
+         dense_.triangles.size() >= kLeastToFit * faces;
+}
+
+/// Does what fit() needs of the high poly alone. \returns whether there is a fit
+bool SimplifyJob::prepare_fit() {
+  if (!is_fitted(options_.faces)) return false;
+  surface_fit().prepare(options_.faces);
+  return true;
 }
 
 /// The planes that hold a low poly's vertices while they are fitted. Those of height fields hold its rectangle, too.
@@ -24,14 +31,17 @@ std::span<const Quadric> SimplifyJob::planes_of(const SimplifyResult& result) co
   return result.quadrics;
 }
 
-SurfaceFit SimplifyJob::surface_fit() const {
-  return {dense_positions_, dense_.triangles, [this](const Vec3d& p) { return scale_.snap(p); }};
+SurfaceFit& SimplifyJob::surface_fit() {
+  if (!fit_) {
+    fit_.emplace(dense_positions_, dense_.triangles, options_.height_field,
+                 [this](const Vec3d& p) { return scale_.snap(p); });
+  }
+  return *fit_;
 }
 
-void SimplifyJob::fit_roughly(SimplifyResult& result) const {
-  if (!is_fitted(result)) return;
+void SimplifyJob::fit_roughly(SimplifyResult& result) {
+  if (!is_fitted(result.triangles.size())) return;
   surface_fit().run(result.points, result.triangles, result.labels, planes_of(result),
-                    options_.height_field,
                     /*rough=*/true);
 }
 
@@ -56,10 +66,9 @@ void SimplifyJob::take_back_flaws(SimplifyResult& fitted, const SimplifyResult& 
 /// Moves vertices so that the faces lie on the high poly, and mends that, where nothing else says how vertices may
 /// move. \returns whether that was good; else `result` is as it was
 bool SimplifyJob::fit(SimplifyResult& result) {
-  if (!is_fitted(result)) return false;
+  if (!is_fitted(result.triangles.size())) return false;
   SimplifyResult fitted = result;
-  surface_fit().run(fitted.points, fitted.triangles, fitted.labels, planes_of(fitted),
-                    options_.height_field);
+  surface_fit().run(fitted.points, fitted.triangles, fitted.labels, planes_of(fitted));
   take_back_flaws(fitted, result);
   report_.mended = mend(fitted);
   if (!is_good(fitted)) return false;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -45,36 +46,40 @@ struct Dropped {
 
 enum class Usable : std::uint8_t { yes, not_finite, degenerate };
 
-struct Candidate {
-  Triangle corners;  ///< The lowest vertex first, in the same sense.
-  SourceTriangle source;
-};
+constexpr std::size_t kTrianglesOfPart = std::size_t{1} << 15;
 
 /// What has the corners of another.
 struct Repeats {
-  std::vector<std::uint8_t> twin;  ///< Whether each repeats an earlier one.
+  std::vector<std::uint8_t> twin;  ///< Whether each repeats an earlier one; empty: none does.
   bool turned = false;             ///< Whether some are each other turned round.
 };
 
-Repeats find_repeats(const std::vector<Candidate>& candidates, std::size_t vertices) {
+/// \param triangles  with the lowest vertex first
+Repeats find_repeats(const std::vector<Triangle>& triangles, std::size_t vertices) {
   const VertexLists lists(
-      vertices, candidates.size(), [&](std::size_t i) { return candidates[i].corners[0]; },
-      [&](std::size_t i) {
-        return std::uint64_t{candidates[i].corners[1]} << 32 | candidates[i].corners[2];
-      });
-  Repeats found{std::vector<std::uint8_t>(candidates.size(), 0)};
+      vertices, triangles.size(), [&](std::size_t i) { return triangles[i][0]; },
+      [&](std::size_t i) { return std::uint64_t{triangles[i][1]} << 32 | triangles[i][2]; });
+  Repeats found{std::vector<std::uint8_t>(triangles.size(), 0)};
+  std::atomic<bool> any_turned = false, any_twin = false;
   const auto less = [](const VertexLists::Item& item, std::uint64_t key) { return item.key < key; };
-  for (std::size_t v = 0; v < vertices; ++v) {
-    const std::span<const VertexLists::Item> items = lists.of(v);
-    for (std::size_t i = 1; i < items.size(); ++i) {
-      found.twin[items[i].index] = items[i].key == items[i - 1].key;
-      if (found.turned) continue;
-      const std::uint64_t turned = std::rotl(items[i].key, 32);
-      if (turned > items[i].key) continue;
-      const auto at = std::lower_bound(items.begin(), items.begin() + i, turned, less);
-      found.turned = at->key == turned;
+  parallel_for(vertices, kTrianglesOfPart, [&](std::size_t begin, std::size_t end) {
+    bool turned = false, twin = false;
+    for (std::size_t v = begin; v < end; ++v) {
+      const std::span<const VertexLists::Item> items = lists.of(v);
+      for (std::size_t i = 1; i < items.size(); ++i) {
+        if (items[i].key == items[i - 1].key) found.twin[items[i].index] = twin = true;
+        if (turned) continue;
+        const std::uint64_t other = std::rotl(items[i].key, 32);
+        if (other > items[i].key) continue;
+        const auto at = std::lower_bound(items.begin(), items.begin() + i, other, less);
+        turned = at->key == other;
+      }
     }
-  }
+    if (turned) any_turned = true;
+    if (twin) any_twin = true;
+  });
+  found.turned = any_turned;
+  if (!any_twin) found.twin.clear();
   return found;
 }
 
@@ -119,45 +124,49 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
                             std::vector<std::uint32_t>* backs, std::vector<Warning>& warnings) {
   const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
   Dropped not_finite, degenerate, duplicate;
-  std::vector<Candidate> candidates;
-  candidates.reserve(mesh.triangles.size());
-  std::vector<Usable> usable(mesh.triangles.size());
-  constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
-  parallel_for(usable.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
+  std::vector<Triangle> result(mesh.triangles.size());
+  std::vector<Usable> usable(result.size());
+  sources.resize(result.size());
+  std::atomic<bool> all_usable = true;
+  parallel_for(result.size(), kTrianglesOfPart, [&](std::size_t begin, std::size_t end) {
+    bool all = true;
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle v = welded_corners(mesh, welded, t);
       const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
       usable[t] = !is_finite(a) || !is_finite(b) || !is_finite(c) ? Usable::not_finite
                   : triangle_shape(a, b, c).area > 0              ? Usable::yes
                                                                   : Usable::degenerate;
+      all = all && usable[t] == Usable::yes;
+      const std::size_t lowest = v[0] <= v[1] ? (v[0] <= v[2] ? 0 : 2) : (v[1] <= v[2] ? 1 : 2);
+      result[t] = {v[lowest], v[(lowest + 1) % 3], v[(lowest + 2) % 3]};
+      sources[t] = {static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(lowest)};
     }
+    if (!all) all_usable = false;
   });
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (usable[t] == Usable::not_finite) {
-      not_finite.add(t);
-    } else if (usable[t] == Usable::degenerate) {
-      degenerate.add(t);
-    } else {
-      Triangle v = welded_corners(mesh, welded, t);
-      const auto lowest = std::min_element(v.begin(), v.end());
-      const SourceTriangle source{static_cast<std::uint32_t>(t),
-                                  static_cast<std::uint32_t>(lowest - v.begin())};
-      std::rotate(v.begin(), lowest, v.end());
-      candidates.push_back({v, source});
+  /// Keeps some triangles.
+  const auto keep_if = [&](const auto& is_kept) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      if (!is_kept(i)) continue;
+      result[kept] = result[i];
+      sources[kept++] = sources[i];
     }
+    result.resize(kept);
+    sources.resize(kept);
+  };
+  if (!all_usable) {
+    keep_if([&](std::size_t t) {
+      if (usable[t] == Usable::not_finite) not_finite.add(t);
+      if (usable[t] == Usable::degenerate) degenerate.add(t);
+      return usable[t] == Usable::yes;
+    });
   }
-  const Repeats repeats = find_repeats(candidates, mesh.positions.size());
-  std::vector<Triangle> result;
-  result.reserve(candidates.size());
-  sources.clear();
-  sources.reserve(candidates.size());
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (repeats.twin[i] != 0) {
-      duplicate.add(candidates[i].source.index);
-    } else {
-      result.push_back(candidates[i].corners);
-      sources.push_back(candidates[i].source);
-    }
+  const Repeats repeats = find_repeats(result, mesh.positions.size());
+  if (!repeats.twin.empty()) {
+    keep_if([&](std::size_t i) {
+      if (repeats.twin[i] != 0) duplicate.add(sources[i].index);
+      return repeats.twin[i] == 0;
+    });
   }
   not_finite.report("non-finite-triangles", "has a corner that is not finite",
                     "have a corner that is not finite", warnings);
@@ -175,17 +184,25 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
 }
 
 Scale::Scale(const Mesh& mesh, const std::vector<Triangle>& triangles) {
-  constexpr double kInf = std::numeric_limits<double>::infinity();
-  Vec3d low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
-  for (const Triangle& t : triangles) {
-    for (const std::uint32_t vertex : t) {
-      const Vec3& p = mesh.positions[vertex];
-      low = {std::min<double>(low.x, p.x), std::min<double>(low.y, p.y),
-             std::min<double>(low.z, p.z)};
-      high = {std::max<double>(high.x, p.x), std::max<double>(high.y, p.y),
-              std::max<double>(high.z, p.z)};
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  struct Box {
+    Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
+    void add(const Vec3& least, const Vec3& most) {
+      low = {std::min(low.x, least.x), std::min(low.y, least.y), std::min(low.z, least.z)};
+      high = {std::max(high.x, most.x), std::max(high.y, most.y), std::max(high.z, most.z)};
     }
-  }
+  };
+  std::vector<Box> boxes(triangles.size() / kTrianglesOfPart + 1);
+  parallel_for(triangles.size(), kTrianglesOfPart, [&](std::size_t begin, std::size_t end) {
+    Box box;
+    for (std::size_t t = begin; t < end; ++t) {
+      for (const std::uint32_t v : triangles[t]) box.add(mesh.positions[v], mesh.positions[v]);
+    }
+    boxes[begin / kTrianglesOfPart] = box;
+  });
+  Box all;
+  for (const Box& box : boxes) all.add(box.low, box.high);
+  const Vec3d low(all.low), high(all.high);
   center_ = (low + high) * 0.5;
   diagonal_ = length(high - low);
 }
@@ -205,6 +222,7 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<Sour
              std::vector<std::uint32_t> backs, const Scale& scale) {
   Work work;
   std::vector<std::uint32_t> number(mesh.positions.size(), kNoVertex);
+  work.points.reserve(mesh.positions.size());
   for (Triangle& t : triangles) {
     for (std::uint32_t& vertex : t) {
       if (number[vertex] == kNoVertex) {
@@ -311,14 +329,29 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
     return Vec3d{p.x, p.y, p.z};
   };
   const Vec3d middle = at(triangles.at(0)[0]);
+  struct Sums {
+    Vec3d face;
+    double area = 0, volume = 0;
+  };
+  std::vector<Sums> parts(triangles.size() / kTrianglesOfPart + 1);
+  parallel_for(triangles.size(), kTrianglesOfPart, [&](std::size_t begin, std::size_t end) {
+    Sums sums;
+    for (std::size_t t = begin; t < end; ++t) {
+      const Triangle& v = triangles[t];
+      const Vec3d a = at(v[0]) - middle, b = at(v[1]) - middle, c = at(v[2]) - middle;
+      const Vec3d face = cross(b - a, c - a);
+      sums.face += face;
+      sums.area += length(face);
+      sums.volume += dot(a, cross(b, c));
+    }
+    parts[begin / kTrianglesOfPart] = sums;
+  });
   Vec3d sum{0, 0, 0};
   double area = 0, volume = 0;
-  for (const Triangle& t : triangles) {
-    const Vec3d a = at(t[0]) - middle, b = at(t[1]) - middle, c = at(t[2]) - middle;
-    const Vec3d face = cross(b - a, c - a);
-    sum += face;
-    area += length(face);
-    volume += dot(a, cross(b, c));
+  for (const Sums& part : parts) {
+    sum += part.face;
+    area += part.area;
+    volume += part.volume;
   }
   if (!(volume < 0) || !(length(sum) <= kClosed * area)) return false;
   for (Triangle& t : triangles) std::swap(t[1], t[2]);

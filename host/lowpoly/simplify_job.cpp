@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "base/beside.h"
 #include "base/counted.h"
 #include "lowpoly/collapse_pieces.h"
 #include "lowpoly/crumbs.h"
@@ -152,14 +153,14 @@ bool SimplifyJob::is_fine() {
 Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts,
                         bool fine) const {
   const std::size_t near_goal = goal_of_start(faces);
+  const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
+                     !options_.keep_uvs && !options_.hull;
+  if (dense && fine) {
+    return collapsed_in_pieces(dense_, dense_positions_, near_goal, untouched,
+                               [this](const Vec3d& p) { return scale_.snap(p); });
+  }
   Work work = dense_;
-  if (work.triangles.size() > std::max(kDirectLimit, near_goal) && !options_.keep_uvs &&
-      !options_.hull) {
-    if (fine) {
-      collapse_in_pieces(work, near_goal, untouched,
-                         [this](const Vec3d& p) { return scale_.snap(p); });
-      return work;
-    }
+  if (dense) {
     const double error = options_.faces == 0 ? 0.1 * options_.max_error : 1.0;
     if (options_.height_field && untouched.empty() && work.labels.empty() &&
         grid_start(work, near_goal, error)) {
@@ -205,7 +206,13 @@ DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
 /// \param last  whether to take it in any case
 bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) {
   const bool by_error = options_.faces == 0;
-  result = by_error ? within(options_.max_error, work) : to_count(work);
+  if (by_error) {
+    result = within(options_.max_error, work);
+  } else {
+    Beside<bool> prepared([this] { return prepare_fit(); });
+    result = to_count(work);
+    prepared.get();
+  }
   if (result.triangles.empty()) {
     if (last) result = unchanged();
     result.bound = true;
@@ -248,10 +255,11 @@ SimplifyResult SimplifyJob::solve() {
 /// Leaves out parts of the high poly that are smaller than a low poly with all of them is off. \returns whether there
 /// are any
 bool SimplifyJob::drop_crumbs() {
-  if (options_.keep_parts || options_.keep_uvs || options_.hull || options_.height_field)
-    return false;
-  if (options_.faces == 0) return false;
+  if (options_.keep_parts || options_.faces == 0 || !is_free(options_)) return false;
+  Beside<bool> fine([this] { return is_fine(); });  // Most meshes stay as they are.
   const PartSizes parts(dense_);
+  fine.get();
+  if (parts.is_whole()) return false;
   // No low poly is off by more than its triangles are long.
   const std::size_t of_one_side = options_.faces * dense_.triangles.size() / faces_of_dense();
   if (parts.count_below(mean_edge(dense_, std::max<std::size_t>(of_one_side, 1))) == 0)
@@ -262,6 +270,7 @@ bool SimplifyJob::drop_crumbs() {
   if (report_.dropped_parts == 0) return false;
   dense_ = parts.without(dense_, size);
   is_fine_.reset();
+  fit_.reset();
   dense_positions_ = to_floats(dense_.points);
   check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
   std::array<char, 32> text{};

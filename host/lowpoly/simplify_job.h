@@ -96,7 +96,9 @@ class Shrinking {
     }
     result.labels.clear();
     if (!mesh_.labels.empty()) {
-      for (const std::uint32_t t : sources) result.labels.push_back(mesh_.labels[t]);
+      for (std::size_t t = 0; t < mesh_.labels.size(); ++t) {
+        if (mesh_.alive[t] != 0) result.labels.push_back(mesh_.labels[t]);
+      }
     }
     result.layout = {};
     if (!layout_) return;
@@ -152,7 +154,7 @@ class SimplifyJob {
   /// Fits one of them, and mends what that does not. \returns whether it is good
   bool improve(SimplifyResult& result);
   /// Fits one roughly, to look at.
-  void fit_roughly(SimplifyResult& result) const;
+  void fit_roughly(SimplifyResult& result);
   /// Whether solve() may find what improve() does not: levels come from one head start, which it makes anew.
   bool may_solve();
   /// The low poly, mended; where a head start left what cannot be mended, from one that leaves the high poly as it is
@@ -203,9 +205,10 @@ class SimplifyJob {
   Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine) const;
   void find_labels();
   bool drop_crumbs();
-  bool is_fitted(const SimplifyResult& result) const;
+  bool is_fitted(std::size_t faces) const;
+  bool prepare_fit();
   std::span<const Quadric> planes_of(const SimplifyResult& result) const;
-  SurfaceFit surface_fit() const;
+  SurfaceFit& surface_fit();
   bool fit(SimplifyResult& result);
   void take_back_flaws(SimplifyResult& fitted, const SimplifyResult& before);
   std::size_t mend(SimplifyResult& result);
@@ -236,6 +239,7 @@ class SimplifyJob {
   std::vector<std::uint32_t> label_back_;        ///< As Labels::backs
   std::unique_ptr<BoundSamples> bound_samples_;  ///< Once asked for.
   std::optional<bool> is_fine_;                  ///< Once asked for.
+  std::optional<SurfaceFit> fit_;                ///< Once asked for.
 };
 
 }  // namespace kiln

@@ -9,6 +9,7 @@
 
 #include "base/heartbeat.h"
 #include "base/parallel.h"
+#include "lowpoly/bent_weights.h"
 #include "lowpoly/height_rule.h"
 #include "lowpoly/quadric.h"
 #include "mesh/surface_distance.h"
@@ -34,8 +35,6 @@ constexpr double kAtSides = 6;
 /// Weight of a vertex's distance from the high poly's nearest plane, against that of the faces around. Outlines are made
 /// of vertices that stick out.
 constexpr double kOntoPlane = 0.05;
-/// How much more samples weigh for each unit of curvature: of outlines, vertices have more to lose here than collapses.
-constexpr double kBentSampleWeight = 1;
 /// Weight of a vertex's own planes, where collapses met them as badly as samples are off; where they met them better, as
 /// many times more, up to a bound. Flats and creases are met to rounding: few samples must not move vertices off them.
 constexpr double kOnPlanes = 0.003, kMostMet = 1000;
@@ -219,67 +218,47 @@ class Moving {
   std::vector<std::uint8_t> fixed_;
 };
 
-/// How much the places of a high poly weigh: more where they are curved, as bent_planes() does.
-class BentWeights {
- public:
-  BentWeights(std::span<const Vec3> positions, std::span<const Triangle> triangles)
-      : positions_(positions), facing_(positions.size()) {
-    for (const Triangle& t : triangles) {
-      const Vec3d normal = normal_of(at(t[0]), at(t[1]), at(t[2]));
-      for (const std::uint32_t v : t) facing_[v] += normal;
-    }
-    for (Vec3d& normal : facing_) {
-      if (const double size = length(normal); size > 0) normal = normal * (1 / size);
-    }
-  }
-  /// For each unit of area: 1 where it is flat. Curvature is the mean of that along the sides.
-  double of(const Triangle& t) const {
-    double bent = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      const Vec3d side = at(b) - at(a);
-      const double turn = dot(facing_[b] - facing_[a], side), square = dot(side, side);
-      if (square > 0) bent += (turn > 0 ? turn : -kHollowWeight * turn) / square;
-    }
-    return 1 + kBentSampleWeight * bent / 3;
-  }
-
- private:
-  Vec3d at(std::uint32_t vertex) const { return Vec3d(positions_[vertex]); }
-
-  std::span<const Vec3> positions_;
-  std::vector<Vec3d> facing_;  ///< Unit normals of vertices.
-};
-
 }  // namespace
+
+std::size_t SurfaceFit::wanted_for(std::size_t faces, bool rough) {
+  return rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * faces)
+               : std::max(kLeastSamples, kSamplesOfFace * faces);
+}
+
+/// By area, on height fields; else by how bent they are, too.
+void SurfaceFit::weigh() {
+  share_.resize(triangles_.size());
+  std::optional<BentWeights> bent;
+  if (!height_field_) bent.emplace(positions_, triangles_);
+  parallel_for(share_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = triangles_[i];
+      const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
+      share_[i] = length(normal_of(a, b, c)) * (bent ? bent->of(t) : 1);
+    }
+  });
+}
 
 /// Evenly spaced in the list of triangles, by weight: fillets, rims and edges have next to no area, and faces there would
 /// move at random by one or two samples. Where there are few triangles, three of each.
-std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted, bool by_area) const {
+void SurfaceFit::take_samples(std::size_t wanted) {
+  if (wanted_ == wanted) return;
+  wanted_ = wanted;
+  if (share_.empty()) weigh();
   using Shares = std::array<double, 3>;
   constexpr std::array<Shares, 3> kThree{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
   constexpr std::array<Shares, 1> kOne{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
   const bool all = kThree.size() * triangles_.size() < wanted;
-  std::vector<double> share(triangles_.size());  // Of the samples.
-  std::optional<BentWeights> bent;
-  if (!by_area) bent.emplace(positions_, triangles_);
-  parallel_for(share.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Triangle& t = triangles_[i];
-      const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
-      share[i] = length(normal_of(a, b, c)) * (bent ? bent->of(t) : 1);
-    }
-  });
   const double step =
-      std::accumulate(share.begin(), share.end(), 0.0) / static_cast<double>(wanted);
-  std::vector<Sample> result;
-  result.reserve(all ? kThree.size() * triangles_.size() : wanted + wanted / 2);
+      std::accumulate(share_.begin(), share_.end(), 0.0) / static_cast<double>(wanted);
+  samples_.clear();
+  samples_.reserve(all ? kThree.size() * triangles_.size() : wanted + wanted / 2);
   double sum = 0;
-  for (std::size_t i = 0; i < share.size(); ++i) {
-    if (!(share[i] > 0)) continue;
+  for (std::size_t i = 0; i < share_.size(); ++i) {
+    if (!(share_[i] > 0)) continue;
     const double before = std::floor(sum / step);
-    sum += share[i];
+    sum += share_[i];
     const double picked = std::floor(sum / step) - before;
     if (!all && picked < 1) continue;
     const std::span<const Shares> places =
@@ -289,15 +268,14 @@ std::vector<SurfaceFit::Sample> SurfaceFit::samples(std::size_t wanted, bool by_
     const Vec3d normal = normal_of(a, b, c);
     const double size = length(normal);
     for (const Shares& corners : places) {
-      Sample& sample = result.emplace_back();
+      Sample& sample = samples_.emplace_back();
       sample.point = a * corners[0] + b * corners[1] + c * corners[2];
       sample.normal = normal * (1 / size);
       // A triangle stands for those that are left out.
       sample.weight =
-          (all ? share[i] : std::max(share[i], step)) / static_cast<double>(places.size());
+          (all ? share_[i] : std::max(share_[i], step)) / static_cast<double>(places.size());
     }
   }
-  return result;
 }
 
 /// Where a sample was matched, as the low poly is now.
@@ -317,21 +295,21 @@ double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
   return distance * distance;
 }
 
-/// Matches samples with the low poly as it is now.
+/// Matches the samples with the low poly as it is now.
 /// \param before  what they were matched with in the last round; empty in the first
-std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
-                                                    const std::vector<Sample>& before,
-                                                    const std::vector<Vec3d>& points,
-                                                    const std::vector<Triangle>& low) {
+/// \param found   out: the samples, matched
+void SurfaceFit::match(const std::vector<Sample>& before, const std::vector<Vec3d>& points,
+                       const std::vector<Triangle>& low, std::vector<Sample>& found) const {
   std::vector<Vec3> floats(points.size());
   std::transform(points.begin(), points.end(), floats.begin(), to_float);
   const SurfaceDistance tree(floats, low);
-  parallel_for(samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
+  found.resize(samples_.size());
+  parallel_for(found.size(), 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Sample& s = samples[i];
+      Sample& s = found[i] = samples_[i];
       if (s.weight == 0) continue;
       // No farther than where it was, or where its neighbour in the list is.
-      const Sample* known = !before.empty() ? &before[i] : i > begin ? &samples[i - 1] : nullptr;
+      const Sample* known = !before.empty() ? &before[i] : i > begin ? &found[i - 1] : nullptr;
       const double within = known == nullptr ? std::numeric_limits<double>::infinity()
                                              : surely_within(*known, s.point, points, low);
       s.triangle = tree.nearest(to_float(s.point), within);
@@ -343,22 +321,19 @@ std::vector<SurfaceFit::Sample> SurfaceFit::matched(std::vector<Sample> samples,
       s.weight *= 1 + kAtSides * (1 - 27 * s.share[0] * s.share[1] * s.share[2]);
     }
   });
-  return samples;
 }
 
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
                      std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
-                     bool height_field, bool rough) const {
-  const std::vector<Sample> given =
-      samples(rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * low.size())
-                    : std::max(kLeastSamples, kSamplesOfFace * low.size()),
-              height_field);
-  std::vector<Sample> found;
+                     bool rough) {
+  take_samples(wanted_for(low.size(), rough));
+  std::vector<Sample> found, before;
   const std::vector<Vec3d> met = points;
-  const Moving moving(points, low, height_field);
+  const Moving moving(points, low, height_field_);
   const std::vector<AcrossLines> lines = lines_of(points, low, labels);
   for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
-    found = matched(given, found, points, low);
+    before.swap(found);
+    match(before, points, low, found);
     const VertexLists of_triangle(
         low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },
         [](std::size_t) { return std::uint64_t{0}; });
@@ -378,7 +353,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
         }
       }
       if (!(pull.weight > 0)) continue;
-      const double onto = height_field ? 0 : kOntoPlane * pull.weight;
+      const double onto = height_field_ ? 0 : kOntoPlane * pull.weight;
       pull.draw(nearest->normal, nearest->point - points[v], onto);
       if (!planes.empty()) pull.hold(planes[v], met[v], points[v]);
       if (!lines.empty()) pull.hold(lines[v]);

@@ -27,8 +27,15 @@ class SurfaceFit {
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
   /// Spans must outlive this.
-  SurfaceFit(std::span<const Vec3> positions, std::span<const Triangle> triangles, Snap snap)
-      : positions_(positions), triangles_(triangles), snap_(std::move(snap)) {}
+  SurfaceFit(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+             bool height_field, Snap snap)
+      : positions_(positions),
+        triangles_(triangles),
+        height_field_(height_field),
+        snap_(std::move(snap)) {}
+
+  /// Takes the samples for a low poly of so many faces: run() does not have to, if it gets that.
+  void prepare(std::size_t faces) { take_samples(wanted_for(faces, /*rough=*/false)); }
 
   /// Moves vertices of a low poly. Those on open edges, or where more than two triangles meet at an edge, stay.
   /// No triangle turns far, loses its area or, of a height field, faces down. Does not depend on threads.
@@ -37,7 +44,7 @@ class SurfaceFit {
   /// \param planes  by point, those that it stands for and is held by; empty: none
   void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
            std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
-           bool height_field, bool rough = false) const;
+           bool rough = false);
 
  private:
   /// A point of the high poly, and where it was matched.
@@ -47,18 +54,23 @@ class SurfaceFit {
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Of the triangle's corners.
   };
-  std::vector<Sample> samples(std::size_t wanted, bool by_area) const;
+  static std::size_t wanted_for(std::size_t faces, bool rough);
+  void take_samples(std::size_t wanted);
+  void weigh();
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
                         const std::vector<Triangle>& low);
   static double surely_within(const Sample& known, const Vec3d& point,
                               const std::vector<Vec3d>& points, const std::vector<Triangle>& low);
-  static std::vector<Sample> matched(std::vector<Sample> samples, const std::vector<Sample>& before,
-                                     const std::vector<Vec3d>& points,
-                                     const std::vector<Triangle>& low);
+  void match(const std::vector<Sample>& before, const std::vector<Vec3d>& points,
+             const std::vector<Triangle>& low, std::vector<Sample>& found) const;
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
+  bool height_field_;
   Snap snap_;
+  std::vector<double> share_;  ///< Of the samples, by triangle; empty until it is needed.
+  std::vector<Sample> samples_;
+  std::size_t wanted_ = 0;  ///< For which samples_ were taken.
 };
 
 }  // namespace kiln

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -32,17 +33,34 @@ class VertexLists {
   /// \param key     of an item
   template <class Vertex, class Key>
   VertexLists(std::size_t vertices, std::size_t count, const Vertex& vertex, const Key& key)
-      : start_(vertices + 1, 0), items_(count) {
-    for (std::size_t i = 0; i < count; ++i) ++start_[vertex(i)];
-    std::uint32_t sum = 0;
-    for (std::uint32_t& first : start_) first = sum += first;  // Where the list ends, for now.
-    for (std::size_t i = count; i-- > 0;) {
-      items_[--start_[vertex(i)]] = {key(i), static_cast<std::uint32_t>(i)};
-    }
+      : VertexLists(vertices, count) {
+    fill([&](const auto& body) {
+      for (std::size_t i = 0; i < count; ++i) body(i, vertex(i), key(i));
+    });
+  }
+
+  std::size_t vertices() const { return start_.size() - 2; }
+  std::span<const Item> of(std::size_t vertex) const {
+    return {items_.get() + start_[vertex], items_.get() + start_[vertex + 1]};
+  }
+
+ protected:
+  VertexLists(std::size_t vertices, std::size_t count)
+      : start_(vertices + 2, 0), items_(std::make_unique_for_overwrite<Item[]>(count)) {}
+
+  /// \param each  calls its argument with each item, its vertex and its key
+  template <class Each>
+  void fill(const Each& each) {
+    each([&](std::size_t, std::uint32_t vertex, std::uint64_t) { ++start_[vertex + 2]; });
+    for (std::size_t v = 2; v < start_.size(); ++v) start_[v] += start_[v - 1];
+    // Where the next item of a list goes is one place on: at last, all begin where the list before ends.
+    each([&](std::size_t i, std::uint32_t vertex, std::uint64_t key) {
+      items_[start_[vertex + 1]++] = {key, static_cast<std::uint32_t>(i)};
+    });
     constexpr std::size_t kListsOfPiece = std::size_t{1} << 14;
-    parallel_for(vertices, kListsOfPiece, [&](std::size_t begin, std::size_t end) {
+    parallel_for(vertices(), kListsOfPiece, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
-        std::sort(items_.begin() + start_[v], items_.begin() + start_[v + 1],
+        std::sort(items_.get() + start_[v], items_.get() + start_[v + 1],
                   [](const Item& a, const Item& b) {
                     return a.key != b.key ? a.key < b.key : a.index < b.index;
                   });
@@ -50,14 +68,9 @@ class VertexLists {
     });
   }
 
-  std::size_t vertices() const { return start_.size() - 1; }
-  std::span<const Item> of(std::size_t vertex) const {
-    return {items_.data() + start_[vertex], items_.data() + start_[vertex + 1]};
-  }
-
  private:
   std::vector<std::uint32_t> start_;
-  std::vector<Item> items_;
+  std::unique_ptr<Item[]> items_;
 };
 
 /// Sides of triangles by the lower vertex of their edge; item i is the side of triangle i / 3 that starts at
@@ -66,13 +79,17 @@ class VertexLists {
 class SideLists : public VertexLists {
  public:
   SideLists(std::span<const Triangle> triangles, std::size_t vertices)
-      : VertexLists(
-            vertices, triangles.size() * 3,
-            [&](std::size_t i) { return std::min(from(triangles, i), to(triangles, i)); },
-            [&](std::size_t i) {
-              const std::uint64_t a = from(triangles, i), b = to(triangles, i);
-              return std::max(a, b) << 1 | (a > b);
-            }) {}
+      : VertexLists(vertices, triangles.size() * 3) {
+    fill([&](const auto& body) {
+      for (std::size_t t = 0; t < triangles.size(); ++t) {
+        const Triangle& v = triangles[t];
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::uint32_t a = v[k], b = v[k == 2 ? 0 : k + 1];
+          body(3 * t + k, std::min(a, b), std::uint64_t{std::max(a, b)} << 1 | (a > b ? 1 : 0));
+        }
+      }
+    });
+  }
 
   static std::uint32_t higher(const Item& side) {
     return static_cast<std::uint32_t>(side.key >> 1);
@@ -89,14 +106,6 @@ class SideLists : public VertexLists {
         body(static_cast<std::uint32_t>(v), sides.subspan(begin, end - begin));
       }
     }
-  }
-
- private:
-  static std::uint32_t from(std::span<const Triangle> triangles, std::size_t i) {
-    return triangles[i / 3][i % 3];
-  }
-  static std::uint32_t to(std::span<const Triangle> triangles, std::size_t i) {
-    return triangles[i / 3][(i + 1) % 3];
   }
 };
 

@@ -1,25 +1,40 @@
 #include "mesh/weld.h"
 
+#include <array>
 #include <bit>
+#include <utility>
 
+#include "base/parallel.h"
 #include "mesh/vector.h"
 
 namespace kiln {
 
-std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
-  // Open addressing with at most half the slots in use; a slot holds vertex + 1.
-  std::vector<std::uint32_t> first(positions.size());
-  const std::size_t mask = std::bit_ceil(positions.size() * 2 + 2) - 1;
-  std::vector<std::uint32_t> table(mask + 1, 0);
+namespace {
+
+constexpr std::size_t kVerticesOfPart = std::size_t{1} << 15;
+/// Tables, each for the hashes that begin alike: so many fit in caches, and are filled on all threads.
+constexpr std::size_t kTables = 16;
+
+std::uint32_t hash_of(const Vec3& p) {
   const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value + 0.0f); };
-  for (std::uint32_t i = 0; i < positions.size(); ++i) {
+  std::uint64_t hash = bits(p.x);
+  hash = (hash ^ (std::uint64_t{bits(p.y)} << 32)) * 0x9E3779B97F4A7C15u;
+  hash = (hash ^ (hash >> 29) ^ bits(p.z)) * 0xBF58476D1CE4E5B9u;
+  return static_cast<std::uint32_t>(hash ^ (hash >> 32));
+}
+std::size_t table_of(std::uint32_t hash) { return hash >> 28; }
+
+/// Welds some vertices, in order, with each other.
+void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> some,
+          const std::vector<std::uint32_t>& hashes, std::vector<std::uint32_t>& first) {
+  // Open addressing with at most half the slots in use; a slot holds vertex + 1.
+  const std::size_t mask = std::bit_ceil(some.size() * 2 + 2) - 1;
+  std::vector<std::uint32_t> table(mask + 1, 0);
+  for (const std::uint32_t i : some) {
     first[i] = i;
     const Vec3& p = positions[i];
     if (!is_finite(p)) continue;
-    std::uint64_t hash = bits(p.x);
-    hash = (hash ^ (std::uint64_t{bits(p.y)} << 32)) * 0x9E3779B97F4A7C15u;
-    hash = (hash ^ (hash >> 29) ^ bits(p.z)) * 0xBF58476D1CE4E5B9u;
-    std::size_t slot = (hash ^ (hash >> 32)) & mask;
+    std::size_t slot = hashes[i] & mask;
     while (table[slot] != 0 && !(positions[table[slot] - 1] == p)) slot = (slot + 1) & mask;
     if (table[slot] == 0) {
       table[slot] = i + 1;
@@ -27,6 +42,40 @@ std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
       first[i] = table[slot] - 1;
     }
   }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
+  const std::size_t count = positions.size();
+  std::vector<std::uint32_t> hashes(count), order(count), first(count);
+  // Vertices by table, in order: by part and table, first how many, then where the next one goes.
+  std::vector<std::array<std::uint32_t, kTables>> next(count / kVerticesOfPart + 1);
+  const auto each_part = [&](const auto& body) {
+    parallel_for(count, kVerticesOfPart, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(i, next[begin / kVerticesOfPart]);
+    });
+  };
+  each_part([&](std::size_t i, std::array<std::uint32_t, kTables>& own) {
+    hashes[i] = hash_of(positions[i]);
+    ++own[table_of(hashes[i])];
+  });
+  std::array<std::uint32_t, kTables + 1> start{};
+  std::uint32_t sum = 0;
+  for (std::size_t table = 0; table < kTables; ++table) {
+    for (auto& own : next) sum += std::exchange(own[table], sum);
+    start[table + 1] = sum;
+  }
+  each_part([&](std::size_t i, std::array<std::uint32_t, kTables>& own) {
+    order[own[table_of(hashes[i])]++] = static_cast<std::uint32_t>(i);
+  });
+  parallel_for(kTables, count > kVerticesOfPart ? 1 : kTables,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t table = begin; table < end; ++table) {
+                   const std::size_t size = start[table + 1] - start[table];
+                   weld(positions, std::span(order).subspan(start[table], size), hashes, first);
+                 }
+               });
   return first;
 }
 

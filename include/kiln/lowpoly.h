@@ -123,7 +123,7 @@ struct SimplifyReport {
 /// 2000, "Silhouette Clipping", section 4.1).
 /// \throws Error(usage) for options out of range or that exclude each other; Error(input) where nothing
 ///         usable is left, or keep_uvs finds no UVs
-/// Cost, two cores: 0.4 s for 70,000 faces to 2,000; 1.5 s for a million to 5,000; with a bound about twice
+/// Cost, two cores: 0.4 s for 70,000 faces to 2,000; 1.0 to 1.4 s for a million to 5,000; with a bound about twice
 /// that. n log n in the number of
 /// triangles, however many of them meet at a vertex.
 Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},

@@ -190,9 +190,9 @@ TEST(LabelBorders, StayWhereVerticesAreFitted) {
   const auto strayed = [&](const std::vector<std::uint32_t>& labels) {
     std::vector<Vec3d> points;
     for (const Vec3& p : low.positions) points.emplace_back(p);
-    SurfaceFit(dense.positions, dense.triangles, [](const Vec3d& p) {
+    SurfaceFit(dense.positions, dense.triangles, false, [](const Vec3d& p) {
       return p;
-    }).run(points, low.triangles, labels, {}, false);
+    }).run(points, low.triangles, labels, {});
     double sum = 0;
     for (std::size_t v = 0; v < points.size(); ++v) {
       if (around[v].size() < 2) continue;

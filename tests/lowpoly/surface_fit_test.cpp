@@ -27,9 +27,9 @@ struct Pair {
   }
   void fit() {
     moved = given;
-    SurfaceFit(dense.positions, dense.triangles, [](const Vec3d& p) {
+    SurfaceFit(dense.positions, dense.triangles, false, [](const Vec3d& p) {
       return Vec3d(to_float(p));
-    }).run(moved, low.triangles, {}, planes, false);
+    }).run(moved, low.triangles, {}, planes);
   }
   double distance(const std::vector<Vec3d>& points) const {
     std::vector<Vec3> floats;

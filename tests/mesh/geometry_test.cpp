@@ -1,10 +1,17 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <map>
+#include <random>
+#include <vector>
 
+#include "kiln/threads.h"
 #include "mesh/frame.h"
 #include "mesh/normals.h"
 #include "mesh/vector.h"
+#include "mesh/weld.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -141,6 +148,25 @@ TEST(ContinuousDirections, ACardHasNoneUnlessItsNormalsAgree) {
 TEST(WeldPositions, TreatsNegativeZeroAsZero) {
   const std::vector<Vec3> positions = {{0, 1, 2}, {5, 5, 5}, {-0.0F, 1, 2}, {0, 1, 2.0000002F}};
   EXPECT_EQ(weld_positions(positions), (std::vector<std::uint32_t>{0, 1, 0, 3}));
+}
+
+TEST(WeldVertices, FindsTheFirstOfEachOnAnyNumberOfThreads) {
+  std::vector<Vec3> positions;
+  std::map<std::array<float, 3>, std::uint32_t> first;
+  std::vector<std::uint32_t> expected;
+  std::mt19937 random(3);
+  for (std::uint32_t i = 0; i < 100'000; ++i) {
+    const auto number = [&] { return static_cast<float>(random() % 32) - 16; };
+    Vec3 p{number(), number(), number()};
+    if (i % 1000 == 7) p.y = NAN;  // That is like no other.
+    positions.push_back(p);
+    expected.push_back(std::isnan(p.y) ? i : first.try_emplace({p.x, p.y, p.z}, i).first->second);
+  }
+  for (const int threads : {1, 3}) {
+    set_thread_limit(threads);
+    EXPECT_EQ(weld_vertices(positions), expected) << threads;
+  }
+  set_thread_limit(0);
 }
 
 }  // namespace
