@@ -6,7 +6,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,7 +21,6 @@ class FlatSystem {
   using Block = std::array<double, std::size_t{N} * N>;
 
   explicit FlatSystem(const FlatChart& chart);
-  ~FlatSystem();
 
   void clear() { std::fill(blocks_.begin(), blocks_.end(), Block{}); }
   Block& diagonal(std::uint32_t v) { return blocks_[place_[v]]; }
@@ -37,13 +35,29 @@ class FlatSystem {
   bool solve(std::vector<FlatPoint>& points);
 
  private:
-  struct Solver;  ///< Eigen's
+  /// D of one place, and what L has between its unknowns.
+  struct Pivot {
+    std::array<double, N> d;
+    double between = 0;
+  };
+  void find_pattern();
 
   std::vector<std::uint32_t> place_;  ///< Of each vertex in the order of elimination
-  std::vector<Block> blocks_;         ///< Of each vertex, then of each edge
+  std::vector<Block> blocks_;         ///< Of each place, then of each edge
   std::vector<std::uint32_t>
       slots_;  ///< Of each triangle: corners with themselves, and with the next
-  std::unique_ptr<Solver> solver_;
+  std::vector<std::uint32_t> first_,
+      low_;  ///< Of each place its first edge; each edge's place before
+  // The factors L D L^T: L without its diagonal, by columns. What is in a row is known beforehand.
+  std::vector<std::uint32_t> row_first_,
+      row_;  ///< Of each row its columns, in the order they are solved in
+  std::vector<std::uint32_t> column_first_, column_;  ///< Of each column its rows, from above
+  std::vector<Block> lower_;                          ///< L there, blocks by columns
+  std::vector<Pivot> pivots_;
+  // Scratch of factorize().
+  std::vector<Block> open_;                ///< Of each column, what is left of the row
+  std::vector<std::uint32_t> column_end_;  ///< Of each column, where its next row goes
+  std::vector<double> right_;              ///< Scratch of solve()
 };
 
 extern template class FlatSystem<1>;
