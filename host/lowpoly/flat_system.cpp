@@ -82,90 +82,94 @@ std::vector<std::uint32_t> least_degree(const EdgeLists& edges) {
 
 }  // namespace
 
-template <int N>
-FlatSystem<N>::FlatSystem(const FlatChart& chart) {
+FlatPattern::FlatPattern(const FlatChart& chart) {
   const std::size_t count = chart.points.size();
   const EdgeLists given(count, [&](const auto& add) {
     for (const Triangle& t : chart.triangles) {
       for (std::size_t k = 0; k < 3; ++k) add(t[k], t[(k + 1) % 3]);
     }
   });
-  place_ = least_degree(given);
+  place = least_degree(given);
   EdgeLists edges(count, [&](const auto& add) {
     for (std::size_t v = 0; v < count; ++v) {
       for (std::uint32_t e = given.first[v]; e < given.first[v + 1]; ++e)
-        add(place_[v], place_[given.low[e]]);
+        add(place[v], place[given.low[e]]);
     }
   });
-  blocks_.resize(count + edges.low.size());
-  slots_.reserve(chart.triangles.size() * 6);
+  slots.reserve(chart.triangles.size() * 6);
   for (const Triangle& t : chart.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t p = place_[t[k]];
-      slots_.push_back(p);
-      slots_.push_back(static_cast<std::uint32_t>(count) + edges.find(p, place_[t[(k + 1) % 3]]));
+      const std::uint32_t p = place[t[k]];
+      slots.push_back(p);
+      slots.push_back(static_cast<std::uint32_t>(count) + edges.find(p, place[t[(k + 1) % 3]]));
     }
   }
-  first_ = std::move(edges.first);
-  low_ = std::move(edges.low);
-  find_pattern();
+  first = std::move(edges.first);
+  low = std::move(edges.low);
+  find_factors();
 }
 
 /// Where L is not zero (Davis, "Direct Methods for Sparse Linear Systems", 2006, chapter 4): of each row the
 /// columns on the ways up the elimination tree from the matrix's.
-template <int N>
-void FlatSystem<N>::find_pattern() {
-  const auto count = static_cast<std::uint32_t>(place_.size());
+void FlatPattern::find_factors() {
+  const auto count = static_cast<std::uint32_t>(place.size());
   std::vector<std::uint32_t> parent(count, kNoIndex), seen(count, kNoIndex);
-  column_first_.assign(count + 1, 0);
-  row_first_.assign(1, 0);
-  row_first_.reserve(count + 1);
-  row_.reserve(4 * low_.size());
+  column_first.assign(count + 1, 0);
+  row_first.assign(1, 0);
+  row_first.reserve(count + 1);
+  row.reserve(4 * low.size());
   for (std::uint32_t k = 0; k < count; ++k) {
     seen[k] = k;
-    const auto begin = static_cast<std::ptrdiff_t>(row_.size());
-    for (std::uint32_t e = first_[k]; e < first_[k + 1]; ++e) {
-      const auto way = static_cast<std::ptrdiff_t>(row_.size());
-      for (std::uint32_t i = low_[e]; seen[i] != k; i = parent[i]) {
+    const auto begin = static_cast<std::ptrdiff_t>(row.size());
+    for (std::uint32_t e = first[k]; e < first[k + 1]; ++e) {
+      const auto way = static_cast<std::ptrdiff_t>(row.size());
+      for (std::uint32_t i = low[e]; seen[i] != k; i = parent[i]) {
         if (parent[i] == kNoIndex) parent[i] = k;
         seen[i] = k;
-        row_.push_back(i);
-        ++column_first_[i + 1];
+        row.push_back(i);
+        ++column_first[i + 1];
       }
-      std::reverse(row_.begin() + way, row_.end());
+      std::reverse(row.begin() + way, row.end());
     }
     // A later way may lead to an earlier one, and so goes before it.
-    std::reverse(row_.begin() + begin, row_.end());
-    row_first_.push_back(static_cast<std::uint32_t>(row_.size()));
+    std::reverse(row.begin() + begin, row.end());
+    row_first.push_back(static_cast<std::uint32_t>(row.size()));
   }
-  for (std::uint32_t k = 0; k < count; ++k) column_first_[k + 1] += column_first_[k];
-  column_.resize(row_.size());
-  lower_.resize(row_.size());
-  column_end_.assign(column_first_.begin(), column_first_.end() - 1);
+  for (std::uint32_t k = 0; k < count; ++k) column_first[k + 1] += column_first[k];
+  column.resize(row.size());
+  std::vector<std::uint32_t> end(column_first.begin(), column_first.end() - 1);
   for (std::uint32_t k = 0; k < count; ++k) {
-    for (std::uint32_t n = row_first_[k]; n < row_first_[k + 1]; ++n)
-      column_[column_end_[row_[n]]++] = k;
+    for (std::uint32_t n = row_first[k]; n < row_first[k + 1]; ++n) column[end[row[n]]++] = k;
   }
-  pivots_.resize(count);
 }
+
+template <int N>
+FlatSystem<N>::FlatSystem(std::shared_ptr<const FlatPattern> pattern)
+    : pattern_(std::move(pattern)),
+      blocks_(pattern_->place.size() + pattern_->low.size()),
+      lower_(pattern_->row.size()),
+      pivots_(pattern_->place.size()) {}
 
 /// Row by row, each by a sparse triangular solve.
 template <int N>
 bool FlatSystem<N>::factorize() {
-  const auto count = static_cast<std::uint32_t>(place_.size());
+  const std::vector<std::uint32_t>&first = pattern_->first, &low = pattern_->low,
+        &row_first = pattern_->row_first, &row = pattern_->row,
+        &column_first = pattern_->column_first, &column = pattern_->column;
+  const auto count = static_cast<std::uint32_t>(pivots_.size());
   open_.assign(count, Block{});
-  column_end_.assign(column_first_.begin(), column_first_.end() - 1);
+  column_end_.assign(column_first.begin(), column_first.end() - 1);
   for (std::uint32_t k = 0; k < count; ++k) {
-    for (std::uint32_t e = first_[k]; e < first_[k + 1]; ++e) open_[low_[e]] = blocks_[count + e];
+    for (std::uint32_t e = first[k]; e < first[k + 1]; ++e) open_[low[e]] = blocks_[count + e];
     const Block& own = blocks_[k];
     Pivot& pivot = pivots_[k];
     if constexpr (N == 1) {
       double d = own[0];
-      for (std::uint32_t n = row_first_[k]; n < row_first_[k + 1]; ++n) {
-        const std::uint32_t i = row_[n], end = column_end_[i]++;
+      for (std::uint32_t n = row_first[k]; n < row_first[k + 1]; ++n) {
+        const std::uint32_t i = row[n], end = column_end_[i]++;
         const double y = std::exchange(open_[i][0], 0);
-        for (std::uint32_t p = column_first_[i]; p < end; ++p)
-          open_[column_[p]][0] -= lower_[p][0] * y;
+        for (std::uint32_t p = column_first[i]; p < end; ++p)
+          open_[column[p]][0] -= lower_[p][0] * y;
         const double l = y / pivots_[i].d[0];
         d -= l * y;
         lower_[end][0] = l;
@@ -175,14 +179,14 @@ bool FlatSystem<N>::factorize() {
       // Both rows of the block at once; then the lower one by the upper.
       Two d{own[0], own[3]};
       double between = own[1];
-      for (std::uint32_t n = row_first_[k]; n < row_first_[k + 1]; ++n) {
-        const std::uint32_t i = row_[n], end = column_end_[i]++;
+      for (std::uint32_t n = row_first[k]; n < row_first[k + 1]; ++n) {
+        const std::uint32_t i = row[n], end = column_end_[i]++;
         double* const y = open_[i].data();
         const Two upper = load_two(y), lower = load_two(y + 2) - both(pivots_[i].between) * upper;
         open_[i] = {};
-        for (std::uint32_t p = column_first_[i]; p < end; ++p) {
+        for (std::uint32_t p = column_first[i]; p < end; ++p) {
           const double* const l = lower_[p].data();
-          double* const to = open_[column_[p]].data();
+          double* const to = open_[column[p]].data();
           store_two(to, load_two(to) - both(l[0]) * upper - both(l[2]) * lower);
           store_two(to + 2, load_two(to + 2) - both(l[1]) * upper - both(l[3]) * lower);
         }
@@ -204,11 +208,13 @@ bool FlatSystem<N>::factorize() {
 
 template <int N>
 bool FlatSystem<N>::solve(std::vector<FlatPoint>& points) {
-  const std::size_t count = place_.size();
+  const std::vector<std::uint32_t>&place = pattern_->place, &column_first = pattern_->column_first,
+        &column = pattern_->column;
+  const std::size_t count = place.size();
   right_.resize(2 * count);
   double* const x = right_.data();
   for (std::size_t v = 0; v < count; ++v) {
-    double* const p = x + std::size_t{2} * place_[v];
+    double* const p = x + std::size_t{2} * place[v];
     p[0] = points[v].x;
     p[1] = points[v].y;
   }
@@ -216,8 +222,8 @@ bool FlatSystem<N>::solve(std::vector<FlatPoint>& points) {
     double* const own = x + 2 * i;
     if constexpr (N == 2) own[1] -= pivots_[i].between * own[0];
     const Two at = load_two(own);
-    for (std::uint32_t p = column_first_[i]; p < column_first_[i + 1]; ++p) {
-      double* const to = x + std::size_t{2} * column_[p];
+    for (std::uint32_t p = column_first[i]; p < column_first[i + 1]; ++p) {
+      double* const to = x + std::size_t{2} * column[p];
       const double* const l = lower_[p].data();
       if constexpr (N == 1) {
         store_two(to, load_two(to) - both(l[0]) * at);
@@ -232,18 +238,18 @@ bool FlatSystem<N>::solve(std::vector<FlatPoint>& points) {
   }
   for (std::size_t i = count; i-- > 0;) {
     double* const own = x + 2 * i;
-    const std::uint32_t begin = column_first_[i], end = column_first_[i + 1];
+    const std::uint32_t begin = column_first[i], end = column_first[i + 1];
     if constexpr (N == 1) {
       Two at = load_two(own);
       for (std::uint32_t p = begin; p < end; ++p)
-        at = at - both(lower_[p][0]) * load_two(x + std::size_t{2} * column_[p]);
+        at = at - both(lower_[p][0]) * load_two(x + std::size_t{2} * column[p]);
       store_two(own, at);
     } else {
       for (const std::size_t half : {1, 0}) {
         double at = own[half];
         if (half == 0) at -= pivots_[i].between * own[1];
         for (std::uint32_t p = begin; p < end; ++p) {
-          const double* const from = x + std::size_t{2} * column_[p];
+          const double* const from = x + std::size_t{2} * column[p];
           const double* const l = lower_[p].data() + 2 * half;
           at = at - l[0] * from[0] - l[1] * from[1];
         }
@@ -252,7 +258,7 @@ bool FlatSystem<N>::solve(std::vector<FlatPoint>& points) {
     }
   }
   for (std::size_t v = 0; v < count; ++v) {
-    const double* const p = x + std::size_t{2} * place_[v];
+    const double* const p = x + std::size_t{2} * place[v];
     points[v] = {p[0], p[1]};
   }
   return std::all_of(right_.begin(), right_.end(),
