@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 #include <tuple>
@@ -116,7 +117,7 @@ class Search {
         PackOrder plan = by_size(sheet, v % 2 == 0);
         plan.rule = v / 2;
         const double most = v == 0 ? sheets_.area() : best.left_out;
-        Packed packed = sheets_.pack(sheet, plan, most);
+        Packed packed = sheets_.pack(sheet, plan, most, v == 0 ? nullptr : &best);
         if (v != 0 && rank(packed) >= rank(best)) continue;
         best = std::move(packed);
         state_.order = std::move(plan);
@@ -151,7 +152,8 @@ class Search {
       factor_ = factor;
       waited_ = 0;
       sheet_ = sheets_.draw(cells_, scale_of(state_.share) * factor);
-      current_ = sheets_.pack(sheet_, order);
+      current_ =
+          sheets_.pack(sheet_, order, std::numeric_limits<double>::infinity(), &state_.packed);
       order_ = std::move(order);
       if (!current_.refused.empty()) return;
       factor = keep();

@@ -50,8 +50,8 @@ class CellRows {
   void note_room(std::uint32_t y, std::uint32_t room);
   void find_longest(std::uint32_t y);
 
-  /// The longest run of free cells in a row. As cells are taken, it is known without a look at the row, as long as
-  /// no other can be longer.
+  /// The longest run of free cells in a row. As cells are taken, it is known without a look at the row. Not where
+  /// another may be longer.
   struct FreeRun {
     std::uint32_t begin = 0, end = 0;
     std::uint32_t others = 0;  ///< No other is longer than this.

@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-/// The places of a chart's vertices in the order of elimination, and where the matrix and its factors L D L^T are not
+/// The places of a chart's vertices in the order of elimination. Where the matrix and its factors L D L^T are not
 /// zero, for blocks of any size.
 struct FlatPattern {
   explicit FlatPattern(const FlatChart& chart);
