@@ -110,14 +110,14 @@ class Search {
   void begin() {
     constexpr int kMostRounds = 24;
     double share = kFirstShare;
+    Packed best;
     for (int round = 0; round < kMostRounds; ++round) {
       Sheet sheet = sheets_.draw(cells_, scale_of(share));
-      Packed best;
       for (std::uint32_t v = 0; v < 2 * ChartSheets::kRules; ++v) {
         PackOrder plan = by_size(sheet, v % 2 == 0);
         plan.rule = v / 2;
         const double most = v == 0 ? sheets_.area() : best.left_out;
-        Packed packed = sheets_.pack(sheet, plan, most, v == 0 ? nullptr : &best);
+        Packed packed = sheets_.pack(sheet, plan, most, round == 0 && v == 0 ? nullptr : &best);
         if (v != 0 && rank(packed) >= rank(best)) continue;
         best = std::move(packed);
         state_.order = std::move(plan);
