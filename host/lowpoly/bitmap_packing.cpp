@@ -336,14 +336,19 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
   best = search_packing(outlines, size, padding, 0, 1, from != nullptr ? &best : nullptr);
   if (best.share == 0) return {};
   std::array<PackState, kSearches> searches;
-  const PackState start = best;
+  PackState start = best;
   for (std::uint32_t round = 0; round < kSearchRounds && (round == 0 || best.share < kWanted);
        ++round) {
+    if (round + 1 == kSearchRounds) {  // All begin alike: by size, which no seed changes.
+      if (from != nullptr) start = search_packing(outlines, size, padding, 0, 1);
+      if (start.share == 0) break;
+      start.attempt = {};
+      start.attempt_share = 0;
+    }
     const auto body = [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t seed = round * kSearches + static_cast<std::uint32_t>(i) + 1;
-        searches[i] = search_packing(outlines, size, padding, kSearchTries, seed,
-                                     round + 1 < kSearchRounds ? &start : nullptr);
+        searches[i] = search_packing(outlines, size, padding, kSearchTries, seed, &start);
       }
     };
     parallel_for(searches.size(), 1, body, threads);
