@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 #include <tuple>
@@ -109,14 +110,14 @@ class Search {
   void begin() {
     constexpr int kMostRounds = 24;
     double share = kFirstShare;
+    Packed best;
     for (int round = 0; round < kMostRounds; ++round) {
       Sheet sheet = sheets_.draw(cells_, scale_of(share));
-      Packed best;
       for (std::uint32_t v = 0; v < 2 * ChartSheets::kRules; ++v) {
         PackOrder plan = by_size(sheet, v % 2 == 0);
         plan.rule = v / 2;
         const double most = v == 0 ? sheets_.area() : best.left_out;
-        Packed packed = sheets_.pack(sheet, plan, most);
+        Packed packed = sheets_.pack(sheet, plan, most, round == 0 && v == 0 ? nullptr : &best);
         if (v != 0 && rank(packed) >= rank(best)) continue;
         best = std::move(packed);
         state_.order = std::move(plan);
@@ -151,7 +152,8 @@ class Search {
       factor_ = factor;
       waited_ = 0;
       sheet_ = sheets_.draw(cells_, scale_of(state_.share) * factor);
-      current_ = sheets_.pack(sheet_, order);
+      current_ =
+          sheets_.pack(sheet_, order, std::numeric_limits<double>::infinity(), &state_.packed);
       order_ = std::move(order);
       if (!current_.refused.empty()) return;
       factor = keep();
@@ -334,14 +336,19 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
   best = search_packing(outlines, size, padding, 0, 1, from != nullptr ? &best : nullptr);
   if (best.share == 0) return {};
   std::array<PackState, kSearches> searches;
-  const PackState start = best;
+  PackState start = best;
   for (std::uint32_t round = 0; round < kSearchRounds && (round == 0 || best.share < kWanted);
        ++round) {
+    if (round + 1 == kSearchRounds) {  // All begin alike: by size, which no seed changes.
+      if (from != nullptr) start = search_packing(outlines, size, padding, 0, 1);
+      if (start.share == 0) break;
+      start.attempt = {};
+      start.attempt_share = 0;
+    }
     const auto body = [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t seed = round * kSearches + static_cast<std::uint32_t>(i) + 1;
-        searches[i] = search_packing(outlines, size, padding, kSearchTries, seed,
-                                     round + 1 < kSearchRounds ? &start : nullptr);
+        searches[i] = search_packing(outlines, size, padding, kSearchTries, seed, &start);
       }
     };
     parallel_for(searches.size(), 1, body, threads);

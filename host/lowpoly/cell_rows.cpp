@@ -5,13 +5,15 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
-#include <span>
 
 namespace kiln {
 namespace {
 
 constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 
+/// Lengths of free runs are told apart in up to twice so many steps. So many of a mask's runs are held against them.
+constexpr std::uint32_t kRoomBits = 6;
+constexpr std::size_t kKeyRuns = 16;
 /// Of rows of more words, only those with room are looked at after some runs.
 constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
 
@@ -27,49 +29,6 @@ TwoWords load_two(const std::uint64_t* from) {
 /// Words a row: a power of two, so that there are few kinds.
 std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
 
-/// Whether any of some rows needs more than there is. Four numbers a word: none borrows from the next, since all
-/// are below 2^15.
-template <std::size_t count>
-bool is_tight(const std::int16_t* need, const std::int16_t* room) {
-  constexpr std::uint64_t kTop = 0x8000800080008000;
-  std::uint64_t fits = kTop;
-  for (std::size_t i = 0; i < count; i += 4) {
-    std::uint64_t n, r;
-    std::memcpy(&n, need + i, sizeof n);
-    std::memcpy(&r, room + i, sizeof r);
-    fits &= (r | kTop) - n;
-  }
-  return fits != kTop;
-}
-
-/// The highest row that needs more than there is; the number of rows, where none does.
-std::uint32_t tight_row(std::span<const std::int16_t> needed, const std::int16_t* room) {
-  constexpr std::size_t kBlock = 32, kSmall = 8;
-  std::size_t row = needed.size();
-  while (row >= kBlock && !is_tight<kBlock>(needed.data() + row - kBlock, room + row - kBlock))
-    row -= kBlock;
-  while (row >= kSmall && !is_tight<kSmall>(needed.data() + row - kSmall, room + row - kSmall))
-    row -= kSmall;
-  while (row > 0 && needed[row - 1] <= room[row - 1]) --row;
-  return static_cast<std::uint32_t>(row > 0 ? row - 1 : needed.size());
-}
-
-std::uint32_t longest_free(const std::uint64_t* row, std::uint32_t width) {
-  std::uint32_t longest = 0, run = 0;
-  for (std::uint32_t x = 0; x < width;) {
-    const std::uint64_t word = row[x / 64] >> x % 64;
-    const std::uint32_t left = std::min(64 - x % 64, width - x);
-    const auto zeros = std::min(static_cast<std::uint32_t>(std::countr_zero(word)), left);
-    run += zeros;
-    longest = std::max(longest, run);
-    x += zeros;
-    if (zeros == left) continue;
-    x += std::min(static_cast<std::uint32_t>(std::countr_one(word >> zeros)), left - zeros);
-    run = 0;
-  }
-  return longest;
-}
-
 }  // namespace
 
 CellRows::CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t longest)
@@ -79,11 +38,18 @@ CellRows::CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t long
       levels_(static_cast<std::uint32_t>(std::bit_width(std::min(width, longest)))),
       // Shifting reads beyond the last row.
       bits_(std::size_t{levels_} * height * words_ + words_ + 1),
-      longest_(height, static_cast<std::int16_t>(width)) {}
+      step_(static_cast<std::uint32_t>(std::bit_width(width >> kRoomBits)) -
+            (width >> kRoomBits != 0 ? 1 : 0)),
+      row_words_((height + 63) / 64),
+      roomy_((std::size_t{width >> step_} + 1) * row_words_ + height / 64 + 2, kAllOnes),
+      room_(height, width >> step_),
+      free_(height, FreeRun{0, width, 0}) {}
 
 void CellRows::clear() {
   std::fill(bits_.begin(), bits_.end(), 0);
-  std::fill(longest_.begin(), longest_.end(), static_cast<std::int16_t>(width_));
+  std::fill(roomy_.begin(), roomy_.end(), kAllOnes);
+  std::fill(room_.begin(), room_.end(), width_ >> step_);
+  std::fill(free_.begin(), free_.end(), FreeRun{0, width_, 0});
 }
 
 void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
@@ -99,6 +65,7 @@ void CellRows::mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
       cells[i / 64] |= (kAllOnes >> (64 - count)) << i % 64;
       i += count;
     }
+    free_[y + run.row].take(x + run.first, x + run.last + 1);
   }
 }
 
@@ -108,34 +75,84 @@ void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
   for (std::uint32_t k = 1; k < levels_; ++k) {
     const std::uint32_t shift = 1U << (k - 1), whole = shift / 64, part = shift % 64;
     const std::uint32_t first_word = (left - std::min(left, (1U << k) - 1)) / 64;
-    for (std::uint32_t at = first; at < end; ++at) {
-      std::uint64_t* const wide = row(k, at);
-      const std::uint64_t* const narrow = row(k - 1, at);
+    std::uint64_t* wide = row(k, first);
+    const std::uint64_t* narrow = row(k - 1, first);
+    for (std::uint32_t y = first; y < end; ++y, wide += words_, narrow += words_) {
       // What comes from beyond the row's end is of places outside.
       const std::uint64_t* const beside = narrow + whole;
-      for (std::uint32_t w = first_word; w < last_word; ++w) {
-        wide[w] = narrow[w] | beside[w] >> part | beside[w + 1] << 1 << (63 - part);
+      if (words_ == 1) {
+        wide[0] = narrow[0] | beside[0] >> part | beside[1] << 1 << (63 - part);
+        continue;
+      }
+      const auto down = static_cast<int>(part);
+      for (std::uint32_t w = first_word / 2 * 2; w < last_word; w += 2) {
+        const TwoWords now = load_two(narrow + w) | load_two(beside + w) >> down |
+                             load_two(beside + w + 1) << 1 << (63 - down);
+        std::memcpy(wide + w, &now, sizeof now);
       }
     }
   }
-  for (std::uint32_t at = first; at < end; ++at) {
-    longest_[at] = static_cast<std::int16_t>(longest_free(row(0, at), width_));
+  for (std::uint32_t y = first; y < end; ++y) {
+    if (free_[y].length() < free_[y].others) find_longest(y);
+    note_room(y, free_[y].length() >> step_);
   }
 }
 
-/// The first row from y on where each of the mask's rows has as many free cells in a row as its longest run.
-std::uint32_t CellRows::first_with_room(const ChartMask& mask, std::uint32_t y,
-                                        std::uint32_t end) const {
-  while (y < end) {
-    // The highest row with too little room: nor may any of the mask's rows below that needs more lie on it.
-    std::uint32_t row = tight_row(mask.longest, longest_.data() + y);
-    if (row == mask.height) break;
-    const std::int16_t room = longest_[y + row];
-    const std::uint32_t at = y + row;
-    while (row > 0 && mask.longest[row - 1] > room) --row;
-    y = at + 1 - row;
+void CellRows::FreeRun::take(std::uint32_t first, std::uint32_t last) {
+  if (first >= end || last <= begin) return;
+  const std::uint32_t left = first - std::min(first, begin), right = end - std::min(end, last);
+  others = std::max(others, std::min(left, right));
+  if (left < right) {
+    begin = last;
+  } else {
+    end = begin + left;
   }
-  return y;
+}
+
+void CellRows::find_longest(std::uint32_t y) {
+  FreeRun& longest = free_[y];
+  longest = {};
+  const std::uint64_t* const cells = row(0, y);
+  std::uint32_t begin = 0;
+  const auto add = [&](std::uint32_t end) {
+    const FreeRun run{begin, end, std::max(longest.others, longest.length())};
+    if (run.length() > longest.length()) {
+      longest = run;
+    } else {
+      longest.others = std::max(longest.others, run.length());
+    }
+  };
+  for (std::uint32_t x = 0; x < width_;) {
+    const std::uint64_t word = cells[x / 64] >> x % 64;
+    const std::uint32_t left = std::min(64 - x % 64, width_ - x);
+    const auto zeros = std::min(static_cast<std::uint32_t>(std::countr_zero(word)), left);
+    x += zeros;
+    if (zeros == left) continue;
+    add(x);
+    x += std::min(static_cast<std::uint32_t>(std::countr_one(word >> zeros)), left - zeros);
+    begin = x;
+  }
+  if (begin < width_) add(width_);
+}
+
+void CellRows::note_room(std::uint32_t y, std::uint32_t room) {
+  for (; room_[y] > room; --room_[y])
+    roomy_[std::size_t{room_[y]} * row_words_ + y / 64] &= ~(std::uint64_t{1} << y % 64);
+}
+
+/// Of 64 rows from one on that is a multiple of 64: where a mask may lie, since its rows find room for their longest
+/// runs. Asks a few rows of the mask that lie far from each other.
+std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t first) const {
+  std::uint64_t result = kAllOnes;
+  for (std::size_t n = 0; n < std::min(kKeyRuns, mask.runs.size()) && result != 0; ++n) {
+    const std::uint32_t r = mask.runs[n].row;
+    const std::uint64_t* const rows =
+        roomy_.data() +
+        std::size_t{static_cast<std::uint16_t>(mask.longest[r])} / (1U << step_) * row_words_ +
+        (first + r) / 64;
+    result &= rows[0] >> r % 64 | rows[1] << 1 << (63 - r % 64);
+  }
+  return result;
 }
 
 template <std::uint32_t words>
@@ -155,8 +172,18 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   const std::uint32_t top = std::min(height_, window.top);
   if (mask.height > top) return std::nullopt;
   const std::uint32_t end = top - mask.height + 1;
-  for (std::uint32_t y = first_with_room(mask, window.bottom, end); y < end;
-       y = first_with_room(mask, y + 1, end)) {
+  std::uint32_t above = window.bottom / 64 * 64;
+  std::uint64_t rows = 0;
+  for (;;) {
+    while (rows == 0) {
+      if (above >= end) return std::nullopt;
+      rows = rows_with_room(mask, above);
+      if (above < window.bottom) rows &= kAllOnes << (window.bottom - above);
+      if (end - above < 64) rows &= kAllOnes >> (64 - (end - above));
+      above += 64;
+    }
+    const std::uint32_t y = above - 64 + static_cast<std::uint32_t>(std::countr_zero(rows));
+    rows &= rows - 1;
     blocked = outside;
     bool free = true;
     std::array<std::uint32_t, words> open{};
@@ -212,7 +239,6 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
       return std::pair{w * 64 + static_cast<std::uint32_t>(std::countr_one(blocked[w])), y};
     }
   }
-  return std::nullopt;
 }
 
 std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find(const ChartMask& mask,

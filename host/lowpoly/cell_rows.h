@@ -46,11 +46,27 @@ class CellRows {
   template <std::uint32_t words>
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find_in(const ChartMask& mask,
                                                                  const Window& window) const;
-  std::uint32_t first_with_room(const ChartMask& mask, std::uint32_t y, std::uint32_t end) const;
+  std::uint64_t rows_with_room(const ChartMask& mask, std::uint32_t first) const;
+  void note_room(std::uint32_t y, std::uint32_t room);
+  void find_longest(std::uint32_t y);
+
+  /// The longest run of free cells in a row. As cells are taken, it is known without a look at the row. Not where
+  /// another may be longer.
+  struct FreeRun {
+    std::uint32_t begin = 0, end = 0;
+    std::uint32_t others = 0;  ///< No other is longer than this.
+    std::uint32_t length() const { return end - begin; }
+    void take(std::uint32_t first, std::uint32_t last);
+  };
 
   std::uint32_t width_, height_, words_, levels_;
   std::vector<std::uint64_t> bits_;
-  std::vector<std::int16_t> longest_;  ///< Free cells in a row, of each row.
+  // Which rows have a run of free cells that is long enough: a bit a row, for lengths in steps.
+  std::uint32_t step_;  ///< Two to this power, cells.
+  std::uint32_t row_words_;
+  std::vector<std::uint64_t> roomy_;
+  std::vector<std::uint32_t> room_;  ///< Of each row its longest free run, in steps.
+  std::vector<FreeRun> free_;        ///< And where it is, or an empty one after marks.
 };
 
 }  // namespace kiln

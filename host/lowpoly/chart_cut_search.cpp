@@ -181,6 +181,7 @@ class Sweep {
   }
 
   void look(int line) {
+    line_ = static_cast<std::size_t>(line);
     const auto is_low = [&](std::uint32_t node) { return nodes_[node].band < line; };
     part_.resize(nodes_.size());
     std::iota(part_.begin(), part_.end(), 0U);
@@ -191,13 +192,13 @@ class Sweep {
     }
     parts_.assign(nodes_.size(), {});
     spans_.clear();
-    std::size_t count = 0;
+    parts_count_ = 0;
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
       part_[n] = first_of(part_, n);
-      count += part_[n] == n;
+      parts_count_ += part_[n] == n ? 1 : 0;
       parts_[part_[n]].area += nodes_[n].area;
     }
-    if (count < 2) return;
+    if (parts_count_ < 2) return;
     for (const Link& link : links_) {
       const std::uint32_t a = part_[link.a], b = part_[link.b];
       if (a == b) continue;
@@ -238,6 +239,9 @@ class Sweep {
   /// The smallest upright boxes of a part and of the rest, added.
   double boxes_of(std::uint32_t p) {
     if (reaches_.empty()) find_reaches();
+    if (parts_count_ == 2) {  // One below the line, and one above.
+      return below_[line_].smallest_box() + above_[line_].smallest_box();
+    }
     if (spans_.empty()) {
       spans_.resize(nodes_.size());
       for (std::uint32_t n = 0; n < nodes_.size(); ++n) spans_[part_[n]].add(reaches_[n]);
@@ -253,17 +257,30 @@ class Sweep {
   void find_reaches() {
     reaches_.assign(nodes_.size(), {});
     std::vector<std::uint32_t> last(shape_.reach.size(), kNoIndex);
-    const auto add = [&](std::uint32_t i) {
+    const auto add = [&](std::uint32_t i, std::uint32_t v) {
       const std::uint32_t node = node_of_[i];
-      for (const std::uint32_t v : shape_.chart.triangles[i]) {
-        if (last[v] == node) continue;  // Once, or little more often.
-        last[v] = node;
-        reaches_[node].add(shape_.reach[v]);
-      }
+      if (last[v] == node) return;  // Once, or little more often.
+      last[v] = node;
+      reaches_[node].add(shape_.reach[v]);
     };
-    for (const std::uint32_t i : shape_.rim) add(i);
-    for (const CutShape::Edge& edge : across_) {
-      if (node_of_[edge.a] != node_of_[edge.b]) add(edge.a), add(edge.b);
+    for (const CutShape::Rim& rim : shape_.rim) add(rim.triangle, rim.vertex);
+    for (const std::size_t side : {0, 1}) {
+      for (const CutShape::Edge& edge : across_) {
+        if (node_of_[edge.a] == node_of_[edge.b]) continue;
+        for (const std::uint32_t v : edge.ends) add(side == 0 ? edge.a : edge.b, v);
+      }
+    }
+    // What lies below each line, and above it.
+    below_.assign(kLines + 2, {});
+    above_.assign(kLines + 2, {});
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      const auto band = static_cast<std::size_t>(std::clamp(nodes_[n].band, 0, kLines));
+      below_[band + 1].add(reaches_[n]);
+      above_[band].add(reaches_[n]);
+    }
+    for (std::size_t line = 1; line < below_.size(); ++line) {
+      below_[line].add(below_[line - 1]);
+      above_[below_.size() - 1 - line].add(above_[below_.size() - line]);
     }
   }
 
@@ -275,7 +292,10 @@ class Sweep {
   std::vector<Link> links_;
   std::vector<CutShape::Edge> across_;  ///< Edges between bands.
   std::vector<Reach> reaches_;          ///< Of each node; empty until one is needed.
-  std::vector<std::uint32_t> part_;     ///< Of each node: the first node of its part.
+  std::vector<Reach> below_, above_;  ///< Of all below a line and above it, once reaches are there.
+  std::size_t line_ = 0,
+              parts_count_ = 0;      ///< The line that is looked at, and the parts that it makes.
+  std::vector<std::uint32_t> part_;  ///< Of each node: the first node of its part.
   std::vector<Part> parts_;
   std::vector<Reach> spans_;                      ///< Of each part; empty until one is needed.
   std::vector<std::vector<std::uint8_t>> apart_;  ///< At each price, per node, for the best cut.
@@ -314,7 +334,9 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t n = neighbour[3 * i + k];
       if (n == kNoIndex || n < i) continue;
-      edges.push_back({i, n, surface.length[3 * std::size_t{chart.source[i]} + k]});
+      const Triangle& t = chart.triangles[i];
+      edges.push_back(
+          {i, n, {t[k], t[(k + 1) % 3]}, surface.length[3 * std::size_t{chart.source[i]} + k]});
     }
     area += chart.rest[i].area;
   }
@@ -332,8 +354,9 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
     whole.add(reach[v]);
   }
   for (std::uint32_t i = 0; i < chart.triangles.size(); ++i) {
-    const Triangle& t = chart.triangles[i];
-    if (open[t[0]] != 0 || open[t[1]] != 0 || open[t[2]] != 0) rim.push_back(i);
+    for (const std::uint32_t v : chart.triangles[i]) {
+      if (open[v] != 0) rim.push_back({i, v});
+    }
   }
   box = whole.smallest_box();
 }

@@ -46,10 +46,15 @@ class CutShape {
     /// Of the upright box along each two directions that are square to each other.
     double smallest_box() const;
   };
-  /// Two triangles of the chart that are neighbours, and the length of their edge.
+  /// Two triangles of the chart that are neighbours; the vertices and the length of their edge.
   struct Edge {
     std::uint32_t a = 0, b = 0;
+    std::array<std::uint32_t, 2> ends{};
     double length = 0;
+  };
+  /// A triangle at the chart's border, and its vertex there.
+  struct Rim {
+    std::uint32_t triangle = 0, vertex = 0;
   };
 
   /// \param chart  viewed, not copied
@@ -61,12 +66,12 @@ class CutShape {
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 
   const FlatChart& chart;
-  std::vector<Edge> edges;         ///< Each once.
-  std::vector<std::uint32_t> rim;  ///< Triangles at the chart's border.
-  std::vector<Reach> reach;        ///< Of each vertex.
-  Reach whole;                     ///< Of all of them.
-  double area = 0;                 ///< Of the surface.
-  double box = 0;                  ///< The smallest upright box's.
+  std::vector<Edge> edges;   ///< Each once.
+  std::vector<Rim> rim;      ///< All there are.
+  std::vector<Reach> reach;  ///< Of each vertex.
+  Reach whole;               ///< Of all of them.
+  double area = 0;           ///< Of the surface.
+  double box = 0;            ///< The smallest upright box's.
 };
 
 }  // namespace kiln

@@ -24,12 +24,14 @@ FlatChart part_of(const ChartSurface& surface, const ChartBorders& borders, cons
                   const std::vector<std::uint8_t>& is_apart, bool apart,
                   std::vector<std::uint32_t>& local) {
   std::vector<std::uint32_t> triangles, places;
+  std::vector<RestShape> rest;
   for (std::uint32_t i = 0; i < is_apart.size(); ++i) {
     if ((is_apart[i] != 0) != apart) continue;
     triangles.push_back(whole.source[i]);
     places.push_back(i);
+    rest.push_back(whole.rest[i]);
   }
-  FlatChart part = cut_open(surface, triangles, borders.glued(), local);
+  FlatChart part = cut_open(surface, triangles, borders.glued(), local, {}, std::move(rest));
   for (std::size_t i = 0; i < places.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       part.points[part.triangles[i][k]] = whole.points[whole.triangles[places[i]][k]];

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <utility>
 
@@ -12,6 +11,7 @@
 #include "lowpoly/chart_choice.h"
 #include "lowpoly/chart_guide.h"
 #include "lowpoly/chart_merger.h"
+#include "lowpoly/cut_scratch.h"
 #include "lowpoly/flat_predicates.h"
 
 namespace kiln {
@@ -34,10 +34,12 @@ constexpr std::size_t kMostCovered = 16;
 constexpr std::size_t kWorthThreads = 200;
 
 /// Relaxes a chart from Tutte's map on, where there is hope. \returns whether it is injective and within
-bool relax_from_circle(FlatChart& chart, const ChartLimits& limits) {
+/// \param known  see injective_rounds()
+bool relax_from_circle(FlatChart& chart, const ChartLimits& limits,
+                       const RigidSystem* known = nullptr) {
   if (rigid_energy(chart) > limits.energy + chart.forced) return false;
   if (!on_circle(chart) || !is_injective(chart)) return false;
-  injective_rounds(chart, kInjectiveRounds, &limits);
+  injective_rounds(chart, kInjectiveRounds, &limits, known);
   return within(chart, limits);
 }
 
@@ -56,42 +58,6 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
   }
   return triangles;
 }
-
-/// What cut_open() needs for edges that are not glued as the borders say.
-struct CutScratch {
-  std::vector<std::uint32_t> local;
-  std::vector<std::uint8_t> other;  ///< 0, but while it is in use.
-
-  explicit CutScratch(const ChartSurface& surface)
-      : local(surface.triangles.size()), other(surface.mate.size(), 0) {}
-  /// Edges that count as the opposite; 0: no longer.
-  void mark(const ChartSurface& surface, std::span<const std::uint32_t> edges, std::uint8_t value) {
-    for (const std::uint32_t h : edges) other[h] = other[surface.mate[h]] = value;
-  }
-};
-
-/// As many as there are threads at work, since each is as large as the surface.
-class ScratchPool {
- public:
-  explicit ScratchPool(const ChartSurface& surface) : surface_(surface) {}
-
-  std::unique_ptr<CutScratch> take() {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) return std::make_unique<CutScratch>(surface_);
-    std::unique_ptr<CutScratch> one = std::move(free_.back());
-    free_.pop_back();
-    return one;
-  }
-  void give_back(std::unique_ptr<CutScratch> one) {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(one));
-  }
-
- private:
-  const ChartSurface& surface_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<CutScratch>> free_;
-};
 
 /// A patch, and the way down in it by the larger part each time, until a part can be laid flat.
 struct Descent {
@@ -274,8 +240,11 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
                CutScratch& scratch) {
   std::vector<std::uint32_t> triangles = a.source;
   triangles.insert(triangles.end(), b.source.begin(), b.source.end());
+  std::vector<RestShape> rest = a.rest;
+  rest.insert(rest.end(), b.rest.begin(), b.rest.end());
   scratch.mark(surface, joint, 1);
-  FlatChart joined = cut_open(surface, triangles, borders.glued(), scratch.local, scratch.other);
+  FlatChart joined =
+      cut_open(surface, triangles, borders.glued(), scratch.local, scratch.other, std::move(rest));
   scratch.mark(surface, joint, 0);
   lay_edge_to_edge(joined, a, b);
   return joined;
@@ -293,7 +262,7 @@ bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
   if (rigid_energy(chart) > limits.energy + chart.forced) return false;
   FlatChart pulled = chart;
   if (untangle(pulled, kPullRounds, *system)) {
-    if (!within(pulled, limits)) injective_rounds(pulled, kInjectiveRounds, &limits);
+    if (!within(pulled, limits)) injective_rounds(pulled, kInjectiveRounds, &limits, system.get());
     if (within(pulled, limits)) {
       chart = std::move(pulled);
       return true;
@@ -302,7 +271,7 @@ bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
   // On the way from a circle, what is long and winding gets stuck.
   const double width = std::sqrt(static_cast<double>(chart.triangles.size()));
   if (static_cast<double>(chart.boundary.size()) > kMostBorder * width) return false;
-  return relax_from_circle(chart, limits);
+  return relax_from_circle(chart, limits, system.get());
 }
 
 }  // namespace
@@ -355,7 +324,8 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   ScratchPool scratches(surface);
   const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
     std::array<FlatChart, kTogether> laid;
-    // The largest first, so that none is left for the end.
+    MergeTrials<kTogether> trials(joined);
+    // The largest first, so that none is left for the end; but those that may be vain after the others.
     std::array<std::size_t, kTogether> order{}, sizes{};
     std::size_t triangles = 0;
     for (std::size_t i = 0; i < joined.size(); ++i) {
@@ -364,15 +334,23 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
       triangles += sizes[i];
     }
     std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(joined.size()),
-                     [&](std::size_t p, std::size_t q) { return sizes[p] > sizes[q]; });
+                     [&](std::size_t p, std::size_t q) {
+                       return std::pair(trials.has_rival(q), sizes[p]) >
+                              std::pair(trials.has_rival(p), sizes[q]);
+                     });
     const auto lay = [&](std::size_t begin, std::size_t end) {
       std::unique_ptr<CutScratch> scratch = scratches.take();
       for (std::size_t n = begin; n < end; ++n) {
         const std::size_t i = order[n];
+        if (trials.is_vain(i)) {
+          accepted[i] = 0;
+          continue;
+        }
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
         laid[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
         const auto gains = [&] { return worth(joined[i].glued, a, b, laid[i]); };
         accepted[i] = gains() && lay_joined(laid[i], limits) && gains() ? 1 : 0;
+        trials.note(i, accepted[i] != 0);
       }
       scratches.give_back(std::move(scratch));
     };

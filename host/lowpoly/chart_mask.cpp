@@ -33,24 +33,36 @@ struct Span {
   }
 };
 
-/// A segment, from its lower end up.
-struct Segment {
-  FlatPoint low, high;
-  double slope = 0;
+/// Two numbers in a register: the compilers' vector extension.
+using Two = double __attribute__((vector_size(16)));
+Two both(double value) { return Two{value, value}; }
 
-  Segment(const FlatPoint& a, const FlatPoint& b)
-      : low(a.y <= b.y ? a : b),
-        high(a.y <= b.y ? b : a),
-        slope(a.y == b.y ? 0 : (b.x - a.x) / (b.y - a.y)) {}
+/// The two sides of the strip around a segment, each from its lower end up.
+struct Strip {
+  Two low_x, low_y, high_x, high_y, slope;
+
+  Strip(const FlatPoint& a, const FlatPoint& b, const FlatPoint& side) {
+    const Two off_x{side.x, -side.x}, off_y{side.y, -side.y};
+    const Two ax = both(a.x) + off_x, ay = both(a.y) + off_y;
+    const Two bx = both(b.x) + off_x, by = both(b.y) + off_y;
+    low_x = ay <= by ? ax : bx, low_y = ay <= by ? ay : by;
+    high_x = ay <= by ? bx : ax, high_y = ay <= by ? by : ay;
+    slope = ay == by ? both(0) : (bx - ax) / (by - ay);
+  }
+
+  /// Adds what the slab has of them.
+  void add_to(Span& span, double bottom) const {
+    const Two from = both(bottom), to = both(bottom + 1);
+    const Two begin = low_y < from ? low_x + (from - low_y) * slope : low_x;
+    const Two end = high_y > to ? high_x + (to - high_y) * slope : high_x;
+    const Two none = both(std::numeric_limits<double>::max());
+    const auto away = (high_y < from) | (low_y > to);
+    const Two low = away ? none : begin < end ? begin : end;
+    const Two high = away ? -none : begin < end ? end : begin;
+    span.low = std::min({span.low, low[0], low[1]});
+    span.high = std::max({span.high, high[0], high[1]});
+  }
 };
-
-/// Adds what the slab has of a segment.
-inline void add_segment(const Segment& s, double bottom, Span& span) {
-  const double top = bottom + 1;
-  if (s.high.y < bottom || s.low.y > top) return;
-  span.add(s.low.y < bottom ? s.low.x + (bottom - s.low.y) * s.slope : s.low.x);
-  span.add(s.high.y > top ? s.high.x + (top - s.high.y) * s.slope : s.high.x);
-}
 
 /// Adds what the slab has of a disc.
 inline void add_disc(const FlatPoint& centre, double radius, double bottom, Span& span) {
@@ -68,23 +80,17 @@ class Cells {
   Cells(std::uint32_t width, std::uint32_t height)
       : width_(width), height_(height), words_(width / 64 + 1), set_(words_ * height, 0) {}
 
-  /// Sets every cell that comes within `margin` of the segment: in each row, what the slab has of the two
-  /// discs at its ends and of the sides of the strip between them.
-  void widen(const FlatPoint& a, const FlatPoint& b, double margin) {
-    const FlatPoint along = b - a;
-    const double size = std::sqrt(dot(along, along));
-    const FlatPoint side =
-        size > 0 ? FlatPoint{-along.y, along.x} * (margin / size) : FlatPoint{0, 0};
-    const std::uint32_t first = row_at(std::min(a.y, b.y) - margin - kSlack);
-    const std::uint32_t last = row_at(std::max(a.y, b.y) + margin + kSlack);
-    const Segment left(a + side, b + side), right(a - side, b - side);
-    for (std::uint32_t y = first; y <= last; ++y) {
-      Span span;
-      add_disc(a, margin, y, span);
-      add_disc(b, margin, y, span);
-      add_segment(left, y, span);
-      add_segment(right, y, span);
-      if (span.low <= span.high) set(y, span.low - kSlack, span.high + kSlack);
+  /// Sets every cell that comes within `margin` of the ring.
+  void widen(const std::vector<FlatPoint>& ring, double margin) {
+    if (ring.empty()) return;
+    Disc first, a, b;
+    find(first, ring[0], margin);
+    a = first;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const bool is_last = i + 1 == ring.size();
+      if (!is_last) find(b, ring[i + 1], margin);
+      widen(ring[i], ring[is_last ? 0 : i + 1], margin, a, is_last ? first : b);
+      std::swap(a, b);
     }
   }
 
@@ -135,6 +141,7 @@ class Cells {
   /// By rows.
   std::vector<ChartMask::Run> runs() const {
     std::vector<ChartMask::Run> result;
+    result.reserve(height_ + height_ / 2);
     for (std::uint32_t y = 0; y < height_; ++y) {
       for (std::uint32_t x = next(y, 0, true); x < width_;) {
         const std::uint32_t end = next(y, x, false);
@@ -146,6 +153,45 @@ class Cells {
   }
 
  private:
+  /// What rows have of a disc around a vertex.
+  struct Disc {
+    std::uint32_t first = 0;
+    std::vector<Span> rows;
+
+    void add_to(Span& span, std::uint32_t y) const {
+      if (y - first >= rows.size()) return;  // Below the first one it is very large.
+      span.low = std::min(span.low, rows[y - first].low);
+      span.high = std::max(span.high, rows[y - first].high);
+    }
+  };
+
+  void find(Disc& disc, const FlatPoint& centre, double radius) const {
+    disc.first = row_at(centre.y - radius - kSlack);
+    const std::uint32_t last = row_at(centre.y + radius + kSlack);
+    disc.rows.assign(last - disc.first + 1, {});
+    for (std::uint32_t y = disc.first; y <= last; ++y)
+      add_disc(centre, radius, y, disc.rows[y - disc.first]);
+  }
+
+  /// The same of one side: in each row, what the slab has of the two discs at its ends and of the sides of the
+  /// strip between them.
+  void widen(const FlatPoint& a, const FlatPoint& b, double margin, const Disc& at_a,
+             const Disc& at_b) {
+    const FlatPoint along = b - a;
+    const double size = std::sqrt(dot(along, along));
+    const Strip strip(a, b,
+                      size > 0 ? FlatPoint{-along.y, along.x} * (margin / size) : FlatPoint{0, 0});
+    const std::uint32_t first = row_at(std::min(a.y, b.y) - margin - kSlack);
+    const std::uint32_t last = row_at(std::max(a.y, b.y) + margin + kSlack);
+    for (std::uint32_t y = first; y <= last; ++y) {
+      Span span;
+      at_a.add_to(span, y);
+      at_b.add_to(span, y);
+      strip.add_to(span, y);
+      if (span.low <= span.high) set(y, span.low - kSlack, span.high + kSlack);
+    }
+  }
+
   /// More than what rounding may lose, cells.
   static constexpr double kSlack = 1e-9;
 
@@ -229,11 +275,7 @@ Drawn draw(const Outline& outline, double angle, double scale, double margin) {
   }
   Cells grid(mask.width, mask.height);
   grid.fill(rings);
-  for (const auto& ring : rings) {
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      grid.widen(ring[i], ring[(i + 1) % ring.size()], margin);
-    }
-  }
+  for (const auto& ring : rings) grid.widen(ring, margin);
   return {std::move(mask), std::move(grid)};
 }
 
@@ -293,6 +335,7 @@ std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle,
       if (quarter == 1) drawn.cells = drawn.cells.turned();
       mask.runs = drawn.cells.runs();
     } else {
+      mask.runs.reserve(masks[quarter - 2].runs.size());
       for (const ChartMask::Run& run : masks[quarter - 2].runs) {
         mask.runs.push_back(
             {mask.height - 1 - run.row, mask.width - 1 - run.last, mask.width - 1 - run.first});

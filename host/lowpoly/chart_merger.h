@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <queue>
 #include <span>
@@ -29,6 +31,45 @@ struct ChartPatch {
 };
 
 inline double variance(double area, const Vec3d& normal) { return area - length(normal); }
+
+/// Merges tried at once, in their order: one that has a part of an earlier one goes only where that was refused.
+template <std::size_t count>
+class MergeTrials {
+ public:
+  explicit MergeTrials(std::span<const ChartPatch> joined) : joined_(joined) {}
+
+  /// Whether it need not be laid: an earlier one is known to have a part of it. Any thread.
+  bool is_vain(std::size_t i) const {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (shares_part(i, j) && laid_[j] == 1 && goes(j)) return true;
+    }
+    return false;
+  }
+  bool has_rival(std::size_t i) const {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (shares_part(i, j)) return true;
+    }
+    return false;
+  }
+  void note(std::size_t i, bool laid) { laid_[i] = laid ? 1 : -1; }
+
+ private:
+  bool shares_part(std::size_t i, std::size_t j) const {
+    const auto [a, b] = joined_[i].parts;
+    const auto [c, d] = joined_[j].parts;
+    return a == c || a == d || b == c || b == d;
+  }
+  /// Whether one that could be laid is known to go.
+  bool goes(std::size_t i) const {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (shares_part(i, j) && laid_[j] != -1 && !is_vain(j)) return false;
+    }
+    return true;
+  }
+
+  std::span<const ChartPatch> joined_;
+  std::array<std::atomic<int>, count> laid_{};  ///< 0: not known yet, -1: not.
+};
 
 /// Greedy merging; what a merge must fulfil is the caller's.
 class ChartMerger {

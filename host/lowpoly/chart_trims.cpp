@@ -75,7 +75,10 @@ class Trimmer {
     std::vector<std::uint32_t> local(label_.size());
     std::vector<FlatChart> result;
     for (const auto& of_chart : triangles) {
-      FlatChart chart = cut_open(surface_, of_chart, borders_.glued(), local);
+      std::vector<RestShape> rest;
+      rest.reserve(of_chart.size());
+      for (const std::uint32_t t : of_chart) rest.push_back(rest_[t]);
+      FlatChart chart = cut_open(surface_, of_chart, borders_.glued(), local, {}, std::move(rest));
       for (std::size_t i = 0; i < of_chart.size(); ++i) {
         for (std::uint32_t k = 0; k < 3; ++k) {
           chart.points[chart.triangles[i][k]] = corner_[3 * of_chart[i] + k];

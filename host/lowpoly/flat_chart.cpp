@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "lowpoly/flat_predicates.h"
 #include "lowpoly/pairing.h"
@@ -94,7 +95,7 @@ double length_of(const FlatChart& chart) {
 
 FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
                    std::span<const std::uint8_t> glued_by, std::vector<std::uint32_t>& local,
-                   std::span<const std::uint8_t> other_by) {
+                   std::span<const std::uint8_t> other_by, std::vector<RestShape> rest) {
   const GluedEdges glued{glued_by, other_by};
   FlatChart chart;
   chart.source.assign(triangles.begin(), triangles.end());
@@ -136,9 +137,11 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     chart.triangles[c / 3][c % 3] = number[r];
   }
   double area = 0, bend = 0, squared = 0;
+  const bool is_known = rest.size() == count;
+  chart.rest = std::move(rest);
   chart.rest.reserve(count);
   for (const std::uint32_t t : triangles) {
-    chart.rest.push_back(rest_shape(rest_points(surface, t)));
+    if (!is_known) chart.rest.push_back(rest_shape(rest_points(surface, t)));
     area += surface.area[t];
     bend += surface.area[t] * surface.bend[t];
     squared += surface.area[t] * surface.bend_squared[t];

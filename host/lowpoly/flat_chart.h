@@ -62,9 +62,10 @@ struct ChartLimits {
 /// \param glued  per half-edge of the surface, whether its two triangles are joined there
 /// \param local  scratch, one entry a triangle of the surface; any contents
 /// \param other  per half-edge, 1 where it counts as the opposite of `glued`; or empty
+/// \param rest   of the triangles, where known; or empty
 FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
                    std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local,
-                   std::span<const std::uint8_t> other = {});
+                   std::span<const std::uint8_t> other = {}, std::vector<RestShape> rest = {});
 
 /// Lays the chart on the plane across its mean normal.
 void project(FlatChart& chart, const ChartSurface& surface);
@@ -104,7 +105,9 @@ double rigid_energy(const FlatChart& chart);
 /// Each lowers the symmetric Dirichlet energy along a line. That stops before a triangle flips (Smith,
 /// Schaefer 2015), and before the border meets itself. The chart must be injective, and stays so.
 /// \param until  where given, they end as soon as the chart is within, or cannot become so at their pace
-void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until = nullptr);
+/// \param known  of the same triangles: its pattern is used again; or null
+void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until = nullptr,
+                      const RigidSystem* known = nullptr);
 
 /// Whether the map is one to one: no triangle flipped or flat, and a border that does not meet itself.
 /// In double precision with an error bound: what is in doubt counts as overlap. Together the two

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -85,7 +86,9 @@ double flip_distance(const FlatChart& chart, const std::vector<FlatPoint>& direc
 /// The linear system of one step: the minimum of the weighted distance to the nearest rotations.
 class StepSystem {
  public:
-  explicit StepSystem(const FlatChart& chart) : system_(chart) {}
+  /// \param known  of the same triangles; or null
+  StepSystem(const FlatChart& chart, const RigidSystem* known)
+      : system_(known != nullptr ? known->pattern() : std::make_shared<const FlatPattern>(chart)) {}
 
   /// \returns false where it has no solution
   bool solve(const FlatChart& chart, std::vector<FlatPoint>& target) {
@@ -172,7 +175,8 @@ double rigid_energy(const FlatChart& chart) {
   return sum / area;
 }
 
-void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until) {
+void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
+                      const RigidSystem* known) {
   constexpr double kDone = 1e-5, kStalled = 0.01;
   double current = energy(chart, chart.points);
   // The sum that energy() makes of the limit.
@@ -183,7 +187,7 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until) {
   std::optional<StepSystem> system;
   for (int round = 0; round < rounds; ++round) {
     if (until != nullptr && within(chart, *until)) return;
-    if (!system) system.emplace(chart);
+    if (!system) system.emplace(chart, known);
     std::vector<FlatPoint> direction;
     if (!system->solve(chart, direction)) return;
     for (std::size_t v = 0; v < direction.size(); ++v)

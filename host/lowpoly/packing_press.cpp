@@ -28,6 +28,14 @@ PackingPress::PackingPress(const ChartSheets& sheets, const Sheet& sheet, std::u
       spots_(sheets.outlines().size()),
       weights_(spots_.size(), kFirstWeight),
       turns_(spots_.size()) {
+  for (const ChartMask& mask : sheet.masks) {
+    first_sums_.push_back(run_sums_.size());
+    for (const ChartMask::Run& run : mask.runs) {
+      const auto row = static_cast<std::uint32_t>(run.row * stride_);
+      run_sums_.push_back({row + run.first, row + run.last + 1});
+    }
+  }
+  first_sums_.push_back(run_sums_.size());
   for (std::uint32_t i = 0; i < spots_.size(); ++i) {
     for (std::uint32_t turn = 0; turn < ChartSheets::kTurns; ++turn) {
       const ChartMask& mask = mask_of(i, turn);
@@ -60,13 +68,16 @@ void PackingPress::add(std::uint32_t outline, std::int32_t weight) {
 /// The weights under an outline. \param most  above it, what is found may be less than all
 std::int64_t PackingPress::overlap(std::uint32_t outline, const Spot& spot,
                                    std::int64_t most) const {
-  std::int64_t sum = 0;
+  constexpr std::ptrdiff_t kTogether = 8;
+  const std::size_t mask = std::size_t{outline} * ChartSheets::kTurns + spot.turn;
   const std::int32_t* const sums = sums_.data() + spot.y * stride_ + spot.x;
-  for (const ChartMask::Run& run : mask_of(outline, spot.turn).runs) {
-    const std::int32_t* const at = sums + run.row * stride_;
-    sum += at[run.last + 1] - at[run.first];
-    if (sum > most) break;
+  const RunSums *at = run_sums_.data() + first_sums_[mask], *const end = run_sums_.data() +
+                                                                         first_sums_[mask + 1];
+  std::int64_t sum = 0;
+  for (; end - at >= kTogether && sum <= most; at += kTogether) {
+    for (std::ptrdiff_t i = 0; i < kTogether; ++i) sum += sums[at[i].after] - sums[at[i].before];
   }
+  for (; at != end && sum <= most; ++at) sum += sums[at->after] - sums[at->before];
   return sum;
 }
 

@@ -43,6 +43,11 @@ class PackingPress {
     Spot spot;
   };
 
+  /// Where sums before and after a run of cells stand, from those of a mask's lower left corner.
+  struct RunSums {
+    std::uint32_t before = 0, after = 0;
+  };
+
   const ChartMask& mask_of(std::uint32_t outline, std::uint32_t turn) const;
   void add(std::uint32_t outline, std::int32_t weight);
   std::int64_t overlap(std::uint32_t outline, const Spot& spot, std::int64_t most) const;
@@ -54,7 +59,9 @@ class PackingPress {
   std::uint32_t samples_;
   std::mt19937& random_;
   std::size_t stride_;
-  std::vector<std::int32_t> sums_;  ///< Of each row, the weights on the cells before each.
+  std::vector<std::int32_t> sums_;       ///< Of each row, the weights on the cells before each.
+  std::vector<RunSums> run_sums_;        ///< Of all masks, in their order.
+  std::vector<std::size_t> first_sums_;  ///< Of each mask, among these.
   std::vector<Spot> spots_;
   std::vector<std::int32_t> weights_;
   std::vector<std::vector<std::uint32_t>> turns_;  ///< At which each is drawn.
