@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/two.h"
 namespace kiln {
 namespace {
 
@@ -33,8 +34,6 @@ struct Span {
   }
 };
 
-/// Two numbers in a register: the compilers' vector extension.
-using Two = double __attribute__((vector_size(16)));
 Two both(double value) { return Two{value, value}; }
 
 /// The two sides of the strip around a segment, each from its lower end up.

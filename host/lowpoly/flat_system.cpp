@@ -7,13 +7,11 @@
 #include <cstring>
 #include <utility>
 
+#include "base/two.h"
 #include "lowpoly/pairing.h"
 
 namespace kiln {
 namespace {
-
-/// Two numbers in a register: the compilers' vector extension.
-using Two = double __attribute__((vector_size(16)));
 
 Two load_two(const double* from) {
   Two value;

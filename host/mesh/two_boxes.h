@@ -1,11 +1,10 @@
 // Two boxes as one vector.
 #pragma once
 
+#include "base/two.h"
 #include "mesh/vector.h"
 
 namespace kiln {
-
-using Two = double __attribute__((vector_size(16)));
 
 inline Two larger(Two a, Two b) { return a < b ? b : a; }
 
