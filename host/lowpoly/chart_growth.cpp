@@ -238,10 +238,14 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
 FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
                std::span<const std::uint32_t> joint, const FlatChart& a, const FlatChart& b,
                CutScratch& scratch) {
-  std::vector<std::uint32_t> triangles = a.source;
-  triangles.insert(triangles.end(), b.source.begin(), b.source.end());
-  std::vector<RestShape> rest = a.rest;
-  rest.insert(rest.end(), b.rest.begin(), b.rest.end());
+  std::vector<std::uint32_t> triangles;
+  std::vector<RestShape> rest;
+  triangles.reserve(a.source.size() + b.source.size());
+  rest.reserve(triangles.capacity());
+  for (const FlatChart* part : {&a, &b}) {
+    triangles.insert(triangles.end(), part->source.begin(), part->source.end());
+    rest.insert(rest.end(), part->rest.begin(), part->rest.end());
+  }
   scratch.mark(surface, joint, 1);
   FlatChart joined =
       cut_open(surface, triangles, borders.glued(), scratch.local, scratch.other, std::move(rest));
@@ -260,14 +264,12 @@ bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
   if (!rigid_rounds(chart, kRigidRounds, *system)) return false;
   if (is_injective(chart)) return within(chart, limits);
   if (rigid_energy(chart) > limits.energy + chart.forced) return false;
-  FlatChart pulled = chart;
-  if (untangle(pulled, kPullRounds, *system)) {
-    if (!within(pulled, limits)) injective_rounds(pulled, kInjectiveRounds, &limits, system.get());
-    if (within(pulled, limits)) {
-      chart = std::move(pulled);
-      return true;
-    }
+  const std::vector<FlatPoint> before = chart.points;
+  if (untangle(chart, kPullRounds, *system)) {
+    if (!within(chart, limits)) injective_rounds(chart, kInjectiveRounds, &limits, system.get());
+    if (within(chart, limits)) return true;
   }
+  chart.points = before;
   // On the way from a circle, what is long and winding gets stuck.
   const double width = std::sqrt(static_cast<double>(chart.triangles.size()));
   if (static_cast<double>(chart.boundary.size()) > kMostBorder * width) return false;
@@ -283,14 +285,14 @@ bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
     return is_injective(chart);
   }
   project(chart, surface);
-  const FlatChart projected = chart;
+  const std::vector<FlatPoint> projected = chart.points;
   const auto system = rigid_system(chart);
   if (rigid_rounds(chart, kRounds, *system) && is_injective(chart)) return true;
-  chart = projected;
+  chart.points = projected;
   if (!conformal(chart)) return false;
-  const FlatChart start = chart;
+  const std::vector<FlatPoint> start = chart.points;
   if (rigid_rounds(chart, 2 * kRounds, *system) && is_injective(chart)) return true;
-  chart = start;
+  chart.points = start;
   return is_injective(chart);
 }
 
