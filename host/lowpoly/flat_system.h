@@ -8,29 +8,22 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "lowpoly/flat_chart.h"
 
 namespace kiln {
 
-/// The places of a chart's vertices in the order of elimination. Where the matrix and its factors L D L^T are not
-/// zero, for blocks of any size.
+/// The places of a chart's vertices in the order of elimination. Where a matrix of its edges is not zero.
 struct FlatPattern {
   explicit FlatPattern(const FlatChart& chart);
 
   std::vector<std::uint32_t> place;  ///< Of each vertex
-  std::vector<std::uint32_t>
-      slots;  ///< Of each triangle: corners with themselves, and with the next; vertices, then edges
-  std::vector<std::uint32_t> first,
-      low;  ///< Of each place its first edge; each edge's place before
-  // L without its diagonal.
-  std::vector<std::uint32_t> row_first,
-      row;  ///< Of each row its columns, in the order they are solved in
-  std::vector<std::uint32_t> column_first, column;  ///< Of each column its rows, from above
-
- private:
-  void find_factors();
+  /// Places of the ends of each edge, the higher first.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  /// Of each triangle: corners with themselves, and with the next; blocks of places, then of edges.
+  std::vector<std::uint32_t> slots;
 };
 
 /// A symmetric positive definite matrix of N x N blocks on a chart's pattern, and what solves it. Its unknowns are
@@ -43,8 +36,10 @@ class FlatSystem {
   explicit FlatSystem(std::shared_ptr<const FlatPattern> pattern);
   explicit FlatSystem(const FlatChart& chart)
       : FlatSystem(std::make_shared<const FlatPattern>(chart)) {}
+  ~FlatSystem();
 
   const std::shared_ptr<const FlatPattern>& pattern() const { return pattern_; }
+
   void clear() { std::fill(blocks_.begin(), blocks_.end(), Block{}); }
   Block& diagonal(std::uint32_t v) { return blocks_[pattern_->place[v]]; }
   /// Of triangle i: of corner k with itself, and with the next one.
@@ -58,20 +53,11 @@ class FlatSystem {
   bool solve(std::vector<FlatPoint>& points);
 
  private:
-  /// D of one place, and what L has between its unknowns.
-  struct Pivot {
-    std::array<double, N> d;
-    double between = 0;
-  };
+  struct Solver;  ///< Eigen's
 
   std::shared_ptr<const FlatPattern> pattern_;
   std::vector<Block> blocks_;  ///< Of each place, then of each edge
-  std::vector<Block> lower_;   ///< L by columns, and so are its blocks
-  std::vector<Pivot> pivots_;
-  // Scratch of factorize().
-  std::vector<Block> open_;                ///< Of each column, what is left of the row
-  std::vector<std::uint32_t> column_end_;  ///< Of each column, where its next row goes
-  std::vector<double> right_;              ///< Scratch of solve()
+  std::unique_ptr<Solver> solver_;
 };
 
 extern template class FlatSystem<1>;
