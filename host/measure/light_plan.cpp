@@ -55,7 +55,7 @@ class LightPlanner {
       search_and_bake();
     }
     plan_.reached = plan_.chosen.measured <= options_.max_error && all_reached(plan_.bounds) &&
-                    (plan_.max_outline == 0 || plan_.chosen.one_sided <= plan_.max_outline);
+                    has_outlines(plan_.chosen, plan_.max_outline);
     return std::move(plan_);
   }
 

@@ -149,6 +149,10 @@ double most_one_sided(const LightPlanOptions& options) {
   return options.max_outline > 0 ? options.max_outline : kMostOneSided;
 }
 
+bool has_outlines(const LightTrial& trial, double max_outline) {
+  return max_outline == 0 || trial.one_sided <= max_outline;
+}
+
 bool is_better(const LightTrial& next, const LightTrial& best, double wanted) {
   const bool best_reaches = best.measured <= wanted;
   if (next.measured <= wanted) return !best_reaches || next.bytes.total() < best.bytes.total();

@@ -101,6 +101,9 @@ void fill_trade(LightBake& plan, const LightModel& model, std::span<const std::u
 /// How far outlines may differ, as asked for or not.
 double most_one_sided(const LightPlanOptions& options);
 
+/// Whether outlines differ by no more than was asked for. \param max_outline  LightPlanOptions::max_outline
+bool has_outlines(const LightTrial& trial, double max_outline);
+
 /// Whether one reaches the error and the other does not, or is heavier; of two that do not, whether it is nearer.
 bool is_better(const LightTrial& next, const LightTrial& best, double wanted);
 

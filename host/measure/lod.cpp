@@ -11,6 +11,7 @@
 #include "measure/light_check.h"
 #include "measure/light_looks.h"
 #include "measure/light_planner.h"
+#include "measure/light_trials.h"
 
 namespace kiln {
 namespace {
@@ -186,8 +187,7 @@ class LodMaker {
   double max_outline() const { return std::min(growth_ * options_.plan.max_outline, kMostOutline); }
 
   static bool does(const LightTrial& trial, const LightBake& light) {
-    return trial.measured <= light.wanted &&
-           (light.max_outline == 0 || trial.one_sided <= light.max_outline);
+    return trial.measured <= light.wanted && has_outlines(trial, light.max_outline);
   }
 
   std::uint64_t faces_before() const { return chain_.levels.back().light.chosen.faces; }
