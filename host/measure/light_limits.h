@@ -18,6 +18,8 @@ inline constexpr std::size_t kMostTrials = 6;
 /// Faces of all meshes that are laid out after the first, over those of the lightest within the error: so many end the
 /// search. Another size is tried where they stay within the second with it.
 inline constexpr double kMostLaidOut = 3, kMostOfAnother = 4;
+/// So few are laid out in no time.
+inline constexpr std::uint64_t kQuickFaces = 1000;
 /// Maps that are tried as long as none reaches the error.
 inline constexpr std::size_t kMostTrialsToReach = 10;
 /// Looks at meshes before one is made well and measured.
@@ -63,6 +65,8 @@ inline constexpr double kLighter = 0.93, kOtherFaces = 1.5, kPerhaps = 1.2, kPer
 inline constexpr std::size_t kFewTrials = 3;
 /// Where this share of the lightest's bytes is expected to come within so many times the error, that is tried.
 inline constexpr double kMuchLighter = 0.85, kFlat = 1.05;
+/// Of two meshes, the one with so many times fewer faces is tried first, if the other weighs more than that share of it.
+inline constexpr std::uint64_t kFarFewer = 3;
 /// Maps may come within so many times the error, what reaches it weigh so many times the heaviest of these. Then
 /// so many meshes half-way between are tried.
 inline constexpr double kAlmost = 1.1, kFarHeavier = 1.3;

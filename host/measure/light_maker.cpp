@@ -180,17 +180,16 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
   learning_.reset();
   made.trial = expect(level, size);
   made.trial.laid_out_for = laid_out_for;
-  const auto error = [&](const Image& map) {
-    return probe->with_map(rounded(map, cost_.bits), plain);
-  };
   if (learn) {
     for (const Image& map : result.maps.front().mips) {
       if (map.width < kSmallestMap) break;
-      model().measured(level, map.width, error(map).mean_degrees, LightModel::Map::mip);
+      const NormalError error = probe->with_map(rounded(map, cost_.bits), plain);
+      model().measured(level, map.width, error.mean_degrees, LightModel::Map::mip);
     }
     made.trial.expected = model().expected(level, size);
   }
-  set_measured(error(result.maps.front().image), made.trial);
+  made.map = std::make_shared<const Image>(rounded(result.maps.front().image, cost_.bits));
+  set_measured(probe->with_map(*made.map, plain), made.trial);
   model().measured(level, size, made.trial.measured,
                    size == laid_out_for ? LightModel::Map::own : LightModel::Map::wide);
   made.trial.vertices = split_vertices(made.low);
@@ -218,7 +217,10 @@ void LightMaker::bake_chosen(const LightMade& made, const std::function<void()>&
   plan_.bake.progress = bake_.progress;
   plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
   plan_.drawn = rounded(std::move(plan_.drawn), cost_.bits);
-  set_measured(made.probe->with_map(plan_.drawn, plan_.bake), plan_.chosen);
+  // Where it was tried from all directions, it is known.
+  if (plan_.drawn.pixels != made.map->pixels) {
+    set_measured(made.probe->with_map(plan_.drawn, plan_.bake), plan_.chosen);
+  }
   on_measured();
   plan_.bounds =
       reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);

@@ -25,6 +25,7 @@ struct LightMade {
   BakeOptions bake;
   LightTrial trial;
   std::shared_ptr<const NormalProbe> probe;  ///< Of `low`; null without a map
+  std::shared_ptr<const Image> map;          ///< That was measured, as files hold it
 };
 
 /// What tells the model of errors what maps reach. All that it is made with outlives it.

@@ -84,10 +84,10 @@ class LightPlanner {
   void avoid_flaws() {
     for (std::size_t step = 1; step <= kMostFiner && best_reached(); step *= 2) {
       const std::uint32_t size = best_->trial.size;
-      if (!levels().has_flaws(best_->level) || best_->level < finest() + step) return;
+      if (!looks_.levels().has_flaws(best_->level) || best_->level < finest() + step) return;
       const std::size_t next = best_->level - step;
       if (maker_.weight(next, size) > kSoundPrice * best_bytes()) return;
-      if (levels().has_flaws(next)) continue;
+      if (looks_.levels().has_flaws(next)) continue;
       const LightMade flawed = *std::exchange(best_, std::nullopt);
       try_pair(next, size);
       if (!best_reached()) best_ = flawed;
@@ -262,7 +262,6 @@ class LightPlanner {
 
   std::size_t finest() const { return looks_.finest(most_faces_); }
   LightModel& model() const { return looks_.model(); }
-  const SimplifyLevels& levels() const { return looks_.levels(); }
   LightMisses misses_at(std::uint32_t size) const {
     return LightMisses::of(plan_.trials, size, options_.max_error);
   }
@@ -279,7 +278,7 @@ class LightPlanner {
     if (misses.count == 0 && !nearly) return level;
     std::size_t next = model().count() - 1;
     if (misses.count > 0) {
-      const double least = misses.next_bytes(best_reached() ? best_bytes() : kEndless);
+      const double least = misses.next_bytes(best_bytes());
       while (next > finest() && maker_.weight(next, size) < least) --next;
     }
     std::size_t finer = next;
@@ -342,20 +341,21 @@ class LightPlanner {
       }
     }
     if (candidates.empty()) return std::nullopt;
-    const LightOffer& next = quickest(candidates);
+    const LightOffer& next = quickest(candidates, kWorthwhile * best_bytes());
     next_level_ = next.level;
     return maker_.expect(next.level, next.size);
   }
 
   /// Not what was made before, nor what is hardly lighter than the lightest that does.
   bool worth_trying(const LightTrial& next) const {
-    return !was_tried(plan_.trials, next.faces, next.size) &&
-           (!best_reached() ||
-            static_cast<double>(next.bytes.total()) < kWorthwhile * best_bytes());
+    const double most = share_asked(next, laid_out_since_first(), faces_of_best()) * best_bytes();
+    return !was_tried(plan_.trials, next.faces, next.size) && next.bytes.total() < most;
   }
 
   bool best_reached() const { return best_ && best_->trial.measured <= options_.max_error; }
-  double best_bytes() const { return static_cast<double>(best_->trial.bytes.total()); }
+  double best_bytes() const {
+    return best_reached() ? static_cast<double>(best_->trial.bytes.total()) : kEndless;
+  }
 
   void try_map(std::size_t level, std::uint32_t size) {
     keep(maker_.measured_map(level, size, size, maker_.lay_out(level, size)));
@@ -380,8 +380,8 @@ class LightPlanner {
   ProgressScope alive_;
   std::uint32_t largest_ = 0;
   std::vector<std::uint32_t> sizes_;
-  bool may_leave_map_out_ = true, tried_another_ = false, all_directions_ = false;
-  bool looked_without_map_ = false;
+  bool may_leave_map_out_ = true, looked_without_map_ = false;
+  bool tried_another_ = false, all_directions_ = false;
   // `earlier_`: trials with maps too small for another map. `shown_`: the best with about the right outlines
   std::size_t next_level_ = 0, earlier_ = 0;
   std::optional<LightMade> best_, shown_;

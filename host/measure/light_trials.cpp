@@ -54,6 +54,12 @@ std::uint64_t faces_laid_out(std::span<const LightTrial> trials) {
   return faces;
 }
 
+double share_asked(const LightTrial& next, double laid_out, double faces) {
+  if (next.size == 0 || next.faces <= kQuickFaces) return kWorthwhile;
+  const double with_next = laid_out + static_cast<double>(next.faces);
+  return with_next > kMostLaidOut * faces ? kMuchLighter : kWorthwhile;
+}
+
 bool has_texels(std::uint64_t faces, std::uint32_t size) {
   return size == 0 || 1.0 * size * size >= kTexelsOfFace * static_cast<double>(faces);
 }
@@ -105,15 +111,17 @@ double LightMisses::falling(std::uint64_t faces) const {
   return nearest * std::pow(nearest_faces / static_cast<double>(faces), kFallsWithFaces);
 }
 
-const LightOffer& quickest(std::span<const LightOffer> offers) {
+const LightOffer& quickest(std::span<const LightOffer> offers, double most) {
   const LightOffer& cheapest =
       *std::min_element(offers.begin(), offers.end(),
                         [](const LightOffer& a, const LightOffer& b) { return a.price < b.price; });
   if (cheapest.size == 0) return cheapest;
   const LightOffer* best = &cheapest;
   for (const LightOffer& offer : offers) {
-    const bool hardly_more = offer.size != 0 && kWorthwhile * offer.price < cheapest.price;
-    if (hardly_more && offer.faces < best->faces) best = &offer;
+    if (offer.size == 0 || offer.faces >= best->faces) continue;
+    const bool far_fewer = offer.price < most && kFarFewer * offer.faces <= best->faces;
+    const double share = far_fewer ? kMuchLighter : kWorthwhile;
+    if (share * offer.price < cheapest.price) best = &offer;
   }
   return *best;
 }

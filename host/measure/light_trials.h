@@ -46,6 +46,10 @@ struct LightReach {
 
 /// Of all that were laid out.
 std::uint64_t faces_laid_out(std::span<const LightTrial> trials);
+/// What a try must be expected to weigh less than, as a share of the lightest that does: less if it takes long.
+/// \param laid_out  faces_laid_out() so far
+/// \param faces     of the lightest
+double share_asked(const LightTrial& next, double laid_out, double faces);
 
 /// Tries with maps of one size, laid out for it, that did not reach the error.
 struct LightMisses {
@@ -88,8 +92,9 @@ struct LightOffer {
 };
 
 /// The cheapest, or the one with fewest faces among maps that cost hardly more: layouts take most of a plan's time.
-/// Meshes without a map need none. \pre there is one
-const LightOffer& quickest(std::span<const LightOffer> offers);
+/// With far fewer faces, somewhat more. Meshes without a map need none. \pre there is one
+/// \param most  what costs as much is not worth trying, however few faces it has
+const LightOffer& quickest(std::span<const LightOffer> offers, double most);
 
 /// LightBake::trade, outlook and levels. Nothing is looked at for this: what is not known is guessed. The trade has no
 /// level coarser than all that were looked at. Nor has it one coarser than what missed the error with such a map.

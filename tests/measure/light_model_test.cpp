@@ -301,10 +301,32 @@ TEST(LightOffers, TakeTheCoarserOfMapsThatWeighAboutAsMuch) {
   const LightOffer fine{10, 128, 4000, 100'000}, coarse{80, 256, 800, 105'000};
   const LightOffer dear{99, 512, 400, 120'000}, plain{20, 0, 3000, 99'000};
   const std::vector<LightOffer> maps = {fine, coarse, dear};
-  EXPECT_EQ(quickest(maps).size, 256U);
-  EXPECT_EQ(quickest(std::vector{fine, dear}).size, 128U);
-  EXPECT_EQ(quickest(std::vector{plain, fine, coarse}).size, 0U) << "needs no layout";
-  EXPECT_EQ(quickest(std::vector{LightOffer{20, 0, 300, 103'000}, fine}).size, 128U);
+  const double any = 1e9;
+  EXPECT_EQ(quickest(maps, any).size, 256U);
+  EXPECT_EQ(quickest(std::vector{fine, dear}, any).size, 128U);
+  EXPECT_EQ(quickest(std::vector{plain, fine, coarse}, any).size, 0U) << "needs no layout";
+  EXPECT_EQ(quickest(std::vector{LightOffer{20, 0, 300, 103'000}, fine}, any).size, 128U);
+}
+
+/// A fifth of the faces are worth a tenth more bytes, unless these are too many to try at all.
+TEST(LightOffers, TakeFarCoarserMapsThatWeighMore) {
+  const LightOffer fine{10, 128, 4000, 100'000}, coarse{80, 256, 800, 112'000};
+  const LightOffer half{40, 256, 2000, 112'000};
+  EXPECT_EQ(quickest(std::vector{fine, coarse}, 1e9).size, 256U);
+  EXPECT_EQ(quickest(std::vector{fine, coarse}, 110'000).size, 128U);
+  EXPECT_EQ(quickest(std::vector{fine, half}, 1e9).size, 128U) << "half of the faces only";
+}
+
+/// A try that takes as long as several bakes of what is chosen must be expected to spare much.
+TEST(LightTrials, AskMoreOfWhatTakesLong) {
+  LightTrial next = miss(3800, 128, 9, 95'000);
+  EXPECT_EQ(share_asked(next, 0, 750), 0.85);
+  EXPECT_EQ(share_asked(next, 0, 2000), 0.93);
+  EXPECT_EQ(share_asked(next, 4000, 2000), 0.85);
+  next.faces = 900;
+  EXPECT_EQ(share_asked(next, 0, 100), 0.93) << "laid out at once";
+  next = miss(3800, 0, 9, 60'000);
+  EXPECT_EQ(share_asked(next, 0, 750), 0.93) << "no layout";
 }
 
 /// Samples of a level are taken once, for normals with and without seams.
