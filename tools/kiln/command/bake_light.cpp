@@ -225,6 +225,9 @@ Json light_json(const LightBake& light, std::uint32_t screen) {
 
 namespace {
 
+/// Maps that weigh more than so many times what was chosen are not drawn.
+constexpr std::uint64_t kDrawn = 16;
+
 Plot light_plot(const LightBake& light, const std::string& stem) {
   Json panel = {{"y_title", "Mean angle between rendered normals, degrees"},
                 {"curves", Json::array()},
@@ -234,7 +237,9 @@ Plot light_plot(const LightBake& light, const std::string& stem) {
   panel["levels"].push_back({{"title", text}, {"look", "none"}, {"y", light.wanted}});
   std::vector<std::uint32_t> sizes;
   double least = 1e300, most = 0;
-  for (const LightTrial& trial : light.outlook) sizes.push_back(trial.size);
+  for (const LightTrial& trial : light.outlook) {
+    if (trial.bytes.total() <= kDrawn * light.chosen.bytes.total()) sizes.push_back(trial.size);
+  }
   std::sort(sizes.begin(), sizes.end());
   sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
   for (std::size_t i = 0; i < sizes.size(); ++i) {
