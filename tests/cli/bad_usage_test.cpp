@@ -42,6 +42,15 @@ TEST(Command, NamesTheLineOfABadListOfViews) {
   EXPECT_EQ((equal.output + equal.errors).find("standard deviation 0.000"), std::string::npos);
 }
 
+TEST(Command, SaysBetweenWhichNumbersAValueMustLie) {
+  for (const char* value : {"200", "-1", "nan"}) {
+    test::expect_exit(run_kiln({"simplify", "a", "--out", "b.obj", "--hard-angle", value}), 2,
+                      {std::string("--hard-angle is '") + value + "': give 0 to 180\n"});
+  }
+  test::expect_exit(run_kiln({"bake", "a", "--lod", "2", "--lod-growth", "0.5", "--out", "b"}), 2,
+                    {"--lod-growth is '0.5': give 1 to 4\n"});
+}
+
 TEST(Command, RefusesBadUsage) {
   const fs::path scene = make_scene(500);
   const std::string high = scene / "high.obj";

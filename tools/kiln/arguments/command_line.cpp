@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <optional>
 #include <utility>
 
@@ -17,7 +18,21 @@ Check::Check(const CLI::Validator& validator)
 std::string Check::operator()(std::string& value) const { return (*validator_)(value); }
 std::string Check::words() const { return validator_->get_description(); }
 
-Check range(double low, double high) { return Check(CLI::Range(low, high)); }
+Check range(double low, double high) {
+  // CLI::Range writes both with six decimals, and lets nan through.
+  const auto text = [](double value) {
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%g", value);
+    return std::string(digits);
+  };
+  return {[=](std::string& value) -> std::string {
+            double number = 0;
+            if (CLI::detail::lexical_cast(value, number) && number >= low && number <= high)
+              return {};
+            return "Value " + value + " not in range " + text(low) + " to " + text(high);
+          },
+          "FLOAT in [" + text(low) + " - " + text(high) + "]"};
+}
 Check range(int low, int high) { return Check(CLI::Range(low, high)); }
 Check range(unsigned low, unsigned high) { return Check(CLI::Range(low, high)); }
 Check positive_number() { return Check(CLI::PositiveNumber); }
