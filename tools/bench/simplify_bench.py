@@ -143,7 +143,8 @@ def print_table(path):
         over = []
         for figure in ("degrees", "silhouette"):
             others = [row[figure] for way, row in found.items() if way != "kiln" and row["faces"] <= 1.01 * asked]
-            over.append("%.2f" % (found["kiln"][figure] / min(others)) if others and "kiln" in found else "-")
+            best = min(others, default=0)
+            over.append("%.2f" % (found["kiln"][figure] / best) if best and "kiln" in found else "-")
         print("| %s | %d | %s | %s |" % (mesh, asked, " | ".join(cells), ", ".join(over)))
 
 
