@@ -105,17 +105,9 @@ std::uint32_t LightMaker::first_size(std::size_t level,
   return std::min(size * (4 * size <= kSmallFirst ? 4 : 2), sizes.back());
 }
 
-std::vector<LightMade> LightMaker::first_maps(std::size_t level, std::uint32_t size) {
-  std::vector<LightMade> made;
-  const std::uint32_t half = size / 2;
-  if (!is_laid_out_for_half(level, size)) {
-    made.push_back(measured_map(level, size, size, lay_out(level, size), /*learn=*/true));
-    return made;
-  }
-  const std::shared_ptr<const NormalProbe> probe = lay_out(level, half);
-  made.push_back(measured_map(level, half, half, probe, /*learn=*/true));
-  made.push_back(measured_map(level, size, half, probe));
-  return made;
+LightMade LightMaker::first_map(std::size_t level, std::uint32_t size) {
+  const std::uint32_t laid_out_for = is_laid_out_for_half(level, size) ? size / 2 : size;
+  return measured_map(level, size, laid_out_for, lay_out(level, laid_out_for), /*learn=*/true);
 }
 
 std::size_t LightMaker::finest_within(double bytes, std::uint32_t size, std::size_t finest) const {
@@ -184,7 +176,8 @@ LightMade LightMaker::measured_map(std::size_t level, std::uint32_t size,
     for (const Image& map : result.maps.front().mips) {
       if (map.width < kSmallestMap) break;
       const NormalError error = probe->with_map(rounded(map, cost_.bits), plain);
-      model().measured(level, map.width, error.mean_degrees, LightModel::Map::mip);
+      model().measured(level, map.width, error.mean_degrees,
+                       map.width == laid_out_for ? LightModel::Map::own : LightModel::Map::mip);
     }
     made.trial.expected = model().expected(level, size);
   }

@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "base/beside.h"
 #include "kiln/light_plan.h"
@@ -59,9 +58,8 @@ class LightMaker {
   std::shared_ptr<const NormalProbe> lay_out(std::size_t level, std::uint32_t size);
   /// Of these sizes, one with about as many bytes of texels as of vertices, or larger. \param sizes  rising
   std::uint32_t first_size(std::size_t level, std::span<const std::uint32_t> sizes) const;
-  /// The first maps tell of many sizes: a map, its mip-maps, and one of twice the size. Layouts for small maps take
-  /// less time.
-  std::vector<LightMade> first_maps(std::size_t level, std::uint32_t size);
+  /// The first map tells of many sizes, by its mip-maps. Layouts for small maps take less time.
+  LightMade first_map(std::size_t level, std::uint32_t size);
   bool is_laid_out_for_half(std::size_t level, std::uint32_t size) const {
     return size / 2 >= kSmallestMap && has_texels(looks_.faces(level), size / 2);
   }

@@ -241,7 +241,7 @@ class LightPlanner {
     }
     const std::uint32_t size = maker_.first_size(level, sizes_);
     if (no_map_is_lightest(level, size)) return;
-    for (LightMade& made : maker_.first_maps(level, size)) keep(std::move(made));
+    keep(maker_.first_map(level, size));
   }
 
   /// Keeps the lightest mesh without a map, where no map is expected to be lighter than the faces that it spares.

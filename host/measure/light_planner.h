@@ -12,8 +12,8 @@
 //    mean normals are compared. The mesh fills its pictures then, since a size on screen is its own.
 // 3. One layout tells the sharpness h(s) of many sizes: e(F, s) = f + 1 / (1 / (p - f) + h(s)). Texels blur
 //    what the low poly lacks, and no more. It is laid out for half the size that seems right, since that takes less
-//    time, and baked at both. The larger map counts for 1.12 of its h, since its charts are farther apart than
-//    need be. Mip-maps of the smaller count for 0.8 of theirs: charts of small maps are farther apart. Beyond the
+//    time. The map counts for 1.12 of its h, since its charts are farther apart than need be. Its first mip-map has
+//    the layout's size. Smaller ones count for 0.8 of theirs: charts of small maps are farther apart. Beyond the
 //    sizes that are known, h follows the slope of the largest two: edges are blurred by a texel's width, smooth
 //    detail by its square. The first mesh leaves half of the error to texels.
 //    Where another match turns out better on it, it is looked for again.
@@ -21,10 +21,11 @@
 //    looked at only where the lines of 2 leave room for it: its guessed error is at most 1.3 times the one
 //    asked for, its bytes at most 1.5 times the least. A map has two texels a face at least.
 // 5. That pair is made and measured, which corrects h. Of maps within 7% of the fewest bytes, the one with the
-//    fewest faces comes first: its layout takes the least time. Steps 4 and 5 repeat until nothing 7% lighter is
-//    expected: at most 6 maps, up to 10 as long as none is in bounds. Once one is, the search ends where layouts
-//    after the first have 3 times its faces: they take most of the time. A mesh has at most 3 times the faces of the
-//    finest that was laid out. A map has at most twice the largest size. Errors scatter with the charts. So maps
+//    fewest faces comes first: its layout takes the least time. With a third of the faces, 17% more bytes will do.
+//    Steps 4 and 5 repeat until nothing 7% lighter is expected: at most 6 maps, up to 10 as long as none is in
+//    bounds. Once one is, the search ends where layouts after the first have 3 times its faces: they take most of the
+//    time. A try that would exceed that must be expected to be 15% lighter. A mesh has at most 3 times the faces of
+//    the finest that was laid out. A map has at most twice the largest size. Errors scatter with the charts. So maps
 //    are aimed 2% below the error. Each miss at a size leaves 3% more room, and makes that size dearer. The next
 //    mesh for it weighs at least 5% more, after two misses 10%, then 15%. A size that missed by at most 20% is
 //    tried so up to twice, whatever the model expects. Its errors are taken to fall with the 0.4th power
