@@ -110,6 +110,11 @@ void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
 
 }  // namespace
 
+void measure_surface(ChartSurface& surface) {
+  measure(surface);
+  find_bends(surface, std::vector<std::uint8_t>(surface.positions.size(), 0));
+}
+
 ChartSurface chart_surface(const Mesh& mesh) {
   ChartSurface surface;
   const std::vector<std::uint32_t> weld = weld_vertices(mesh.positions);
