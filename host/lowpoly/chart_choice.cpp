@@ -65,7 +65,7 @@ constexpr double kFreeVertices = 9.3;
 constexpr double kFreePrice = 0.1;
 
 /// Charts of a surface with more triangles than kMostWhole are chosen on a proxy of kProxyTriangles.
-constexpr std::size_t kMostWhole = 12000, kProxyTriangles = 10000;
+constexpr std::size_t kMostWhole = 24000, kProxyTriangles = 15000;
 /// What charts of a proxy may be distorted by, and then those of the surface: it bends more. A few of its triangles are
 /// needles, which say little.
 constexpr ChartLimits kProxyLimits{0.035}, kTransferLimits{0.06, 20};

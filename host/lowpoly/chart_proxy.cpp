@@ -24,8 +24,6 @@ constexpr double kLeastCosine = 0.3;
 /// They keep this share of an equilateral triangle's area, for the same sides; or what they had.
 constexpr double kLeastShape = 0.05;
 
-std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
-
 class ProxyCollapse {
  public:
   ProxyCollapse(const ChartSurface& surface, const VertexFans& fans)

@@ -33,6 +33,7 @@ ChartSurface chart_surface(const Mesh& mesh);
 void measure_surface(ChartSurface& surface);
 
 inline std::uint32_t next_half_edge(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+inline std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 inline std::uint32_t start_of(const ChartSurface& surface, std::uint32_t h) {
   return surface.triangles[h / 3][h % 3];
 }

@@ -18,8 +18,6 @@
 namespace kiln {
 namespace {
 
-std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
-
 /// What is glued of the surface: pieces, what the proxy's charts glue, and all trees around vertices but for their
 /// parts that seams go along.
 std::vector<std::uint8_t> glued_by(const ChartSurface& surface, const VertexFans& fans,

@@ -17,8 +17,6 @@ constexpr int kMostSweeps = 16;
 /// Two edges for two others: only for a seam shorter by this factor.
 constexpr double kWorthwhile = 0.97;
 
-std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
-
 bool boxes_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d) {
   return std::max(a.x, b.x) < std::min(c.x, d.x) || std::max(c.x, d.x) < std::min(a.x, b.x) ||
          std::max(a.y, b.y) < std::min(c.y, d.y) || std::max(c.y, d.y) < std::min(a.y, b.y);

@@ -104,7 +104,7 @@ Mesh bumpy_torus(std::uint32_t slices, std::uint32_t rings) {
 }
 
 TEST(ChartProxy, LargeMeshesHaveSoundCharts) {
-  for (const Mesh& mesh : {bumpy_torus(120, 80), test::icosphere(5)}) {
+  for (const Mesh& mesh : {bumpy_torus(160, 80), test::icosphere(6)}) {
     UnwrapReport report;
     test::check_charts(mesh, {.size = 2048, .border_texels = 4}, report);
     EXPECT_LT(report.charts, 60U);
@@ -113,7 +113,7 @@ TEST(ChartProxy, LargeMeshesHaveSoundCharts) {
 }
 
 TEST(ChartProxy, ThreadsChangeNothing) {
-  const Mesh mesh = bumpy_torus(120, 80);
+  const Mesh mesh = bumpy_torus(160, 80);
   const UnwrapOptions options{.size = 2048, .border_texels = 8};
   const Mesh one = unwrap_charts(mesh, options, nullptr, 1);
   const Mesh three = unwrap_charts(mesh, options, nullptr, 3);
