@@ -13,6 +13,8 @@
 #include "lowpoly/chart_cut_search.h"
 #include "lowpoly/chart_cuts.h"
 #include "lowpoly/chart_growth.h"
+#include "lowpoly/chart_proxy.h"
+#include "lowpoly/chart_transfer.h"
 #include "lowpoly/chart_trims.h"
 
 namespace kiln {
@@ -56,11 +58,17 @@ constexpr std::uint32_t kCutEffort = 20;
 /// Above this many charts only the first, or none where vertices weigh already.
 constexpr std::size_t kManyCharts = 150;
 /// Where none is tried, and of more triangles than this, charts are grown in one way: the other hardly gains.
-constexpr std::size_t kManyTriangles = 10000;
+constexpr double kManyTriangles = 10000;
 /// Vertices that seams may add before they weigh all of kVertexPrice: this, times the square root of positions.
 constexpr double kFreeVertices = 9.3;
 /// What those before weigh, of kVertexPrice.
 constexpr double kFreePrice = 0.1;
+
+/// Charts of a surface with more triangles than kMostWhole are chosen on a proxy of kProxyTriangles.
+constexpr std::size_t kMostWhole = 24000, kProxyTriangles = 15000;
+/// What charts of a proxy may be distorted by, and then those of the surface: it bends more. A few of its triangles are
+/// needles, which say little.
+constexpr ChartLimits kProxyLimits{0.035}, kTransferLimits{0.06, 20};
 
 /// Rounds after growing and after cutting; the energy hardly falls after these.
 constexpr int kRelaxingRounds = 4;
@@ -106,9 +114,11 @@ std::vector<Tried> cut(const ChartSurface& surface, const UnwrapOptions& options
 
 /// What vertices weigh, as a share of the map's texels.
 double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
-  const auto positions = static_cast<double>(surface.positions.size());
-  double added = -positions;
+  double added = -static_cast<double>(surface.positions.size());
   for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
+  // Seams have more vertices on a finer surface, though not as many more as it has.
+  added *= std::sqrt(surface.finer);
+  const double positions = static_cast<double>(surface.positions.size()) * surface.finer;
   const double dear = std::max(0.0, added - kFreeVertices * std::sqrt(positions));
   return kVertexPrice * (dear + kFreePrice * (added - dear)) / positions;
 }
@@ -143,7 +153,8 @@ std::vector<std::size_t> different(const std::vector<Tried>& tried) {
 double vertices_of(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   double count = 0;
   for (const FlatChart& chart : charts) count += static_cast<double>(chart.points.size());
-  return count / static_cast<double>(surface.positions.size());
+  const double ratio = count / static_cast<double>(surface.positions.size());
+  return 1 + (ratio - 1) / std::sqrt(surface.finer);
 }
 
 /// Packs charts on from where they were, and says what they are worth then.
@@ -158,9 +169,11 @@ void pack(const ChartSurface& surface, const UnwrapOptions& options, std::uint32
 }
 
 /// The charts with neighbours joined where what seam and boxes save is worth it, packed anew.
+/// \param only  triangles by whose charts this is done: one of both at least; or all
 /// \returns nothing where none are joined
 std::optional<Tried> join(const ChartSurface& surface, const UnwrapOptions& options,
-                          const ChartLimits& limits, const ChosenCharts& chosen, int threads) {
+                          const ChartLimits& limits, const ChosenCharts& chosen, int threads,
+                          std::span<const std::uint8_t> only = {}) {
   Tried joined{{chosen.borders, chosen.charts}};
   ChartBorders& borders = joined.chosen.borders;
   std::vector<std::uint8_t> ringed(surface.mate.size(), 0);
@@ -172,6 +185,7 @@ std::optional<Tried> join(const ChartSurface& surface, const UnwrapOptions& opti
   const CutPrice price = price_of(surface, options, kJoinChoice);
   const auto worth = [&](std::span<const std::uint32_t> glued, const FlatChart& a,
                          const FlatChart& b, const FlatChart& both) {
+    if (!only.empty() && only[a.source[0]] == 0 && only[b.source[0]] == 0) return false;
     double saved = smallest_box(a) + smallest_box(b) - smallest_box(both);
     for (const std::uint32_t h : glued)
       saved += surface.length[h] * (2 * price.margin + price.seam);
@@ -222,18 +236,18 @@ Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const C
   return std::move(best_of(tried));
 }
 
-}  // namespace
-
-ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads) {
+/// Of what is grown and cut in a few ways, the best. \param limits  of growing
+ChosenCharts choose(const ChartSurface& surface, const UnwrapOptions& options, ChartLimits limits,
+                    int threads) {
   std::vector<Tried> tried;
   double fewest = std::numeric_limits<double>::infinity();
   for (const ChartWay& way : kWays) {
-    tried.push_back(try_way(surface, options, {}, way, fewest, threads));
+    tried.push_back(try_way(surface, options, limits, way, fewest, threads));
     const auto& packed = tried.back().chosen.packed;
     if (packed && packed->share >= kGoodEnough) break;
-    if (!packed && surface.triangles.size() > kManyTriangles) break;
+    if (!packed && static_cast<double>(surface.triangles.size()) * surface.finer > kManyTriangles)
+      break;
   }
-  ChartLimits limits;
   const auto& so_far = best_of(tried).chosen.packed;
   if (so_far && so_far->share < kPoor) {
     limits.length = kMostLength * std::sqrt(surface.total_area);
@@ -252,6 +266,23 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
   ChosenCharts chosen = std::move(best_of(tried).chosen);
   chosen.any_size = any_size;
   return chosen;
+}
+
+}  // namespace
+
+ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads) {
+  if (surface.triangles.size() <= kMostWhole) return choose(surface, options, {}, threads);
+  const VertexFans fans(surface);
+  const ChartProxy proxy = chart_proxy(surface, fans, kProxyTriangles);
+  // Of many small parts, little is left out.
+  if (proxy.surface.triangles.size() > kMostWhole) return choose(surface, options, {}, threads);
+  const ChosenCharts chosen = choose(proxy.surface, options, kProxyLimits, threads);
+  std::vector<std::uint8_t> anew;
+  Tried made{transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, anew)};
+  if (!chosen.packed || made.chosen.packed) return std::move(made.chosen);
+  pack(surface, options, kCutEffort, made);
+  std::optional<Tried> joined = join(surface, options, {}, made.chosen, threads, anew);
+  return std::move(joined && joined->worth > made.worth ? joined->chosen : made.chosen);
 }
 
 void relax_charts(std::vector<FlatChart>& charts, int threads) {

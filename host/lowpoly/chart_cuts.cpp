@@ -15,11 +15,6 @@
 namespace kiln {
 namespace {
 
-/// Whether the triangles hang together without a hole: what is open is one ring.
-bool is_disc(const FlatChart& chart) {
-  return 2 * chart.points.size() == 2 + chart.triangles.size() + chart.boundary.size();
-}
-
 FlatChart part_of(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& whole,
                   const std::vector<std::uint8_t>& is_apart, bool apart,
                   std::vector<std::uint32_t>& local) {

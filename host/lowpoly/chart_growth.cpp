@@ -22,7 +22,7 @@ constexpr std::size_t kTogether = 6;
 /// Pieces of work that patches are laid flat in.
 constexpr std::size_t kPieces = 32;
 /// Rounds that may bring a chart within its limits.
-constexpr int kRigidRounds = 5, kInjectiveRounds = 15, kPullRounds = 10;
+constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
 /// Charts are not relaxed from a circle that have more border vertices than this, times the root of triangles.
 constexpr double kMostBorder = 6;
 
@@ -32,16 +32,6 @@ constexpr std::size_t kMostTouches = 16;
 constexpr std::size_t kMostCovered = 16;
 /// Merges of fewer triangles together are done before a thread has started.
 constexpr std::size_t kWorthThreads = 200;
-
-/// Relaxes a chart from Tutte's map on, where there is hope. \returns whether it is injective and within
-/// \param known  see injective_rounds()
-bool relax_from_circle(FlatChart& chart, const ChartLimits& limits,
-                       const RigidSystem* known = nullptr) {
-  if (rigid_energy(chart) > limits.energy + chart.forced) return false;
-  if (!on_circle(chart) || !is_injective(chart)) return false;
-  injective_rounds(chart, kInjectiveRounds, &limits, known);
-  return within(chart, limits);
-}
 
 /// The triangles that a patch was merged of: the first patches are the triangles.
 std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, std::uint32_t p) {
@@ -265,7 +255,7 @@ bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
   if (is_injective(chart)) return within(chart, limits);
   if (rigid_energy(chart) > limits.energy + chart.forced) return false;
   const std::vector<FlatPoint> before = chart.points;
-  if (untangle(chart, kPullRounds, *system)) {
+  if (untangle(chart, {}, *system)) {
     if (!within(chart, limits)) injective_rounds(chart, kInjectiveRounds, &limits, system.get());
     if (within(chart, limits)) return true;
   }
@@ -277,6 +267,13 @@ bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
 }
 
 }  // namespace
+
+bool relax_from_circle(FlatChart& chart, const ChartLimits& limits, const RigidSystem* known) {
+  if (rigid_energy(chart) > limits.energy + chart.forced) return false;
+  if (!on_circle(chart) || !is_injective(chart)) return false;
+  injective_rounds(chart, kInjectiveRounds, &limits, known);
+  return within(chart, limits);
+}
 
 bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
   constexpr int kRounds = 4;

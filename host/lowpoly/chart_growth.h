@@ -44,6 +44,11 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
                  std::span<const Vec3d> guide, const JoinWorth& worth,
                  std::vector<FlatChart>& charts, int threads = 0);
 
+/// Relaxes a chart from Tutte's map on, where there is hope. \returns whether it is injective and within
+/// \param known  see injective_rounds()
+bool relax_from_circle(FlatChart& chart, const ChartLimits& limits,
+                       const RigidSystem* known = nullptr);
+
 /// Lays a chart flat from nothing: projected or conformal, then relaxed.
 /// \returns whether it is injective
 bool lay_flat(FlatChart& chart, const ChartSurface& surface);

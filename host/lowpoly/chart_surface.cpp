@@ -92,7 +92,7 @@ void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
   const std::size_t count = surface.positions.size();
   std::vector<double> turn(count, 0);
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
-    const double to = surface.length[h], from = surface.length[h % 3 == 0 ? h + 2 : h - 1],
+    const double to = surface.length[h], from = surface.length[previous_half_edge(h)],
                  across = surface.length[next_half_edge(h)];
     const double cosine = (to * to + from * from - across * across) / (2 * to * from);
     turn[start_of(surface, h)] += std::acos(std::clamp(cosine, -1.0, 1.0));
@@ -109,6 +109,11 @@ void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
 }
 
 }  // namespace
+
+void measure_surface(ChartSurface& surface) {
+  measure(surface);
+  find_bends(surface, std::vector<std::uint8_t>(surface.positions.size(), 0));
+}
 
 ChartSurface chart_surface(const Mesh& mesh) {
   ChartSurface surface;

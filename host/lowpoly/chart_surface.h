@@ -23,12 +23,17 @@ struct ChartSurface {
   /// logarithm of the angle around the corner over a full turn. 0 at borders.
   std::vector<double> bend, bend_squared;
   double total_area = 0;
+  double finer = 1;  ///< Of a proxy: triangles of the surface that it stands for, over its own.
 };
 
 /// \param mesh  indices in range
 ChartSurface chart_surface(const Mesh& mesh);
 
+/// Fills in lengths, areas, normals and bends, of positions, triangles and mates.
+void measure_surface(ChartSurface& surface);
+
 inline std::uint32_t next_half_edge(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+inline std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 inline std::uint32_t start_of(const ChartSurface& surface, std::uint32_t h) {
   return surface.triangles[h / 3][h % 3];
 }

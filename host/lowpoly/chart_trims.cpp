@@ -17,8 +17,6 @@ constexpr int kMostSweeps = 16;
 /// Two edges for two others: only for a seam shorter by this factor.
 constexpr double kWorthwhile = 0.97;
 
-std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
-
 bool boxes_apart(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d) {
   return std::max(a.x, b.x) < std::min(c.x, d.x) || std::max(c.x, d.x) < std::min(a.x, b.x) ||
          std::max(a.y, b.y) < std::min(c.y, d.y) || std::max(c.y, d.y) < std::min(a.y, b.y);
@@ -34,6 +32,7 @@ class Trimmer {
         label_(surface.triangles.size()),
         rest_(surface.triangles.size()),
         corner_(surface.mate.size()) {
+    trace();
     for (std::uint32_t c = 0; c < charts.size(); ++c) {
       const FlatChart& chart = charts[c];
       for (std::size_t i = 0; i < chart.source.size(); ++i) {
@@ -44,12 +43,12 @@ class Trimmer {
         }
       }
     }
-    std::vector<std::uint8_t> seen(surface.mate.size(), 0);
-    for (std::uint32_t h = 0; h < seen.size(); ++h) {
-      if (borders.is_glued(h) || seen[h] != 0) continue;
-      borders.trace(h);
-      for (std::uint32_t n = h; seen[n] == 0; n = borders.next(n)) seen[n] = 1;
-    }
+  }
+  /// Of charts that do not lie flat yet.
+  Trimmer(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
+          std::vector<std::uint32_t> label)
+      : surface_(surface), borders_(borders), limits_(limits), label_(std::move(label)) {
+    trace();
   }
 
   void run() {
@@ -68,6 +67,7 @@ class Trimmer {
   }
 
   bool moved() const { return moved_; }
+  std::vector<std::uint32_t> label() && { return std::move(label_); }
 
   std::vector<FlatChart> charts(std::size_t count) const {
     std::vector<std::vector<std::uint32_t>> triangles(count);
@@ -90,6 +90,17 @@ class Trimmer {
   }
 
  private:
+  void trace() {
+    std::vector<std::uint8_t> seen(surface_.mate.size(), 0);
+    for (std::uint32_t h = 0; h < seen.size(); ++h) {
+      if (borders_.is_glued(h) || seen[h] != 0) continue;
+      borders_.trace(h);
+      for (std::uint32_t n = h; seen[n] == 0; n = borders_.next(n)) seen[n] = 1;
+    }
+  }
+
+  bool is_flat() const { return !corner_.empty(); }
+
   /// What would change over: one or two triangles round the vertex between two half-edges of a seam.
   struct Fan {
     std::array<std::uint32_t, 2> inside{};  ///< Of the triangles, the half-edges that end at it.
@@ -103,13 +114,22 @@ class Trimmer {
     const std::uint32_t g = borders_.next(h), mate = surface_.mate[h], over = surface_.mate[g];
     if (mate == kNoIndex || over == kNoIndex || borders_.next(over) != mate) return false;
     const std::uint32_t from = label_[h / 3], to = label_[mate / 3];
-    if (from == to || label_[over / 3] != to || (from < to) != forward_) return false;
+    if (label_[over / 3] != to) return false;
+    if (from == to ? is_flat() || is_end(h, g) : (from < to) != forward_) return false;
     Fan fan;
     if (!gather(h, g, fan) || !is_shorter(h, g, fan)) return false;
-    lay(h, g, fan);
-    if (!fits(fan) || !is_clear(over, mate, fan)) return false;
+    if (is_narrow(over, mate)) return false;
+    if (is_flat()) {
+      lay(h, g, fan);
+      if (!fits(fan) || !is_clear(over, mate, fan)) return false;
+    }
     change_over(h, g, fan);
     return true;
+  }
+
+  /// Whether a seam within one chart ends at these half-edges.
+  bool is_end(std::uint32_t h, std::uint32_t g) const {
+    return borders_.next(g) == surface_.mate[g] || borders_.previous(h) == surface_.mate[h];
   }
 
   /// \returns false where there are more than two, or the chart would not stay a disc
@@ -184,6 +204,12 @@ class Trimmer {
     return true;
   }
 
+  /// Whether hardly anything of the other chart's border would stay.
+  bool is_narrow(std::uint32_t over, std::uint32_t mate) const {
+    const std::uint32_t after = borders_.next(mate);
+    return after == over || borders_.next(after) == over;
+  }
+
   /// Whether the other chart's border stays simple.
   bool is_clear(std::uint32_t over, std::uint32_t mate, const Fan& fan) const {
     std::array<FlatPoint, 3> path{fan.last, fan.apex, fan.first};
@@ -193,7 +219,6 @@ class Trimmer {
       return !surely_left(a, b, c) && !surely_left(a, c, b) && dot(b - a, c - b) <= 0;
     };
     const std::uint32_t before = borders_.previous(over), after = borders_.next(mate);
-    if (after == over || borders_.next(after) == over) return false;
     if (pieces == 2 && folds(path[0], path[1], path[2])) return false;
     if (folds(corner_[before], path[0], path[1])) return false;
     if (folds(path[pieces - 1], path[pieces], corner_[next_half_edge(after)])) return false;
@@ -224,6 +249,7 @@ class Trimmer {
       last_a = surface_.mate[outer];
       last_b = outer;
       label_[t] = to;
+      if (!is_flat()) continue;
       const std::array<FlatPoint, 3> p = places(fan, i);
       for (std::uint32_t k = 0; k < 3; ++k) corner_[3 * t + (fan.inside[i] + k) % 3] = p[k];
     }
@@ -235,12 +261,20 @@ class Trimmer {
   ChartBorders& borders_;
   const ChartLimits& limits_;
   std::vector<std::uint32_t> label_;  ///< Each triangle's chart.
-  std::vector<RestShape> rest_;       ///< Of each triangle.
-  std::vector<FlatPoint> corner_;     ///< Where each corner lies in its chart.
+  std::vector<RestShape> rest_;       ///< Of each triangle; none where charts do not lie flat yet
+  std::vector<FlatPoint> corner_;     ///< Where each corner lies in its chart; the same.
   bool moved_ = false, forward_ = true;
 };
 
 }  // namespace
+
+void straighten_seams(const ChartSurface& surface, ChartBorders& borders,
+                      std::vector<std::uint32_t>& label) {
+  const ChartLimits limits;
+  Trimmer trimmer(surface, borders, limits, std::move(label));
+  trimmer.run();
+  label = std::move(trimmer).label();
+}
 
 void trim_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                  std::vector<FlatChart>& charts) {

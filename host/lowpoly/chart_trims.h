@@ -1,6 +1,7 @@
 // Straightening seams: triangles that stick out of one chart into another's notch change over.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "lowpoly/chart_growth.h"
@@ -14,5 +15,10 @@ namespace kiln {
 /// \param borders  rings need not be those of the charts, and are at the end
 void trim_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                  std::vector<FlatChart>& charts);
+
+/// The same of charts that do not lie flat yet: whatever makes seams shorter is done.
+/// \param label  of each triangle its chart; out: after the changes
+void straighten_seams(const ChartSurface& surface, ChartBorders& borders,
+                      std::vector<std::uint32_t>& label);
 
 }  // namespace kiln

@@ -157,6 +157,10 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
   return chart;
 }
 
+bool is_disc(const FlatChart& chart) {
+  return 2 * chart.points.size() == 2 + chart.triangles.size() + chart.boundary.size();
+}
+
 void project(FlatChart& chart, const ChartSurface& surface) {
   Vec3d n;
   for (const std::uint32_t t : chart.source) n += surface.normal[t] * surface.area[t];

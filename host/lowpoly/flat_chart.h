@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -67,6 +68,9 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
                    std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local,
                    std::span<const std::uint8_t> other = {}, std::vector<RestShape> rest = {});
 
+/// Whether the triangles hang together without a hole: what is open is one ring.
+bool is_disc(const FlatChart& chart);
+
 /// Lays the chart on the plane across its mean normal.
 void project(FlatChart& chart, const ChartSurface& surface);
 
@@ -87,15 +91,34 @@ bool on_circle(FlatChart& chart);
 class RigidSystem;
 std::shared_ptr<RigidSystem> rigid_system(const FlatChart& chart);
 
+/// About where a chart lies: rounds begin with it, and may be held near to it.
+struct FlatStart {
+  std::vector<FlatPoint> rotations;  ///< Of each triangle, by cosine and sine
+  std::vector<FlatPoint> places;     ///< Of each vertex
+  std::vector<double> holds;  ///< How strongly each is held there, over what its triangles weigh
+};
+
 /// Local and global rounds, as rigid as possible (Liu, Zhang, Xu, Gotsman, Gortler 2008, section 4).
 /// May flip triangles.
-bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system);
+/// \param start  where to start from, and what holds vertices; null: the chart's points, and nothing
+bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system,
+                  const FlatStart* start = nullptr);
+
+/// Where untangling gives up: beyond so many rounds, places of the border that touch, or triangles that are flipped.
+struct UntangleEffort {
+  int rounds = 10;
+  std::size_t touches = 16, flips = 8;
+  std::size_t reach =
+      0;  ///< So many of the border's vertices on each side of those that touch are pushed, too
+};
 
 /// Pulls borders off each other where they overlap a little, and turns single triangles that are flipped. Rounds
 /// are as rigid as possible. What touches is pushed into its own chart; what is flipped weighs more. Both grow
 /// each time.
+/// \param start  what holds vertices that are not pushed; null: nothing
 /// \returns whether the chart has become injective, with its borders apart
-bool untangle(FlatChart& chart, int rounds, RigidSystem& system);
+bool untangle(FlatChart& chart, const UntangleEffort& effort, RigidSystem& system,
+              const FlatStart* start = nullptr);
 
 /// Mean squared distance of the map's derivatives to rotations: for small distortion about the symmetric
 /// Dirichlet energy, but finite where triangles are flipped.
@@ -106,8 +129,9 @@ double rigid_energy(const FlatChart& chart);
 /// Schaefer 2015), and before the border meets itself. The chart must be injective, and stays so.
 /// \param until  where given, they end as soon as the chart is within, or cannot become so at their pace
 /// \param known  of the same triangles: its pattern is used again; or null
+/// \param pins   whether what would touch stays where it is, in the first half of the rounds
 void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until = nullptr,
-                      const RigidSystem* known = nullptr);
+                      const RigidSystem* known = nullptr, bool pins = false);
 
 /// Whether the map is one to one: no triangle flipped or flat, and a border that does not meet itself.
 /// In double precision with an error bound: what is in doubt counts as overlap. Together the two

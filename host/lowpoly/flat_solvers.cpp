@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "lowpoly/flat_chart.h"
@@ -91,7 +92,9 @@ class StepSystem {
       : system_(known != nullptr ? known->pattern() : std::make_shared<const FlatPattern>(chart)) {}
 
   /// \returns false where it has no solution
-  bool solve(const FlatChart& chart, std::vector<FlatPoint>& target) {
+  /// \param pinned  vertices that stay where they are, nearly
+  bool solve(const FlatChart& chart, std::vector<FlatPoint>& target,
+             std::span<const std::uint32_t> pinned = {}) {
     // Holds the system up where a chart could turn or move freely, and shortens wild steps.
     constexpr double kProximal = 1e-4;
     system_.clear();
@@ -101,6 +104,13 @@ class StepSystem {
       system_.diagonal(v) = {kProximal, 0, 0, kProximal};
     }
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) add(chart, i, target);
+    constexpr double kPin = 1e3;  // Over what triangles weigh.
+    for (const std::uint32_t v : pinned) {
+      FlatSystem<2>::Block& own = system_.diagonal(v);
+      const double by = kPin * (own[0] + own[3]);
+      own[0] += by, own[3] += by;
+      target[v] = target[v] + chart.points[v] * by;
+    }
     return system_.factorize() && system_.solve(target);
   }
 
@@ -132,14 +142,47 @@ class StepSystem {
   FlatSystem<2> system_;
 };
 
+/// Adds vertices of the border that would touch if all went where they want. \returns whether there are any
+bool pin_touching(const FlatChart& chart, const std::vector<FlatPoint>& to,
+                  std::vector<std::uint32_t>& pinned) {
+  constexpr std::size_t kMost = 1000, kBeside = 2;
+  std::vector<FlatPoint> border;
+  for (const std::uint32_t v : chart.boundary) border.push_back(to[v]);
+  const auto found = touches(border, chart.apart, kMost);
+  if (found.empty()) return false;
+  const std::size_t count = border.size();
+  std::vector<std::uint8_t> is_pinned(chart.points.size(), 0);
+  for (const std::uint32_t v : pinned) is_pinned[v] = 1;
+  for (const auto& [a, b] : found) {
+    for (const std::size_t side : {a, b}) {
+      for (std::size_t n = 0; n < 2 * kBeside + 2; ++n) {
+        const std::uint32_t v = chart.boundary[(side + n + count * kBeside - kBeside) % count];
+        if (is_pinned[v] == 0) pinned.push_back(v);
+        is_pinned[v] = 1;
+      }
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 std::shared_ptr<RigidSystem> rigid_system(const FlatChart& chart) {
   return std::make_shared<RigidSystem>(chart);
 }
 
-bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system) {
+bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatStart* start) {
   system.fill(chart, {});
+  std::vector<FlatPoint> pulls;
+  if (start != nullptr) {
+    for (std::uint32_t v = 0; v < chart.points.size(); ++v) {
+      double& own = system.diagonal(v)[0];
+      const double held = start->holds[v] * own;
+      own += held;
+      pulls.push_back(start->places[v] * held);
+    }
+    chart.points = start->places;
+  }
   // Vertex 0 stays where it is: what pulls at the others adds up to nothing.
   double& held = system.diagonal(0)[0];
   const FlatPoint anchor = chart.points[0] * held;
@@ -147,10 +190,16 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system) {
   if (!system.factorize()) return false;
   std::vector<FlatPoint> points(chart.points.size());
   for (int round = 0; round < rounds; ++round) {
-    std::fill(points.begin(), points.end(), FlatPoint{});
-    points[0] = anchor;
+    if (pulls.empty()) {
+      std::fill(points.begin(), points.end(), FlatPoint{});
+    } else {
+      points = pulls;
+    }
+    points[0] = points[0] + anchor;
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-      const FlatPoint r = nearest_rotation(jacobian(chart, i, chart.points));
+      const FlatPoint r = round == 0 && start != nullptr
+                              ? start->rotations[i]
+                              : nearest_rotation(jacobian(chart, i, chart.points));
       for (std::size_t k = 0; k < 3; ++k) {
         const FlatPoint g = chart.rest[i].gradient[k] * chart.rest[i].area;
         FlatPoint& pull = points[chart.triangles[i][k]];
@@ -176,7 +225,7 @@ double rigid_energy(const FlatChart& chart) {
 }
 
 void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
-                      const RigidSystem* known) {
+                      const RigidSystem* known, bool pins) {
   constexpr double kDone = 1e-5, kStalled = 0.01;
   double current = energy(chart, chart.points);
   // The sum that energy() makes of the limit.
@@ -185,11 +234,15 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
   const double wanted = until == nullptr ? std::numeric_limits<double>::infinity()
                                          : 4 * area * (1 + until->energy + chart.forced);
   std::optional<StepSystem> system;
+  std::vector<std::uint32_t> pinned;
   for (int round = 0; round < rounds; ++round) {
     if (until != nullptr && within(chart, *until)) return;
     if (!system) system.emplace(chart, known);
     std::vector<FlatPoint> direction;
-    if (!system->solve(chart, direction)) return;
+    if (!system->solve(chart, direction, pinned)) return;
+    if (pins && round < rounds / 2 && pin_touching(chart, direction, pinned) &&
+        !system->solve(chart, direction, pinned))
+      return;
     for (std::size_t v = 0; v < direction.size(); ++v)
       direction[v] = direction[v] - chart.points[v];
     double step = std::min(1.0, 0.8 * flip_distance(chart, direction));

@@ -19,8 +19,8 @@ constexpr double kFirstPush = 0.1, kMorePush = 1.3;
 constexpr double kHold = 1;
 /// A flipped triangle weighs more by this, each time.
 constexpr double kFlipped = 2;
-/// Beyond hope: more places of the border touch, or more triangles are flipped; or these become many more.
-constexpr std::size_t kMostTouches = 16, kMostFlips = 8, kMoreFlips = 4;
+/// Beyond hope: many more triangles are flipped than at first.
+constexpr std::size_t kMoreFlips = 4;
 
 /// Cosine and sine of the rotation nearest to a triangle's map.
 FlatPoint rotation(const FlatChart& chart, std::size_t i) {
@@ -36,22 +36,25 @@ FlatPoint rotation(const FlatChart& chart, std::size_t i) {
 
 class Untangler {
  public:
-  Untangler(FlatChart& chart, RigidSystem& system)
+  Untangler(FlatChart& chart, RigidSystem& system, const FlatStart* start)
       : chart_(chart),
         system_(system),
+        start_(start),
         weight_(chart.triangles.size(), 1),
         push_(chart.points.size(), 0),
         target_(chart.points.size()) {}
 
-  bool run(int rounds) {
+  bool run(const UntangleEffort& effort) {
+    most_touches_ = effort.touches;
+    reach_ = effort.reach;
     std::size_t first_flips = 0;
     for (int round = 0;; ++round) {
       const std::size_t flips = weigh_flips();
       if (round == 0) first_flips = flips;
-      if (flips > std::min(kMostFlips, 2 * first_flips + kMoreFlips)) return false;
+      if (flips > std::min(effort.flips, 2 * first_flips + kMoreFlips)) return false;
       const std::vector<Touch> found = touching();
       if (flips == 0 && found.empty()) return is_injective(chart_);
-      if (round == rounds || found.size() > kMostTouches) return false;
+      if (round == effort.rounds || found.size() > most_touches_) return false;
       push(found);
       if (!solve()) return false;
     }
@@ -74,7 +77,7 @@ class Untangler {
   std::vector<Touch> touching() const {
     std::vector<FlatPoint> border;
     for (const std::uint32_t v : chart_.boundary) border.push_back(chart_.points[v]);
-    return touches(border, 2 * chart_.apart, kMostTouches + 1);
+    return touches(border, 2 * chart_.apart, most_touches_ + 1);
   }
 
   /// Pushes the ends of sides that touch into their chart.
@@ -86,6 +89,10 @@ class Untangler {
     }
     std::sort(places.begin(), places.end());
     places.erase(std::unique(places.begin(), places.end()), places.end());
+    if (reach_ > 0) {
+      push_wide(places);
+      return;
+    }
     for (const std::size_t i : places) {
       const std::uint32_t v = chart_.boundary[i];
       const FlatPoint along = chart_.points[chart_.boundary[(i + 1) % count]] -
@@ -93,6 +100,36 @@ class Untangler {
       if (push_[v] == 0) pushed_.push_back(v);
       push_[v] = push_[v] == 0 ? kFirstPush : push_[v] * kMorePush;
       target_[v] = chart_.points[v] + FlatPoint{-along.y, along.x} * (0.5 * push_[v]);
+    }
+  }
+
+  /// Pushes what is beside, too, the less the farther: all across the border's direction over the whole reach.
+  void push_wide(const std::vector<std::size_t>& places) {
+    const std::size_t count = chart_.boundary.size(), far = reach_ % count;
+    std::vector<double> share(count, 0);
+    for (const std::size_t i : places) {
+      for (std::size_t n = 0; n <= 2 * reach_; ++n) {
+        const std::size_t off = n < reach_ ? reach_ - n : n - reach_;
+        double& at = share[(i + n + count * reach_ - reach_) % count];
+        at = std::max(at, 1 - static_cast<double>(off) / static_cast<double>(reach_ + 1));
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      if (share[i] == 0) continue;
+      const std::uint32_t v = chart_.boundary[i];
+      const auto across = [&](std::size_t steps) {
+        return chart_.points[chart_.boundary[(i + steps) % count]] -
+               chart_.points[chart_.boundary[(i + count - steps) % count]];
+      };
+      const FlatPoint along = across(far), side = across(1);
+      const double size = std::sqrt(dot(along, along));
+      if (push_[v] == 0) pushed_.push_back(v);
+      if (share[i] == 1) push_[v] = push_[v] == 0 ? kFirstPush : push_[v] * kMorePush;
+      push_[v] = std::max(push_[v], kFirstPush * share[i]);
+      const double by =
+          0.5 * std::max(push_[v], kFirstPush) * share[i] * std::sqrt(dot(side, side));
+      target_[v] = chart_.points[v];
+      if (size > 0) target_[v] = target_[v] + FlatPoint{-along.y, along.x} * (by / size);
     }
   }
 
@@ -116,6 +153,9 @@ class Untangler {
       own += held;
       points[v] = points[v] + at * held;
     };
+    for (std::uint32_t v = 0; start_ != nullptr && v < push_.size(); ++v) {
+      if (push_[v] == 0) hold(v, start_->places[v], start_->holds[v]);
+    }
     for (const std::uint32_t v : pushed_) hold(v, target_[v], kHold);
     constexpr double kAnchor = 1e-6;  // The whole may move freely.
     hold(0, chart_.points[0], kAnchor);
@@ -126,6 +166,8 @@ class Untangler {
 
   FlatChart& chart_;
   RigidSystem& system_;
+  const FlatStart* start_;
+  std::size_t most_touches_ = 0, reach_ = 0;
   std::vector<double> weight_;         ///< Of each triangle.
   std::vector<double> push_;           ///< Of each vertex, by what share; 0: not yet.
   std::vector<FlatPoint> target_;      ///< Where those pushed are held.
@@ -134,8 +176,9 @@ class Untangler {
 
 }  // namespace
 
-bool untangle(FlatChart& chart, int rounds, RigidSystem& system) {
-  return Untangler(chart, system).run(rounds);
+bool untangle(FlatChart& chart, const UntangleEffort& effort, RigidSystem& system,
+              const FlatStart* start) {
+  return Untangler(chart, system, start).run(effort);
 }
 
 }  // namespace kiln

@@ -213,7 +213,7 @@ ChartSurface ring_surface(double degrees) {
 TEST(FlatChart, EndsThatOverlapALittleArePulledApart) {
   const ChartSurface surface = ring_surface(366);
   FlatChart chart = overlapping_ring(366, surface);
-  ASSERT_TRUE(untangle(chart, 20, *rigid_system(chart)));
+  ASSERT_TRUE(untangle(chart, {20}, *rigid_system(chart)));
   EXPECT_TRUE(is_injective(chart, chart.apart));
   const ChartLimits limits;
   EXPECT_LT(distortion(chart).energy, limits.energy);
@@ -223,7 +223,7 @@ TEST(FlatChart, EndsThatOverlapALittleArePulledApart) {
 TEST(FlatChart, EndsThatOverlapMuchAreLeft) {
   const ChartSurface surface = ring_surface(500);
   FlatChart chart = overlapping_ring(500, surface);
-  EXPECT_FALSE(untangle(chart, 10, *rigid_system(chart)));
+  EXPECT_FALSE(untangle(chart, {10}, *rigid_system(chart)));
 }
 
 TEST(FlatChart, AFlippedTriangleIsTurned) {
@@ -237,7 +237,7 @@ TEST(FlatChart, AFlippedTriangleIsTurned) {
   }
   chart.points[inner] = chart.points[inner] + FlatPoint{0.2, 0.25};
   ASSERT_FALSE(is_injective(chart));
-  ASSERT_TRUE(untangle(chart, 10, *rigid_system(chart)));
+  ASSERT_TRUE(untangle(chart, {10}, *rigid_system(chart)));
   injective_rounds(chart, 8);
   EXPECT_LT(distortion(chart).energy, 1e-3);
 }
