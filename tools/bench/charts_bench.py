@@ -61,6 +61,7 @@ def facts(positions, faces, uvs, uv_faces, size):
 
     def find(t):
         while root[t] != t:
+            root[t] = root[root[t]]
             t = root[t]
         return t
 
