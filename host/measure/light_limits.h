@@ -65,7 +65,7 @@ inline constexpr double kLighter = 0.93, kOtherFaces = 1.5, kPerhaps = 1.2, kPer
 inline constexpr std::size_t kFewTrials = 3;
 /// Where this share of the lightest's bytes is expected to come within so many times the error, that is tried.
 inline constexpr double kMuchLighter = 0.85, kFlat = 1.05;
-/// Of two meshes, the one with so many times fewer faces is tried first, if the other weighs more than that share of it.
+/// A mesh with so many times fewer faces is tried before another that weighs more than that share of it.
 inline constexpr std::uint64_t kFarFewer = 3;
 /// Maps may come within so many times the error, what reaches it weigh so many times the heaviest of these. Then
 /// so many meshes half-way between are tried.
