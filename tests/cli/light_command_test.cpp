@@ -157,7 +157,7 @@ TEST(LightCommand, WritesALevelForEachSizeOnScreen) {
   KILN_REQUIRE_DEVICE();
   const Wavy dense;
   const ProcessResult done =
-      dense.bake("own", {"--max-error", "normal=6", "--screen", "96px", "--lod", "3", "--mips"});
+      dense.bake("own", {"--max-error", "normal=3", "--screen", "96px", "--lod", "3", "--mips"});
   ASSERT_EQ(done.exit_code, 0) << done.errors;
   EXPECT_NE(done.output.find("from px"), std::string::npos) << done.output;
   const fs::path folder = dense.folder / "own";
@@ -170,7 +170,7 @@ TEST(LightCommand, WritesALevelForEachSizeOnScreen) {
     const nlohmann::json& level = levels[k];
     EXPECT_LE(2 * level["screen"].get<int>(), last);
     last = level["screen"];
-    EXPECT_LE(level["measured_degrees"].get<double>(), 6);
+    EXPECT_LE(level["measured_degrees"].get<double>(), 3);
     const Mesh low = load_mesh(folder / level["mesh"].get<std::string>());
     EXPECT_EQ(low.triangles.size(), level["faces"].get<std::size_t>());
     EXPECT_EQ(level["mesh"], "high_lod" + std::to_string(k) + ".obj");
