@@ -66,6 +66,8 @@ constexpr double kFreePrice = 0.1;
 
 /// Charts of a surface with more triangles than kMostWhole are chosen on a proxy of kProxyTriangles.
 constexpr std::size_t kMostWhole = 24000, kProxyTriangles = 15000;
+/// Where charts of more than this share of the triangles have no map, the proxy says little of the surface.
+constexpr double kMostAnew = 0.5;
 /// What charts of a proxy may be distorted by, and then those of the surface: it bends more. A few of its triangles are
 /// needles, which say little.
 constexpr ChartLimits kProxyLimits{0.035}, kTransferLimits{0.06, 20};
@@ -279,6 +281,9 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
   const ChosenCharts chosen = choose(proxy.surface, options, kProxyLimits, threads);
   std::vector<std::uint8_t> anew;
   Tried made{transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, anew)};
+  const auto grown_anew = static_cast<double>(std::count(anew.begin(), anew.end(), 1));
+  if (grown_anew > kMostAnew * static_cast<double>(surface.triangles.size()))
+    return choose(surface, options, {}, threads);
   if (!chosen.packed || made.chosen.packed) return std::move(made.chosen);
   pack(surface, options, kCutEffort, made);
   std::optional<Tried> joined = join(surface, options, {}, made.chosen, threads, anew);
