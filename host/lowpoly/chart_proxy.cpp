@@ -24,6 +24,16 @@ constexpr double kLeastCosine = 0.3;
 /// They keep this share of an equilateral triangle's area, for the same sides; or what they had.
 constexpr double kLeastShape = 0.05;
 
+/// Of a vertex's half-edges, the one that its fan begins with: at a border the one without a mate, else any.
+std::uint32_t fan_begin(const std::vector<std::uint32_t>& mate, std::uint32_t h) {
+  std::uint32_t begin = h;
+  while (mate[begin] != kNoIndex) {
+    begin = next_half_edge(mate[begin]);
+    if (begin == h) break;
+  }
+  return begin;
+}
+
 class ProxyCollapse {
  public:
   ProxyCollapse(const ChartSurface& surface, const VertexFans& fans)
@@ -185,6 +195,11 @@ class ProxyCollapse {
     return at_[one.half_edge] == one.from ? end(one.half_edge) : at_[one.half_edge];
   }
 
+  /// Whether a half-edge's triangle goes where the edge of h collapses.
+  bool vanishes(std::uint32_t g, std::uint32_t h) const {
+    return g / 3 == h / 3 || (mate_[h] != kNoIndex && g / 3 == mate_[h] / 3);
+  }
+
   /// Whether a collapse keeps the surface what it is, and turns no triangle round.
   bool may(const Candidate& one) {
     const std::uint32_t u = one.from, v = target(one), h = one.half_edge, m = mate_[h];
@@ -212,7 +227,7 @@ class ProxyCollapse {
       each_from(
           w,
           [&](std::uint32_t g) {
-            if (!good || g / 3 == h / 3 || (m != kNoIndex && g / 3 == m / 3)) return;
+            if (!good || vanishes(g, h)) return;
             const Vec3d &a = position_[end(g)], &b = position_[at_[previous_half_edge(g)]];
             good = keeps(a, b, position_[w], one.place);
           },
@@ -243,22 +258,16 @@ class ProxyCollapse {
     each_from(
         v,
         [&](std::uint32_t g) {
-          if (g / 3 != h / 3 && (m == kNoIndex || g / 3 != m / 3)) from_v = g;
+          if (!vanishes(g, h)) from_v = g;
         },
         [](std::uint32_t) {});
     for (const std::uint32_t g : fan_) {
       at_[g] = v;
-      if (g / 3 != h / 3 && (m == kNoIndex || g / 3 != m / 3)) from_v = g;
+      if (!vanishes(g, h)) from_v = g;
     }
     close(h);
     if (m != kNoIndex) close(m);
-    // Back to where a border begins, if there is one.
-    std::uint32_t begin = from_v;
-    while (mate_[begin] != kNoIndex) {
-      begin = next_half_edge(mate_[begin]);
-      if (begin == from_v) break;
-    }
-    first_[v] = begin;
+    first_[v] = fan_begin(mate_, from_v);
     quadric_[v] += quadric_[u];
     position_[v] = one.place;
     each_neighbour(v, [&](std::uint32_t w) {
@@ -289,13 +298,7 @@ class ProxyCollapse {
     mate_[over[0]] = over[1];
     if (over[1] != kNoIndex) mate_[over[1]] = over[0];
     // The apex's fan may have begun here.
-    std::uint32_t from = at_[over[0]] == apex ? over[0] : next_half_edge(over[0]);
-    const std::uint32_t stay = from;
-    while (mate_[from] != kNoIndex) {
-      from = next_half_edge(mate_[from]);
-      if (from == stay) break;
-    }
-    first_[apex] = from;
+    first_[apex] = fan_begin(mate_, at_[over[0]] == apex ? over[0] : next_half_edge(over[0]));
   }
 
   const ChartSurface& surface_;
@@ -316,11 +319,7 @@ class ProxyCollapse {
 VertexFans::VertexFans(const ChartSurface& surface) : of(surface.mate.size(), kNoIndex) {
   for (std::uint32_t h = 0; h < of.size(); ++h) {
     if (of[h] != kNoIndex) continue;
-    std::uint32_t begin = h;
-    while (surface.mate[begin] != kNoIndex) {
-      begin = next_half_edge(surface.mate[begin]);
-      if (begin == h) break;
-    }
+    const std::uint32_t begin = fan_begin(surface.mate, h);
     std::uint32_t g = begin;
     do {
       of[g] = static_cast<std::uint32_t>(first.size());

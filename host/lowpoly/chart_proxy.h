@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// Its edges collapse onto one of their ends, the quadric error's cheapest first. A triangle that vanishes leaves its
+/// Its edges collapse to where their quadrics are least, the cheapest first. A triangle that vanishes leaves its
 /// piece to a neighbour. So pieces are discs, and a curve between two of them is one edge of the finer surface. Around
 /// each vertex of the proxy there is a tree of edges beside these. Where it is shrunk to a point, both surfaces are the
 /// same.

@@ -106,7 +106,7 @@ std::uint32_t LightMaker::first_size(std::size_t level,
 }
 
 LightMade LightMaker::first_map(std::size_t level, std::uint32_t size) {
-  const std::uint32_t laid_out_for = is_laid_out_for_half(level, size) ? size / 2 : size;
+  const std::uint32_t laid_out_for = first_layout(level, size);
   return measured_map(level, size, laid_out_for, lay_out(level, laid_out_for), /*learn=*/true);
 }
 

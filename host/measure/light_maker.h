@@ -60,8 +60,10 @@ class LightMaker {
   std::uint32_t first_size(std::size_t level, std::span<const std::uint32_t> sizes) const;
   /// The first map tells of many sizes, by its mip-maps. Layouts for small maps take less time.
   LightMade first_map(std::size_t level, std::uint32_t size);
-  bool is_laid_out_for_half(std::size_t level, std::uint32_t size) const {
-    return size / 2 >= kSmallestMap && has_texels(looks_.faces(level), size / 2);
+  /// The size that its charts are laid out for: half of its own, where a map of that could be.
+  std::uint32_t first_layout(std::size_t level, std::uint32_t size) const {
+    const bool for_half = size / 2 >= kSmallestMap && has_texels(looks_.faces(level), size / 2);
+    return for_half ? size / 2 : size;
   }
   /// The finest level, from `finest` on, that weighs at most so many bytes with a map; the last where none does.
   std::size_t finest_within(double bytes, std::uint32_t size, std::size_t finest) const;

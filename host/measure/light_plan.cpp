@@ -246,7 +246,7 @@ class LightPlanner {
 
   /// Keeps the lightest mesh without a map, where no map is expected to be lighter than the faces that it spares.
   bool no_map_is_lightest(std::size_t first, std::uint32_t size) {
-    const std::uint32_t laid_out_for = maker_.is_laid_out_for_half(first, size) ? size / 2 : size;
+    const std::uint32_t laid_out_for = maker_.first_layout(first, size);
     for (int i = 0; may_leave_map_out_ && i < kMostLooks; ++i) {
       const auto level = maker_.lightest_without_map(sizes_, finest(), first, laid_out_for);
       if (!level) return false;
