@@ -76,9 +76,10 @@ enum class UvCopies {
 };
 
 /// How a polygon of more than three corners is cut into triangles. A map is right
-/// only where the program that shows it cuts the low poly's polygons as the bake did.
+/// only where the program that shows it cuts the low poly's polygons as the bake did. By `automatic` alone no
+/// corner on a straight edge is left out, and larger polygons are cut alike wherever they begin.
 enum class Triangulation {
-  automatic,  ///< The fan around the first corner where the polygon is convex (above 64 corners: halves), else ears
+  automatic,  ///< Quads along corners 0 and 2, unless that alone gives a needle or folds; else constrained Delaunay
   blender,  ///< As Blender 5 draws: quads along corners 0 and 2, but where that folds; else its ear clipping
   fan,       ///< The fan around the first corner, whatever the shape, as most engines' importers do
   shortest,  ///< Quads along the shorter diagonal; more corners: ears, the shortest cut first
@@ -92,9 +93,8 @@ struct LoadMeshOptions {
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary) or OFF (ascii),
 /// chosen by extension in any case.
 ///
-/// Polygons become fans where they are convex, else ears (Meisters 1975). Convex ones of more than
-/// 64 corners are halved until their pieces have as few. In PLY's strips -1 ends a strip, and a
-/// triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
+/// Polygons become triangles as Triangulation::automatic has it. In PLY's strips -1 ends a strip, and
+/// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
 /// v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL corners
 /// with exactly equal positions become one vertex. Positions are read in double precision. A mesh
 /// farther from the world's origin than 16 of its diagonals gets an `origin` of its own. PLY's
@@ -109,7 +109,7 @@ struct LoadMeshOptions {
 ///   non-finite-uvs        kept
 ///   degenerate-triangles  no area, exactly (repeated corners included): kept
 ///   short-faces           fewer than three corners: left out, since they are not triangles
-///   fan-split-polygons    polygons without an ear (self-crossing, no area) or too costly: as if convex
+///   fan-split-polygons    polygons that cross themselves or have no area, or too costly: cut all the same
 ///   missing-uvs           corners without UV where others have one: NaN, nothing is baked there
 ///   missing-normals       corners without normal where others have one: normal zero
 ///   missing-colors        vertices without colour where others have one: white

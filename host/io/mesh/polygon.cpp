@@ -3,122 +3,87 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/mesh/ears.h"
+#include "mesh/vector.h"
+
 namespace kiln {
 namespace {
 
-struct Point {
-  double x = 0, y = 0;
-};
+// A quad's triangle with less of its area than this is a needle, whose third corner lies on its side but for
+// rounding.
+constexpr double kNeedle = 1e-4;
 
-double turn(const Point& a, const Point& b, const Point& c) {
-  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+/// The corner from which the list of positions is the least in lexicographic order (Shiloach 1981).
+std::size_t least_start(PolygonCorners corners) {
+  const std::size_t n = corners.size();
+  std::size_t i = 0, j = 1, k = 0;
+  while (i < n && j < n && k < n) {
+    const auto &a = corners[(i + k) % n], &b = corners[(j + k) % n];
+    if (a == b) {
+      ++k;
+      continue;
+    }
+    (a > b ? i : j) += k + 1;
+    if (i == j) ++j;
+    k = 0;
+  }
+  return std::min(i, j);
 }
 
-bool same(const Point& a, const Point& b) { return a.x == b.x && a.y == b.y; }
-
-/// The polygon in the plane where it turns left on the whole, scaled to about unit size so that no
-/// product leaves the range of double. Empty where it has no plane.
-std::vector<Point> flatten(std::span<const std::array<double, 3>> corners) {
+/// Along corners 0 and 2, as nearly all programs cut; along 1 and 3 where that alone spares a triangle that is
+/// turned over or a needle.
+bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
   double extent = 0;
-  for (const auto& corner : corners) {
-    for (int k = 0; k < 3; ++k) {
-      extent = std::max(extent, std::abs(corner[k] - corners[0][k]));
-      if (!std::isfinite(corner[k])) return {};
-    }
+  for (const auto& corner : corners)
+    extent = std::max(extent, squared_distance(corner, corners[0]));
+  extent = std::sqrt(extent);
+  triangles.assign({{0, 1, 2}, {0, 2, 3}});
+  if (!(extent > 0) || !std::isfinite(extent)) return false;
+  std::array<Vec3d, 4> at;
+  for (std::size_t i = 0; i < 4; ++i) {
+    at[i] = {(corners[i][0] - corners[0][0]) / extent, (corners[i][1] - corners[0][1]) / extent,
+             (corners[i][2] - corners[0][2]) / extent};
   }
-  if (!(extent > 0) || !std::isfinite(extent)) return {};
-  const auto at = [&](std::size_t i, int k) { return (corners[i][k] - corners[0][k]) / extent; };
-  std::array<double, 3> normal{};
-  for (std::size_t i = 0, j = corners.size() - 1; i < corners.size(); j = i++) {
-    for (int k = 0; k < 3; ++k) {
-      const int u = (k + 1) % 3, v = (k + 2) % 3;
-      normal[k] += (at(j, u) - at(i, u)) * (at(j, v) + at(i, v));
-    }
+  const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);  // twice the area, either way
+  const double whole = dot(normal, normal);
+  const auto least = [&](std::size_t first) {
+    const Vec3d &a = at[first], &b = at[first + 1], &c = at[first + 2], &d = at[(first + 3) % 4];
+    return std::min(dot(cross(b - a, c - a), normal), dot(cross(c - a, d - a), normal));
+  };
+  const double along_0_2 = least(0), along_1_3 = least(1), needle = kNeedle * whole;
+  if (along_0_2 > needle) return true;
+  if (along_1_3 > needle || along_1_3 > along_0_2 + needle) {
+    triangles.assign({{1, 2, 3}, {0, 1, 3}});
   }
-  int axis = 0;
-  for (int k = 1; k < 3; ++k) {
-    if (std::abs(normal[k]) > std::abs(normal[axis])) axis = k;
-  }
-  if (normal[axis] == 0) return {};
-  int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  if (normal[axis] < 0) std::swap(u, v);
-  std::vector<Point> flat(corners.size());
-  for (std::size_t i = 0; i < flat.size(); ++i) flat[i] = {at(i, u), at(i, v)};
-  return flat;
-}
-
-bool convex(const std::vector<Point>& flat) {
-  const std::size_t n = flat.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    if (turn(flat[i], flat[(i + 1) % n], flat[(i + 2) % n]) < 0) return false;
-  }
-  return true;
-}
-
-/// What needs no ears: the fan around the first corner, or, of more than kFan corners, halves, halves of these and
-/// so on. Large fans are needles on top of each other, which no tree takes apart.
-constexpr std::size_t kFan = 64;
-void split_rest(std::span<const std::uint32_t> rest,
-                std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  if (rest.size() > kFan) {
-    const std::size_t middle = rest.size() / 2;
-    triangles.push_back({rest.front(), rest[middle], rest.back()});
-    split_rest(rest.subspan(0, middle + 1), triangles);
-    split_rest(rest.subspan(middle), triangles);
-    return;
-  }
-  for (std::size_t i = 1; i + 1 < rest.size(); ++i) {
-    triangles.push_back({rest[0], rest[i], rest[i + 1]});
-  }
+  return whole > 0 && std::max(along_0_2, along_1_3) >= -needle;
 }
 
 }  // namespace
 
 bool triangulate(std::span<const std::array<double, 3>> corners,
                  std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  const auto n = static_cast<std::uint32_t>(corners.size());
   triangles.clear();
-  std::vector<std::uint32_t> left(n);
-  for (std::uint32_t i = 0; i < n; ++i) left[i] = i;
-  bool clean = true;
-
-  if (n > 3) {
-    const std::vector<Point> flat = flatten(corners);
-    if (flat.empty()) {
-      clean = false;
-    } else if (!convex(flat)) {
-      std::uint64_t budget =
-          std::min<std::uint64_t>(std::uint64_t{n} * n * n, std::uint64_t{1} << 26);
-      const auto is_ear = [&](std::size_t i) {
-        if (budget == 0) return false;
-        --budget;
-        const std::size_t m = left.size();
-        const Point& a = flat[left[(i + m - 1) % m]];
-        const Point& b = flat[left[i]];
-        const Point& c = flat[left[(i + 1) % m]];
-        if (!(turn(a, b, c) > 0)) return false;
-        for (std::size_t k = 2; k + 1 < m && budget != 0; ++k, --budget) {
-          const Point& p = flat[left[(i + k) % m]];
-          if (same(p, a) || same(p, b) || same(p, c)) continue;
-          if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
-        }
-        return budget != 0;
-      };
-      while (left.size() > 3) {
-        std::size_t ear = 1;
-        while (ear <= left.size() && !is_ear(ear % left.size())) ++ear;
-        if (ear > left.size()) {
-          clean = false;
-          break;
-        }
-        const std::size_t m = left.size(), i = ear % m;
-        triangles.push_back({left[(i + m - 1) % m], left[i], left[(i + 1) % m]});
-        left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
-        budget -= std::min<std::uint64_t>(budget, m / 16);  // moving the tail is work too
-      }
-    }
+  const std::size_t n = corners.size();
+  if (n == 4) return cut_quad_by_shape(corners, triangles);
+  std::vector<std::uint32_t> order(n);
+  const std::size_t start = n == 3 ? 0 : least_start(corners);
+  for (std::size_t i = 0; i < n; ++i) order[i] = static_cast<std::uint32_t>((start + i) % n);
+  if (n == 3) {
+    triangles.push_back({0, 1, 2});
+    return true;
   }
-  split_rest(left, triangles);
+  std::vector<std::array<double, 3>> ring(n);
+  for (std::size_t i = 0; i < n; ++i) ring[i] = corners[order[i]];
+  const FlatPolygon flat = seen_along_normal(ring);
+  if (flat.empty()) {
+    split_as_convex(order, triangles);
+    return false;
+  }
+  const bool clean = shortest_ears(ring, flat, triangles);
+  raise_angles(flat, triangles);
+  for (auto& triangle : triangles) {
+    for (std::uint32_t& corner : triangle) corner = order[corner];
+  }
   return clean;
 }
 

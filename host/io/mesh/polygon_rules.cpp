@@ -1,31 +1,15 @@
 // Polygons into triangles as other programs cut them.
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <tuple>
-#include <utility>
 
+#include "io/mesh/ears.h"
 #include "io/mesh/polygon.h"
-#include "mesh/vector.h"
 
 namespace kiln {
 namespace {
 
-using Corners = std::span<const std::array<double, 3>>;
-using Flat = std::vector<std::array<double, 2>>;
-using Triples = std::vector<std::array<std::uint32_t, 3>>;
-
-/// Twice the area of a, b, c; above 0 where they turn left.
-double area(const std::array<double, 2>& a, const std::array<double, 2>& b,
-            const std::array<double, 2>& c) {
-  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-}
-
-double squared(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
-  return sum;
-}
+using Corners = PolygonCorners;
+using Triples = CornerTriangles;
 
 std::array<double, 3> cross_from(const std::array<double, 3>& at, const std::array<double, 3>& to,
                                  const std::array<double, 3>& other) {
@@ -37,36 +21,6 @@ std::array<double, 3> cross_from(const std::array<double, 3>& at, const std::arr
   return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
 }
 
-/// The polygon as seen along its Newell normal, turning left on the whole, scaled to about unit size. Empty
-/// where it has no normal.
-Flat seen_along_normal(Corners corners) {
-  double extent = 0;
-  for (const auto& corner : corners)
-    extent = std::max(extent, std::sqrt(squared(corner, corners[0])));
-  if (!(extent > 0) || !std::isfinite(extent)) return {};
-  const auto at = [&](std::size_t i, std::size_t k) {
-    return (corners[i][k] - corners[0][k]) / extent;
-  };
-  Vec3d n;
-  for (std::size_t i = 0, j = corners.size() - 1; i < corners.size(); j = i++) {
-    n += {(at(j, 1) - at(i, 1)) * (at(j, 2) + at(i, 2)),
-          (at(j, 2) - at(i, 2)) * (at(j, 0) + at(i, 0)),
-          (at(j, 0) - at(i, 0)) * (at(j, 1) + at(i, 1))};
-  }
-  if (!(length(n) > 0)) return {};
-  n = n * (1 / length(n));
-  const Vec3d axis = std::abs(n.x) < 0.7 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
-  Vec3d u = axis - n * dot(axis, n);
-  u = u * (1 / length(u));
-  const Vec3d v = cross(n, u);
-  Flat flat;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Vec3d p(at(i, 0), at(i, 1), at(i, 2));
-    flat.push_back({dot(p, u), dot(p, v)});
-  }
-  return flat;
-}
-
 /// Whether a quad folds over where it is cut along corners `i` and i + 2.
 bool folds(Corners corners, std::size_t i) {
   const auto& at = corners[i];
@@ -76,10 +30,8 @@ bool folds(Corners corners, std::size_t i) {
   return one[0] * other[0] + one[1] * other[1] + one[2] * other[2] > 0;
 }
 
-void fan(const std::vector<std::uint32_t>& left, Triples& triangles) {
-  for (std::size_t i = 1; i + 1 < left.size(); ++i) {
-    triangles.push_back({left[0], left[i], left[i + 1]});
-  }
+void fan(std::size_t corners, Triples& triangles) {
+  for (std::uint32_t i = 1; i + 1 < corners; ++i) triangles.push_back({0, i, i + 1});
 }
 
 /// Cuts a quad along corners 0 and 2, or along 1 and 3.
@@ -91,43 +43,11 @@ void cut_quad(bool along_1_3, Triples& triangles) {
   }
 }
 
-/// Ears by their cuts' lengths.
-bool shortest_ears(Corners corners, const Flat& flat, Triples& triangles) {
-  std::vector<std::uint32_t> left;
-  for (std::uint32_t i = 0; i < corners.size(); ++i) left.push_back(i);
-  const auto is_ear = [&](std::size_t i) {
-    const std::size_t m = left.size();
-    const auto &a = flat[left[(i + m - 1) % m]], &b = flat[left[i]], &c = flat[left[(i + 1) % m]];
-    if (!(area(a, b, c) > 0)) return false;
-    for (std::size_t k = 2; k + 1 < m; ++k) {
-      const auto& p = flat[left[(i + k) % m]];
-      if (p == a || p == b || p == c) continue;
-      if (area(a, b, p) >= 0 && area(b, c, p) >= 0 && area(c, a, p) >= 0) return false;
-    }
-    return true;
-  };
-  while (left.size() > 3) {
-    const std::size_t m = left.size();
-    std::size_t best = m;
-    double length = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < m; ++i) {
-      const double cut = squared(corners[left[(i + m - 1) % m]], corners[left[(i + 1) % m]]);
-      if (cut < length && is_ear(i)) std::tie(best, length) = std::pair(i, cut);
-    }
-    if (best == m) break;
-    triangles.push_back({left[(best + m - 1) % m], left[best], left[(best + 1) % m]});
-    left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
-  }
-  const bool clean = left.size() == 3;
-  fan(left, triangles);
-  return clean;
-}
-
 /// Blender's polyfill: ears in turn, but after each cut one corner is passed over, and where the next is no
 /// convex one the way turns back.
 class Polyfill {
  public:
-  explicit Polyfill(const Flat& flat) : count_(static_cast<std::uint32_t>(flat.size())) {
+  explicit Polyfill(const FlatPolygon& flat) : count_(static_cast<std::uint32_t>(flat.size())) {
     for (const auto& p : flat) {
       points_.push_back({static_cast<float>(p[0]), static_cast<float>(p[1])});
     }
@@ -210,7 +130,7 @@ class Polyfill {
   std::vector<int> turns_;
 };
 
-// More corners than this make each ear's search too long.
+// More corners than this make Blender's search for each ear too long.
 constexpr std::size_t kMostCorners = 4096;
 
 }  // namespace
@@ -224,19 +144,17 @@ bool triangulate(std::span<const std::array<double, 3>> corners, Triangulation r
   if (corners.size() == 4 && rule != Triangulation::fan) {
     bool other = folds(corners, 0);
     if (rule == Triangulation::shortest) {
-      other = squared(corners[1], corners[3]) < squared(corners[0], corners[2]);
+      other = squared_distance(corners[1], corners[3]) < squared_distance(corners[0], corners[2]);
       if (folds(corners, other ? 1 : 0)) other = !other;
     }
     cut_quad(other, triangles);
     return true;
   }
-  const Flat flat = rule == Triangulation::fan || corners.size() > kMostCorners
-                        ? Flat()
-                        : seen_along_normal(corners);
+  const bool too_many = rule == Triangulation::blender && corners.size() > kMostCorners;
+  const FlatPolygon flat =
+      rule == Triangulation::fan || too_many ? FlatPolygon() : seen_along_normal(corners);
   if (flat.empty()) {
-    std::vector<std::uint32_t> all;
-    for (std::uint32_t i = 0; i < corners.size(); ++i) all.push_back(i);
-    fan(all, triangles);
+    fan(corners.size(), triangles);
     return rule == Triangulation::fan;
   }
   if (rule == Triangulation::blender) return Polyfill(flat).run(triangles);
