@@ -33,7 +33,17 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       sheets_(sheet_reach(scene.options, surface_)),
       layers_(scene.high, surface_, scene.options, true, scene.finer) {
   const BakeOptions& options = scene_.options;
-  if (options.match == nullptr) result_.report.cage_mesh = cage_.report(surface_);
+  if (options.match == nullptr) {
+    result_.report.cage_mesh = cage_.report(surface_);
+    if (surface_.cage_hull != nullptr && !surface_.cage_hull->misfit.empty()) {
+      result_.report.warnings.push_back(
+          {"cage-no-copy",
+           "The cage '" + surface_.cage_hull->name +
+               "' serves as a closed hull, not as a copy of the low poly: " +
+               surface_.cage_hull->misfit + ".",
+           1});
+    }
+  }
   result_.report.uv_copies =
       surface_.copy_of.size() -
       static_cast<std::size_t>(

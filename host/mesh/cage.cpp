@@ -1,5 +1,15 @@
 #include "mesh/cage.h"
 
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
 #include "kiln/validate.h"
 #include "mesh/vector.h"
 
@@ -7,25 +17,257 @@ namespace kiln {
 namespace {
 
 constexpr const char* kInner = "inner";
+constexpr std::uint32_t kNoPartner = 0xFFFFFFFFU;
+constexpr std::size_t kLargestFace = 64;  // in triangles, that may be cut otherwise
 
-/// The corners of triangles [first, first + those of the low poly); none where a vertex of the low poly
-/// would lie in two places.
-std::vector<Vec3> corners_of(const Mesh& low, const Mesh& cage, std::span<const Vec3> positions,
-                             std::size_t first) {
-  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> partner(low.positions.size(), kNone);
-  std::vector<Vec3> corners;
-  corners.reserve(3 * low.triangles.size());
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t& known = partner[low.triangles[t][k]];
-      const std::uint32_t now = cage.triangles[first + t][k];
-      if (known == kNone) known = now;
-      corners.push_back(positions[now]);
-      if (known == now || positions[known] == positions[now]) continue;
-      if (is_finite(positions[known]) && is_finite(positions[now])) return {};
+/// Triangles of one object or group, in order.
+struct Piece {
+  std::string name;
+  std::vector<std::uint32_t> triangles;
+  std::array<Vec3d, 2> box;  ///< Of their finite corners
+};
+
+/// The pieces of triangles [first, first + count). One without a name where the mesh has no names.
+std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, bool objects,
+                             std::size_t first, std::size_t count) {
+  const std::vector<std::uint32_t>& of = objects ? mesh.objects : mesh.groups;
+  const std::vector<std::string>& names = objects ? mesh.object_names : mesh.group_names;
+  std::vector<Piece> pieces(of.empty() ? 1 : names.size());
+  for (std::size_t i = 0; i < names.size() && !of.empty(); ++i) pieces[i].name = names[i];
+  for (std::size_t t = first; t < first + count; ++t) {
+    pieces[of.empty() ? 0 : of[t]].triangles.push_back(static_cast<std::uint32_t>(t));
+  }
+  std::erase_if(pieces, [](const Piece& piece) { return piece.triangles.empty(); });
+  for (Piece& piece : pieces) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    piece.box = {Vec3d(kFar, kFar, kFar), Vec3d(-kFar, -kFar, -kFar)};
+    auto& [low, high] = piece.box;
+    for (const std::uint32_t t : piece.triangles) {
+      for (const std::uint32_t vertex : mesh.triangles[t]) {
+        const Vec3& p = positions[vertex];
+        if (!is_finite(p)) continue;
+        low = {std::min(low.x, double{p.x}), std::min(low.y, double{p.y}),
+               std::min(low.z, double{p.z})};
+        high = {std::max(high.x, double{p.x}), std::max(high.y, double{p.y}),
+                std::max(high.z, double{p.z})};
+      }
     }
   }
+  return pieces;
+}
+
+/// A name without what tells low polys, their cages and copies apart, in lower case.
+std::string bare_name(std::string name) {
+  for (char& c : name) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  for (bool again = true; again;) {
+    again = false;
+    for (const char* ending : {"_low", "_lp", "_lo", "_lowpoly", "_cage"}) {
+      if (!name.ends_with(ending) || name == ending) continue;
+      name.resize(name.size() - std::strlen(ending));
+      again = true;
+    }
+  }
+  return name;
+}
+
+/// For each piece of the low poly the one of the cage, by names: the same, else bare. Empty where a name is twice.
+/// kNoPartner: there is none.
+std::vector<std::uint32_t> by_names(const std::vector<Piece>& low, const std::vector<Piece>& cage,
+                                    bool bare) {
+  const auto name = [&](const Piece& piece) { return bare ? bare_name(piece.name) : piece.name; };
+  std::map<std::string, std::uint32_t> of_cage;
+  for (std::uint32_t i = 0; i < cage.size(); ++i) {
+    if (!of_cage.emplace(name(cage[i]), i).second) return {};
+  }
+  std::vector<std::uint32_t> pairs;
+  std::set<std::string> met;
+  for (const Piece& piece : low) {
+    if (!met.insert(name(piece)).second) return {};
+    const auto found = of_cage.find(name(piece));
+    pairs.push_back(found == of_cage.end() ? kNoPartner : found->second);
+  }
+  return pairs;
+}
+
+/// By how near the corners of their boxes lie, among those of as many triangles. Empty where one is nearest to two.
+std::vector<std::uint32_t> by_places(const std::vector<Piece>& low,
+                                     const std::vector<Piece>& cage) {
+  std::vector<std::uint32_t> pairs;
+  std::vector<bool> taken(cage.size());
+  for (const Piece& piece : low) {
+    std::uint32_t nearest = kNoPartner;
+    double least = 0;
+    for (std::uint32_t i = 0; i < cage.size(); ++i) {
+      if (cage[i].triangles.size() != piece.triangles.size()) continue;
+      const double off =
+          length(cage[i].box[0] - piece.box[0]) + length(cage[i].box[1] - piece.box[1]);
+      if (nearest == kNoPartner || off < least) std::tie(nearest, least) = std::pair(i, off);
+    }
+    if (nearest == kNoPartner || taken[nearest]) return {};
+    taken[nearest] = true;
+    pairs.push_back(nearest);
+  }
+  return pairs;
+}
+
+bool complete(const std::vector<std::uint32_t>& pairs) {
+  return !pairs.empty() && std::find(pairs.begin(), pairs.end(), kNoPartner) == pairs.end();
+}
+
+/// Vertices of the cage that stand for those of the low poly.
+class Partners {
+ public:
+  Partners(const Mesh& low, const Mesh& cage, std::span<const Vec3> positions)
+      : low_(low), cage_(cage), positions_(positions), corners_(3 * low.triangles.size()) {}
+
+  /// \returns whether the pieces fit: by triangles in order, else by vertices in order
+  bool take(const Piece& low, const Piece& cage) {
+    return in_order(low, cage) || by_rank(low, cage);
+  }
+
+  /// Three corners a triangle of the low poly; empty where a vertex of it would lie in two places.
+  std::vector<Vec3> corners() const {
+    std::vector<std::uint32_t> partner(low_.positions.size(), kNoPartner);
+    std::vector<Vec3> result;
+    result.reserve(corners_.size());
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      std::uint32_t& known = partner[low_.triangles[i / 3][i % 3]];
+      if (known == kNoPartner) known = corners_[i];
+      if (torn(known, corners_[i])) return {};
+      result.push_back(positions_[corners_[i]]);
+    }
+    return result;
+  }
+
+ private:
+  bool torn(std::uint32_t a, std::uint32_t b) const {
+    return a != b && positions_[a] != positions_[b] && is_finite(positions_[a]) &&
+           is_finite(positions_[b]);
+  }
+
+  bool in_order(const Piece& low, const Piece& cage) {
+    std::unordered_map<std::uint32_t, std::uint32_t> partner;
+    for (std::size_t i = 0; i < low.triangles.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t now = cage_.triangles[cage.triangles[i]][k];
+        const auto known = partner.emplace(low_.triangles[low.triangles[i]][k], now).first->second;
+        if (torn(known, now)) return false;
+        corners_[3 * std::size_t{low.triangles[i]} + k] = now;
+      }
+    }
+    return true;
+  }
+
+  static std::vector<std::uint32_t> vertices(const Mesh& mesh, const Piece& piece) {
+    std::vector<std::uint32_t> all;
+    for (const std::uint32_t t : piece.triangles) {
+      all.insert(all.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+    }
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  }
+
+  /// The faces in order have the same vertices, counted in each piece, but may be cut otherwise.
+  bool by_rank(const Piece& low, const Piece& cage) {
+    const std::vector<std::uint32_t> of_low = vertices(low_, low), of_cage = vertices(cage_, cage);
+    if (of_low.size() != of_cage.size()) return false;
+    const auto partner = [&](std::uint32_t vertex) {
+      return of_cage[static_cast<std::size_t>(
+          std::lower_bound(of_low.begin(), of_low.end(), vertex) - of_low.begin())];
+    };
+    std::multiset<std::uint32_t> ours, theirs;  // of the triangles since faces agreed
+    std::size_t since = 0;
+    for (std::size_t i = 0; i < low.triangles.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t now = partner(low_.triangles[low.triangles[i]][k]);
+        corners_[3 * std::size_t{low.triangles[i]} + k] = now;
+        ours.insert(now);
+        theirs.insert(cage_.triangles[cage.triangles[i]][k]);
+      }
+      ++since;
+      if (std::set(ours.begin(), ours.end()) == std::set(theirs.begin(), theirs.end())) {
+        ours.clear();
+        theirs.clear();
+        since = 0;
+      } else if (since > kLargestFace) {
+        return false;
+      }
+    }
+    return since == 0;
+  }
+
+  const Mesh& low_;
+  const Mesh& cage_;
+  std::span<const Vec3> positions_;
+  std::vector<std::uint32_t> corners_;
+};
+
+std::string in_quotes(const std::string& name) { return "'" + name + "'"; }
+
+/// The corners of triangles [first, first + those of the low poly); none where they are no copy of the low poly's.
+/// \param misfit  out: in words, why there are none
+std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_positions, const Mesh& cage,
+                             std::span<const Vec3> positions, std::size_t first, bool named,
+                             std::string& misfit) {
+  const std::size_t count = std::min(low.triangles.size(), cage.triangles.size() - first);
+  const auto has = [&](const std::vector<std::uint32_t>& of, const Mesh& mesh) {
+    return of.size() == mesh.triangles.size();
+  };
+  const bool objects = has(low.objects, low) && has(cage.objects, cage);
+  const bool groups = has(low.groups, low) && has(cage.groups, cage);
+  std::vector<Piece> ours, theirs;
+  if (named && (objects || groups)) {
+    ours = pieces_of(low, low_positions, objects, 0, low.triangles.size());
+    theirs = pieces_of(cage, positions, objects, first, count);
+  }
+  std::vector<std::uint32_t> pairs = by_names(ours, theirs, false);
+  if (!complete(pairs)) pairs = by_names(ours, theirs, true);
+  if (!complete(pairs) && ours.size() == theirs.size()) {
+    if (auto near = by_places(ours, theirs); complete(near)) pairs = std::move(near);
+  }
+  const bool some =
+      std::any_of(pairs.begin(), pairs.end(), [](auto pair) { return pair != kNoPartner; });
+  for (std::size_t i = 0; i < pairs.size() && some && ours.size() > 1; ++i) {
+    if (pairs[i] == kNoPartner) {
+      misfit = "it has nothing of the name of the low poly's " + in_quotes(ours[i].name);
+    } else if (theirs[pairs[i]].triangles.size() != ours[i].triangles.size()) {
+      misfit = "its " + in_quotes(theirs[pairs[i]].name) + " has " +
+               std::to_string(theirs[pairs[i]].triangles.size()) +
+               " triangles, and the low poly's " + in_quotes(ours[i].name) + " has " +
+               std::to_string(ours[i].triangles.size());
+    }
+    if (!misfit.empty()) return {};
+  }
+  if (cage.triangles.size() - first < low.triangles.size() ||
+      (named && cage.triangles.size() != low.triangles.size())) {
+    return {};
+  }
+  if (!complete(pairs) || ours.size() != theirs.size()) {
+    const auto whole = [](const Mesh& mesh, std::size_t from, std::size_t triangles) {
+      Piece piece;
+      for (std::size_t t = 0; t < triangles; ++t) {
+        piece.triangles.push_back(static_cast<std::uint32_t>(from + t));
+      }
+      piece.name = mesh.name;
+      return std::vector<Piece>{std::move(piece)};
+    };
+    ours = whole(low, 0, low.triangles.size());
+    theirs = whole(cage, first, low.triangles.size());
+    pairs = {0};
+  }
+  Partners partners(low, cage, positions);
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    if (partners.take(ours[i], theirs[pairs[i]])) continue;
+    misfit = "faces of its " + in_quotes(theirs[pairs[i]].name) +
+             " do not have the vertices of the low poly's " + in_quotes(ours[i].name) +
+             " in their order";
+    return {};
+  }
+  std::vector<Vec3> corners = partners.corners();
+  if (corners.empty()) misfit = "vertices of the low poly would lie in two places";
   return corners;
 }
 
@@ -40,20 +282,26 @@ CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame) {
   validate(cage);
   const std::vector<Vec3> positions = frame.to_frame(cage);
   const std::size_t count = low.triangles.size();
+  const std::vector<Vec3> low_positions = frame.to_frame(low);
   CageCorners result;
-  if (cage.triangles.size() == count) {
-    result.outer = corners_of(low, cage, positions, 0);
+  std::string misfit;
+  if (cage.triangles.size() != 2 * count) {
+    result.outer = corners_of(low, low_positions, cage, positions, 0, true, misfit);
     if (!result.outer.empty()) return result;
-  } else if (cage.triangles.size() == 2 * count) {
+  } else {
     result.kind = CageKind::shells;
+    const auto shell = [&](std::size_t first) {
+      return corners_of(low, low_positions, cage, positions, first, false, misfit);
+    };
     const bool inner_first = begins_with_inner(cage);
-    result.outer = corners_of(low, cage, positions, inner_first ? count : 0);
-    result.inner = corners_of(low, cage, positions, inner_first ? 0 : count);
+    result.outer = shell(inner_first ? count : 0);
+    result.inner = shell(inner_first ? 0 : count);
     if (!result.outer.empty() && !result.inner.empty()) return result;
   }
   auto hull = std::make_shared<CageHull>();
   hull->name = cage.name;
   hull->low_triangles = count;
+  hull->misfit = misfit;
   for (const Triangle& t : cage.triangles) {
     if (!is_finite(positions[t[0]]) || !is_finite(positions[t[1]]) || !is_finite(positions[t[2]])) {
       continue;

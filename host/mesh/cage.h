@@ -18,6 +18,8 @@ struct CageHull {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   std::size_t low_triangles = 0;  ///< How many it would have as a copy of the low poly
+  std::string
+      misfit;  ///< In words, why it is no copy of the low poly though it seems to be; or empty
 };
 
 /// See CageKind. Positions are in the frame, three a triangle of the low poly.
@@ -29,7 +31,10 @@ struct CageCorners {
 };
 
 /// A mesh whose triangles are those of the low poly, in order and with no vertex torn apart, has offsets; one
-/// with twice as many has shells where both halves are so; any other is a hull.
+/// with twice as many has shells where both halves are so; any other is a hull. Objects, or else groups, of the
+/// two meshes pair by their names, with or without endings such as _low and _cage. Where not all do, those of as
+/// many triangles pair whose boxes have the nearest corners; where that is not clear, all are taken in order.
+/// In a piece, faces may be cut otherwise where its vertices are those of the low poly in order.
 /// \throws Error(input) for a mesh that is no mesh
 CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame);
 

@@ -1,0 +1,128 @@
+// Cages that are copies of the low poly, cut or sorted otherwise.
+#include <gtest/gtest.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kiln/mesh.h"
+#include "mesh/cage.h"
+
+namespace kiln {
+namespace {
+
+/// A block of 3 x 3 columns whose top is bent, so that quads have diagonals of different lengths.
+struct Block {
+  std::string name;
+  double x;  ///< Where it stands
+  double away = 0;  ///< How far its vertices lie off those of a low poly, along each axis
+  int columns = 3;
+};
+
+/// Vertices in the order of the blocks; quads begin at the first corner or at the second.
+std::string obj(const std::vector<Block>& blocks, int first_corner = 0, bool named = true) {
+  std::string text;
+  int base = 1;
+  for (const Block& block : blocks) {
+    if (named) text += "o " + block.name + "\n";
+    const int n = block.columns;
+    for (int j = 0; j <= n; ++j) {
+      for (int i = 0; i <= n; ++i) {
+        text += "v " + std::to_string(block.x + i + block.away) + " " +
+                std::to_string(j + 0.25 * (i % 2) + block.away) + " " +
+                std::to_string(0.5 * ((i * i + j) % 3) + block.away) + "\n";
+      }
+    }
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) {
+        const int at = base + j * (n + 1) + i;
+        const int corners[] = {at, at + 1, at + n + 2, at + n + 1};
+        text += "f";
+        for (int k = 0; k < 4; ++k) text += " " + std::to_string(corners[(k + first_corner) % 4]);
+        text += "\n";
+      }
+    }
+    base += (n + 1) * (n + 1);
+  }
+  return text;
+}
+
+Mesh read(const std::string& text, const char* name) {
+  return load_mesh(std::as_bytes(std::span(text)), name);
+}
+
+Frame frame_of(const Mesh& mesh) { return Frame::of(mesh); }
+
+/// Every corner's vertex of the cage lies where the low poly's does, moved by `away` along each axis.
+void expect_moved(const Mesh& low, const Mesh& cage, float away) {
+  const Frame frame = frame_of(low);
+  const CageCorners read = read_cage(low, cage, frame);
+  ASSERT_EQ(read.kind, CageKind::offsets) << (read.hull ? read.hull->misfit : "");
+  Mesh moved = low;
+  for (Vec3& p : moved.positions) p = {p.x + away, p.y + away, p.z + away};
+  const std::vector<Vec3> wanted = frame.to_frame(moved);
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(read.outer[3 * t + k], wanted[low.triangles[t][k]]) << t << ", " << k;
+    }
+  }
+}
+
+std::string misfit(const Mesh& low, const Mesh& cage) {
+  const CageCorners read = read_cage(low, cage, frame_of(low));
+  EXPECT_EQ(read.kind, CageKind::hull);
+  return read.hull ? read.hull->misfit : "";
+}
+
+TEST(CageCopy, IsCutAsTheLowPoly) {
+  const Mesh low = read(obj({{"a", 0}, {"b", 8}}), "low.obj");
+  // The other diagonals of all quads, and of those that are shorter.
+  expect_moved(low, read(obj({{"a", 0, 0.5}, {"b", 8, 0.5}}, 1), "cage.obj"), 0.5F);
+  Mesh some = read(obj({{"a", 0, 0.5}, {"b", 8, 0.5}}), "cage.obj");
+  for (std::size_t t = 0; t < some.triangles.size(); t += 6) {
+    const auto [a, b, c] = some.triangles[t];
+    const std::uint32_t d = some.triangles[t + 1][2];
+    some.triangles[t] = {a, b, d};
+    some.triangles[t + 1] = {b, c, d};
+  }
+  expect_moved(low, some, 0.5F);
+  // Triangles alone, without the polygons that they were.
+  some.polygons.clear();
+  expect_moved(low, some, 0.5F);
+}
+
+TEST(CageCopy, PairsObjectsByTheirNames) {
+  const Mesh low = read(obj({{"b_low", 0}, {"a_low", 8}}), "low.obj");
+  for (const std::string ending : {"_low", "_cage", "", "_low_cage", "_LOW"}) {
+    // Names decide also where another part is nearer: both blocks have the same faces.
+    const Mesh cage = read(obj({{"a" + ending, 8, 0.5}, {"b" + ending, 0, 0.5}}), "cage.obj");
+    expect_moved(low, cage, 0.5F);
+    const Mesh cut = read(obj({{"a" + ending, 8, 0.5}, {"b" + ending, 0, 0.5}}, 1), "cage.obj");
+    expect_moved(low, cut, 0.5F);
+  }
+}
+
+TEST(CageCopy, PairsObjectsOfOtherNamesByTheirPlaces) {
+  const Mesh low = read(obj({{"a", 0}, {"b", 8}, {"c", 16, 0, 2}}), "low.obj");
+  expect_moved(low, read(obj({{"z", 16, 0.5, 2}, {"y", 8, 0.5}, {"x", 0, 0.5}}), "cage.obj"), 0.5F);
+  // Without names there are no pieces: in order.
+  const Mesh bare = read(obj({{"a", 0}, {"b", 8}}, 0, false), "low.obj");
+  expect_moved(bare, read(obj({{"a", 0, 0.5}, {"b", 8, 0.5}}, 0, false), "cage.obj"), 0.5F);
+}
+
+TEST(CageCopy, SaysWhatDoesNotFit) {
+  const Mesh low = read(obj({{"a", 0}, {"b", 8}}), "low.obj");
+  EXPECT_EQ(misfit(low, read(obj({{"a", 0, 0.5}, {"b", 8, 0.5, 2}}), "cage.obj")),
+            "its 'b' has 8 triangles, and the low poly's 'b' has 18");
+  EXPECT_EQ(misfit(low, read(obj({{"a_cage", 0, 0.5}}), "cage.obj")),
+            "it has nothing of the name of the low poly's 'b'");
+  Mesh other = read(obj({{"a", 0, 0.5}, {"b", 8, 0.5}}), "cage.obj");
+  std::swap(other.triangles[18], other.triangles[35]);
+  EXPECT_EQ(misfit(low, other),
+            "faces of its 'b' do not have the vertices of the low poly's 'b' in their order");
+  // A hull of its own is no copy, and nobody says so.
+  EXPECT_EQ(misfit(low, read(obj({{"hull", 0, 0.5, 7}}), "hull.obj")), "");
+}
+
+}  // namespace
+}  // namespace kiln
