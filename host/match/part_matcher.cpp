@@ -32,27 +32,45 @@ void check_lists(const MatchRequest& request, const Parts& parts) {
       "The parts are those of other meshes: both lists must have a part for each triangle.");
 }
 
+/// Some triangles of a surface, as a matcher is told of them.
+LowSurface some_of(const LowSurface& whole, const std::vector<std::uint32_t>& triangles) {
+  LowSurface surface;
+  surface.has_cage_mesh = whole.has_cage_mesh;
+  surface.cage_kind = whole.cage_kind;
+  surface.cage_hull = whole.cage_hull;
+  surface.cage_length = whole.cage_length;
+  surface.triangles.reserve(triangles.size());
+  for (const std::uint32_t t : triangles) {
+    surface.triangles.push_back(whole.triangles[t]);
+    surface.usable.push_back(whole.usable[t]);
+  }
+  return surface;
+}
+
 class PartMatcher : public Matcher {
  public:
   PartMatcher(const MatchRow& row, const MatchRequest& request, const Parts& parts,
               MatchNotes& notes)
       : context_(context_of(request.source.device)),
         part_of_low_(parts.low),
+        place_(parts.low.size()),
         parts_(parts.count),
         samples_(parts.count) {
     for (std::uint32_t t = 0; t < parts.high.size(); ++t) {
       parts_[parts.high[t]].triangles.push_back(t);
     }
+    std::vector<std::vector<std::uint32_t>> low(parts.count);
+    for (std::uint32_t t = 0; t < parts.low.size(); ++t) {
+      place_[t] = static_cast<std::uint32_t>(low[parts.low[t]].size());
+      low[parts.low[t]].push_back(t);
+    }
     for (std::uint32_t p = 0; p < parts.count; ++p) {
       Part& part = parts_[p];
-      if (part.triangles.empty()) continue;
+      if (part.triangles.empty() || low[p].empty()) continue;
       part.source = std::make_unique<Source::Impl>(request.source, part.triangles);
       // Nothing to search in.
       if (part.source->stats().skipped_triangles == part.triangles.size()) continue;
-      part.surface = request.surface;
-      for (std::size_t t = 0; t < parts.low.size(); ++t) {
-        if (parts.low[t] != p) part.surface.usable[t] = 0;
-      }
+      part.surface = some_of(request.surface, low[p]);
       part.matcher = row.make(request.of(*part.source, part.surface), notes);
     }
   }
@@ -100,7 +118,7 @@ class PartMatcher : public Matcher {
     std::vector<std::uint32_t> faces(count);
     std::vector<float> weights(2 * std::size_t{count});
     for (std::uint32_t k = 0; k < count; ++k) {
-      faces[k] = triangle[samples[k]];
+      faces[k] = place_[triangle[samples[k]]];
       weights[k] = barycentric[samples[k]];
       weights[k + std::size_t{count}] = barycentric[samples[k] + std::size_t{band.capacity}];
     }
@@ -128,6 +146,7 @@ class PartMatcher : public Matcher {
 
   cl::Context& context_;
   std::vector<std::uint32_t> part_of_low_;
+  std::vector<std::uint32_t> place_;  // of each light triangle among those of its part
   std::vector<Part> parts_;
   std::vector<std::vector<std::uint32_t>> samples_;  // of each part, of the last band
 };

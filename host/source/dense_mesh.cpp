@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <unordered_map>
 
 #include "kiln/validate.h"
 #include "mesh/usable.h"
@@ -86,16 +87,15 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
 
 Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
     : device(whole.device), frame(whole.frame), traversal(whole.traversal) {
-  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> place(whole.positions.size(), kNone);
+  std::unordered_map<std::uint32_t, std::uint32_t>
+      places;  // many parts of a whole: nothing of its size
   for (const std::uint32_t t : some) {
     Triangle corners = whole.triangles[t];
     for (std::uint32_t& corner : corners) {
-      if (place[corner] == kNone) {
-        place[corner] = static_cast<std::uint32_t>(positions.size());
-        positions.push_back(whole.positions[corner]);
-      }
-      corner = place[corner];
+      const auto next = static_cast<std::uint32_t>(positions.size());
+      const auto [place, added] = places.emplace(corner, next);
+      if (added) positions.push_back(whole.positions[corner]);
+      corner = place->second;
     }
     triangles.push_back(corners);
   }
