@@ -3,86 +3,165 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <string_view>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostNamed = 5;  // in a warning
+constexpr std::size_t kMostNamed = 5;      // in a warning
+constexpr std::size_t kLongestShown = 80;  // of a name
+constexpr std::size_t kMostEdits = 32;     // a name farther off is not near
+constexpr std::size_t kMostAsked = 64;     // names that patterns are guessed from
+constexpr std::size_t kMostGuesses = 8;
 
-/// Whether text fits a pattern; `*` is any text.
-bool fits(std::string_view text, std::string_view pattern) {
-  if (pattern.empty()) return text.empty();
-  if (pattern[0] != '*') {
-    return !text.empty() && text[0] == pattern[0] && fits(text.substr(1), pattern.substr(1));
+/// The text that a pattern's first `*` stands for, the shortest that fits; empty text for a pattern without one.
+/// None where the text does not fit. Pieces between stars are taken where they come first, which is enough.
+std::optional<std::string_view> first_star(std::string_view text, std::string_view pattern) {
+  const std::size_t first = pattern.find('*'), last = pattern.rfind('*');
+  if (first == std::string_view::npos) {
+    return text == pattern ? std::optional(text.substr(0, 0)) : std::nullopt;
   }
-  for (std::size_t i = 0; i <= text.size(); ++i) {
-    if (fits(text.substr(i), pattern.substr(1))) return true;
+  const std::string_view head = pattern.substr(0, first), tail = pattern.substr(last + 1);
+  if (text.size() < head.size() + tail.size() || !text.starts_with(head) || !text.ends_with(tail)) {
+    return std::nullopt;
   }
-  return false;
+  const std::string_view middle = text.substr(0, text.size() - tail.size());
+  std::size_t at = first, star_end = middle.size();
+  for (std::size_t p = first + 1; p <= last;) {
+    const std::size_t next = pattern.find('*', p);
+    const std::string_view piece = pattern.substr(p, next - p);
+    const std::size_t found = middle.find(piece, at);
+    if (found == std::string_view::npos) return std::nullopt;
+    if (p == first + 1) star_end = found;
+    at = found + piece.size();
+    p = next + 1;
+  }
+  return text.substr(first, star_end - first);
 }
 
-/// The text of a pattern's first `*`: the shortest that fits.
-std::optional<std::string> first_star(std::string_view text, std::string_view pattern) {
-  const std::size_t star = pattern.find('*');
-  if (text.substr(0, star) != pattern.substr(0, star)) return std::nullopt;
-  for (std::size_t end = star; end <= text.size(); ++end) {
-    if (fits(text.substr(end), pattern.substr(star + 1))) {
-      return std::string(text.substr(star, end - star));
-    }
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   }
-  return std::nullopt;
+  return result;
+}
+
+/// A name without the number that Blender gives to copies, `.001`; the whole name where it has none.
+std::string_view without_copy_number(std::string_view name) {
+  const std::size_t dot = name.find_last_not_of("0123456789");
+  const bool numbered = dot != std::string_view::npos && name[dot] == '.' && name.size() - dot > 3;
+  return numbered ? name.substr(0, dot) : name;
 }
 
 enum class Side { low, high };
 
-/// The name of the part that a group is of.
-std::string part_name(const std::string& group, const PartNames& names, Side side) {
-  if (names.by == PartsBy::list) {
-    for (const PartPair& pair : names.list) {
-      const bool is =
-          side == Side::low
-              ? fits(group, pair.low)
-              : std::any_of(pair.high.begin(), pair.high.end(),
-                            [&](const std::string& pattern) { return fits(group, pattern); });
-      if (is) return pair.low;
-    }
-    // No name of the other side: a list is all there is.
-    return (side == Side::low ? "low " : "high ") + group;
-  }
-  if (names.by != PartsBy::name) return group;
-  // What is made of the high poly keeps its names.
-  const bool is_low = side == Side::low;
-  for (const auto* patterns : {is_low ? &names.low : &names.high, is_low ? &names.high : nullptr}) {
-    if (patterns == nullptr) continue;
-    for (const std::string& pattern : *patterns) {
-      if (const auto name = first_star(group, pattern)) return *name;
+/// Names of parts by patterns, or by a list.
+class PartNamer {
+ public:
+  explicit PartNamer(const PartNames& names) : names_(names) {
+    for (const std::string& pattern : names.low) low_.push_back(lower(pattern));
+    for (const std::string& pattern : names.high) high_.push_back(lower(pattern));
+    for (std::size_t i = 0; i < names.list.size(); ++i) {
+      of_low_.add(names.list[i].low, i);
+      for (const std::string& pattern : names.list[i].high) of_high_.add(pattern, i);
     }
   }
-  return group;
-}
 
-/// How many letters must change (Levenshtein).
-std::size_t edits(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t corner = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t changed = corner + (a[i - 1] == b[j - 1] ? 0 : 1);
-      corner = std::exchange(row[j], std::min({changed, row[j] + 1, row[j - 1] + 1}));
+  /// The part that a group is of.
+  std::string operator()(const std::string& group, Side side) const {
+    if (names_.by == PartsBy::list) {
+      const auto pair = (side == Side::low ? of_low_ : of_high_).first(group);
+      if (pair) return names_.list[*pair].low;
+      // No name of the other side: a list is all there is.
+      return (side == Side::low ? "low " : "high ") + group;
     }
+    if (names_.by != PartsBy::name) return group;
+    for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
+      const std::string text = lower(name);
+      // What is made of the high poly keeps its names.
+      const bool is_low = side == Side::low;
+      for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {
+        if (patterns == nullptr) continue;
+        for (const std::string& pattern : *patterns) {
+          const auto part = first_star(text, pattern);
+          if (part && !part->empty()) return group.substr(pattern.find('*'), part->size());
+        }
+      }
+    }
+    return group;
+  }
+
+ private:
+  /// Patterns of one side of a list: the first that fits counts.
+  class List {
+   public:
+    void add(const std::string& pattern, std::size_t pair) {
+      if (pattern.find('*') == std::string::npos) {
+        whole_.emplace(pattern, pair);
+      } else {
+        patterns_.emplace_back(pattern, pair);
+      }
+    }
+    std::optional<std::size_t> first(const std::string& name) const {
+      std::optional<std::size_t> pair;
+      if (const auto whole = whole_.find(name); whole != whole_.end()) pair = whole->second;
+      for (const auto& [pattern, number] : patterns_) {
+        if (pair && *pair < number) break;
+        if (first_star(name, pattern)) return number;
+      }
+      return pair;
+    }
+
+   private:
+    std::unordered_map<std::string, std::size_t> whole_;
+    std::vector<std::pair<std::string, std::size_t>> patterns_;
+  };
+
+  const PartNames& names_;
+  std::vector<std::string> low_, high_;  // in lower case
+  List of_low_, of_high_;
+};
+
+/// How many letters must change (Levenshtein), if fewer than `limit`; else `limit`. Only what lies so near to the
+/// diagonal is looked at (Ukkonen 1985).
+std::size_t edits(std::string_view a, std::string_view b, std::size_t limit) {
+  if (a.size() > b.size()) std::swap(a, b);
+  if (b.size() - a.size() >= limit) return limit;
+  std::vector<std::size_t> row(b.size() + 1, limit);
+  for (std::size_t j = 0; j <= std::min(b.size(), limit); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    const std::size_t from = i > limit ? i - limit : 1, to = std::min(b.size(), i + limit);
+    std::size_t corner = std::exchange(row[from - 1], from == 1 ? std::min(i, limit) : limit);
+    std::size_t least = row[from - 1];
+    for (std::size_t j = from; j <= to; ++j) {
+      const std::size_t changed = corner + (a[i - 1] == b[j - 1] ? 0 : 1);
+      corner = std::exchange(row[j], std::min({changed, row[j] + 1, row[j - 1] + 1, limit}));
+      least = std::min(least, row[j]);
+    }
+    if (least >= limit) return limit;
   }
   return row.back();
 }
 
-std::string nearest_name(const std::string& name, const std::vector<std::string>& others) {
-  return *std::min_element(
-      others.begin(), others.end(),
-      [&](const std::string& a, const std::string& b) { return edits(name, a) < edits(name, b); });
+/// The first of the nearest; null where none is near.
+const std::string* nearest_name(const std::string& name, const std::vector<std::string>& others) {
+  const std::string* nearest = nullptr;
+  std::size_t least = kMostEdits;
+  for (const std::string& other : others) {
+    const std::size_t changed = edits(name, other, least);
+    if (changed < least) std::tie(least, nearest) = std::pair(changed, &other);
+  }
+  return nearest;
+}
+
+std::string quoted(const std::string& name) {
+  return "'" + (name.size() > kLongestShown ? name.substr(0, kLongestShown) + "..." : name) + "'";
 }
 
 /// What names of triangles are called, and how an OBJ has them.
@@ -107,9 +186,10 @@ Kind kind_of(PartsBy by) {
 struct Groups {
   const std::vector<std::uint32_t>* of;  ///< Of each triangle
   std::vector<std::string> used;         ///< Names of groups that have triangles
+  std::vector<std::string> used_parts;   ///< Of each of these
   std::vector<std::string> part_of;      ///< Of each group
 
-  Groups(const Mesh& mesh, const PartNames& names, Side side) {
+  Groups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, Side side) {
     const bool objects = names.by == PartsBy::object, materials = names.by == PartsBy::material;
     of = objects ? &mesh.objects : materials ? &mesh.materials : &mesh.groups;
     const std::vector<std::string>& all = objects     ? mesh.object_names
@@ -124,32 +204,112 @@ struct Groups {
     std::vector<bool> has(all.size());
     for (const std::uint32_t group : *of) has.at(group) = true;
     for (std::size_t g = 0; g < all.size(); ++g) {
-      part_of.push_back(part_name(all[g], names, side));
-      if (has[g]) used.push_back(all[g]);
+      part_of.push_back(part_name(all[g], side));
+      if (!has[g]) continue;
+      used.push_back(all[g]);
+      used_parts.push_back(part_of[g]);
     }
   }
 };
 
+/// A pair of patterns by which two names have the same part.
+struct PatternPair {
+  std::string low, high;
+  auto operator<=>(const PatternPair&) const = default;
+};
+
+/// By what both names begin with and by what they end with: the whole of it, and up to the end of a word. Parts'
+/// names of two letters are the shortest.
+std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high) {
+  constexpr std::string_view kBetween = "_-. ";
+  const auto head = static_cast<std::size_t>(
+      std::mismatch(low.begin(), low.end(), high.begin(), high.end()).first - low.begin());
+  const auto tail = static_cast<std::size_t>(
+      std::mismatch(low.rbegin(), low.rend(), high.rbegin(), high.rend()).first - low.rbegin());
+  std::vector<PatternPair> patterns;
+  const std::string_view first = low.substr(0, head), last = low.substr(low.size() - tail);
+  for (const std::size_t end : {first.size(), first.find_last_of(kBetween)}) {
+    // What parts the name from the rest goes with the rest.
+    const std::size_t name = first.substr(0, end).find_last_not_of(kBetween) + 1;
+    if (end > head || name < 2) continue;
+    patterns.push_back({"*" + std::string(low.substr(name)), "*" + std::string(high.substr(name))});
+  }
+  for (const std::size_t begin : {std::size_t{0}, last.find_first_of(kBetween)}) {
+    const std::size_t at = last.find_first_not_of(kBetween, begin);
+    if (at == std::string_view::npos || tail - at < 2) continue;
+    const std::size_t name = tail - at;
+    patterns.push_back({std::string(low.substr(0, low.size() - name)) + "*",
+                        std::string(high.substr(0, high.size() - name)) + "*"});
+  }
+  return patterns;
+}
+
+std::size_t pairs_by(const PartNames& names, const Groups& low, const Groups& high) {
+  const PartNamer part_name(names);
+  std::unordered_set<std::string> parts;
+  for (const std::string& name : high.used) parts.insert(part_name(name, Side::high));
+  return static_cast<std::size_t>(std::count_if(
+      low.used.begin(), low.used.end(),
+      [&](const std::string& name) { return parts.contains(part_name(name, Side::low)); }));
+}
+
+/// Patterns by which more of the low poly's groups have a pair, in words; else empty. They are those that most
+/// of the names without a pair have in common with their nearest.
+std::string other_patterns(const PartNames& names, const Groups& low, const Groups& high,
+                           const std::map<std::string, std::uint32_t>& pairs) {
+  if (names.by != PartsBy::name) return {};
+  std::map<PatternPair, std::size_t> votes;
+  std::size_t asked = 0, paired = 0;
+  for (std::size_t g = 0; g < low.used.size(); ++g) {
+    if (pairs.contains(low.used_parts[g])) {
+      ++paired;
+      continue;
+    }
+    if (++asked > kMostAsked || low.used[g].size() > kLongestShown) continue;
+    const std::string* nearest = nearest_name(low.used[g], high.used);
+    if (nearest == nullptr || nearest->size() > kLongestShown) continue;
+    for (const PatternPair& patterns : patterns_of(low.used[g], *nearest)) ++votes[patterns];
+  }
+  std::vector<std::pair<std::size_t, PatternPair>> guesses;
+  for (const auto& [patterns, count] : votes) guesses.emplace_back(count, patterns);
+  std::sort(guesses.rbegin(), guesses.rend());
+  if (guesses.size() > kMostGuesses) guesses.resize(kMostGuesses);
+  // Of those by which as many pair, the one that says most.
+  std::tuple<std::size_t, std::size_t, PatternPair> best;
+  for (const auto& [count, patterns] : guesses) {
+    const std::size_t would = pairs_by({{patterns.low}, {patterns.high}}, low, high);
+    const std::size_t said = patterns.low.size() + patterns.high.size();
+    best = std::max(best, std::tuple(would, said, patterns));
+  }
+  const auto& [would, said, patterns] = best;
+  if (would <= paired) return {};
+  return " With PartNames::low '" + patterns.low + "' and PartNames::high '" + patterns.high +
+         "' " + std::to_string(would) + " of " + std::to_string(low.used.size()) +
+         " would have a pair.";
+}
+
 /// Adds a warning that names groups without a pair.
-void warn(Side side, const Groups& groups, const PartNames& names, const Groups& others,
-          const std::map<std::string, std::uint32_t>& pairs, std::vector<Warning>& warnings) {
+void warn(Side side, const Groups& groups, PartsBy by, const Groups& others,
+          const std::map<std::string, std::uint32_t>& pairs, const std::string& remedy,
+          std::vector<Warning>& warnings) {
   std::string list;
   std::size_t count = 0;
-  for (const std::string& name : groups.used) {
-    if (pairs.contains(part_name(name, names, side))) continue;
+  for (std::size_t g = 0; g < groups.used.size(); ++g) {
+    if (pairs.contains(groups.used_parts[g])) continue;
     if (++count > kMostNamed) continue;
-    list += (count == 1 ? "'" : ", '") + name + "' (nearest: '" + nearest_name(name, others.used) +
-            "')";
+    list += (count == 1 ? "" : ", ") + quoted(groups.used[g]);
+    const std::string* nearest = nearest_name(groups.used[g], others.used);
+    if (nearest != nullptr) list += " (nearest: " + quoted(*nearest) + ")";
   }
   if (count == 0) return;
   if (count > kMostNamed) list += " and " + std::to_string(count - kMostNamed) + " more";
-  std::string kind = kind_of(names.by).one;
+  std::string kind = kind_of(by).one;
   kind[0] = static_cast<char>(kind[0] - 'a' + 'A');
   warnings.push_back({"unmatched-parts",
                       kind + "s of the " + (side == Side::low ? "low" : "high") +
                           " poly without a pair" +
-                          (names.by == PartsBy::list ? " in the list: " : " of their name: ") +
-                          list + ". All that has no pair is matched together.",
+                          (by == PartsBy::list ? " in the list: " : " of their name: ") + list +
+                          ". All that has no pair is matched together." + remedy,
                       count});
 }
 
@@ -172,27 +332,32 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
   if (names.by == PartsBy::list && names.list.empty()) {
     throw Error(ErrorCode::usage, "The list of parts is empty.");
   }
-  const Groups of_high(high, names, Side::high);
-  const Groups of_low(low, names, Side::low);
+  const PartNamer part_name(names);
+  const Groups of_high(high, names, part_name, Side::high);
+  const Groups of_low(low, names, part_name, Side::low);
+  const std::unordered_set<std::string> in_high(of_high.used_parts.begin(),
+                                                of_high.used_parts.end());
   std::map<std::string, std::uint32_t> pairs;
-  for (const std::string& name : of_low.used) {
-    const std::string part = part_name(name, names, Side::low);
-    const bool has = std::any_of(of_high.used.begin(), of_high.used.end(), [&](const auto& other) {
-      return part_name(other, names, Side::high) == part;
-    });
-    if (has) pairs.emplace(part, 0);
+  for (const std::string& part : of_low.used_parts) {
+    if (in_high.contains(part)) pairs.emplace(part, 0);
   }
   Parts parts;
+  const std::string remedy = other_patterns(names, of_low, of_high, pairs);
   if (pairs.empty()) {
+    const std::string& name = of_low.used.front();
+    const std::string* nearest = nearest_name(name, of_high.used);
     throw Error(
         ErrorCode::input,
         "No " + std::string(kind_of(names.by).one) +
-            (names.by == PartsBy::list ? " of the low poly has a pair in the list: '"
-                                       : " of the low poly has its name in the high poly: '") +
-            of_low.used.front() + "' is nearest to '" +
-            nearest_name(of_low.used.front(), of_high.used) +
-            (names.by == PartsBy::name ? "'. The patterns of part names say which belong together."
-                                       : "'."));
+            (names.by == PartsBy::list ? " of the low poly has a pair in the list: "
+                                       : " of the low poly has its name in the high poly: ") +
+            quoted(name) + " is " +
+            (nearest != nullptr ? "nearest to " + quoted(*nearest)
+                                : "near to none, such as " + quoted(of_high.used.front())) +
+            "." +
+            (names.by == PartsBy::name && remedy.empty()
+                 ? " PartNames::low and PartNames::high say which belong together."
+                 : remedy));
   }
   for (auto& [name, part] : pairs) {
     part = parts.count++;
@@ -200,13 +365,17 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
   }
   bool rest = false;
   const auto number = [&](const Groups& groups) {
+    const auto none = static_cast<std::uint32_t>(pairs.size());
+    std::vector<std::uint32_t> part_of;
+    for (const std::string& part : groups.part_of) {
+      const auto pair = pairs.find(part);
+      part_of.push_back(pair == pairs.end() ? none : pair->second);
+    }
     std::vector<std::uint32_t> result;
     result.reserve(groups.of->size());
     for (const std::uint32_t group : *groups.of) {
-      const auto pair = pairs.find(groups.part_of[group]);
-      rest = rest || pair == pairs.end();
-      result.push_back(pair == pairs.end() ? static_cast<std::uint32_t>(pairs.size())
-                                           : pair->second);
+      result.push_back(part_of[group]);
+      rest = rest || part_of[group] == none;
     }
     return result;
   };
@@ -216,8 +385,8 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     ++parts.count;
     parts.names.emplace_back();
   }
-  warn(Side::low, of_low, names, of_high, pairs, parts.warnings);
-  warn(Side::high, of_high, names, of_low, pairs, parts.warnings);
+  warn(Side::low, of_low, names.by, of_high, pairs, remedy, parts.warnings);
+  warn(Side::high, of_high, names.by, of_low, pairs, "", parts.warnings);
   return parts;
 }
 

@@ -1,7 +1,10 @@
 // Parts by name: which groups pair, and that no sample finds a point of another part.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "hard_scenes.h"
@@ -44,6 +47,149 @@ TEST(PairParts, TakesOtherPatterns) {
   const Parts parts = pair_parts(named({"HP_a", "HP_b"}), named({"LP_b", "LP_a"}), names);
   EXPECT_EQ(parts.names, (std::vector<std::string>{"a", "b"}));
   EXPECT_THROW(pair_parts(named({"a"}), named({"a"}), {{"low"}, {"*_high"}}), Error);
+}
+
+/// Endings of the trade, in upper and lower case, and the numbers that Blender gives to copies.
+TEST(PairParts, TakesUsualNames) {
+  for (const auto& [low, high] :
+       std::vector<std::pair<std::string, std::string>>{{"gun_low", "gun_high"},
+                                                        {"gun_lp", "gun_hp"},
+                                                        {"gun_lo", "gun_hi"},
+                                                        {"gun_lowpoly", "gun_highpoly"},
+                                                        {"gun_LOW", "gun_High"},
+                                                        {"gun_LP", "gun_HP_2"},
+                                                        {"gun_low", "gun_high.001"},
+                                                        {"gun_low.002", "gun_high"},
+                                                        {"gun_low", "gun_high_bolt.001"},
+                                                        {"gun", "gun_high.012"}}) {
+    const Parts parts = pair_parts(named({high, "lamp_high"}), named({"lamp_low", low}));
+    EXPECT_EQ(parts.names, (std::vector<std::string>{"gun", "lamp"})) << low << ", " << high;
+    EXPECT_TRUE(parts.warnings.empty()) << low << ", " << high;
+  }
+  const Parts copies = pair_parts(named({"gun_high", "gun_high.001", "Cube.001", "Cube.002"}),
+                                  named({"Cube.002", "gun_low", "Cube.001"}));
+  EXPECT_EQ(copies.names, (std::vector<std::string>{"Cube.001", "Cube.002", "gun"}));
+  EXPECT_EQ(copies.high, (std::vector<std::uint32_t>{2, 2, 2, 2, 0, 0, 1, 1}));
+  // Names of parts, unlike their endings, differ by case. Two digits are no copy's number.
+  EXPECT_EQ(pair_parts(named({"Gun_high", "gun_high", "x"}), named({"gun_low", "x"})).high,
+            (std::vector<std::uint32_t>{2, 2, 0, 0, 1, 1}));
+  EXPECT_EQ(pair_parts(named({"gun_high.01", "x"}), named({"gun_low", "x"})).names,
+            (std::vector<std::string>{"x", ""}));
+}
+
+std::string refusal(const Mesh& high, const Mesh& low) {
+  try {
+    pair_parts(high, low);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(PairParts, ProposesThePatternsThatFit) {
+  const auto says = [](const std::string& text, const std::string& low, const std::string& high) {
+    return text.find("With PartNames::low '" + low + "' and PartNames::high '" + high + "'") !=
+           std::string::npos;
+  };
+  EXPECT_TRUE(says(refusal(named({"gun_sculpt", "lamp_sculpt"}), named({"lamp_game", "gun_game"})),
+                   "*_game", "*_sculpt"));
+  EXPECT_TRUE(
+      says(refusal(named({"hd-gun", "hd-lamp"}), named({"ld-lamp", "ld-gun"})), "ld-*", "hd-*"));
+  EXPECT_TRUE(says(refusal(named({"GunScan", "LampScan"}), named({"LampGame", "GunGame"})), "*Game",
+                   "*Scan"));
+  const Parts parts = pair_parts(named({"a_gun_sculpt", "b_lamp_sculpt", "box"}),
+                                 named({"b_lamp_game", "a_gun_game", "box"}));
+  ASSERT_EQ(parts.warnings.size(), 2U);
+  EXPECT_TRUE(says(parts.warnings[0].message, "*_game", "*_sculpt")) << parts.warnings[0].message;
+  // What they propose works.
+  const PartNames names{{"*_game"}, {"*_sculpt"}};
+  EXPECT_EQ(pair_parts(named({"gun_sculpt"}), named({"gun_game"}), names).names,
+            (std::vector<std::string>{"gun"}));
+  // Nothing in common: nothing is proposed.
+  const std::string none = refusal(named({"x"}), named({"gun"}));
+  EXPECT_EQ(none.find("With PartNames"), std::string::npos) << none;
+  EXPECT_NE(none.find("PartNames::low and PartNames::high say which belong"), std::string::npos);
+}
+
+/// By the rule of what fits, tried in every way.
+bool fits_in_some_way(std::string_view text, std::string_view pattern) {
+  if (pattern.empty()) return text.empty();
+  if (pattern[0] != '*') {
+    return !text.empty() && text[0] == pattern[0] &&
+           fits_in_some_way(text.substr(1), pattern.substr(1));
+  }
+  for (std::size_t i = 0; i <= text.size(); ++i) {
+    if (fits_in_some_way(text.substr(i), pattern.substr(1))) return true;
+  }
+  return false;
+}
+
+TEST(PairParts, PatternsFitAsTriedInEveryWay) {
+  const auto words = [](std::string letters, std::size_t longest) {
+    std::vector<std::string> all = {""};
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      for (const char c : all[i].size() < longest ? letters : std::string()) {
+        all.push_back(all[i] + c);
+      }
+    }
+    return all;
+  };
+  const std::vector<std::string> texts = words("ab", 5);
+  for (const std::string& pattern : words("ab*", 5)) {
+    const std::size_t star = pattern.find('*');
+    // Of stars alone: 'x' fits it, too.
+    if (star == std::string::npos || pattern.find_first_not_of('*') == std::string::npos) continue;
+    PartNames names;
+    names.by = PartsBy::list;
+    names.list = {{pattern, {pattern}}, {"x", {"x"}}};
+    for (const std::string& text : texts) {
+      if (text.empty()) continue;
+      const Parts parts = pair_parts(named({"x", text}), named({"x", text}), names);
+      EXPECT_EQ(parts.low[2] == parts.low[0] || parts.names[parts.low[2]].empty(),
+                !fits_in_some_way(text, pattern))
+          << text << ", " << pattern;
+      // By name, the part is the shortest text that fits.
+      std::string part = text;
+      for (std::size_t end = star + 1; end <= text.size(); ++end) {
+        if (text.substr(0, star) != pattern.substr(0, star)) break;
+        if (!fits_in_some_way(text.substr(end), pattern.substr(star + 1))) continue;
+        // The shortest is no text at all, which is no name.
+        if (!fits_in_some_way(text.substr(star), pattern.substr(star + 1))) {
+          part = text.substr(star, end - star);
+        }
+        break;
+      }
+      const Parts by_name = pair_parts(named({text}), named({text}), {{pattern}, {pattern}});
+      EXPECT_EQ(by_name.names, (std::vector<std::string>{part})) << text << ", " << pattern;
+    }
+  }
+}
+
+/// These took 17 s, minutes and hours; each is far below a second. The bound is for slow machines.
+TEST(PairParts, TakesNoLongForHostileNames) {
+  const auto start = std::chrono::steady_clock::now();
+  std::string pattern;
+  for (int i = 0; i < 20; ++i) pattern += "*a";
+  PartNames names;
+  names.by = PartsBy::list;
+  names.list = {{pattern + "b", {pattern + "b"}}, {"x", {"x"}}};
+  EXPECT_EQ(pair_parts(named({std::string(40, 'a'), "x"}), named({"x"}), names).names,
+            (std::vector<std::string>{"x", ""}));
+  // Names of 200 KB.
+  const std::string large(200'000, 'a');
+  const Parts parts =
+      pair_parts(named({"x", large + "b", large + "c"}), named({"x", "b" + large, "c" + large}));
+  EXPECT_EQ(parts.names, (std::vector<std::string>{"x", ""}));
+  EXPECT_LT(parts.warnings[0].message.size(), 2000U);
+  // 20,000 names that match nothing.
+  std::vector<std::string> low = {"x"}, high = {"x"};
+  for (int i = 0; i < 20'000; ++i) {
+    low.push_back("one" + std::to_string(7 * i));
+    high.push_back("other" + std::to_string(3 * i));
+  }
+  EXPECT_EQ(pair_parts(named(high), named(low)).count, 2U);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 
 TEST(PairParts, TakesGroupsObjectsAndMaterialsOfTheSameName) {

@@ -19,6 +19,8 @@ constexpr std::array kFlags = {
     Flag{"RayRule::outermost", "--ray outermost"},
     Flag{"ExtractOptions::size", "--size"},
     Flag{"MatchMethod::", "--match "},
+    Flag{"PartNames::low", "--low-names"},
+    Flag{"PartNames::high", "--high-names"},
     Flag{"curvature_radius", "--curvature-radius"},
     Flag{"raise the memory limit", "raise --memory-limit"},
     Flag{"keep_uvs", "--keep-uvs"},
