@@ -130,6 +130,57 @@ TEST(FilesCommand, SaysWhichFilesOverlapAndWhichAreNotThere) {
   EXPECT_NE(same.exit_code, 0);
 }
 
+/// A quad of HIGH with one corner up: cut from its first corner it rises along a diagonal, to half the height in the
+/// middle; cut along the shorter one, the middle stays down. The cage's quad is bent otherwise, and cut as LOW's.
+TEST(FilesCommand, CutsHighAndCagesByTheSameRule) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  std::ofstream(folder / "high.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3 4\n";
+  std::ofstream(folder / "low.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                       "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+  std::ofstream(folder / "cage.obj") << "v 0 0 0.5\nv 1 0 0.3\nv 1 1 0.2\nv 0 1 0.3\nf 1 2 3 4\n";
+  // What stands in the middle of the map, as a share of the corner's height.
+  const auto middle = [&](const std::string& out, std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     folder / "high.obj",
+                                     folder / "low.obj",
+                                     "--out",
+                                     folder / out,
+                                     "--size",
+                                     "16",
+                                     "--maps",
+                                     "height",
+                                     "--format",
+                                     "exr32",
+                                     "--max-distance",
+                                     "100%"};
+    line.insert(line.end(), flags.begin(), flags.end());
+    const ProcessResult result = run_kiln(line);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_EQ(result.errors, "") << out;
+    return load_image(folder / out / "low_height.exr").pixels[8 * 16 + 8] / 0.1F;
+  };
+  for (const std::string cage : {"", "cage"}) {
+    std::vector<std::string> with;
+    if (!cage.empty()) with = {"--cage-mesh", folder / "cage.obj"};
+    const auto by = [&](const std::string& rule) {
+      std::vector<std::string> flags = with;
+      flags.insert(flags.end(), {"--triangulate", rule});
+      return middle(rule + cage, flags);
+    };
+    // Half a texel off the middle, less than a texel of slope 1.
+    EXPECT_NEAR(middle("default" + cage, with), 0.5, 0.07);
+    EXPECT_NEAR(by("fan"), 0.5, 0.07);
+    EXPECT_NEAR(by("blender"), 0.5, 0.07);
+    EXPECT_NEAR(by("shortest"), 0, 0.07);
+  }
+  // Without a LOW, the flag is for HIGH.
+  EXPECT_EQ(run_kiln({"bake", folder / "high.obj", "--out", folder / "made", "--faces", "8",
+                      "--size", "16", "--triangulate", "shortest"})
+                .exit_code,
+            0);
+}
+
 TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();

@@ -14,7 +14,7 @@ namespace {
 /// A block of 3 x 3 columns whose top is bent, so that quads have diagonals of different lengths.
 struct Block {
   std::string name;
-  double x;  ///< Where it stands
+  double x;         ///< Where it stands
   double away = 0;  ///< How far its vertices lie off those of a low poly, along each axis
   int columns = 3;
 };

@@ -69,7 +69,9 @@ class CornerGrid {
     const double share = std::clamp((at - low_[axis]) / extent, 0.0, 1.0);
     return std::min(static_cast<std::uint32_t>(share * side_), side_ - 1);
   }
-  std::size_t cell(const Point& p) const { return std::size_t{row(p[1], 1)} * side_ + row(p[0], 0); }
+  std::size_t cell(const Point& p) const {
+    return std::size_t{row(p[1], 1)} * side_ + row(p[0], 0);
+  }
 
   /// The columns that a triangle covers in a row, or one more.
   std::pair<std::uint32_t, std::uint32_t> columns(const std::array<Point, 3>& triangle,
@@ -238,7 +240,8 @@ class Ears {
   std::vector<std::uint32_t> version_;  ///< How often a corner's neighbours changed; kNone: cut off
   std::priority_queue<Cut> cuts_;
   std::vector<Waiting> waiting_;
-  std::vector<std::uint32_t> blocks_;  ///< The last of `waiting_` that each corner keeps from being an ear
+  std::vector<std::uint32_t>
+      blocks_;  ///< The last of `waiting_` that each corner keeps from being an ear
 };
 
 /// Sine of a triangle's smallest angle; not above 0 where it has no area or turns right.
@@ -346,7 +349,9 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
     const std::uint32_t side = open.front(), other = across[side];
     if (other == kNone) continue;
     const std::uint32_t t = side / 3, u = other / 3;
-    const auto after = [](std::uint32_t s, std::uint32_t by) { return s / 3 * 3 + (s % 3 + by) % 3; };
+    const auto after = [](std::uint32_t s, std::uint32_t by) {
+      return s / 3 * 3 + (s % 3 + by) % 3;
+    };
     const std::uint32_t a = triangles[t][side % 3], b = triangles[t][(side + 1) % 3];
     const std::uint32_t c = triangles[t][after(side, 2) % 3], d = triangles[u][after(other, 2) % 3];
     const std::array<std::uint32_t, 3> one = {c, a, d}, two = {d, b, c};

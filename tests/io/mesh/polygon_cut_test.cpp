@@ -155,7 +155,8 @@ std::vector<Shape> shapes() {
   }
   const std::size_t count = all.size();
   for (std::size_t i = 0; i < count; ++i) {
-    all.push_back({all[i].name + ", in space", in_space(all[i].corners), all[i].area, all[i].without});
+    all.push_back(
+        {all[i].name + ", in space", in_space(all[i].corners), all[i].area, all[i].without});
   }
   return all;
 }
@@ -215,7 +216,8 @@ void expect_area(const Shape& shape, const Triples& triangles, double rounding) 
   EXPECT_NEAR(area, shape.area, 1e-12 * shape.area + around * rounding) << shape.name;
   if (shape.without != 0) return;
   for (const Corner& corner : shape.corners) {
-    EXPECT_TRUE(met.contains(corner)) << shape.name << ": (" << corner[0] << ", " << corner[1] << ")";
+    EXPECT_TRUE(met.contains(corner))
+        << shape.name << ": (" << corner[0] << ", " << corner[1] << ")";
   }
 }
 
@@ -243,7 +245,8 @@ TEST(PolygonCut, IsTheSameFromEveryCorner) {
     const std::size_t step = std::max<std::size_t>(1, n / 30);
     for (std::size_t start = 1; start < n; start += step) {
       Corners turned = shape.corners;
-      std::rotate(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(start), turned.end());
+      std::rotate(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(start),
+                  turned.end());
       Triples triangles;
       triangulate(turned, triangles);
       ASSERT_EQ(triangles.size(), first.size());
@@ -333,8 +336,8 @@ std::size_t open_edges(const Mesh& mesh) {
       --sides[{t[(k + 1) % 3], t[k]}];
     }
   }
-  return static_cast<std::size_t>(
-             std::count_if(sides.begin(), sides.end(), [](const auto& s) { return s.second != 0; })) /
+  return static_cast<std::size_t>(std::count_if(sides.begin(), sides.end(),
+                                                [](const auto& s) { return s.second != 0; })) /
          2;
 }
 

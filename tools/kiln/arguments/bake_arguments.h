@@ -128,6 +128,8 @@ MatchMethod match_method(const std::string& name);
 std::vector<std::string> match_names();
 /// Those of --ao-occluders that are neither `high` nor `low`.
 std::vector<std::string> occluder_files(const BakeArguments& a);
+/// How all meshes of a bake are read: --triangulate.
+LoadMeshOptions load_options(const BakeArguments& a);
 /// As --fallback takes it.
 std::string chain_name(const std::vector<MatchMethod>& fallback);
 std::string criterion_name(ViewCriterion criterion);

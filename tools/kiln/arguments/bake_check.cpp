@@ -203,9 +203,11 @@ void check_more_files(const BakeArguments& a) {
     fail_usage("'" + file + "' is a height field, which is a HIGH of its own: leave --high out.");
   }
   check_tangents(a);
-  if (a.low.empty() && (a.given.contains("--triangulate") || a.split_at_seams)) {
-    fail_usage(
-        "--triangulate and --split-at-seams are for a LOW of yours: give it, or leave them out.");
+  if (a.low.empty() && a.split_at_seams) {
+    fail_usage("--split-at-seams is for a LOW of yours: give it, or leave it out.");
+  }
+  if (a.low.empty() && is_height_field(a.high) && a.given.contains("--triangulate")) {
+    fail_usage("--triangulate is for meshes: a height field has no polygons. Leave it out.");
   }
 }
 

@@ -117,7 +117,8 @@ void add_match_flags(Command& command, BakeArguments& a) {
       .add_option(
           "--match-by", a.match_by,
           "Which part of HIGH a texel may find: all, or its own part alone. name: the group or "
-          "object X_low of LOW takes X_high and X_high_* of HIGH; group, object, material: "
+          "object X_low of LOW takes X_high and X_high_* of HIGH, or X_lp that of X_hp, X_lo that "
+          "of X_hi; group, object, material: "
           "the one of the same name; list: as --match-list says")
       ->check(one_of({"all", "name", "group", "object", "material", "list"}))
       ->capture_default_str()
@@ -150,9 +151,10 @@ void add_match_flags(Command& command, BakeArguments& a) {
   command
       .add_option(
           "--triangulate", a.triangulate,
-          "How LOW's polygons become triangles; it must be as where the map is shown. auto: "
-          "fans, or ears where not convex; blender: as Blender 5 draws them; fan: around "
-          "the first corner; shortest: along the shorter diagonal")
+          "How polygons of LOW, HIGH, cage and occluders become triangles; LOW's must be as where "
+          "the map is shown. auto: quads from their first corner, larger ones Delaunay; blender: "
+          "as Blender 5 draws them; fan: around the first corner; shortest: along the shorter "
+          "diagonal")
       ->check(one_of(triangulation_values()))
       ->capture_default_str()
       ->group("The low poly");

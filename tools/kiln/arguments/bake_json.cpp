@@ -53,7 +53,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
       {"match_by", a.match_by},
       {"match_list", or_null(a.match_list)},
       {"part_occlusion", a.match_by == "all" ? Json() : Json(a.part_occlusion)},
-      {"triangulate", a.low.empty() ? Json() : Json(a.triangulate)},
+      {"triangulate", a.low.empty() && is_height_field(a.high) ? Json() : Json(a.triangulate)},
       {"tangents", a.low.empty() ? Json() : Json(a.tangents)},
       {"split_at_seams", a.split_at_seams},
       {"uv_copies", a.uv_copies},

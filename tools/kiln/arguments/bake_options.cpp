@@ -97,6 +97,10 @@ std::vector<std::string> occluder_files(const BakeArguments& a) {
   return files;
 }
 
+LoadMeshOptions load_options(const BakeArguments& a) {
+  return {triangulation_values().at(a.triangulate)};
+}
+
 SaveImageOptions image_options(const BakeArguments& a) {
   SaveImageOptions options;
   options.format = format_values().at(a.format);

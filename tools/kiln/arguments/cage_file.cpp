@@ -126,8 +126,9 @@ void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& p
   }
 }
 
-Mesh load_cage(const std::filesystem::path& path, const Mesh& low, std::vector<Warning>* warnings) {
-  return is_image(path) ? shells_of(path, low) : load_mesh(path, warnings);
+Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMeshOptions& options,
+               std::vector<Warning>* warnings) {
+  return is_image(path) ? shells_of(path, low) : load_mesh(path, options, warnings);
 }
 
 }  // namespace kiln::cli

@@ -17,6 +17,7 @@ void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& p
 /// Reads a cage of any kind. Images give back what save_cage() had, within a float's last bit.
 /// \throws Error(input) as load_mesh(), and for an image of another number of vertices, or with a value that is no
 ///         number
-Mesh load_cage(const std::filesystem::path& path, const Mesh& low, std::vector<Warning>* warnings);
+Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMeshOptions& options,
+               std::vector<Warning>* warnings);
 
 }  // namespace kiln::cli

@@ -55,9 +55,9 @@ HeightFieldOptions height_field_options(const HeightArguments& arguments) {
 }
 
 DenseInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
-                      bool named, std::vector<Warning>& warnings) {
+                      const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings) {
   if (files.size() == 1 && (!named || is_height_field(files[0]))) {
-    return load_dense(files[0], arguments, warnings);
+    return load_dense(files[0], arguments, warnings, options);
   }
   for (const std::string& file : files) {
     if (!is_height_field(file)) continue;
@@ -69,20 +69,20 @@ DenseInput load_dense(const std::vector<std::string>& files, const HeightArgumen
     throw Error(ErrorCode::usage, "--height and --extent are for a height field, a PNG or EXR; " +
                                       in_words(files) + " are meshes.");
   }
-  Mesh mesh = load_meshes(files, {}, named, warnings).mesh;
+  Mesh mesh = load_meshes(files, options, named, warnings).mesh;
   mesh.tangents = {};  // for its normal textures MikkTSpace computes them
   return {std::move(mesh), {}};
 }
 
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
-                      std::vector<Warning>& warnings) {
+                      std::vector<Warning>& warnings, const LoadMeshOptions& options) {
   if (!is_height_field(path)) {
     if (arguments.given()) {
       throw Error(
           ErrorCode::usage,
           "--height and --extent are for a height field, a PNG or EXR; '" + path + "' is a mesh.");
     }
-    Mesh mesh = load_mesh(path, &warnings);
+    Mesh mesh = load_mesh(path, options, &warnings);
     mesh.tangents = {};
     return {std::move(mesh), {}};
   }

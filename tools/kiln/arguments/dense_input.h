@@ -36,12 +36,12 @@ struct DenseInput {
   std::optional<Image> heights;
 };
 
-/// Several files are meshes, and joined. \param named  see load_meshes()
+/// Several files are meshes, and joined. \param named  see load_meshes() \param options  of meshes
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
 DenseInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
-                      bool named, std::vector<Warning>& warnings);
+                      const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings);
 DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
-                      std::vector<Warning>& warnings);
+                      std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
 /// Turns triangles of a high poly that low polys are made of as those beside them face, and says so: else each is a hole.
 void turn_strays(Mesh& high, std::vector<Warning>& warnings);

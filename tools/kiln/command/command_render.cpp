@@ -224,7 +224,7 @@ int run_render(const RenderArguments& arguments) {
   std::optional<DenseInput> dense;
   if (!arguments.reference.empty()) {
     dense = load_dense(high_files(baking(arguments)), arguments.heights,
-                       has_more_files(arguments.bake), warnings);
+                       load_options(arguments.bake), has_more_files(arguments.bake), warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
   if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);
