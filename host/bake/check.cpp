@@ -212,6 +212,10 @@ void check_map_options(const BakeOptions& options) {
     usage("occlusion.max_error is " + std::to_string(options.occlusion.max_error) +
           ": it must be 0 to 1.");
   }
+  if (options.origin && !std::all_of(options.origin->begin(), options.origin->end(),
+                                     [](double x) { return std::isfinite(x); })) {
+    usage("origin must be finite.");
+  }
   if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
 }
 

@@ -9,6 +9,7 @@
 #include "match/match_array.h"
 #include "match/view_plan.h"
 #include "mesh/charts.h"
+#include "mesh/steps.h"
 
 namespace kiln {
 namespace {
@@ -237,6 +238,9 @@ void Pipeline::finish_match(bool first_time) {
   take_notes(std::move(notes), report);
   const std::vector<Warning>& sampling = sampler_.report().warnings;
   report.warnings.insert(report.warnings.end(), sampling.begin(), sampling.end());
+  if (const std::string coarse = coarse_steps(scene_.low, scene_.high.frame); !coarse.empty()) {
+    report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse, 1});
+  }
   warn_about_misses(report);
   warn_about_pixels();
 }
@@ -308,8 +312,10 @@ void Pipeline::finish_maps(Image* drawn) {
                                              result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();
   for (std::size_t l = 0; l < images.size(); ++l) {
-    result_.maps.push_back({layers_.all()[l].row->info.kind, std::move(images[l]),
-                            std::move(mips[l]), cluster_, layers_.all()[l].row->info});
+    const MapInfo& info = layers_.all()[l].row->info;
+    BakedMap map{info.kind, std::move(images[l]), std::move(mips[l]), cluster_, info};
+    if (info.takes_origin) map.origin = map_origin(options, scene_.high.frame);
+    result_.maps.push_back(std::move(map));
   }
   report.seconds_image += watch_.lap();
 }

@@ -30,6 +30,7 @@ class Own : public MapMaker {
         name_(name),
         channels_(map.channels),
         two_sided_(request.options.two_sided),
+        origin_(map_origin(request.options, request.source.frame)),
         kernel_(context_.kernel_with("own", "kiln_own_values", map.source, map.file)),
         shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
     triangles_ = cl::Array<std::uint32_t>(
@@ -98,9 +99,9 @@ class Own : public MapMaker {
     params.has_uvs = uvs_.empty() ? 0 : 1;
     params.has_match = match.distance.empty() || match.status.empty() ? 0 : 1;
     params.scale = static_cast<float>(source_.frame.scale);
-    params.center_x = static_cast<float>(source_.frame.center[0]);
-    params.center_y = static_cast<float>(source_.frame.center[1]);
-    params.center_z = static_cast<float>(source_.frame.center[2]);
+    params.center_x = static_cast<float>(source_.frame.center[0] - origin_[0]);
+    params.center_y = static_cast<float>(source_.frame.center[1] - origin_[1]);
+    params.center_z = static_cast<float>(source_.frame.center[2] - origin_[2]);
     for (; params.first < band.sample_count; params.first = params.end) {
       params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
       context_.launch(kernel_, params.end - params.first, kLocal, params, band.triangle,
@@ -151,6 +152,7 @@ class Own : public MapMaker {
   std::string_view name_;
   std::size_t channels_;
   bool two_sided_;
+  std::array<double, 3> origin_;
   cl::Kernel kernel_;
   cl::Array<kiln_low_shading> shading_;
   cl::Array<std::uint32_t> triangles_, uv_triangles_;
@@ -172,6 +174,7 @@ MapRow own_map(const OwnMap& map, std::string_view name) {
   row.info.type = MapType::vector;
   row.info.holds = "what a function of the caller's says of the point";
   row.info.fills_misses = true;
+  row.info.takes_origin = true;
   row.follows_positions = row.reads_around = true;
   row.make = [name, &map](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<Own>(request, map, name);

@@ -8,18 +8,20 @@ MapRow position_map() {
   row.info = {MapKind{"position"},
               3,
               MapType::vector,
-              "point of the high poly in object space, world units",
+              "point of the high poly in object space, from the map's origin, world units",
               0,
               0};
+  row.info.takes_origin = true;
   row.follows_positions = true;
   row.unit = "world units";
   row.make = [](const MapRequest& request) {
+    const std::array<double, 3> origin = map_origin(request.options, request.source.frame);
     return make_point_map(
         request, position_map().info,
-        [](const DensePoint& point, float* value) {
-          value[0] = static_cast<float>(point.position.x);
-          value[1] = static_cast<float>(point.position.y);
-          value[2] = static_cast<float>(point.position.z);
+        [origin](const DensePoint& point, float* value) {
+          value[0] = static_cast<float>(point.position.x - origin[0]);
+          value[1] = static_cast<float>(point.position.y - origin[1]);
+          value[2] = static_cast<float>(point.position.z - origin[2]);
         },
         PointNeeds{.normal = false, .offset = false, .distance = false});
   };

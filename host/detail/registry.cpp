@@ -90,6 +90,10 @@ NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options) {
   return map.space.value_or(options.space);
 }
 
+std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame) {
+  return options.origin ? *options.origin : local_origin(frame.center, frame.diagonal);
+}
+
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options) {
   // The direction that lights like the plain surface.
   const bool up =

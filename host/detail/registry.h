@@ -91,6 +91,9 @@ std::optional<MapKind> shading_map(const BakeOptions& options);
 /// What a map's directions are along.
 NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options);
 
+/// What maps of places measure from: BakeOptions::origin.
+std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame);
+
 /// What texels hold that no chart covers and padding does not reach. \returns as many as there are channels
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options);
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "kiln/error.h"
+#include "kiln/source.h"
 #include "lowpoly/height_layout.h"
 
 namespace kiln {
@@ -111,13 +112,11 @@ void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightField
 }
 
 FieldRectangle FieldRectangle::of(const Mesh& field) {
-  std::array<double, 2> low = {HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL};
-  for (const Vec3& p : field.positions) {
-    const std::array<double, 2> at = {p.x + field.origin[0], p.y + field.origin[1]};
-    for (std::size_t k = 0; k < 2; ++k) {
-      low[k] = std::min(low[k], at[k]);
-      high[k] = std::max(high[k], at[k]);
-    }
+  const Bounds bounds = Bounds::of(field);
+  std::array<double, 2> low{}, high{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    low[k] = bounds.low[k] + field.origin[k];
+    high[k] = bounds.high[k] + field.origin[k];
   }
   if (!(high[0] > low[0] && high[1] > low[1])) {
     throw Error(

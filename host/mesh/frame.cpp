@@ -3,51 +3,50 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "base/parallel.h"
 #include "kiln/validate.h"
-#include "mesh/vector.h"
+#include "mesh/usable.h"
 
 namespace kiln {
 
 Bounds Bounds::of(const Mesh& mesh) {
   validate(mesh);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Bounds bounds{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-  for_each_alive(mesh.triangles.size(), [&](std::size_t i) {
-    const Triangle& triangle = mesh.triangles[i];
-    const Vec3& a = mesh.positions[triangle[0]];
-    const Vec3& b = mesh.positions[triangle[1]];
-    const Vec3& c = mesh.positions[triangle[2]];
-    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return;
-    for (const Vec3* corner : {&a, &b, &c}) {
-      const double xyz[3] = {corner->x, corner->y, corner->z};
-      for (std::size_t k = 0; k < 3; ++k) {
-        bounds.low[k] = std::min(bounds.low[k], xyz[k]);
-        bounds.high[k] = std::max(bounds.high[k], xyz[k]);
+  const Bounds none{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  Bounds bounds = none;
+  std::mutex mutex;
+  parallel_for(mesh.triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    Bounds part = none;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!has_area(mesh.positions, mesh.triangles[i])) continue;
+      for (const std::uint32_t corner : mesh.triangles[i]) {
+        const Vec3& p = mesh.positions[corner];
+        const double xyz[3] = {p.x + 0.0, p.y + 0.0, p.z + 0.0};  // of 0 and -0 none is first
+        for (std::size_t k = 0; k < 3; ++k) {
+          part.low[k] = std::min(part.low[k], xyz[k]);
+          part.high[k] = std::max(part.high[k], xyz[k]);
+        }
       }
+    }
+    const std::lock_guard lock(mutex);
+    for (std::size_t k = 0; k < 3; ++k) {
+      bounds.low[k] = std::min(bounds.low[k], part.low[k]);
+      bounds.high[k] = std::max(bounds.high[k], part.high[k]);
     }
   });
   if (!(bounds.high[0] >= bounds.low[0])) {
     throw Error(
         ErrorCode::input,
         "'" + mesh.name +
-            "' has no triangle with finite corners: nothing can be baked from it. Check the "
-            "file's coordinates.");
+            "' has no triangle with finite, distinct corners: nothing can be baked from it. Check "
+            "the file's coordinates.");
   }
   return bounds;
 }
 
-Frame Frame::of(const Mesh& mesh) {
-  const Bounds bounds = Bounds::of(mesh);
-  if (bounds.low == bounds.high) {
-    throw Error(ErrorCode::input,
-                "'" + mesh.name +
-                    "' has no triangle with finite, distinct corners: nothing can be "
-                    "baked from it. Check the file's coordinates.");
-  }
-  return of(mesh, bounds);
-}
+Frame Frame::of(const Mesh& mesh) { return of(mesh, Bounds::of(mesh)); }
 
 Frame Frame::of(const Mesh& mesh, const Bounds& bounds) {
   Frame frame;
@@ -83,12 +82,34 @@ Vec3 Frame::to_frame(const Mesh& mesh, std::size_t vertex) const {
           static_cast<float>((p.z + (mesh.origin[2] - center[2])) * scale)};
 }
 
-std::vector<Vec3> Frame::to_frame(const Mesh& mesh) const {
+std::vector<Vec3> Frame::to_frame_within(const Mesh& mesh, double reach) const {
   std::vector<Vec3> result(mesh.positions.size());
   parallel_for(result.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) result[i] = to_frame(mesh, i);
   });
+  const auto inside = [&](const Vec3& p) { return dot(Vec3d(p), Vec3d(p)) <= reach * reach; };
+  if (std::all_of(result.begin(), result.end(), inside)) return result;
+  std::vector<std::uint8_t> used(result.size());
+  for (const Triangle& t : mesh.triangles) {
+    if (!has_area(mesh.positions, t)) continue;
+    for (const std::uint32_t corner : t) used[corner] = 1;
+  }
+  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (used[i] == 0 && !inside(result[i])) result[i] = {kNowhere, kNowhere, kNowhere};
+  }
   return result;
+}
+
+std::array<double, 3> local_origin(const std::array<double, 3>& center, double diagonal) {
+  std::array<double, 3> origin{};
+  double distance = 0;
+  for (const double x : center) distance = std::max(distance, std::abs(x));
+  if (!(diagonal > 0) || !std::isfinite(diagonal) || !(distance > 16 * diagonal)) return origin;
+  const double step = std::exp2(std::ceil(std::log2(diagonal)));
+  if (!(step > 0) || !std::isfinite(step)) return origin;
+  for (std::size_t k = 0; k < 3; ++k) origin[k] = std::round(center[k] / step) * step + 0.0;
+  return origin;
 }
 
 }  // namespace kiln

@@ -17,14 +17,21 @@ struct Frame {
   double scale = 1;
   double diagonal = 1;  ///< Of the high poly's bounding box, in world units.
 
-  /// From the finite vertices that triangles use. \throws Error(input) where there are none or all
-  /// coincide.
+  /// From the triangles with area, see Bounds::of(). \throws Error(input) where there are none
   static Frame of(const Mesh& mesh);
   /// From a box that the mesh lies in, as it moves. \throws Error(usage) for one without size
   static Frame of(const Mesh& mesh, const Bounds& bounds);
 
   Vec3 to_frame(const Mesh& mesh, std::size_t vertex) const;
-  std::vector<Vec3> to_frame(const Mesh& mesh) const;
+  /// All vertices, but NaN for those that no triangle with area uses and that lie beyond `reach`: rounded there, a
+  /// triangle without area could get one, and be a large one. \param reach  0.5: all of the high poly's box
+  std::vector<Vec3> to_frame_within(const Mesh& mesh, double reach) const;
+  std::vector<Vec3> to_frame(const Mesh& mesh) const { return to_frame_within(mesh, 0.500001); }
 };
+
+/// Where a mesh's coordinates are measured from, so that single precision holds them: near the middle of its box where
+/// that lies farther from 0 than 16 diagonals, rounded to a power of two above the diagonal; else 0. Nearly the same
+/// box gives the same origin, and a position minus it is exact in double.
+std::array<double, 3> local_origin(const std::array<double, 3>& center, double diagonal);
 
 }  // namespace kiln

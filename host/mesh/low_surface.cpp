@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "base/parallel.h"
 #include "kiln/validate.h"
 #include "mesh/normals.h"
 #include "mesh/tangent.h"
+#include "mesh/usable.h"
 #include "mesh/uv_copies.h"
 #include "mesh/vector.h"
 
@@ -157,6 +159,16 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
     if (surface.usable[t] == 0) continue;
     any_usable = true;
     any_mapped = any_mapped || has_uv_area(surface.triangles[t]);
+  }
+  if (!any_usable && count_without_area(low.positions, low.triangles) < count) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", frame.diagonal);
+    throw Error(ErrorCode::input, "Mesh " + quoted(low) +
+                                      " is rounded to nothing beside the high poly, whose diagonal "
+                                      "is " +
+                                      text +
+                                      ": check the high poly for vertices that lie "
+                                      "far from all others, and both meshes' units.");
   }
   if (!any_usable) {
     throw Error(ErrorCode::input, "Mesh " + quoted(low) +

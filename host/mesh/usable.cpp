@@ -1,11 +1,25 @@
 #include "mesh/usable.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <vector>
 
 #include "base/parallel.h"
 
 namespace kiln {
+
+bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const auto largest = [](const Vec3d& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  };
+  const Vec3d u = b - a, v = c - a, sum = a + b + c;
+  const double size = std::max(largest(u), largest(v));
+  if (!(size > 0) || !std::isfinite(sum.x + sum.y + sum.z)) return false;
+  // Half a unit in the last place of each coordinate, twice over, beside sides of at most 1.
+  const double rounding = 0x1p-50 * std::max({largest(a), largest(b), largest(c)}) / size;
+  return largest(cross(u * (1 / size), v * (1 / size))) > rounding;
+}
 
 std::uint64_t count_without_area(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {

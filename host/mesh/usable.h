@@ -22,6 +22,9 @@ inline bool has_area(std::span<const Vec3> positions, const Triangle& triangle) 
   return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
 }
 
+/// The same in double precision, as files hold corners: what lies within their rounding of one line has no area.
+bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c);
+
 /// Triangles that do not count.
 std::uint64_t count_without_area(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles);

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "mesh/usable.h"
+
 namespace kiln {
 namespace {
 
@@ -54,9 +56,7 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
   std::vector<bool> used(mesh.positions.size());
   double area = 0;
   for (const Triangle& triangle : mesh.triangles) {
-    const bool finite = std::all_of(triangle.begin(), triangle.end(),
-                                    [&](std::uint32_t i) { return is_finite(mesh.positions[i]); });
-    if (!finite) continue;
+    if (!has_area(mesh.positions, triangle)) continue;
     for (std::uint32_t i : triangle) used[i] = true;
     const Vec3d a(target.frame.to_frame(mesh, triangle[0]));
     const Vec3d normal = cross(Vec3d(target.frame.to_frame(mesh, triangle[1])) - a,

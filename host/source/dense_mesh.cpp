@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "kiln/validate.h"
+#include "mesh/steps.h"
 #include "mesh/usable.h"
 #include "source/alive.h"
 
@@ -24,6 +25,9 @@ Pointer& made(Pointer& slot, Source::Stats& stats, const Make& make) {
   }
   return slot;
 }
+
+/// Of vertices that move: a triangle may get an area later. Their coordinates are at most 1.
+constexpr double kFarthestMoved = 2;
 
 // Numbers that kernels read beyond the last one.
 constexpr std::size_t kPadding = 1;
@@ -55,7 +59,7 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
     : device(opened),
       frame(bounds ? Frame::of(high, *bounds) : Frame::of(high)),
       traversal(wanted),
-      positions(frame.to_frame(high)),
+      positions(bounds ? frame.to_frame_within(high, kFarthestMoved) : frame.to_frame(high)),
       triangles(alive(high.triangles)),
       uvs(alive(high.uvs)),
       uv_triangles(alive(high.uv_triangles)),
@@ -71,18 +75,26 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
   stats_.device_bytes = static_cast<std::uint64_t>(cl::Context::bytes_of_thread() - before);
   stats_.diagonal = frame.diagonal;
   const std::uint64_t skipped = stats_.skipped_triangles;
+  const std::string coarse = coarse_steps(high, frame);
   if (skipped == triangles.size()) {
     throw Error(ErrorCode::input, "All " + std::to_string(skipped) + " triangles of '" + high.name +
-                                      "' have no area or are not finite: nothing can be baked from "
-                                      "it.");
+                                      "' have no area or are not finite" +
+                                      (coarse.empty() ? ": nothing can be baked from it."
+                                                      : " once they are rounded: " + coarse));
   }
   if (skipped != 0) {
-    warnings.push_back({"source-skipped",
-                        std::to_string(skipped) + " of " + std::to_string(triangles.size()) +
-                            " triangles of '" + high.name +
-                            "' have no area or are not finite; rays pass through them.",
-                        skipped});
+    const std::uint64_t flat = count_without_area(high.positions, triangles);
+    const std::uint64_t rounded = skipped - std::min(skipped, flat);
+    warnings.push_back(
+        {rounded == 0 ? "source-skipped" : "source-rounded",
+         std::to_string(skipped) + " of " + std::to_string(triangles.size()) + " triangles of '" +
+             high.name + "' have no area or are not finite" +
+             (rounded == 0 ? ""
+                           : ", " + std::to_string(rounded) + " of them since they are rounded") +
+             "; rays pass through them.",
+         skipped});
   }
+  if (!coarse.empty()) warnings.push_back({"coarse-source", "'" + high.name + "': " + coarse, 1});
 }
 
 Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -69,6 +70,11 @@ struct BakeOptions {
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
   /// given: 0.5% of the diagonal.
   std::optional<Length> curvature_radius = {};
+  /// For the map position, and places in maps of the caller's own: what they are measured from, world units. None
+  /// given: 0; of a high poly whose box lies farther from 0 than 16 of its diagonals, the middle of the box,
+  /// rounded to a power of two above the diagonal. Thus all maps of one high poly agree; maps of several agree
+  /// by an origin that is given. BakedMap::origin has it.
+  std::optional<std::array<double, 3>> origin = {};
   ShadowLight light = {};   ///< For the map shadow
   IdBy id_by = IdBy::part;  ///< For the map id
   /// For the map color: the high poly's own textures, sRGB. None given: its vertex colours.

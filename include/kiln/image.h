@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -41,6 +42,9 @@ struct SaveImageOptions {
   ImageFormat format = ImageFormat::exr_half;  ///< The name's extension must agree
   bool dither = false;                         ///< png8 only: ordered dither instead of rounding.
   int threads = 0;                             ///< For compression; 0 takes all cores.
+  /// What places in the image are measured from (BakedMap::origin), written down: as the attribute `origin`
+  /// (v3d) in an EXR, as the text `Origin` in a PNG. 0: nothing is written.
+  std::array<double, 3> origin{};
 };
 
 /// Reads PNG (to [0, 1] by division, no gamma) or EXR (R, G, B, A or Y; half, float or unsigned int),

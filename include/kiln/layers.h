@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -11,8 +12,9 @@ namespace KILN_PUBLIC kiln {
 
 /// One of several images in a file.
 struct ImageLayer {
-  std::string name;              ///< Without dots; its channels are NAME.R and so on
-  const Image* image = nullptr;  ///< The caller's; must stay until the file is written
+  std::string name;                ///< Without dots; its channels are NAME.R and so on
+  const Image* image = nullptr;    ///< The caller's; must stay until the file is written
+  std::array<double, 3> origin{};  ///< As SaveImageOptions::origin: the attribute NAME.origin
 };
 
 /// Writes several images of one size as one OpenEXR file: channels NAME.R, NAME.G, NAME.B and NAME.A, NAME.R and

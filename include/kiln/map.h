@@ -188,6 +188,7 @@ struct MapInfo {
   bool takes_curvature_radius = false;  ///< It obeys BakeOptions::curvature_radius
   bool takes_light = false;             ///< It obeys BakeOptions::light
   bool takes_id_by = false;             ///< It obeys BakeOptions::id_by
+  bool takes_origin = false;            ///< Its values are places, measured from BakedMap::origin
   /// The low poly has no such value: where nothing was found, MissPolicy::keep fills from neighbouring texels.
   bool fills_misses = false;
   /// Renderers shade the low poly by it: unit normals in BakeOptions::space. Plans measure what it shows.
@@ -213,6 +214,8 @@ struct BakedMap {
   std::vector<Image> mips;
   std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
   MapInfo info = {};          ///< What there is to say of it, also where it is not one of maps()
+  /// Of maps that hold places (MapInfo::takes_origin): they are measured from here. See BakeOptions::origin.
+  std::array<double, 3> origin{};
 };
 
 /// All maps, in the order that they are listed to people. Constant, and as long-lived as the program: any

@@ -97,7 +97,8 @@ struct LoadMeshOptions {
 /// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
 /// v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL corners
 /// with exactly equal positions become one vertex. Positions are read in double precision. A mesh
-/// farther from the world's origin than 16 of its diagonals gets an `origin` of its own. PLY's
+/// farther from the world's origin than 16 of its diagonals gets an `origin` of its own; its box is that of
+/// triangles with area. PLY's
 /// vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign `tw` (without it, the
 /// UVs say it): Mesh::tangents, where there are UVs. Clear them for those of MikkTSpace. Normals
 /// are made unit. OBJ's groups are its `g` and `o` names, whichever came last; its objects are its
@@ -108,6 +109,8 @@ struct LoadMeshOptions {
 ///   non-finite-vertices   kept
 ///   non-finite-uvs        kept
 ///   degenerate-triangles  no area, exactly (repeated corners included): kept
+///   rounded-triangles     area in the file, but none in single precision: kept
+///   coarse-coordinates    stored or rounded in steps that show beside the edges, with the place and the remedy
 ///   short-faces           fewer than three corners: left out, since they are not triangles
 ///   fan-split-polygons    polygons that cross themselves or have no area, or too costly: cut all the same
 ///   missing-uvs           corners without UV where others have one: NaN, nothing is baked there

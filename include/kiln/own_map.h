@@ -12,7 +12,7 @@ namespace KILN_PUBLIC kiln {
 /// The source defines `float4 kiln_map(const kiln_point* point)`; kernels/detail/own.clh documents the point and
 /// the ray caster. It may define further functions, and includes nothing. What it returns is averaged over a
 /// texel's samples, number by number. Where nothing was found it is not called: those texels are filled from
-/// their neighbours, or marked. Strings are copied; one OwnMap may serve bakes on several threads.
+/// their neighbours, or marked. Its places are measured from BakedMap::origin. Strings are copied; one OwnMap may serve bakes on several threads.
 struct OwnMap {
   std::string name = "own";    ///< Of the map: a letter, then letters, digits and _
   std::string source = {};     ///< OpenCL C

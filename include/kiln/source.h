@@ -23,7 +23,7 @@ enum class RayTraversal { automatic, cpu, gpu };
 struct Bounds {
   std::array<double, 3> low{};   ///< Its least corner
   std::array<double, 3> high{};  ///< Its greatest corner
-  /// Of the finite vertices that triangles use. Any thread may call it.
+  /// Of the finite triangles that have an area: other vertices stretch nothing. Any thread may call it.
   /// \throws Error(input) where there are none, or what validate() names
   static Bounds of(const Mesh& mesh);
 };
@@ -65,7 +65,7 @@ class Source {
     std::uint64_t skipped_triangles = 0;  ///< Non-finite or without area
     std::uint64_t device_bytes = 0;       ///< Memory on the device
     double build_seconds = 0;             ///< Hierarchy and other structures made so far
-    double diagonal = 0;                  ///< Of the bounding box, world units
+    double diagonal = 0;                  ///< Of Bounds::of(), or the box given, world units
   };
   Stats stats() const;  ///< As of now: structures are made when they are needed
   /// What was imperfect in the mesh and handled. Good as long as any copy of this Source.

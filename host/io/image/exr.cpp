@@ -8,6 +8,7 @@
 #include <ImfThreading.h>
 #include <ImfTileDescription.h>
 #include <ImfTiledOutputFile.h>
+#include <ImfVecAttribute.h>
 #include <half.h>
 
 #include <algorithm>
@@ -192,16 +193,22 @@ void write_tiles(const Image& image, int level, Imf::TiledOutputFile& output, Im
   });
 }
 
-Imf::Header make_header(const Image& image, Imf::PixelType type) {
+Imf::Header make_header(const Image& image, Imf::PixelType type, const SaveImageOptions& options) {
   Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
   header.compression() = kCompression;
   for (std::size_t i = 0; i < image.channels; ++i) {
     header.channels().insert(kNames[image.channels][i], Imf::Channel(type));
   }
+  put_origin(header, "origin", options.origin);
   return header;
 }
 
 }  // namespace
+
+void put_origin(Imf::Header& header, const std::string& name, const std::array<double, 3>& origin) {
+  if (origin == std::array<double, 3>{}) return;
+  header.insert(name, Imf::V3dAttribute(Imath::V3d(origin[0], origin[1], origin[2])));
+}
 
 bool ExrSource::read(char bytes[], int count) {
   const auto wanted = static_cast<std::size_t>(std::max(count, 0));
@@ -255,13 +262,14 @@ int exr_threads(int threads) {
 
 namespace {
 
-void write_image(const Image& image, bool half, int threads, Imf::OStream& stream) {
+void write_image(const Image& image, const SaveImageOptions& options, Imf::OStream& stream) {
+  const bool half = options.format == ImageFormat::exr_half;
   const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
-  Imf::OutputFile output(stream, make_header(image, type), exr_threads(threads));
+  Imf::OutputFile output(stream, make_header(image, type, options), exr_threads(options.threads));
   if (half) {
-    write_rows<Imath::half>(image, output, type, threads);
+    write_rows<Imath::half>(image, output, type, options.threads);
   } else {
-    write_rows<float>(image, output, type, threads);
+    write_rows<float>(image, output, type, options.threads);
   }
 }
 
@@ -285,22 +293,25 @@ class ExrMemory : public Imf::OStream {
 
 }  // namespace
 
-void save_exr(const Image& image, const std::filesystem::path& path, bool half, int threads) {
-  write_exr(path, [&](ExrStream& stream) { write_image(image, half, threads, stream); });
+void save_exr(const Image& image, const std::filesystem::path& path,
+              const SaveImageOptions& options) {
+  write_exr(path, [&](ExrStream& stream) { write_image(image, options, stream); });
 }
 
-std::vector<std::byte> encode_exr(const Image& image, bool half, int threads) {
+std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& options) {
   std::vector<std::byte> bytes;
   ExrMemory stream(bytes);
-  write_image(image, half, threads, stream);
+  write_image(image, options, stream);
   return bytes;
 }
 
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
-                   bool half, int threads) {
+                   const SaveImageOptions& options) {
+  const bool half = options.format == ImageFormat::exr_half;
+  const int threads = options.threads;
   write_exr(path, [&](ExrStream& stream) {
     const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
-    Imf::Header header = make_header(*levels.front(), type);
+    Imf::Header header = make_header(*levels.front(), type, options);
     header.setTileDescription({kTileSize, kTileSize, Imf::MIPMAP_LEVELS, Imf::ROUND_DOWN});
     Imf::TiledOutputFile output(stream, header, exr_threads(threads));
     for (std::size_t level = 0; level < levels.size(); ++level) {

@@ -1,8 +1,10 @@
 // OpenEXR images, and what the project's other EXR files (match_io.cpp, cluster_io.cpp) share with them.
 #pragma once
 
+#include <ImfHeader.h>
 #include <ImfIO.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -20,18 +22,21 @@ namespace kiln {
 
 /// Writes half or float, PIZ: channels Y, or R G, or R G B, or R G B A. Values pass as they are (half:
 /// rounded to nearest even, beyond 65504 to infinity).
-/// \param threads  for compression; 0: all
 /// \throws Error(output)
-void save_exr(const Image& image, const std::filesystem::path& path, bool half, int threads);
+void save_exr(const Image& image, const std::filesystem::path& path,
+              const SaveImageOptions& options);
 
 /// The same bytes, in memory.
-std::vector<std::byte> encode_exr(const Image& image, bool half, int threads);
+std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& options);
 
 /// The same for levels 0 and on of a mip-map: each is half the size of the last, rounded down, the
 /// last 1 x 1. tiles.
 /// \throws Error(output)
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
-                   bool half, int threads);
+                   const SaveImageOptions& options);
+
+/// Writes down what places are measured from, unless that is 0.
+void put_origin(Imf::Header& header, const std::string& name, const std::array<double, 3>& origin);
 
 /// OpenEXR's input from bytes at known places, which the checks before it have read, too.
 class ExrSource : public Imf::IStream {

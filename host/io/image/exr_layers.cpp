@@ -110,6 +110,7 @@ void save_layers(std::span<const ImageLayer> layers, const std::filesystem::path
     for (std::size_t c = 0; c < layer.image->channels; ++c) {
       header.channels().insert(channel_name(layer, c), Imf::Channel(type));
     }
+    put_origin(header, layer.name + ".origin", layer.origin);
   }
   write_exr(path, [&](ExrStream& stream) {
     Imf::OutputFile output(stream, header, exr_threads(options.threads));

@@ -121,13 +121,12 @@ void save_image(const Image& image, const std::filesystem::path& path,
   check_extension(path, options.format);
   switch (options.format) {
     case ImageFormat::exr_half:
-      return save_exr(image, path, true, options.threads);
     case ImageFormat::exr_float:
-      return save_exr(image, path, false, options.threads);
+      return save_exr(image, path, options);
     case ImageFormat::png16:
-      return save_png(image, path, {16, false, options.threads});
+      return save_png(image, path, {16, false, options.threads, options.origin});
     case ImageFormat::png8:
-      return save_png(image, path, {8, options.dither, options.threads});
+      return save_png(image, path, {8, options.dither, options.threads, options.origin});
   }
   throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
 }
@@ -137,17 +136,17 @@ std::vector<std::byte> encode(const Image& image, const SaveImageOptions& option
   check_threads(options);
   std::vector<std::byte> bytes;
   const auto png = [&](int bits, bool dither) {
-    write_png(image, {bits, dither, options.threads}, "memory", [&](std::string_view piece) {
-      const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
-      bytes.insert(bytes.end(), data, data + piece.size());
-    });
+    write_png(image, {bits, dither, options.threads, options.origin}, "memory",
+              [&](std::string_view piece) {
+                const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
+                bytes.insert(bytes.end(), data, data + piece.size());
+              });
     return std::move(bytes);
   };
   switch (options.format) {
     case ImageFormat::exr_half:
-      return encode_exr(image, true, options.threads);
     case ImageFormat::exr_float:
-      return encode_exr(image, false, options.threads);
+      return encode_exr(image, options);
     case ImageFormat::png16:
       return png(16, false);
     case ImageFormat::png8:
@@ -173,7 +172,7 @@ void save_mipmapped(const Image& image, const std::vector<Image>& mips,
   }
   std::vector<const Image*> levels = {&image};
   for (const Image& level : mips) levels.push_back(&level);
-  save_exr_mips(levels, path, options.format == ImageFormat::exr_half, options.threads);
+  save_exr_mips(levels, path, options);
 }
 
 }  // namespace kiln

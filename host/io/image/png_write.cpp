@@ -205,7 +205,7 @@ class InOrder {
 
 void write_png(const Image& image, const PngOptions& options, const std::string& name,
                const PutBytes& send) {
-  const auto [bits, dither, threads] = options;
+  const auto& [bits, dither, threads, origin] = options;
   const Layout layout{image, bits, dither};
   send("\x89PNG\r\n\x1a\n");
   Bytes header;
@@ -219,6 +219,12 @@ void write_png(const Image& image, const PngOptions& options, const std::string&
     send({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   };
   put(chunk("IHDR", header));
+  if (origin != std::array<double, 3>{}) {
+    char text[96];
+    const int size = std::snprintf(text, sizeof text, "Origin%c%.17g %.17g %.17g", '\0', origin[0],
+                                   origin[1], origin[2]);
+    put(chunk("tEXt", Bytes(text, text + size)));
+  }
   put(chunk("IDAT", {0x78, 0x01}));  // zlib: deflate, 32 KiB window, fastest
 
   const std::size_t rows = std::max<std::size_t>(1, kBandBytes / (layout.row_bytes() + 1));

@@ -4,11 +4,16 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "base/counted.h"
+#include "base/parallel.h"
 #include "io/file/bounds.h"
 #include "io/mesh/polygon.h"
+#include "mesh/frame.h"
 #include "mesh/smoothing_groups.h"
+#include "mesh/steps.h"
+#include "mesh/usable.h"
 
 namespace kiln {
 namespace {
@@ -16,22 +21,12 @@ namespace {
 /// Indices are 32 bits, and `none` and OpenCL's signed sizes need room.
 constexpr std::uint64_t kLargestCount = 0x7FFFFFFFu;
 
-bool finite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
+Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
 
 std::string coordinates(const std::array<double, 3>& p) {
   char text[96];
   std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", p[0], p[1], p[2]);
   return text;
-}
-
-/// Twice the area, squared; exactly zero for corners on a line. Differences of floats and their
-/// products are exact enough in double for every float there is.
-bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const double ux = double(b.x) - a.x, uy = double(b.y) - a.y, uz = double(b.z) - a.z;
-  const double vx = double(c.x) - a.x, vy = double(c.y) - a.y, vz = double(c.z) - a.z;
-  return uy * vz != uz * vy || uz * vx != ux * vz || ux * vy != uy * vx;
 }
 
 Vec3 unit_or_zero(const Vec3& n) {
@@ -166,53 +161,69 @@ void MeshBuilder::number_polygons(Mesh& mesh) const {
   }
 }
 
-void MeshBuilder::place(Mesh& mesh) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Position low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
-  std::uint64_t bad = 0, first_bad = 0;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const Position& p = positions[i];
-    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
-      if (bad++ == 0) first_bad = i;
-      continue;
-    }
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  }
+/// Vertices that are not finite.
+void MeshBuilder::check_finite() const {
+  const auto is_bad = [](const Position& p) {
+    return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]);
+  };
+  const auto bad =
+      static_cast<std::uint64_t>(std::count_if(positions.begin(), positions.end(), is_bad));
   if (bad == positions.size()) {
     input_.fail("vertex 0", "all coordinates are NaN or infinite",
                 "Export the mesh again; the program that wrote it failed.");
   }
-  if (bad != 0) {
-    input_.warn("non-finite-vertices",
-                std::to_string(bad) + " vertices have a NaN or infinite coordinate (vertex " +
-                    std::to_string(first_bad) + ": " + coordinates(positions[first_bad]) +
-                    "); they were kept, and triangles at them are skipped.",
-                bad);
-  }
+  if (bad == 0) return;
+  const auto first = std::find_if(positions.begin(), positions.end(), is_bad);
+  input_.warn("non-finite-vertices",
+              std::to_string(bad) + " vertices have a NaN or infinite coordinate (vertex " +
+                  std::to_string(first - positions.begin()) + ": " + coordinates(*first) +
+                  "); they were kept, and triangles at them are skipped.",
+              bad);
+}
 
+/// Whether a triangle has an area in the file.
+bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
+  const auto [a, b, c] = triangles_[triangle];
+  return has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]));
+}
+
+/// Of the triangles with area; without one, of all finite vertices.
+MeshBuilder::Box MeshBuilder::box() const {
+  Box whole;
+  std::mutex mutex;
+  parallel_for(triangles_.size(), std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
+    Box part;
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!has_area_in_file(t)) continue;
+      for (const std::uint32_t corner : triangles_[t]) part.add(positions[corner]);
+    }
+    const std::lock_guard lock(mutex);
+    for (std::size_t k = 0; k < 3; ++k) {  // of an empty part nothing
+      whole.low[k] = std::min(whole.low[k], part.low[k]);
+      whole.high[k] = std::max(whole.high[k], part.high[k]);
+    }
+  });
+  if (whole.low[0] <= whole.high[0]) return whole;
+  for (const Position& p : positions) {
+    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) whole.add(p);
+  }
+  return whole;
+}
+
+void MeshBuilder::place(Mesh& mesh) {
+  check_finite();
+  const Box used = box();
+  const auto& [low, high] = used;
   Position centre{}, size{};
-  double distance = 0, extent = 0;
+  double extent = 0;
   for (int k = 0; k < 3; ++k) {
     size[k] = high[k] - low[k];
     centre[k] = low[k] + size[k] / 2;
-    distance = std::max(distance, std::abs(centre[k]));
     extent = std::max(extent, size[k]);
   }
   const double diagonal =
       extent > 0 ? extent * std::hypot(size[0] / extent, size[1] / extent, size[2] / extent) : 0;
-  // Far from the world's origin: positions become relative to a point near the middle, rounded to a
-  // power of two above the diagonal. So nearly the same box gives the same origin, and position
-  // minus origin is exact in double.
-  if (diagonal > 0 && std::isfinite(diagonal) && distance > 16 * diagonal) {
-    const double step = std::exp2(std::ceil(std::log2(diagonal)));
-    for (int k = 0; k < 3; ++k) {
-      if (step > 0 && std::isfinite(step))
-        mesh.origin[k] = std::round(centre[k] / step) * step + 0.0;
-    }
-  }
+  mesh.origin = local_origin(centre, diagonal);
   constexpr double kMost = std::numeric_limits<float>::max();
   // Below this diagonal floats are denormal and hold fewer than 24 bits of it.
   constexpr double kLeast = 0x1p-125;
@@ -238,6 +249,47 @@ void MeshBuilder::place(Mesh& mesh) {
     const Position& p = positions[i];
     mesh.positions[i] = {narrow(p[0] - mesh.origin[0]), narrow(p[1] - mesh.origin[1]),
                          narrow(p[2] - mesh.origin[2])};
+  }
+  check_steps(mesh);
+  keep_flat(mesh, used);
+}
+
+/// Says so where the file's numbers, or single precision, are too coarse for the edges.
+void MeshBuilder::check_steps(const Mesh& mesh) {
+  const auto position = [&](std::uint32_t v) { return vector_of(positions[v]); };
+  const FloatGrid grid(triangles_, position);
+  const auto counts = [&](std::size_t t) { return has_area_in_file(t); };
+  const auto stored = [&](std::uint32_t v) { return grid.step(position(v)); };
+  const auto rounded = [&](std::uint32_t v) {
+    Step coarsest;
+    const Vec3& p = mesh.positions[v];
+    const std::array<double, 3> kept = {p.x, p.y, p.z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double size = 2 * std::abs(kept[k] - (positions[v][k] - mesh.origin[k]));
+      if (size > coarsest.size) coarsest = {size, k};
+    }
+    return coarsest;
+  };
+  coarse_ = coarse_steps({triangles_, counts, position, stored}, "stored");
+  if (coarse_.empty()) coarse_ = coarse_steps({triangles_, counts, position, rounded}, "rounded");
+  if (!coarse_.empty()) input_.warn("coarse-coordinates", coarse_, 1);
+}
+
+/// Beside an origin, a triangle without area that lies farther out than all others is rounded by more than they are,
+/// and could get a large area: all its corners become one.
+void MeshBuilder::keep_flat(const Mesh& mesh, const Box& used) {
+  if (mesh.origin == Position{} || std::all_of(positions.begin(), positions.end(),
+                                               [&](const Position& p) { return used.holds(p); })) {
+    return;
+  }
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    Triangle& corners = triangles_[t];
+    const bool outside = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
+      return !used.holds(positions[corner]);
+    });
+    if (outside && has_area(mesh.positions, corners) && !has_area_in_file(t)) {
+      corners = {corners[0], corners[0], corners[0]};
+    }
   }
 }
 
@@ -302,17 +354,36 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
 }
 
 void MeshBuilder::count_degenerate(const Mesh& mesh) {
-  std::uint64_t degenerate = 0, first = 0, usable = 0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto [a, b, c] = mesh.triangles[i];
-    const Vec3 &p = mesh.positions[a], &q = mesh.positions[b], &r = mesh.positions[c];
-    const bool repeated = a == b || b == c || c == a;
-    if (!repeated && !(finite(p) && finite(q) && finite(r))) continue;
-    if (repeated || !has_area(p, q, r)) {
-      if (degenerate++ == 0) first = i;
-    } else {
-      ++usable;
+  struct Found {
+    std::uint64_t count = 0;
+    std::uint32_t first = 0;
+    void add(std::uint32_t triangle) {
+      if (count++ == 0) first = triangle;
     }
+  };
+  Found degenerate, rounded;
+  std::uint64_t usable = 0;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [a, b, c] = mesh.triangles[i];
+    const bool repeated = a == b || b == c || c == a;
+    if (has_area(mesh.positions, mesh.triangles[i])) {
+      ++usable;
+    } else if (repeated || (is_finite(mesh.positions[a]) && is_finite(mesh.positions[b]) &&
+                            is_finite(mesh.positions[c]))) {
+      (!repeated &&
+               has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]))
+           ? rounded
+           : degenerate)
+          .add(i);
+    }
+  }
+  if (usable == 0 && rounded.count != 0) {
+    input_.fail(describe_face(rounded.first),
+                "none of its " + std::to_string(mesh.triangles.size()) +
+                    " triangles keeps an area in single precision" +
+                    (coarse_.empty() ? "" : ": " + coarse_.substr(0, coarse_.find(". "))),
+                coarse_.empty() ? "Move the mesh to the world's origin."
+                                : coarse_.substr(coarse_.find(". ") + 2));
   }
   if (usable == 0) {
     input_.fail(describe_face(0),
@@ -321,12 +392,20 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
                     "finite)",
                 "Export the mesh again, and check its scale and number format.");
   }
-  if (degenerate != 0) {
+  if (degenerate.count != 0) {
     input_.warn("degenerate-triangles",
-                counted(degenerate, "triangle") + (degenerate == 1 ? " has" : " have") +
-                    " no area (" + describe_face(static_cast<std::uint32_t>(first)) +
+                counted(degenerate.count, "triangle") + (degenerate.count == 1 ? " has" : " have") +
+                    " no area in the file (" + describe_face(degenerate.first) +
                     " for one); whatever uses the mesh leaves such triangles out.",
-                degenerate);
+                degenerate.count);
+  }
+  if (rounded.count != 0) {
+    input_.warn("rounded-triangles",
+                counted(rounded.count, "triangle") + (rounded.count == 1 ? " has" : " have") +
+                    " an area in the file, but none in single precision (" +
+                    describe_face(rounded.first) +
+                    " for one); whatever uses the mesh leaves such triangles out.",
+                rounded.count);
   }
 }
 

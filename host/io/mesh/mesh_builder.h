@@ -1,6 +1,7 @@
 // Where every mesh reader puts what it finds, and the rules that all formats share.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -95,10 +96,30 @@ class MeshBuilder {
     std::uint64_t offset;  ///< Into the polygon_ pools.
   };
 
+  /// Around finite places.
+  struct Box {
+    Position low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    void add(const Position& p) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], p[k]);
+        high[k] = std::max(high[k], p[k]);
+      }
+    }
+    bool holds(const Position& p) const {
+      return p[0] >= low[0] && p[0] <= high[0] && p[1] >= low[1] && p[1] <= high[1] &&
+             p[2] >= low[2] && p[2] <= high[2];
+    }
+  };
+
   void check_growth() const;
   void split_polygons();
   void number_polygons(Mesh& mesh) const;
+  void check_finite() const;
+  bool has_area_in_file(std::size_t triangle) const;
+  Box box() const;
   void place(Mesh& mesh);
+  void check_steps(const Mesh& mesh);
+  void keep_flat(const Mesh& mesh, const Box& used);
   void complete_attributes(Mesh& mesh);
   void check_tangents(const Mesh& mesh);
   void give_tangents(Mesh& mesh);
@@ -110,6 +131,7 @@ class MeshBuilder {
   std::vector<Polygon> polygons_;
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
   Names groups_, objects_, materials_, smoothing_;
+  std::string coarse_;  // why coordinates are too coarse, and the remedy
   std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };
 

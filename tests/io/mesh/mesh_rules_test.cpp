@@ -198,6 +198,124 @@ TEST(MeshIo, KeepsDetailFarFromTheOrigin) {
   EXPECT_EQ(again.mesh.triangles, off.mesh.triangles);
 }
 
+constexpr std::array<std::array<double, 3>, 4> kFar = {{{500000.30, 4500000.30, 300.0},
+                                                        {500001.10, 4500000.30, 300.0},
+                                                        {500001.10, 4500001.10, 300.2},
+                                                        {500000.30, 4500001.10, 300.2}}};
+
+std::string lines_of_far(const std::string& before) {
+  std::string lines;
+  for (const auto& p : kFar) {
+    char text[128];
+    std::snprintf(text, sizeof text, "%.2f %.2f %.1f\n", p[0], p[1], p[2]);
+    lines += before + text;
+  }
+  return lines;
+}
+
+TEST(MeshIo, PutsTheOriginWhereTrianglesAre) {
+  const std::string v = lines_of_far("v ");
+  const Mesh plain = load_text("far.obj", v + "f 1 2 3 4\n").mesh;
+  EXPECT_EQ(plain.origin, (std::array<double, 3>{500000, 4500000, 300}));
+  const auto check = [&](const std::string& name, const std::string& content) {
+    const Loaded loaded = load_text(name, content);
+    EXPECT_EQ(loaded.mesh.origin, plain.origin) << content;
+    for (std::size_t i = 0; i < kFar.size(); ++i) {
+      EXPECT_EQ(loaded.mesh.positions[i], plain.positions[i]) << content;
+    }
+    EXPECT_EQ(loaded.count("coarse-coordinates"), 0U) << content;
+  };
+  check("a.obj", v + "v 0 0 0\nf 1 2 3 4\n");
+  check("p.obj", v + "v 0 0 0\nf 1 2 3 4\np 5\n");
+  check("l.obj", v + "v 0 0 0\nv 1e20 0 0\nf 1 2 3 4\nl 5 6\n");
+  // Faces without area: a point, a line, a line by decimals that doubles do not hold.
+  check("f.obj", v + "v 0 0 0\nf 1 2 3 4\nf 5 5 5\n");
+  check("s.obj", v + "v 0 0 0\nf 1 2 3 4\nf 1 5 1\n");
+  check("t.obj", v + "v 0.1 0.3 0.7\nv 0.2 0.6 1.4\nv 0.3 0.9 2.1\nf 1 2 3 4\nf 5 6 7\n");
+  // One that single precision would make large.
+  check("u.obj", v + "v 0.1 0.3 0.7\nv 100000.1 300000.3 700000.7\nv 200000.2 600000.6 1400001.4\n"
+                     "f 1 2 3 4\nf 5 6 7\n");
+  const std::string off = lines_of_far("");
+  check("a.off", "OFF\n5 1 0\n" + off + "0 0 0\n4 0 1 2 3\n");
+  check("f.off", "OFF\n5 2 0\n" + off + "0 0 0\n4 0 1 2 3\n3 4 4 4\n");
+  for (const std::string encoding : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    PlyText ply(encoding,
+                "element vertex 5\nproperty double x\nproperty double y\nproperty double z\n"
+                "element face 2\nproperty list uchar int vertex_indices\n");
+    for (const auto& p : kFar) {
+      // As OBJ's decimals are read.
+      for (const double x : p) ply.put(x);
+    }
+    ply.put(0.0).put(0.0).put(0.0);
+    ply.put(std::uint8_t{4}).put(0).put(1).put(2).put(3);
+    ply.put(std::uint8_t{3}).put(4).put(4).put(0);
+    check("a.ply", ply.text());
+  }
+  std::string stl = "solid far\n";
+  const auto facet = [&](const std::vector<std::string>& corners) {
+    stl += "facet normal 0 0 1\nouter loop\n";
+    for (const std::string& corner : corners) stl += "vertex " + corner + "\n";
+    stl += "endloop\nendfacet\n";
+  };
+  const std::string a = "500000.30 4500000.30 300.0", b = "500001.10 4500000.30 300.0",
+                    c = "500001.10 4500001.10 300.2", d = "500000.30 4500001.10 300.2";
+  facet({a, b, c});
+  facet({a, c, d});
+  facet({"0 0 0", "0 0 0", "0 0 0"});
+  check("a.stl", stl + "endsolid far\n");
+}
+
+TEST(MeshIo, SaysWhereCoordinatesAreTooCoarse) {
+  // A wavy sheet of cells of 0.8 by 0.8, in floats: a PLY of them, and text.
+  std::string body;
+  PlyText ply("binary_little_endian",
+              "element vertex 400\nproperty float x\nproperty float y\nproperty float z\n"
+              "element face 361\nproperty list uchar int vertex_indices\n");
+  for (int i = 0; i < 400; ++i) {
+    const int x = i % 20, y = i / 20;
+    const auto at = [](double value) { return static_cast<float>(value); };
+    const std::array<float, 3> p = {at(500000.3 + 0.8 * x), at(4500000.3 + 0.8 * y),
+                                    at(300 + 0.3 * std::sin(x * y))};
+    for (const float value : p) ply.put(value);
+    char text[128];
+    std::snprintf(text, sizeof text, "v %.9g %.9g %.9g\n", double{p[0]}, double{p[1]},
+                  double{p[2]});
+    body += text;
+  }
+  for (int i = 0; i < 380; ++i) {
+    if (i % 20 == 19) continue;
+    ply.put(std::uint8_t{4}).put(i).put(i + 1).put(i + 21).put(i + 20);
+    body += "f " + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + ' ' +
+            std::to_string(i + 22) + ' ' + std::to_string(i + 21) + '\n';
+  }
+  for (const Loaded& loaded : {load_text("c.ply", ply.text()), load_text("c.obj", body)}) {
+    EXPECT_EQ(loaded.count("coarse-coordinates"), 1U);
+    for (const Warning& warning : loaded.warnings) {
+      if (warning.code != "coarse-coordinates") continue;
+      for (const char* word : {"c.", "near 4500", "steps of 0.5", "double precision"}) {
+        EXPECT_NE(warning.message.find(word), std::string::npos) << warning.message;
+      }
+    }
+  }
+  // In double precision, but beside a corner that keeps it from an origin of its own.
+  const Loaded held = load_text("h.obj", lines_of_far("v ") + "v 0 0 0\nf 1 2 3 4\nf 1 2 5\n");
+  EXPECT_EQ(held.count("coarse-coordinates"), 1U);
+  for (const Warning& warning : held.warnings) {
+    if (warning.code != "coarse-coordinates") continue;
+    EXPECT_NE(warning.message.find("Vertex 4 at (0, 0, 0)"), std::string::npos) << warning.message;
+  }
+}
+
+TEST(MeshIo, TellsWhatRoundingFlattens) {
+  // Beside a used corner at 0 the small square keeps half a metre: its sides are 0.01.
+  const Loaded loaded =
+      load_text("r.obj",
+                "v 500000.11 4500000.11 300\nv 500000.12 4500000.11 300\nv 500000.12 4500000.12 "
+                "300\nv 500000.11 4500000.12 300\nv 0 0 0\nv 0 9 0\nf 1 2 3 4\nf 1 5 6\nf 1 1 2\n");
+  EXPECT_EQ(loaded.count("rounded-triangles"), 2U);
+  EXPECT_EQ(loaded.count("degenerate-triangles"), 1U);
+}
+
 TEST(MeshIo, LeavesNearMeshesAtTheOrigin) {
   const Loaded loaded = load_text("near.obj", "v 10 10 10\nv 11 10 10\nv 10 11 10\nf 1 2 3\n");
   EXPECT_EQ(loaded.mesh.origin, (std::array<double, 3>{}));

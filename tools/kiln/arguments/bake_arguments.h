@@ -79,6 +79,7 @@ struct BakeArguments {
   std::string part_occlusion = "all";
   std::vector<std::string> transfers;
   std::string id_by = "part";
+  std::string origin;
   std::string light = "0,1,0";
   double light_angle = 0;
   double alpha_test = 0;

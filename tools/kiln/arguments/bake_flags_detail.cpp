@@ -82,6 +82,11 @@ void add_detail_flags(Command& command, BakeArguments& a) {
       ->capture_default_str()
       ->group("Shadow (--maps shadow)");
   command
+      .add_option("--origin", a.origin,
+                  "X,Y,Z: what positions are measured from, world units (default: 0; the middle of "
+                  "HIGH, rounded, where that is farther from 0 than 16 of its diagonals)")
+      ->group("Position (--maps position)");
+  command
       .add_option("--curvature-radius", a.curvature_radius,
                   "Curvature is the mean over HIGH's surface this far around the point (default "
                   "0.5%). World units, or P% of HIGH's diagonal")

@@ -93,6 +93,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
       {"pack", a.packs},
       {"layers", a.layers},
       {"id_by", a.id_by},
+      {"origin", or_null(a.origin)},
       {"light", a.light},
       {"light_angle", a.light_angle},
       {"report_error", a.report_error},

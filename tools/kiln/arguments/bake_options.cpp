@@ -80,6 +80,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.occlusion.max_error = a.ao_error;
   options.own_maps = load_own_maps(a);
   options.id_by = id_by_values().at(a.id_by);
+  if (!a.origin.empty()) options.origin = parse_place("--origin", a.origin);
   options.light = {parse_direction("--light", a.light), a.light_angle};
   options.report_errors = a.report_error;
   options.miss = miss_policy(a);

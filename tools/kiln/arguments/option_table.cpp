@@ -38,6 +38,7 @@ bool takes_falloff(const MapInfo& map) { return map.takes_falloff; }
 bool takes_max_error(const MapInfo& map) { return map.takes_max_error; }
 bool takes_light(const MapInfo& map) { return map.takes_light; }
 bool takes_id_by(const MapInfo& map) { return map.takes_id_by; }
+bool takes_origin(const MapInfo& map) { return map.takes_origin; }
 bool takes_curvature_radius(const MapInfo& map) { return map.takes_curvature_radius; }
 
 /// A flag that serves some matches, or some maps. Flags that serve every bake have no row.
@@ -100,6 +101,7 @@ constexpr std::array kOptions = {
     OptionRow{.flag = "--light", .map = takes_light},
     OptionRow{.flag = "--light-angle", .map = takes_light},
     OptionRow{.flag = "--id-by", .map = takes_id_by},
+    OptionRow{.flag = "--origin", .map = takes_origin},
     OptionRow{.flag = "--gutter", .map = has_padding},
     OptionRow{.flag = "--mips", .map = has_mips},
 };
@@ -126,6 +128,7 @@ bool serves_match(const OptionRow& row, const BakeArguments& a) {
 MapInfo own_map_info() {
   MapInfo info;
   info.type = MapType::unit_vector;
+  info.takes_origin = true;
   return info;
 }
 

@@ -180,20 +180,36 @@ std::pair<double, double> parse_view(const std::string& text) {
   return {azimuth, elevation};
 }
 
+namespace {
+
+/// "X,Y,Z", finite. \returns false for anything else
+template <typename T>
+bool parse_three(std::string_view rest, std::array<T, 3>& values) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t comma = i < 2 ? rest.find(',') : rest.size();
+    if (comma == std::string_view::npos || !parse_whole(rest.substr(0, comma), values[i]) ||
+        !std::isfinite(values[i])) {
+      return false;
+    }
+    if (i < 2) rest.remove_prefix(comma + 1);
+  }
+  return true;
+}
+
+}  // namespace
+
 Vec3 parse_direction(const char* flag, const std::string& text) {
   std::array<float, 3> values{};
-  std::string_view rest = text;
-  bool good = true;
-  for (std::size_t i = 0; i < 3 && good; ++i) {
-    const std::size_t comma = i < 2 ? rest.find(',') : rest.size();
-    good = comma != std::string_view::npos && parse_whole(rest.substr(0, comma), values[i]) &&
-           std::isfinite(values[i]);
-    if (good && i < 2) rest.remove_prefix(comma + 1);
-  }
-  if (!good || (values[0] == 0 && values[1] == 0 && values[2] == 0)) {
+  if (!parse_three(text, values) || values == std::array<float, 3>{}) {
     bad(flag, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
   }
   return {values[0], values[1], values[2]};
+}
+
+std::array<double, 3> parse_place(const char* flag, const std::string& text) {
+  std::array<double, 3> values{};
+  if (!parse_three(text, values)) bad(flag, text, "a place X,Y,Z, such as 500000,4500000,0");
+  return values;
 }
 
 std::uint32_t parse_views(const std::string& text) {

@@ -1,6 +1,7 @@
 // Values as people write them on the command line.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -54,6 +55,9 @@ std::pair<double, double> parse_extent(const std::string& text);
 
 /// "X,Y,Z", not all 0. \throws Error(usage)
 Vec3 parse_direction(const char* flag, const std::string& text);
+
+/// "X,Y,Z". \throws Error(usage)
+std::array<double, 3> parse_place(const char* flag, const std::string& text);
 
 /// A number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);

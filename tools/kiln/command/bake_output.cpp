@@ -1,6 +1,8 @@
 // The files of a bake.
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdio>
 
 #include "arguments/cage_file.h"
 #include "arguments/low_record.h"
@@ -93,6 +95,82 @@ bool announce(BakeRun& run, const fs::path& path) {
   return run.console.progress(kAtSave, "writing " + path.string());
 }
 
+/// A texel's side on the low poly, world units, in the mean.
+double texel_side(const BakeRun& run) {
+  const Mesh& low = run.low.mesh;
+  double area = 0;
+  for (const Triangle& t : low.triangles) {
+    std::array<std::array<double, 3>, 2> side{};
+    const Vec3 &a = low.positions[t[0]], &b = low.positions[t[1]], &c = low.positions[t[2]];
+    side[0] = {double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
+    side[1] = {double{c.x} - a.x, double{c.y} - a.y, double{c.z} - a.z};
+    const auto& [u, v] = side;
+    const double doubled =
+        std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+    if (std::isfinite(doubled)) area += doubled / 2;
+  }
+  const double texels = static_cast<double>(std::max<std::uint64_t>(1, run.result.report.texels));
+  return std::sqrt(area / texels);
+}
+
+/// Says so where files of the format hold a map's values too coarsely, or not at all.
+/// \param ranges  of integers; else none
+void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
+                    const std::vector<ValueRange>& ranges) {
+  constexpr float kMostHalf = 65520,
+                  kLeastHalf = 0x1p-14F;  // from here on infinite; full precision
+  constexpr int kHalfBits = 10, kFloatBits = 23, kLastHalfBit = -24;
+  const ImageFormat format = run.save_options.format;
+  const bool half = format == ImageFormat::exr_half;
+  if (map.info.low != 0 || map.info.high != 0) return;
+  float most = 0;
+  for (std::size_t i = 0; i < map.image.pixels.size(); ++i) {
+    const auto state = TexelState{run.result.coverage[i / map.image.channels]};
+    const float value = std::abs(map.image.pixels[i]);
+    if (state == TexelState::baked && std::isfinite(value)) most = std::max(most, value);
+  }
+  if (most == 0) return;
+  const auto warn = [&](const char* code, const std::string& what) {
+    run.warnings.push_back(
+        {code,
+         "The map " + name + " " + what +
+             (format == ImageFormat::exr_float ? "Give a nearer --origin, or none."
+                                               : "Use --format exr32."),
+         1});
+  };
+  const auto number = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return std::string(text);
+  };
+  if (half && most >= kMostHalf) {
+    return warn("map-overflow",
+                "reaches " + number(double{most}) +
+                    ", but half precision ends at 65504: such texels are infinite. ");
+  }
+  if (half && most < kLeastHalf) {
+    return warn("map-steps", "has values of at most " + number(double{most}) +
+                                 ", which half precision holds in steps of " +
+                                 number(std::exp2(kLastHalfBit)) + ". ");
+  }
+  const bool places = map.info.takes_origin &&
+                      std::any_of(maps().begin(), maps().end(),
+                                  [&](const MapInfo& info) { return info.kind == map.kind; });
+  if (!places) return;
+  double step = std::exp2(std::ilogb(most) - (half ? kHalfBits : kFloatBits));
+  if (!is_exr(run.save_options)) {
+    step = 0;
+    for (const auto [low, high] : ranges) {
+      step = std::max(step, (double{high} - low) / (format == ImageFormat::png8 ? 255 : 65535));
+    }
+  }
+  const double texel = texel_side(run);
+  if (step > texel) {
+    warn("map-steps", "is stored in steps of " + number(step) + ", but its texels are " +
+                          number(texel) + " apart. ");
+  }
+}
+
 /// From values to what a file of the format holds of them.
 void store(BakeRun& run, BakedMap& map, const std::string& name) {
   const SaveImageOptions& options = run.save_options;
@@ -100,8 +178,10 @@ void store(BakeRun& run, BakedMap& map, const std::string& name) {
     to_srgb(map.image);
     for (Image& level : map.mips) to_srgb(level);
   }
-  if (const std::vector<ValueRange> range = stored_ranges(map, run.result, options);
-      !range.empty()) {
+  if (map.info.takes_origin) run.origin = map.origin;
+  const std::vector<ValueRange> range = stored_ranges(map, run.result, options);
+  warn_of_format(run, map, name, range);
+  if (!range.empty()) {
     store_in(range, map.image);
     for (Image& level : map.mips) store_in(range, level);
     run.ranges[name] = range_json(range);
@@ -110,7 +190,8 @@ void store(BakeRun& run, BakedMap& map, const std::string& name) {
 
 /// An image with its mip chain. \returns false where it was cancelled
 bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name) {
-  const SaveImageOptions& options = run.save_options;
+  SaveImageOptions options = run.save_options;
+  options.origin = map.origin;
   const std::vector<fs::path> files =
       map_files(run.arguments.out, run.low.stem + "_" + name, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
@@ -138,7 +219,10 @@ bool save_packs(BakeRun& run) {
         packed(pack, [&](const std::string& map) -> const Image& { return map_of(map).image; });
     std::size_t levels = 64;  // more than there are
     for (const PackChannel& channel : pack.channels) {
-      if (!channel.map.empty()) levels = std::min(levels, map_of(channel.map).mips.size());
+      if (channel.map.empty()) continue;
+      const BakedMap& map = map_of(channel.map);
+      levels = std::min(levels, map.mips.size());
+      if (map.info.takes_origin) joined.origin = map.origin;  // the same in all
     }
     for (std::size_t level = 0; level < levels; ++level) {
       joined.mips.push_back(packed(
@@ -156,7 +240,7 @@ bool save_maps(BakeRun& run) {
     const std::string name = cluster_name(map_name(map.kind), map.cluster);
     store(run, map, name);
     if (run.arguments.layers) {
-      layers.push_back({name, &map.image});
+      layers.push_back({name, &map.image, map.origin});
     } else if (!save_with_mips(run, map, name)) {
       return false;
     }

@@ -90,6 +90,7 @@ void add_parts(const BakeRun& run, Json& json) {
   const LowMesh& low = run.low;
   // What 0 and 1 of integer formats stand for, a channel each.
   if (!run.ranges.empty()) json["ranges"] = run.ranges;
+  if (run.origin) json["origin"] = *run.origin;
   if (run.options.mips) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
   if (run.light) {

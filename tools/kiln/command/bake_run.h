@@ -1,6 +1,7 @@
 // One run of `kiln bake`: what its stages hand on. For the files command/bake_*.cpp and command_bake.cpp.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <filesystem>
 #include <optional>
@@ -68,6 +69,7 @@ struct BakeRun {
   std::vector<std::string> outputs;
   std::optional<RunningProgram> python;  // to draw a plan
   Json mips, ranges = Json::object();
+  std::optional<std::array<double, 3>> origin;  // of maps of places
 };
 
 // ---- bake_low.cpp ----

@@ -58,6 +58,7 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
   points.space = NormalMapSpace::object;
   points.gutter = 0;
   BakeResult read = bake(source, low, points);
+  exhibit.origin = read.maps[0].origin;
   exhibit.points = std::move(read.maps[0].image);
   exhibit.offsets = std::move(read.maps[1].image);
   exhibit.coverage = std::move(read.coverage);

@@ -1,6 +1,7 @@
 // Pictures of every way to match, side by side: `kiln gallery HIGH LOW`.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,8 +27,9 @@ struct GalleryOptions {
 struct Exhibit {
   std::string method;
   BakeReport bake;
-  Image map;                           ///< Normals, tangent space
-  Image points;                        ///< F(p) of each texel's middle p, object space
+  Image map;     ///< Normals, tangent space
+  Image points;  ///< F(p) of each texel's middle p, object space, from `origin`
+  std::array<double, 3> origin{};
   Image offsets;                       ///< F(p) - p
   std::vector<std::uint8_t> coverage;  ///< Of both, per texel: 1 where a point was found
   double mean_degrees = 0;             ///< Of rendered normals, from the pictures' view

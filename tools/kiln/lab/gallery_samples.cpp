@@ -27,7 +27,7 @@ std::vector<Point> texel_points(const Exhibit& exhibit, std::uint32_t every, boo
       if (coverage != kFound && (on_high || coverage != kMissed)) continue;
       Point point;
       for (std::size_t c = 0; c < 3; ++c) {
-        point[c] = double{at.pixels[3 * i + c]};
+        point[c] = exhibit.origin[c] + double{at.pixels[3 * i + c]};
         if (!on_high) point[c] -= double{exhibit.offsets.pixels[3 * i + c]};
       }
       points.push_back(point);

@@ -17,7 +17,11 @@ constexpr std::array kFollows = {
     // Of the high poly.
     Follows{"source-skipped", "degenerate-triangles", true},
     Follows{"source-skipped", "non-finite-vertices", true},
+    Follows{"source-rounded", "rounded-triangles", true},
+    Follows{"coarse-source", "coarse-coordinates", true},
     // Of the low poly and its UVs.
+    Follows{"low-degenerate", "rounded-triangles"},
+    Follows{"coarse-low", "coarse-coordinates"},
     Follows{"low-degenerate", "degenerate-triangles"},
     Follows{"low-degenerate", "non-finite-vertices"},
     Follows{"uv-degenerate", "missing-uvs"},

@@ -55,19 +55,14 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
     double diagonal = 0;
   };
   const auto box_of = [](const Mesh& mesh) {
+    const Bounds own = Bounds::of(mesh);
     Box box;
-    box.lo.fill(1e300);
-    box.hi.fill(-1e300);
-    for (const Vec3& p : mesh.positions) {
-      const std::array<float, 3> values = {p.x, p.y, p.z};
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (!std::isfinite(values[k])) continue;
-        box.lo[k] = std::min(box.lo[k], mesh.origin[k] + double{values[k]});
-        box.hi[k] = std::max(box.hi[k], mesh.origin[k] + double{values[k]});
-      }
-    }
     double squared = 0;
-    for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.hi[k] - box.lo[k], 2);
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.lo[k] = mesh.origin[k] + own.low[k];
+      box.hi[k] = mesh.origin[k] + own.high[k];
+      squared += std::pow(box.hi[k] - box.lo[k], 2);
+    }
     box.diagonal = std::sqrt(squared);
     return box;
   };

@@ -1,0 +1,171 @@
+#include "mesh/steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "mesh/usable.h"
+
+namespace kiln {
+namespace {
+
+/// Edges of fewer steps than this are coarse. A vertex is off by up to half a step, by 0.3 in the mean along each
+/// axis; so a normal is off by about 0.4 steps an edge: 0.1 degrees.
+constexpr double kStepsAnEdge = 256;
+constexpr double kRadiansAStep = 0.4;
+constexpr std::size_t kMostTriangles = 4096;  // that are looked at
+/// Vertices this many times farther from the middle than three quarters of all are outliers.
+constexpr double kFar = 16;
+
+/// Calls take(t) for triangles spread evenly over all.
+template <typename Take>
+void for_some(std::size_t count, const Take& take) {
+  const std::size_t every = count / kMostTriangles + 1;
+  for (std::size_t t = 0; t < count; t += every) take(t);
+}
+
+std::array<double, 3> axes(const Vec3d& p) { return {p.x, p.y, p.z}; }
+
+/// Of single precision at a number.
+double float_step(double at) { return at == 0 ? 0 : std::ldexp(1.0, std::ilogb(at) - 23); }
+
+template <typename T, typename Less = std::less<>>
+T quantile(std::vector<T>& values, double share, const Less& less = {}) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end(), less);
+  return *at;
+}
+
+std::string text_of(const Vec3d& p) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", p.x, p.y, p.z);
+  return text;
+}
+
+/// Names the vertices that stretch the box; empty where none lies far from all others.
+std::string outliers(const SteppedMesh& mesh) {
+  std::vector<std::uint32_t> used;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (mesh.counts(t)) used.insert(used.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  }
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  std::array<double, 3> middle{};
+  std::vector<double> values(used.size());
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < used.size(); ++i) values[i] = axes(mesh.position(used[i]))[k];
+    middle[k] = quantile(values, 0.5);
+  }
+  const Vec3d center(middle[0], middle[1], middle[2]);
+  const auto distance = [&](std::uint32_t v) { return length(mesh.position(v) - center); };
+  std::transform(used.begin(), used.end(), values.begin(), distance);
+  const double radius = quantile(values, 0.75);
+  const auto far = static_cast<std::uint64_t>(
+      std::count_if(values.begin(), values.end(), [&](double d) { return d > kFar * radius; }));
+  if (far == 0) return {};
+  const std::uint32_t farthest = *std::max_element(
+      used.begin(), used.end(), [&](auto a, auto b) { return distance(a) < distance(b); });
+  char reach[64];
+  std::snprintf(reach, sizeof reach, " within %.3g of ", radius);
+  return "Vertex " + std::to_string(farthest) + " at " + text_of(mesh.position(farthest)) +
+         (far > 1 ? " and " + std::to_string(far - 1) + " more lie" : " lies") +
+         " far from the others, most of them" + reach + text_of(center) + ": move or remove " +
+         (far > 1 ? "them." : "it.");
+}
+
+}  // namespace
+
+FloatGrid::FloatGrid(std::span<const Triangle> triangles,
+                     const std::function<Vec3d(std::uint32_t vertex)>& position) {
+  std::array<double, 3> most{};
+  const auto each = [&](const auto& take) {
+    for_some(triangles.size(), [&](std::size_t t) {
+      for (const std::uint32_t v : triangles[t]) {
+        const std::array<double, 3> p = axes(position(v));
+        for (std::size_t k = 0; k < 3; ++k) {
+          if (std::isfinite(p[k])) take(k, p[k]);
+        }
+      }
+    });
+  };
+  each([&](std::size_t k, double x) { most[k] = std::max(most[k], std::abs(x)); });
+  // Numbers of the largest power of two: what was rounded has even and odd multiples of the step.
+  constexpr double kSlack = 1.0 / 16;  // of a step: text may hold floats with nine digits
+  std::array<bool, 3> off{}, even{}, odd{};
+  each([&](std::size_t k, double x) {
+    if (most[k] == 0 || std::ilogb(x) != std::ilogb(most[k])) return;
+    const double steps = std::abs(x) / float_step(most[k]), whole = std::nearbyint(steps);
+    off[k] = off[k] || std::abs(steps - whole) > kSlack;
+    (std::fmod(whole, 2) == 0 ? even : odd)[k] = true;
+  });
+  for (std::size_t k = 0; k < 3; ++k) on_grid_[k] = !off[k] && even[k] && odd[k];
+}
+
+Step FloatGrid::step(const Vec3d& p) const {
+  Step coarsest;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double size = on_grid_[k] ? float_step(axes(p)[k]) : 0;
+    if (size > coarsest.size) coarsest = {size, k};
+  }
+  return coarsest;
+}
+
+std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
+  struct Edge {
+    double length = 0, at = 0;
+    Step step;
+    double share() const { return step.size / length; }
+  };
+  std::vector<Edge> edges;
+  for_some(mesh.triangles.size(), [&](std::size_t t) {
+    if (!mesh.counts(t)) return;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      const Step of_a = mesh.step(a), of_b = mesh.step(b);
+      const Step step = of_a.size > of_b.size ? of_a : of_b;
+      const Vec3d from = mesh.position(a), to = mesh.position(b);
+      const double size = length(to - from),
+                   at = axes(of_a.size > of_b.size ? from : to)[step.axis];
+      if (size > 0) edges.push_back({size, at, step});
+    }
+  });
+  if (edges.empty()) return {};
+  const Edge coarse =
+      quantile(edges, 0.75, [](const Edge& a, const Edge& b) { return a.share() < b.share(); });
+  if (!(coarse.share() > 1 / kStepsAnEdge)) return {};
+  constexpr double kDegrees = 57.29577951308232;
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "coordinates near %.7g are %s in steps of %.2g, where edges are %.2g long: normals "
+                "are off by about %.2g degrees. ",
+                coarse.at, how, coarse.step.size, coarse.length,
+                kDegrees * std::atan(kRadiansAStep * coarse.share()));
+  const std::string far = outliers(mesh);
+  return text + (!far.empty() ? far
+                              : "Export it in double precision, or moved to the world's origin; or "
+                                "split it into parts.");
+}
+
+std::string coarse_steps(const Mesh& mesh, const Frame& frame) {
+  const auto own = [&](std::uint32_t v) { return Vec3d(mesh.positions[v]); };
+  const Vec3d origin(mesh.origin[0], mesh.origin[1], mesh.origin[2]);
+  const FloatGrid grid(mesh.triangles, own);
+  const auto step = [&](std::uint32_t v) {
+    Step coarsest = grid.step(own(v));
+    const std::array<double, 3> p = axes(own(v)), in_frame = axes(Vec3d(frame.to_frame(mesh, v)));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double kept = in_frame[k] / frame.scale + (frame.center[k] - mesh.origin[k]);
+      const double size = 2 * std::abs(kept - p[k]);
+      if (size > coarsest.size) coarsest = {size, k};
+    }
+    return coarsest;
+  };
+  return coarse_steps(
+      {mesh.triangles, [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
+       [&](std::uint32_t v) { return own(v) + origin; }, step},
+      "rounded");
+}
+
+}  // namespace kiln
