@@ -114,6 +114,9 @@ TEST(MapsCommand, ConvertsMaterialsAndSaysSo) {
   EXPECT_EQ(load_image(scene / "out" / "low_metallic.png").at(3, 8)[0], 0);
   expect_exit(bake(scene, {"--transfer", "mtl:emission"}), 3, {"emission", "map_Ke", "high.mtl"});
   expect_exit(bake(scene, {"--maps", "color"}), 3, {"colour", "map_Kd", "high.mtl"});
+  std::ofstream(scene / "high.mtl") << "newmtl brick\nmap_roughness r.png\nnewmtl glass\n";
+  expect_exit(bake(scene, {"--transfer", "mtl:roughness"}), 3,
+              {"roughness", "line 2: map_roughness"});
 }
 
 TEST(MapsCommand, TransparentPartsAreNotThere) {

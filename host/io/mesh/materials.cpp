@@ -141,10 +141,16 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   const SlotWords words = words_of(slot);
   const std::string what = std::string(words.name) + " (" + words.statements + ")";
   if (without.count() == materials.size()) {
+    std::string ignored;  // perhaps the picture is among these
+    if (warnings != nullptr) {
+      for (const Warning& warning : *warnings) {
+        if (warning.code == "ignored-pictures") ignored += " (" + warning.message + ")";
+      }
+    }
     throw Error(ErrorCode::input,
                 "No material of the high poly has " + what + ": " + in_words(without.first()) +
                     (without.count() > 1 ? " is the first without" : " has none") +
-                    ". Write it there, or give the picture itself.");
+                    ". Write it there, or give the picture itself." + ignored);
   }
   // A material without a normal map is flat, as it should be.
   if (slot != MaterialSlot::normal) {
